@@ -2,8 +2,8 @@
 
     python -m benchmarks build/bench.json [ID...]
 
-With ids, only those rows; --help says more. ratio > 1 means ours is better. A row whose peer is not installed is skipped, and the
-reason printed. Exit code 1 where a row fails.
+With ids, only those rows; --help says more. ratio > 1 means ours is better. A row whose peer is not
+installed is skipped, and the reason printed. Exit code 1 where a row fails.
 """
 
 from __future__ import annotations
@@ -24,7 +24,11 @@ Row = Callable[[], dict[str, Any]]
 
 def collect(folder: Path) -> list[Row]:
     """The rows of all bench_*.py, in order."""
-    return [row for path in sorted(folder.glob("bench_*.py")) for row in importlib.import_module(f"benchmarks.{path.stem}").ROWS]
+    return [
+        row
+        for path in sorted(folder.glob("bench_*.py"))
+        for row in importlib.import_module(f"benchmarks.{path.stem}").ROWS
+    ]
 
 
 def shown(row: dict[str, Any]) -> str:
@@ -35,7 +39,9 @@ def shown(row: dict[str, Any]) -> str:
 def run(rows: list[Row], ids: list[str]) -> tuple[list[dict[str, Any]], int]:
     """The finished rows, and how many failed."""
     done, failed = [], 0
-    print(f"{'id':<24} {'peer':<28} {'ours':>10} {'theirs':>10} {'unit':<12} {'ratio':>8}  accuracy")
+    print(
+        f"{'id':<24} {'peer':<28} {'ours':>10} {'theirs':>10} {'unit':<12} {'ratio':>8}  accuracy"
+    )
     for row in rows:
         if ids and name_of(row) not in ids:
             continue
@@ -66,7 +72,12 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Example: python -m benchmarks build/bench.json mechanism.real_time",
     )
     parser.add_argument("target", type=Path, help="the JSON file to write")
-    parser.add_argument("ids", nargs="*", metavar="ID", help="only these rows, such as log.read; all where none is named")
+    parser.add_argument(
+        "ids",
+        nargs="*",
+        metavar="ID",
+        help="only these rows, such as log.read; all where none is named",
+    )
     return parser
 
 
@@ -77,7 +88,9 @@ def main(arguments: list[str]) -> int:
     names = [name_of(row) for row in rows]
     for wrong in (name for name in asked.ids if name not in names):
         near = difflib.get_close_matches(wrong, names, n=1)
-        parser.error(f"there is no row {wrong!r}{f'; did you mean {near[0]}?' if near else ';'} allowed: {', '.join(names)}")
+        parser.error(
+            f"there is no row {wrong!r}{f'; did you mean {near[0]}?' if near else ';'} allowed: {', '.join(names)}"
+        )
     done, failed = run(rows, asked.ids)
     asked.target.parent.mkdir(parents=True, exist_ok=True)
     asked.target.write_text(json.dumps(done, indent=2, default=float) + "\n")

@@ -1,9 +1,12 @@
-"""A campaign of the clutch: one step of 1.1 s on plants drawn from the bench's ranges, each judged by the specification of 5.4.1.
+"""A campaign of the clutch: one step of 1.1 s on plants drawn from the bench's ranges, each judged
+by the specification of 5.4.1.
 
-`campaign.hundred_thousand`: 100 000 trials on 2 cores, from the draws to what the page says, against 1000 in one thread without a start;
-at most 60 times as long is asked for. The other rows: a trial of ours, judged, against one of a pool of two processes in which scipy's
-`solve_ivp` with events moves the same plants under the same controller, not judged. What a quantiser in the loop does to a difference of
-rounding is seen in the position at the end: how many plants end within one count of the exact run's.
+`campaign.hundred_thousand`: 100 000 trials on 2 cores, from the draws to what the page says,
+against 1000 in one thread without a start; at most 60 times as long is asked for. The other rows: a
+trial of ours, judged, against one of a pool of two processes in which scipy's `solve_ivp` with
+events moves the same plants under the same controller, not judged. What a quantiser in the loop
+does to a difference of rounding is seen in the position at the end: how many plants end within one
+count of the exact run's.
 """
 
 from __future__ import annotations
@@ -19,14 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import pair
-from frictool.campaign.drawing.sampling import draws_of
-from frictool.campaign.playing.playing import CampaignTrial, metrics_of
-from frictool.campaign.playing.running import run_trials
-from frictool.campaign.playing.store import Store
-from frictool.campaign.playing.trials import Trials
+from frictool.campaign.draws.sampling import draws_of
 from frictool.campaign.statistics.findings import find
-from frictool.control.composition import controller_program
-from frictool.control.machine import control_step, machine, start_at
+from frictool.campaign.trials.trial_player import TrialPlayer, metrics_of
+from frictool.campaign.trials.trial_sharing import run_trials
+from frictool.campaign.trials.trial_store import TrialStore
+from frictool.campaign.trials.trials import Trials
+from frictool.control.compiled_program import compile_program, control_step, start_at
+from frictool.control.controller_composition import controller_program
 from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Step
 from frictool.engine.closed_loop import measure
@@ -42,18 +45,26 @@ USUAL: dict[str, Any] = {"method": "RK45", "rtol": 1e-6, "max_step": np.inf}
 FINE: dict[str, Any] = {"method": "DOP853", "rtol": 1e-10, "max_step": np.inf}
 
 
-def steps() -> CampaignTrial:
+def steps() -> TrialPlayer:
     """What plays one step of 1.1 s on a drawn clutch."""
     return trial(None, steps=(Step(Quantity(value=TARGET, unit="rad"), SECONDS),), drive_noise=0.0)
 
 
-def campaign(play: CampaignTrial, count: int, cores: int) -> Trials:
+def campaign(play: TrialPlayer, count: int, cores: int) -> Trials:
     """So many trials."""
     units = draws_of("random", count, play.space.size, seed=1).units
     begun = time.perf_counter()
     metrics = metrics_of(play.nominal())
     shared = functools.partial(_shared, cores)
-    return run_trials(play, play.space, metrics, units, Store(None, {}), shared, each_s=time.perf_counter() - begun)
+    return run_trials(
+        play,
+        play.space,
+        metrics,
+        units,
+        TrialStore(None, {}),
+        shared,
+        each_s=time.perf_counter() - begun,
+    )
 
 
 def _shared(cores: int, function: Any, jobs: Any, batch: int, instead: Any) -> Any:
@@ -96,7 +107,10 @@ def campaign_pool_fine() -> dict[str, Any]:
 def _against_pool(name: str, options: dict[str, Any]) -> dict[str, Any]:
     play = steps()
     units = draws_of("random", PEER_PLANTS, play.space.size, seed=1).units
-    values = [dict(zip(play.space.names, map(float, row), strict=True)) for row in play.space.values(units)]
+    values = [
+        dict(zip(play.space.names, map(float, row), strict=True))
+        for row in play.space.values(units)
+    ]
     ends: NDArray[np.float64] = np.empty(0)
     with ProcessPoolExecutor(CORES, get_context("forkserver")) as pool:
 
@@ -106,7 +120,9 @@ def _against_pool(name: str, options: dict[str, Any]) -> dict[str, Any]:
 
         ours_all, theirs_all = pair(lambda: campaign(play, PLANTS, CORES), theirs, ROUNDS)
     exact = [
-        play.test.log(play.scenario(unit, draw), with_speed=False).streams[0].signals["position_true"][-1]
+        play.test.log(play.scenario(unit, draw), with_speed=False)
+        .streams[0]
+        .signals["position_true"][-1]
         for draw, unit in enumerate(units)
     ]
     count = play.test.plant.rig.resolution
@@ -129,10 +145,18 @@ def _moved(values: dict[str, float], options: dict[str, Any]) -> float:
     play = steps()
     controller, model = play.setting.controller, play.setting.plant
     axis, period = axis_of(model, **values), controller.sample_period_s
-    running, state, waiting = machine(controller_program(controller)), rest(5.0), [0.0] * controller.delay_samples
+    running, state, waiting = (
+        compile_program(controller_program(controller)),
+        rest(5.0),
+        [0.0] * controller.delay_samples,
+    )
     start_at(running, measure(float(state[0]), axis.encoder_step))
     for _ in range(math.floor(SECONDS / period + 0.5)):
-        waiting.append(control_step(running, TARGET, measure(float(state[0]), axis.encoder_step), float(state[1])))
+        waiting.append(
+            control_step(
+                running, TARGET, measure(float(state[0]), axis.encoder_step), float(state[1])
+            )
+        )
         state[:4] = event_integration(axis, state, waiting.pop(0), period, options)
     return float(state[0])
 

@@ -1,7 +1,8 @@
-"""Preisach hysteresis of 20 x 20 cells along a path of nested loops: the Everett stack against the bank of relays of (3.18), both compiled.
+"""Preisach hysteresis of 20 x 20 cells along a path of nested loops: the Everett stack against the
+bank of relays of (3.18), both compiled.
 
-The bank has one relay a cell, in its middle: it moves in steps. Errors are those against the Masing hysteresis whose centred cycles
-gave the distribution.
+The bank has one relay a cell, in its middle: it moves in steps. Errors are those against the Masing
+hysteresis whose centred cycles gave the distribution.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from benchmarks.timing import pair
 from frictool.friction.masing import masing_move
 from frictool.friction.preisach import preisach_force, preisach_move
 from frictool.friction.preisach_cycles import cell_weights, masing_everett
-from frictool.friction.reversals import FORCE, new_memory
-from frictool.kernels import kernel
+from frictool.friction.reversal_memory import FORCE, new_memory
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 POINTS, ROUNDS = 50_000, 7
@@ -31,7 +32,9 @@ def stack_path(path: Vector, table: Vector, memory: Vector, forces: Vector) -> N
 
 
 @kernel
-def relay_path(path: Vector, up: Vector, down: Vector, share: Vector, state: Vector, forces: Vector) -> None:
+def relay_path(
+    path: Vector, up: Vector, down: Vector, share: Vector, state: Vector, forces: Vector
+) -> None:
     """The same by relays (m,) with thresholds `up` >= `down`, weights `share` and states."""
     for k in range(path.shape[0]):
         total = 0.0
@@ -72,12 +75,18 @@ def friction_preisach() -> dict[str, Any]:
     t = np.linspace(0.0, 400.0, POINTS)
     path = 0.6 * np.sin(t) + 0.35 * np.sin(3.7 * t)
     table = masing_everett()
-    ours, theirs = (seconds / POINTS for seconds in pair(lambda: by_stack(path, table), lambda: by_relays(path, table), ROUNDS))
+    ours, theirs = (
+        seconds / POINTS
+        for seconds in pair(lambda: by_stack(path, table), lambda: by_relays(path, table), ROUNDS)
+    )
     exact, memory = np.empty_like(path), new_memory(64)
     for k, place in enumerate(path):
         masing_move(memory, place, 1.0, 1.0)
         exact[k] = memory[FORCE]
-    errors = [float(np.max(np.abs(found - exact))) for found in (by_stack(path, table), by_relays(path, table))]
+    errors = [
+        float(np.max(np.abs(found - exact)))
+        for found in (by_stack(path, table), by_relays(path, table))
+    ]
     return {
         "id": "friction.preisach",
         "peer": "bank of 210 relays (numba)",

@@ -1,10 +1,11 @@
 """An hour at 1 kHz identified with intervals against one `numpy.linalg.lstsq` on the prepared rows.
 
     identify.hour                 least squares: filter, slip mask, QR, jackknife
-    identify.hour.output_error    output error: load terms compared on held-out halves, the search, the influence of each cluster of strokes
+    identify.hour.output_error    output error: load terms compared on held-out halves, the search,
+                                  the influence of each cluster of strokes
 
-The hour is 120 tests of the simulated clutch, one after the other with a pause of the clock. Peak memory is that of a process of its own
-that holds the log and identifies it once.
+The hour is 120 tests of the simulated clutch, one after the other with a pause of the clock. Peak
+memory is that of a process of its own that holds the log and identifies it once.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ import numpy as np
 
 from benchmarks.timing import pair
 from frictool.documents.bench import Bench
-from frictool.identify.methods import METHODS, Settings, run
-from frictool.identify.record import Record, make_record
-from frictool.identify.rows.slipping import SMALLEST_SHARE, slipping
+from frictool.identify.methods import METHODS, IdentificationSettings, run
+from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 from sample_logs.make import TRUTH, sines
 from tests.identify.benches import clutch
 
@@ -30,7 +31,7 @@ NAMES = ("inertia", "viscous", "coulomb")
 KILOBYTE = 1024
 
 
-def hour() -> Record:
+def hour() -> MotionRecord:
     """An hour of half sines on the clutch with its encoder of 56 points."""
     columns, row, start = np.empty((3, TESTS * MOST_ROWS)), 0, 0.0
     for seed in range(TESTS):
@@ -45,16 +46,22 @@ def peak_bytes(method: str) -> int:
     """Peak resident memory of a fresh process that makes the hour and identifies it."""
     assert method in METHODS
     code = f"from benchmarks.bench_identify import alone; alone({method!r})"
-    return int(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout)
+    return int(
+        subprocess.run(
+            [sys.executable, "-c", code], check=True, capture_output=True, text=True
+        ).stdout
+    )
 
 
 def alone(method: str) -> None:
-    run(method, [hour()], clutch(), Settings())
+    run(method, [hour()], clutch(), IdentificationSettings())
     status = Path("/proc/self/status").read_text().splitlines()
-    print(next(int(line.split()[1]) * KILOBYTE for line in status if line.startswith("VmHWM")))  # the process's own, not its parent's
+    print(
+        next(int(line.split()[1]) * KILOBYTE for line in status if line.startswith("VmHWM"))
+    )  # the process's own, not its parent's
 
 
-def rows(record: Record, bench: Bench) -> tuple[np.ndarray, np.ndarray]:
+def rows(record: MotionRecord, bench: Bench) -> tuple[np.ndarray, np.ndarray]:
     """The prepared regressors (n, 4) and efforts (n,)."""
     samples, _ = slipping([record], bench, SMALLEST_SHARE, None)
     return np.column_stack(samples.columns), samples.effort
@@ -63,9 +70,17 @@ def rows(record: Record, bench: Bench) -> tuple[np.ndarray, np.ndarray]:
 def _row(identity: str, method: str, rounds: int) -> dict[str, Any]:
     record, bench = hour(), clutch()
     regressors, effort = rows(record, bench)
-    ours, theirs = pair(lambda: run(method, [record], bench, Settings()), lambda: np.linalg.lstsq(regressors, effort, rcond=None), rounds)
-    found = run(method, [record], bench, Settings()).parameters
-    off = ", ".join(f"{name} off {100 * abs(found[name].value / getattr(TRUTH, name) - 1.0):.3f} %" for name in NAMES if name in found)
+    ours, theirs = pair(
+        lambda: run(method, [record], bench, IdentificationSettings()),
+        lambda: np.linalg.lstsq(regressors, effort, rcond=None),
+        rounds,
+    )
+    found = run(method, [record], bench, IdentificationSettings()).parameters
+    off = ", ".join(
+        f"{name} off {100 * abs(found[name].value / getattr(TRUTH, name) - 1.0):.3f} %"
+        for name in NAMES
+        if name in found
+    )
     return {
         "id": identity,
         "peer": "one numpy.linalg.lstsq",

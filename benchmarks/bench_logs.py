@@ -20,7 +20,8 @@ from frictool.logs.log import Log, Stream
 SEED = 1
 ROWS_OF_CSV = 1_000_000
 SAMPLES = 600_000
-PEER_SAMPLES = 20_000  # the message loops are slow: they are timed on fewer samples, and both are given per second
+# the message loops are slow: they are timed on fewer samples, and both are given per second
+PEER_SAMPLES = 20_000
 
 BENCH = Bench(
     format="bench/1",
@@ -29,8 +30,14 @@ BENCH = Bench(
     sample_period_s=0.001,
     encoder=Encoder(counts_per_revolution=56),
     actuator=Actuator("current", Quantity(0.0134, unit="N m/A"), Quantity(50.0, unit="A")),
-    mechanics=Mechanics(Quantity(1e-5, unit="kg m^2"), Quantity(1e-4, unit="N m s/rad"), Quantity(0.1, unit="N m")),
-    columns={"time": Column("time", "s"), "position": Column("encoder", "count"), "current": Column("current", "A")},
+    mechanics=Mechanics(
+        Quantity(1e-5, unit="kg m^2"), Quantity(1e-4, unit="N m s/rad"), Quantity(0.1, unit="N m")
+    ),
+    columns={
+        "time": Column("time", "s"),
+        "position": Column("encoder", "count"),
+        "current": Column("current", "A"),
+    },
 )
 
 
@@ -45,7 +52,9 @@ def startup_help() -> dict[str, Any]:
         subprocess.run([sys.executable, "-c", "import click"], check=True, capture_output=True)
 
     a, b = pair(ours, theirs, 9)
-    return _row("startup.help", "python -c 'import click'", a, b, "s", b / a, "wall time of a process")
+    return _row(
+        "startup.help", "python -c 'import click'", a, b, "s", b / a, "wall time of a process"
+    )
 
 
 def ingest_csv() -> dict[str, Any]:
@@ -56,7 +65,10 @@ def ingest_csv() -> dict[str, Any]:
         counts, current = np.cumsum(rng.integers(-1, 2, ROWS_OF_CSV)), rng.normal(size=ROWS_OF_CSV)
         with source.open("w") as stream:
             stream.write("time [s],encoder [count],current [A]\n")
-            stream.writelines(f"{k / 1000:.3f},{c},{i:.3f}\n" for k, (c, i) in enumerate(zip(counts, current, strict=True)))
+            stream.writelines(
+                f"{k / 1000:.3f},{c},{i:.3f}\n"
+                for k, (c, i) in enumerate(zip(counts, current, strict=True))
+            )
 
         def ours() -> None:
             with target.open("wb") as stream:
@@ -66,7 +78,15 @@ def ingest_csv() -> dict[str, Any]:
         wanted = np.loadtxt(source, delimiter=",", skiprows=1)[:, 2]
         worst = float(np.abs(read_mcap(target).main.signals["current"] - wanted).max())
         size = source.stat().st_size / 1e6
-    return _row("ingest.csv", "numpy.loadtxt", size / a, size / b, "MB/s", b / a, f"output written; largest difference {worst:g}")
+    return _row(
+        "ingest.csv",
+        "numpy.loadtxt",
+        size / a,
+        size / b,
+        "MB/s",
+        b / a,
+        f"output written; largest difference {worst:g}",
+    )
 
 
 def _log(samples: int) -> Log:
@@ -74,7 +94,12 @@ def _log(samples: int) -> Log:
     time = np.arange(samples) / 1000.0
     position = np.cumsum(rng.integers(-1, 2, samples)) * 0.1122
     current = np.round(rng.normal(size=samples), 3)
-    signals = {"position": position, "current": current, "effort": 0.0134 * current, "reference": np.round(position, 1)}
+    signals = {
+        "position": position,
+        "current": current,
+        "effort": 0.0134 * current,
+        "reference": np.round(position, 1),
+    }
     units = {"position": "rad", "current": "A", "effort": "N m", "reference": "rad"}
     return Log((Stream("/axis", time, signals, units),))
 
@@ -102,7 +127,15 @@ def log_read() -> dict[str, Any]:
         a, b = pair(lambda: read_mcap(whole), theirs, 5)
         same = np.array_equal(read_mcap(part).main.signals["position"], theirs())
     speed, peer = SAMPLES / a, PEER_SAMPLES / b
-    return _row("log.read", "mcap reader, decoded", speed, peer, "samples/s", speed / peer, f"CRCs checked; same values: {same}")
+    return _row(
+        "log.read",
+        "mcap reader, decoded",
+        speed,
+        peer,
+        "samples/s",
+        speed / peer,
+        f"CRCs checked; same values: {same}",
+    )
 
 
 def log_read_csv() -> dict[str, Any]:
@@ -116,8 +149,19 @@ def log_read_csv() -> dict[str, Any]:
         table = pyarrow.table({"time": log.main.time, **log.main.signals})
         pyarrow.csv.write_csv(table, theirs_path)
         a, b = pair(lambda: read_mcap(ours_path), lambda: pyarrow.csv.read_csv(theirs_path), 9)
-        same = np.array_equal(read_mcap(ours_path).main.signals["current"], pyarrow.csv.read_csv(theirs_path)["current"].to_numpy())
-    return _row("log.read.csv", "pyarrow.csv", SAMPLES / a, SAMPLES / b, "samples/s", b / a, f"CRCs checked; same values: {same}")
+        same = np.array_equal(
+            read_mcap(ours_path).main.signals["current"],
+            pyarrow.csv.read_csv(theirs_path)["current"].to_numpy(),
+        )
+    return _row(
+        "log.read.csv",
+        "pyarrow.csv",
+        SAMPLES / a,
+        SAMPLES / b,
+        "samples/s",
+        b / a,
+        f"CRCs checked; same values: {same}",
+    )
 
 
 log_read_csv.id = "log.read.csv"
@@ -138,7 +182,9 @@ def log_write() -> dict[str, Any]:
             with theirs_path.open("wb") as stream:
                 writer = Writer(stream)
                 writer.start("ros2")
-                schema = writer.register_schema("frictool_msgs/msg/Axis", "ros2msg", b"float64 position\n")
+                schema = writer.register_schema(
+                    "frictool_msgs/msg/Axis", "ros2msg", b"float64 position\n"
+                )
                 channel = writer.register_channel("/axis", "cdr", schema)
                 for stamp, payload in zip(time, payloads, strict=True):
                     writer.add_message(channel, stamp, payload, stamp)
@@ -146,13 +192,33 @@ def log_write() -> dict[str, Any]:
 
         a, b = pair(lambda: _save(log, ours_path), theirs, 5)
         found = read_mcap(ours_path).main
-        same = all(np.array_equal(found.signals[name], wanted) for name, wanted in log.main.signals.items())
+        same = all(
+            np.array_equal(found.signals[name], wanted) for name, wanted in log.main.signals.items()
+        )
     speed, peer = SAMPLES / a, PEER_SAMPLES / b
-    return _row("log.write", "mcap writer's loop", speed, peer, "samples/s", speed / peer, f"indexed, CRCs; read back the same: {same}")
+    return _row(
+        "log.write",
+        "mcap writer's loop",
+        speed,
+        peer,
+        "samples/s",
+        speed / peer,
+        f"indexed, CRCs; read back the same: {same}",
+    )
 
 
-def _row(identity: str, peer: str, ours: float, theirs: float, unit: str, ratio: float, accuracy: str) -> dict[str, Any]:
-    return {"id": identity, "peer": peer, "ours": ours, "theirs": theirs, "unit": unit, "ratio": ratio, "accuracy": accuracy}
+def _row(
+    identity: str, peer: str, ours: float, theirs: float, unit: str, ratio: float, accuracy: str
+) -> dict[str, Any]:
+    return {
+        "id": identity,
+        "peer": peer,
+        "ours": ours,
+        "theirs": theirs,
+        "unit": unit,
+        "ratio": ratio,
+        "accuracy": accuracy,
+    }
 
 
 ROWS = [startup_help, ingest_csv, log_read, log_read_csv, log_write]

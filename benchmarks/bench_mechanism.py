@@ -1,9 +1,11 @@
-"""Mechanisms of many blocks: the engine against real time, against its own length, and against integrators of the same equations.
+"""Mechanisms of many blocks: the engine against real time, against its own length, and against
+integrators of the same equations.
 
-The mechanism: sliders of 0.1 kg in a row, each on dry friction (0.1 N, breakaway 0.13 N, 0.05 N s/m), springs between neighbours that
-put the resonances of 20 sliders between 8 Hz and 100 Hz at a damping of 2 %, three of the links with a play of 2 mm. Friction and flanks
-are exact in the engine: each stop, breakaway and contact is an instant that it finds. Errors are those of the positions at the end,
-against the engine at a tolerance of 1e-12, over the way of the driven slider.
+The mechanism: sliders of 0.1 kg in a row, each on dry friction (0.1 N, breakaway 0.13 N, 0.05 N
+s/m), springs between neighbours that put the resonances of 20 sliders between 8 Hz and 100 Hz at a
+damping of 2 %, three of the links with a play of 2 mm. Friction and flanks are exact in the engine:
+each stop, breakaway and contact is an instant that it finds. Errors are those of the positions at
+the end, against the engine at a tolerance of 1e-12, over the way of the driven slider.
 """
 
 from __future__ import annotations
@@ -17,19 +19,25 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from benchmarks.timing import pair
-from frictool.engine.mechanism.machine import prepare
-from frictool.engine.mechanism.run import Run, run
+from frictool.engine.mechanism.open_loop_run import MechanismRun, run
+from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
 from tests.engine.mechanism.build import Builder
 
 Vector = NDArray[np.float64]
 
 MASS, COULOMB, BREAKAWAY, VISCOUS, HIGHEST, DAMPING, GAP = 0.1, 0.1, 0.13, 0.05, 100.0, 0.02, 1e-3
-STIFFNESS = MASS * (np.pi * HIGHEST) ** 2  # the highest resonance of a long chain is (1/pi) sqrt(k/m)
+STIFFNESS = (
+    MASS * (np.pi * HIGHEST) ** 2
+)  # the highest resonance of a long chain is (1/pi) sqrt(k/m)
 DAMPER = 2.0 * DAMPING * np.sqrt(STIFFNESS * MASS)
 SECONDS, PERIOD, ROUNDS = 2.0, 1e-3, 5
 LENGTHS = (20, 40, 80, 160)
-SWITCHES, HELD, PEER_SECONDS = 2, 4.0, 0.1  # against peers: an effort that changes sign, so that none is stopped by samples
+SWITCHES, HELD, PEER_SECONDS = (
+    2,
+    4.0,
+    0.1,
+)  # against peers: an effort that changes sign, so that none is stopped by samples
 MUJOCO_STEP = 1e-4
 
 
@@ -46,7 +54,9 @@ def chain(count: int, gaps: int = 3) -> Builder:
     return b
 
 
-def player(b: Builder, commands: Vector, period: float, tolerance: float | None = None) -> Callable[[], Run]:
+def player(
+    b: Builder, commands: Vector, period: float, tolerance: float | None = None
+) -> Callable[[], MechanismRun]:
     """A function that runs the mechanism from rest."""
     packed = b.packed()
     machine, start = prepare(packed), np.zeros(len(b.inertia))
@@ -75,7 +85,8 @@ def cost(call: Callable[[], Any]) -> float:
 
 
 def mechanism_real_time() -> dict[str, Any]:
-    """Real time over the engine's, 20 sliders with play, commands held for 1 ms; at least 100 is asked for."""
+    """Real time over the engine's, 20 sliders with play, commands held for 1 ms; at least 100 is
+    asked for."""
     call = player(chain(20), swinging(20), PERIOD)
     ours = cost(call)
     found = call()
@@ -96,7 +107,8 @@ def _slope(calls: list[Callable[[], Any]]) -> tuple[float, list[float]]:
 
 
 def mechanism_length() -> dict[str, Any]:
-    """The exponent of the cost over the chain's length, all sliders slipping; as a ratio to 1, which is linear."""
+    """The exponent of the cost over the chain's length, all sliders slipping; as a ratio to 1,
+    which is linear."""
     t = PERIOD * np.arange(round(SECONDS / PERIOD))
     calls = []
     for count in LENGTHS:
@@ -110,7 +122,9 @@ def mechanism_length() -> dict[str, Any]:
         "theirs": 1.0,
         "unit": "exponent",
         "ratio": 1.0 / slope,
-        "accuracy": ", ".join(f"{n}: {1e3 * s:.3g} ms" for n, s in zip(LENGTHS, seconds, strict=True))
+        "accuracy": ", ".join(
+            f"{n}: {1e3 * s:.3g} ms" for n, s in zip(LENGTHS, seconds, strict=True)
+        )
         + f"; where each slider sticks and slips, so that events grow with the length too: exponent {events:.2f}",
     }
 
@@ -151,7 +165,15 @@ class Switching:
             self.effort, t, end = float(effort), 0.0, PEER_SECONDS / SWITCHES
             self.settle(y, None, None)
             while t < end:
-                found = solve_ivp(self.rates, (t, end), y, method="DOP853", rtol=rtol, atol=atol, events=self.events())
+                found = solve_ivp(
+                    self.rates,
+                    (t, end),
+                    y,
+                    method="DOP853",
+                    rtol=rtol,
+                    atol=atol,
+                    events=self.events(),
+                )
                 t, y = float(found.t[-1]), found.y[:, -1].copy()
                 hit = [i for i, times in enumerate(found.t_events) if times.size]
                 if found.status == 1:
@@ -180,21 +202,38 @@ class Switching:
 def _against(peer: str, call: Callable[[], Vector], rounds: int) -> dict[str, Any]:
     b = chain(20, 0)
     exact = player(b, switching(), PEER_SECONDS / SWITCHES, 1e-12)().positions[:, -1]
-    way = float(np.ptp(player(b, np.repeat(switching(), 50, axis=0), PEER_SECONDS / SWITCHES / 50)().positions[0]))
+    way = float(
+        np.ptp(
+            player(b, np.repeat(switching(), 50, axis=0), PEER_SECONDS / SWITCHES / 50)().positions[
+                0
+            ]
+        )
+    )
     engine = player(b, switching(), PEER_SECONDS / SWITCHES)
     ours, theirs = pair(engine, call, rounds)
-    errors = [float(np.max(np.abs(found - exact))) / way for found in (engine().positions[:, -1], call())]
+    errors = [
+        float(np.max(np.abs(found - exact))) / way for found in (engine().positions[:, -1], call())
+    ]
     accuracy = f"{errors[0]:.1e} of the way against {errors[1]:.1e}"
-    return {"peer": peer, "ours": ours, "theirs": theirs, "unit": "s", "ratio": theirs / ours, "accuracy": accuracy}
+    return {
+        "peer": peer,
+        "ours": ours,
+        "theirs": theirs,
+        "unit": "s",
+        "ratio": theirs / ours,
+        "accuracy": accuracy,
+    }
 
 
 def mechanism_solve_ivp() -> dict[str, Any]:
-    """The chain without play for 0.1 s against scipy's DOP853, modes and events by hand, tolerances for the same accuracy."""
+    """The chain without play for 0.1 s against scipy's DOP853, modes and events by hand, tolerances
+    for the same accuracy."""
     return _against("scipy solve_ivp", lambda: Switching(20).play(1e-7, 1e-9), 1)
 
 
 def mechanism_mujoco() -> dict[str, Any]:
-    """Against MuJoCo: joints with friction loss, springs as tendons; its friction has no breakaway and creeps."""
+    """Against MuJoCo: joints with friction loss, springs as tendons; its friction has no breakaway
+    and creeps."""
     import mujoco
 
     joints = "".join(

@@ -1,4 +1,5 @@
-"""Observers along logs: how many times faster than the log itself, in the time of one core (all threads of the process together)."""
+"""Observers along logs: how many times faster than the log itself, in the time of one core (all
+threads of the process together)."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from frictool.observe.estimates_log import write
-from frictool.observe.one_log import OneLog, Settings
+from frictool.observe.log_observer import LogObserver, ObservationSettings
 from tests.observe.files import long_log
 from tests.observe.fleet import believed
 
@@ -35,17 +36,18 @@ def _one_core() -> Iterator[None]:
 
 
 def _along(hold: float, name: str, written: bool) -> dict[str, Any]:
-    """A canonical log from disk to the estimate and its figures: feed, wear, velocity, friction; the start left out.
+    """A canonical log from disk to the estimate and its figures: feed, wear, velocity, friction;
+    the start left out.
 
     written: the estimates of every sample as a log on disk too.
     """
     with tempfile.TemporaryDirectory() as folder, _one_core():
         source, target = Path(folder, "log.mcap"), Path(folder, "estimates.mcap")
         long_log(source, MINUTES, hold, WEAR)
-        seconds, found = [], OneLog(source, believed(), Settings())
+        seconds, found = [], LogObserver(source, believed(), ObservationSettings())
         for _ in range(1 + ROUNDS):
             start = time.process_time()
-            found = OneLog(source, believed(), Settings())
+            found = LogObserver(source, believed(), ObservationSettings())
             if written:
                 with target.open("wb") as stream:
                     write(found, found.parts(), stream, {})

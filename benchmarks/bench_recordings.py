@@ -1,4 +1,5 @@
-"""Recordings of other tools: JointStates of ROS 2 as numbers, against the mcap reader with its ROS 2 decoder."""
+"""Recordings of other tools: JointStates of ROS 2 as numbers, against the mcap reader with its ROS
+2 decoder."""
 
 from __future__ import annotations
 
@@ -16,7 +17,9 @@ from benchmarks.timing import pair
 from frictool.logs.recordings.recording_format import tables
 
 MESSAGES = 60_000
-PEER_MESSAGES = 6_000  # the peer is slow: it is timed on fewer messages, and both are given per second
+PEER_MESSAGES = (
+    6_000  # the peer is slow: it is timed on fewer messages, and both are given per second
+)
 COLUMN = "/joint_states.position[arm]"
 SEPARATOR = "=" * 80
 JOINT_STATE = (
@@ -28,18 +31,29 @@ JOINT_STATE = (
 
 def _write(path: Path, messages: int, interleaved: bool) -> None:
     """A recording of two joints at 1 kHz; interleaved: beside a number of another topic."""
-    states = serialize_dynamic("sensor_msgs/msg/JointState", JOINT_STATE)["sensor_msgs/msg/JointState"]
+    states = serialize_dynamic("sensor_msgs/msg/JointState", JOINT_STATE)[
+        "sensor_msgs/msg/JointState"
+    ]
     number = serialize_dynamic("std_msgs/msg/Float64", "float64 data\n")["std_msgs/msg/Float64"]
     with path.open("wb") as stream:
         writer = Writer(stream)
         writer.start("ros2")
-        schema = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", JOINT_STATE.encode())
+        schema = writer.register_schema(
+            "sensor_msgs/msg/JointState", "ros2msg", JOINT_STATE.encode()
+        )
         joints = writer.register_channel("/joint_states", "cdr", schema)
-        motor = writer.register_channel("/motor", "cdr", writer.register_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data\n"))
+        motor = writer.register_channel(
+            "/motor",
+            "cdr",
+            writer.register_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data\n"),
+        )
         for k in range(messages):
             at = k * 1_000_000
             content = {
-                "header": {"stamp": {"sec": k // 1000, "nanosec": k % 1000 * 1_000_000}, "frame_id": "base"},
+                "header": {
+                    "stamp": {"sec": k // 1000, "nanosec": k % 1000 * 1_000_000},
+                    "frame_id": "base",
+                },
                 "name": ["arm", "leg"],
                 "position": [k * 0.1, 1.0],
                 "velocity": [0.5, 0.5],
@@ -53,14 +67,19 @@ def _write(path: Path, messages: int, interleaved: bool) -> None:
 
 def _ours(path: Path) -> list[float]:
     table = next(table for table in tables(path, None) if table.topic == "/joint_states")
-    found: list[float] = np.concatenate([block.columns[COLUMN] for block, _ in table.blocks([COLUMN])]).tolist()
+    found: list[float] = np.concatenate(
+        [block.columns[COLUMN] for block, _ in table.blocks([COLUMN])]
+    ).tolist()
     return found
 
 
 def _theirs(path: Path) -> list[float]:
     with path.open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-        return [decoded.position[0] for _, _, _, decoded in reader.iter_decoded_messages(topics=["/joint_states"])]
+        return [
+            decoded.position[0]
+            for _, _, _, decoded in reader.iter_decoded_messages(topics=["/joint_states"])
+        ]
 
 
 def _row(identity: str, interleaved: bool) -> dict[str, Any]:

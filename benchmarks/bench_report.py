@@ -22,20 +22,36 @@ def report_step() -> dict[str, Any]:
     time = np.arange(SAMPLES) / RATE
     damped = FREQUENCY * np.sqrt(1.0 - DAMPING**2)
     decay = np.exp(-DAMPING * FREQUENCY * time)
-    position = 1.0 - decay * (np.cos(damped * time) + DAMPING * FREQUENCY / damped * np.sin(damped * time))
+    position = 1.0 - decay * (
+        np.cos(damped * time) + DAMPING * FREQUENCY / damped * np.sin(damped * time)
+    )
 
     def ours() -> tuple[float, float, float]:
-        return response_time_95(time, position, 0.0, 1.0), rise_time(time, position, 0.0, 1.0), overshoot_percent(position, 0.0, 1.0)
+        return (
+            response_time_95(time, position, 0.0, 1.0),
+            rise_time(time, position, 0.0, 1.0),
+            overshoot_percent(position, 0.0, 1.0),
+        )
 
     def theirs() -> dict[str, float]:
-        found: dict[str, float] = control.step_info(position, time, final_output=1.0, SettlingTimeThreshold=0.05)
+        found: dict[str, float] = control.step_info(
+            position, time, final_output=1.0, SettlingTimeThreshold=0.05
+        )
         return found
 
     a, b = pair(ours, theirs, 21)
     mine, other = ours(), theirs()
     apart = max(abs(mine[0] - other["SettlingTime"]), abs(mine[1] - other["RiseTime"])) * RATE
     accuracy = f"times within {apart:.2g} samples of theirs, overshoot within {abs(mine[2] - other['Overshoot']):.1g} %"
-    return {"id": "report.step", "peer": "control.step_info", "ours": a, "theirs": b, "unit": "s", "ratio": b / a, "accuracy": accuracy}
+    return {
+        "id": "report.step",
+        "peer": "control.step_info",
+        "ours": a,
+        "theirs": b,
+        "unit": "s",
+        "ratio": b / a,
+        "accuracy": accuracy,
+    }
 
 
 ROWS = [report_step]

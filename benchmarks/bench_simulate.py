@@ -1,9 +1,11 @@
-"""One step of 1.1 s of the clutch, alone and under a load, and of 1000 clutches drawn at random: the closed loop against `solve_ivp`.
+"""One step of 1.1 s of the clutch, alone and under a load, and of 1000 clutches drawn at random:
+the closed loop against `solve_ivp`.
 
-The peer gets the commands that the closed loop computed and only moves the plant (its controller would come on top): a quantiser
-in the loop amplifies any difference, so that trajectories are compared in replay. Errors are those of the position at the samples,
-against DOP853 at a relative tolerance of 1e-12 and steps of at most 0.1 ms. Gravity makes the plant unstable, so that under the load each
-sample is compared from the state at its beginning.
+The peer gets the commands that the closed loop computed and only moves the plant (its controller
+would come on top): a quantiser in the loop amplifies any difference, so that trajectories are
+compared in replay. Errors are those of the position at the samples, against DOP853 at a relative
+tolerance of 1e-12 and steps of at most 0.1 ms. Gravity makes the plant unstable, so that under the
+load each sample is compared from the state at its beginning.
 """
 
 from __future__ import annotations
@@ -16,16 +18,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import pair
-from frictool.control.composition import controller_program
-from frictool.control.machine import Machine, copied, machine, start_at
+from frictool.control.compiled_program import (
+    CompiledProgram,
+    compile_program,
+    copy_program,
+    start_at,
+)
+from frictool.control.controller_composition import controller_program
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Scenario, Step
-from frictool.engine.closed_loop import COMMAND, LOAD, RECORD_SIZE, TRUE_DRIVE, TRUE_POSITION, TRUE_VELOCITY, measure, run
+from frictool.engine.closed_loop import (
+    COMMAND,
+    LOAD,
+    RECORD_SIZE,
+    TRUE_DRIVE,
+    TRUE_POSITION,
+    TRUE_VELOCITY,
+    measure,
+    run,
+)
 from frictool.engine.conditions import NO_CONDITIONS
 from frictool.plant.axis import AxisParameters, rest
-from frictool.plant.load import Harmonic, Load
-from frictool.simulate.step_test import step_test
+from frictool.plant.position_load import LoadHarmonic, PositionLoad
+from frictool.simulate.closed_loop import simulate_closed_loop
 from tests.control.example import clutch_controller
 from tests.engine.reference import TIGHT, UNLOADED, event_integration
 from tests.synth.example import clutch_model
@@ -35,22 +51,35 @@ CLUTCH = AxisParameters(
     inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099, breakaway=0.109, constant=0.0134, lag=3e-3, drive_limit=50.0,
     backlash=3.0, backlash_coulomb=0.05, backlash_breakaway=0.055, encoder_step=2 * math.pi / 56,
 )  # fmt: skip
-LOADED = Load(0.002, (Harmonic(1.0, 0.03, -0.01), Harmonic(7.0, 0.01, 0.0)))  # N m/rad, N m: a spring, gravity and ripple
+LOADED = PositionLoad(
+    0.002, (LoadHarmonic(1.0, 0.03, -0.01), LoadHarmonic(7.0, 0.01, 0.0))
+)  # N m/rad, N m: a spring, gravity and ripple
 USUAL: dict[str, Any] = {"method": "RK45", "rtol": 1e-6, "max_step": np.inf}
 ROUNDS, STEPS, LOADED_STEPS, PLANTS = 5, 200, 20, 1000
 
 
-def closed_loop(controller: Machine, load: Load = UNLOADED) -> NDArray[np.float64]:
+def closed_loop(controller: CompiledProgram, load: PositionLoad = UNLOADED) -> NDArray[np.float64]:
     """The record (n, 7) of one step under a controller."""
     record = np.zeros((SAMPLES, RECORD_SIZE))
-    own = copied(controller)
+    own = copy_program(controller)
     start_at(own, measure(START, CLUTCH.encoder_step))
-    run(CLUTCH.as_array(), rest(START), own, np.full(SAMPLES, TARGET), PERIOD, 1, record, load.as_array(), NO_CONDITIONS)
+    run(
+        CLUTCH.as_array(),
+        rest(START),
+        own,
+        np.full(SAMPLES, TARGET),
+        PERIOD,
+        1,
+        record,
+        load.as_array(),
+        NO_CONDITIONS,
+    )
     return record
 
 
 def replay(commands: NDArray[np.float64], options: dict[str, Any]) -> NDArray[np.float64]:
-    """Positions (n,) of the plant alone under the commands that act at each sample, by `solve_ivp`."""
+    """Positions (n,) of the plant alone under the commands that act at each sample, by
+    `solve_ivp`."""
     state, positions = rest(START), np.empty(commands.size)
     for k, command in enumerate(commands):
         positions[k] = state[0]
@@ -60,10 +89,14 @@ def replay(commands: NDArray[np.float64], options: dict[str, Any]) -> NDArray[np
 
 def simulate_clutch_step() -> dict[str, Any]:
     """Wall time of one step of 1.1 s."""
-    controller = machine(controller_program(clutch_controller()))
+    controller = compile_program(controller_program(clutch_controller()))
     record = closed_loop(controller)
     acting = np.concatenate([[0.0], record[:-1, COMMAND]])  # one sample of delay
-    many, theirs = pair(lambda: [closed_loop(controller) for _ in range(STEPS)], lambda: replay(acting, USUAL), ROUNDS)
+    many, theirs = pair(
+        lambda: [closed_loop(controller) for _ in range(STEPS)],
+        lambda: replay(acting, USUAL),
+        ROUNDS,
+    )
     ours, exact = many / STEPS, replay(acting, TIGHT)
     error = float(np.max(np.abs(record[:, TRUE_POSITION] - exact)))
     their_error = float(np.max(np.abs(replay(acting, USUAL) - exact)))
@@ -78,8 +111,11 @@ def simulate_clutch_step() -> dict[str, Any]:
     }
 
 
-def each_sample(record: NDArray[np.float64], commands: NDArray[np.float64], options: dict[str, Any]) -> NDArray[np.float64]:
-    """Positions (n - 1,) under LOADED after each sample of a record, from the state at its beginning, by `solve_ivp`."""
+def each_sample(
+    record: NDArray[np.float64], commands: NDArray[np.float64], options: dict[str, Any]
+) -> NDArray[np.float64]:
+    """Positions (n - 1,) under LOADED after each sample of a record, from the state at its
+    beginning, by `solve_ivp`."""
     positions = np.empty(commands.size - 1)
     for k, command in enumerate(commands[:-1]):
         x, speed, drive, behind = record[k, [TRUE_POSITION, TRUE_VELOCITY, TRUE_DRIVE, LOAD]]
@@ -89,12 +125,15 @@ def each_sample(record: NDArray[np.float64], commands: NDArray[np.float64], opti
 
 
 def simulate_loaded_step() -> dict[str, Any]:
-    """Wall time of one step of 1.1 s under a spring, gravity and ripple, which are integrated with the motion."""
-    controller = machine(controller_program(clutch_controller()))
+    """Wall time of one step of 1.1 s under a spring, gravity and ripple, which are integrated with
+    the motion."""
+    controller = compile_program(controller_program(clutch_controller()))
     record = closed_loop(controller, LOADED)
     acting = np.concatenate([[0.0], record[:-1, COMMAND]])
     many, theirs = pair(
-        lambda: [closed_loop(controller, LOADED) for _ in range(LOADED_STEPS)], lambda: each_sample(record, acting, USUAL), ROUNDS
+        lambda: [closed_loop(controller, LOADED) for _ in range(LOADED_STEPS)],
+        lambda: each_sample(record, acting, USUAL),
+        ROUNDS,
     )
     ours, exact = many / LOADED_STEPS, each_sample(record, acting, TIGHT)
     error = float(np.max(np.abs(record[1:, TRUE_POSITION] - exact)))
@@ -111,17 +150,22 @@ def simulate_loaded_step() -> dict[str, Any]:
 
 
 def simulate_random_plants() -> dict[str, Any]:
-    """Wall time of a plant of a scenario with 1000 of them, from documents to a log in memory; of one of two that the peer moves."""
+    """Wall time of a plant of a scenario with 1000 of them, from documents to a log in memory; of
+    one of two that the peer moves."""
     controller, model = clutch_controller(), clutch_model()
     step = Step(Quantity(value=TARGET, unit="rad"), PERIOD * SAMPLES)
     start = Quantity(value=START, unit="rad")
-    scenario = Scenario("scenario/1", "step", "rotary", start=start, steps=(step,), variants="random", plants=PLANTS)
-    acting = np.concatenate([[0.0], closed_loop(machine(controller_program(controller)))[:-1, COMMAND]])
+    scenario = Scenario(
+        "scenario/1", "step", "rotary", start=start, steps=(step,), variants="random", plants=PLANTS
+    )
+    acting = np.concatenate(
+        [[0.0], closed_loop(compile_program(controller_program(controller)))[:-1, COMMAND]]
+    )
     here, log = Provenance("a benchmark", "0"), None
 
     def ours() -> None:
         nonlocal log
-        log = step_test(model, controller, scenario, here)
+        log = simulate_closed_loop(model, controller, scenario, here)
 
     all_of_them, two = pair(ours, lambda: [replay(acting, USUAL) for _ in range(2)], ROUNDS)
     seconds, theirs = all_of_them / PLANTS, two / 2

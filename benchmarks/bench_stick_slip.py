@@ -1,8 +1,10 @@
-"""60 s of the stick-slip test (3.7.2, table 3.1), plain and with extended friction, and 1000 clutch steps: the engine against integrators.
+"""60 s of the stick-slip test (3.7.2, table 3.1), plain and with extended friction, and 1000 clutch
+steps: the engine against integrators.
 
-Errors are those of the breakaway times, the worst of nine, against DOP853 at a relative tolerance of 1e-12. Between a stop and the next
-breakaway nothing has to be integrated: every peer that knows when the mass stops gets the wait for nothing, as the engine does.
-Calls are prepared: the engine gets packed arrays as diffrax gets a compiled function.
+Errors are those of the breakaway times, the worst of nine, against DOP853 at a relative tolerance
+of 1e-12. Between a stop and the next breakaway nothing has to be integrated: every peer that knows
+when the mass stops gets the wait for nothing, as the engine does. Calls are prepared: the engine
+gets packed arrays as diffrax gets a compiled function.
 """
 
 from __future__ import annotations
@@ -21,21 +23,21 @@ from scipy.optimize import brentq
 
 from benchmarks.bench_simulate import CLUTCH, PERIOD, START, USUAL, closed_loop, replay
 from benchmarks.timing import pair
-from frictool.control.composition import controller_program
-from frictool.control.machine import machine
+from frictool.control.compiled_program import compile_program
+from frictool.control.controller_composition import controller_program
 from frictool.engine.batch import replay_axes
 from frictool.engine.body import BREAKS_AWAY, STATE_SIZE
 from frictool.engine.closed_loop import COMMAND
 from frictool.engine.drive import spring
-from frictool.engine.extended import run_extended
-from frictool.engine.extended_phases import EXTENDED_SIZE
-from frictool.engine.laws import body_of
+from frictool.engine.extended_motion_pieces import EXTENDED_SIZE
+from frictool.engine.extended_stick_slip import run_extended
+from frictool.engine.law_simulation import body_of
 from frictool.engine.stick_slip import run
-from frictool.friction.extension import Extension
-from frictool.friction.signatures import SLIP_FORCE
-from frictool.friction.table import LAWS
-from frictool.kernels import kernel, pointer
+from frictool.friction.extension import FrictionExtension
+from frictool.friction.kernel_signatures import SLIP_FORCE
+from frictool.friction.law_registry import LAWS
 from frictool.plant.axis import rest
+from frictool.runtime.kernels import function_pointer, kernel
 from tests.control.example import clutch_controller
 from tests.engine.extended_reference import Slow
 from tests.engine.reference import TIGHT
@@ -51,23 +53,42 @@ ROUNDS, PLANTS = 5, 1000
 LEAST_SECONDS = 0.02  # of a round: both sides then meet the same machine
 
 LAW = LAWS["stribeck"]
-P = LAW.pack({"coulomb": COULOMB, "breakaway": BREAKAWAY, "stribeck_velocity": STRIBECK, "viscous": VISCOUS})
+P = LAW.pack(
+    {"coulomb": COULOMB, "breakaway": BREAKAWAY, "stribeck_velocity": STRIBECK, "viscous": VISCOUS}
+)
 TOLERANCE = 1.5e-6  # for the peers' accuracy, not more
 BODY, DRIVE = replace(body_of(LAW, P, MASS), tolerance=TOLERANCE), spring(STIFFNESS, SPEED)
 
 FACTOR, FRESH, RISE_TIME, MEMORY = (1.0, 0.02), 0.8, 0.5, 2e-3
-EXTENSION = Extension(forward=FACTOR, backward=FACTOR, travel=(0.0, 10.0), fresh=FRESH, rise_time=RISE_TIME, lag=MEMORY)
-EXTENDED = replace(body_of(LAW, P, MASS, EXTENSION), tolerance=1e-9)  # the peer is as accurate here: the film's lag keeps steps short
+EXTENSION = FrictionExtension(
+    forward=FACTOR,
+    backward=FACTOR,
+    travel=(0.0, 10.0),
+    fresh=FRESH,
+    rise_time=RISE_TIME,
+    lag=MEMORY,
+)
+EXTENDED = replace(
+    body_of(LAW, P, MASS, EXTENSION), tolerance=1e-9
+)  # the peer is as accurate here: the film's lag keeps steps short
 
 
 def prepared() -> Callable[[], Vector]:
     """The engine's run: a function that returns the breakaway times."""
-    force, body = pointer(LAW.kernels.slip_force, SLIP_FORCE), BODY.as_array()
+    force, body = function_pointer(LAW.kernels.slip_force, SLIP_FORCE), BODY.as_array()
     ends, drives = np.array([SECONDS]), DRIVE.as_array()[None]
     none, nothing, events = np.empty(0), np.empty((0, 5)), np.empty((200, 4))
 
     @numba.njit
-    def compiled(p: Vector, body: Vector, ends: Vector, drives: Vector, none: Vector, nothing: Vector, events: Vector) -> Any:
+    def compiled(
+        p: Vector,
+        body: Vector,
+        ends: Vector,
+        drives: Vector,
+        none: Vector,
+        nothing: Vector,
+        events: Vector,
+    ) -> Any:
         return run(force, p, body, np.zeros(STATE_SIZE), 0.0, ends, drives, none, nothing, events)
 
     def once() -> Vector:
@@ -79,12 +100,18 @@ def prepared() -> Callable[[], Vector]:
 
 def prepared_extended() -> Callable[[], Vector]:
     """As `prepared`, of the body whose friction is extended."""
-    force, packed, body = pointer(LAW.kernels.slip_force, SLIP_FORCE), EXTENSION.pack(LAW, P), EXTENDED.as_array()
+    force, packed, body = (
+        function_pointer(LAW.kernels.slip_force, SLIP_FORCE),
+        EXTENSION.pack(LAW, P),
+        EXTENDED.as_array(),
+    )
     ends, drives = np.array([SECONDS]), DRIVE.as_array()[None]
     none, nothing, events = np.empty(0), np.empty((0, 5)), np.empty((200, 4))
 
     def once() -> Vector:
-        _, _, happened = run_extended(force, *packed, body, np.zeros(EXTENDED_SIZE), 0.0, ends, drives, none, nothing, events)
+        _, _, happened = run_extended(
+            force, *packed, body, np.zeros(EXTENDED_SIZE), 0.0, ends, drives, none, nothing, events
+        )
         return events[:happened][events[:happened, 1] == BREAKS_AWAY, 0]
 
     return once
@@ -121,7 +148,8 @@ def with_solve_ivp() -> Vector:
 
 
 def extended_with_solve_ivp() -> Vector:
-    """RK45 on x, v and the film's velocity w; at rest w fades and the root finder looks for the breakaway."""
+    """RK45 on x, v and the film's velocity w; at rest w fades and the root finder looks for the
+    breakaway."""
     t, x, w, times = 0.0, 0.0, 0.0, []
 
     def dry(x: float, w: float, rested: float) -> float:
@@ -130,7 +158,9 @@ def extended_with_solve_ivp() -> Vector:
         return (FACTOR[0] + FACTOR[1] * x) * (COULOMB + (BREAKAWAY * grown - COULOMB) * fallen)
 
     def missing(rested: float) -> float:
-        return dry(x, w * math.exp(-rested / MEMORY), rested) - STIFFNESS * (SPEED * (t + rested) - x)
+        return dry(x, w * math.exp(-rested / MEMORY), rested) - STIFFNESS * (
+            SPEED * (t + rested) - x
+        )
 
     while t < SECONDS:
         rested = brentq(missing, 0.0, 2.0 * SECONDS, xtol=1e-12) if missing(0.0) > 0.0 else 0.0
@@ -141,7 +171,11 @@ def extended_with_solve_ivp() -> Vector:
 
         def field(t: float, y: Vector, rested: float = rested) -> list[float]:
             friction = dry(y[0], y[2], rested) + VISCOUS * y[1]
-            return [y[1], (STIFFNESS * (SPEED * t - y[0]) - friction) / MASS, (y[1] - y[2]) / MEMORY]
+            return [
+                y[1],
+                (STIFFNESS * (SPEED * t - y[0]) - friction) / MASS,
+                (y[1] - y[2]) / MEMORY,
+            ]
 
         def stop(_: float, y: Vector) -> float:
             return float(y[1])
@@ -162,7 +196,18 @@ def fixed_steps(step: float, times: Vector) -> int:
             stuck, times[found] = False, k * step
             found += 1
         if not stuck:
-            v += step * (u - (COULOMB + (BREAKAWAY - COULOMB) * math.exp(-((v / STRIBECK) ** 2)) + VISCOUS * v)) / MASS
+            v += (
+                step
+                * (
+                    u
+                    - (
+                        COULOMB
+                        + (BREAKAWAY - COULOMB) * math.exp(-((v / STRIBECK) ** 2))
+                        + VISCOUS * v
+                    )
+                )
+                / MASS
+            )
             if v <= 0.0 and u < BREAKAWAY:
                 v, stuck = 0.0, True
             x += step * v
@@ -175,7 +220,8 @@ def with_fixed_step() -> Vector:
 
 
 def with_diffrax() -> Callable[[], Vector]:
-    """Dopri5 with the stop as an event and the wait in closed form, all slips in one compiled scan."""
+    """Dopri5 with the stop as an event and the wait in closed form, all slips in one compiled
+    scan."""
     import diffrax
     import jax
     import jax.numpy as jnp
@@ -188,7 +234,9 @@ def with_diffrax() -> Callable[[], Vector]:
         return jnp.stack([y[1], (STIFFNESS * (SPEED * t - y[0]) - g) / MASS])
 
     def falling(t: Any, y: Any, *_: Any, **__: Any) -> Any:
-        return y[1] + jnp.where(STIFFNESS * (SPEED * t - y[0]) > COULOMB, 1e-9, 0.0)  # not at the start, where v = 0 too
+        return y[1] + jnp.where(
+            STIFFNESS * (SPEED * t - y[0]) > COULOMB, 1e-9, 0.0
+        )  # not at the start, where v = 0 too
 
     event = diffrax.Event(falling, root_finder=optimistix.Newton(RTOL, ATOL))
     control = diffrax.PIDController(rtol=RTOL, atol=ATOL)
@@ -207,7 +255,8 @@ def with_diffrax() -> Callable[[], Vector]:
 
 
 def with_mujoco() -> Callable[[], Vector]:
-    """MuJoCo's friction loss on a slider; it has no breakaway above Coulomb friction. Returns when it starts to move after a rest."""
+    """MuJoCo's friction loss on a slider; it has no breakaway above Coulomb friction. Returns when
+    it starts to move after a rest."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(f"""<mujoco><option timestep="{MUJOCO_STEP}" gravity="0 0 0"/><worldbody><body>
@@ -248,12 +297,22 @@ def timed(call: Callable[[], Any]) -> float:
     return time.perf_counter() - start
 
 
-def row(name: str, peer: str, theirs: Callable[[], Vector], rounds: int = ROUNDS, extended: bool = False) -> dict[str, Any]:
+def row(
+    name: str, peer: str, theirs: Callable[[], Vector], rounds: int = ROUNDS, extended: bool = False
+) -> dict[str, Any]:
     """Wall time of 60 s."""
     ours = prepared_extended() if extended else prepared()
-    exact = np.array((Slow(EXTENSION, DRIVE).breakaways(SECONDS) if extended else reference_breakaways(BODY, DRIVE, SECONDS))[0])
+    exact = np.array(
+        (
+            Slow(EXTENSION, DRIVE).breakaways(SECONDS)
+            if extended
+            else reference_breakaways(BODY, DRIVE, SECONDS)
+        )[0]
+    )
     counts = [max(1, math.ceil(LEAST_SECONDS / timed(call))) for call in (ours, theirs)]
-    many = pair(*(repeated(call, n) for call, n in zip((ours, theirs), counts, strict=True)), rounds)
+    many = pair(
+        *(repeated(call, n) for call, n in zip((ours, theirs), counts, strict=True)), rounds
+    )
     seconds, their_seconds = (taken / n for taken, n in zip(many, counts, strict=True))
     return {
         "id": name,
@@ -290,13 +349,17 @@ def stick_slip_mujoco() -> dict[str, Any]:
 
 
 def stick_slip_extended() -> dict[str, Any]:
-    """Friction that varies with position, a breakaway that grows with the time at rest, frictional memory: against scipy's RK45."""
+    """Friction that varies with position, a breakaway that grows with the time at rest, frictional
+    memory: against scipy's RK45."""
     return row("stick_slip.extended", "scipy solve_ivp", extended_with_solve_ivp, extended=True)
 
 
 def clutch_batch_solve_ivp() -> dict[str, Any]:
-    """1000 steps of 1.1 s of clutches that differ, against two by `solve_ivp`: plants alone under given commands (simulate.clutch_step)."""
-    acting = np.concatenate([[0.0], closed_loop(machine(controller_program(clutch_controller())))[:-1, COMMAND]])
+    """1000 steps of 1.1 s of clutches that differ, against two by `solve_ivp`: plants alone under
+    given commands (simulate.clutch_step)."""
+    acting = np.concatenate(
+        [[0.0], closed_loop(compile_program(controller_program(clutch_controller())))[:-1, COMMAND]]
+    )
     factors = np.random.default_rng(6).uniform(0.7, 1.3, (PLANTS, 2))
     plants = [
         CLUTCH._replace(
@@ -308,7 +371,9 @@ def clutch_batch_solve_ivp() -> dict[str, Any]:
     axes, commands = np.stack([plant.as_array() for plant in plants]), np.stack([acting] * PLANTS)
     positions, statuses = np.empty(commands.shape), np.zeros(PLANTS, dtype=np.int64)
     ours, theirs = pair(
-        lambda: replay_axes(axes, np.stack([rest(START)] * PLANTS), commands, PERIOD, positions, statuses),
+        lambda: replay_axes(
+            axes, np.stack([rest(START)] * PLANTS), commands, PERIOD, positions, statuses
+        ),
         lambda: [replay(acting, USUAL) for _ in range(2)],
         ROUNDS,
     )
@@ -329,6 +394,15 @@ def clutch_batch_solve_ivp() -> dict[str, Any]:
     }
 
 
-ROWS = [stick_slip_solve_ivp, stick_slip_extended, stick_slip_fixed_step, stick_slip_diffrax, stick_slip_mujoco, clutch_batch_solve_ivp]
+ROWS = [
+    stick_slip_solve_ivp,
+    stick_slip_extended,
+    stick_slip_fixed_step,
+    stick_slip_diffrax,
+    stick_slip_mujoco,
+    clutch_batch_solve_ivp,
+]
 for _row in ROWS:
-    _row.id = _row.__name__.replace("_solve_ivp", ".solve_ivp").replace("stick_slip_", "stick_slip.")
+    _row.id = _row.__name__.replace("_solve_ivp", ".solve_ivp").replace(
+        "stick_slip_", "stick_slip."
+    )

@@ -1,7 +1,9 @@
-"""H-infinity synthesis by matrix inequalities: ours against SLICOT, against the plain form (5.61)-(5.62) through cvxpy, and its growth.
+"""H-infinity synthesis by matrix inequalities: ours against SLICOT, against the plain form
+(5.61)-(5.62) through cvxpy, and its growth.
 
-The plain form is given the states and the unit of time that ours begins with, without which its solvers end in errors on these plants.
-SLICOT's seconds are those of sb10ad alone, in a process of its own; it solves one plant and no polytope.
+The plain form is given the states and the unit of time that ours begins with, without which its
+solvers end in errors on these plants. SLICOT's seconds are those of sb10ad alone, in a process of
+its own; it solves one plant and no polytope.
 """
 
 from __future__ import annotations
@@ -14,12 +16,17 @@ from typing import Any
 import numpy as np
 
 from benchmarks.timing import pair
-from frictool.lmi.coordinates import evened
-from frictool.lmi.frames import frame
-from frictool.lmi.hinf import controller, minimise
-from frictool.plant.generalised import GeneralisedPlant, Weights, generalised_plant, template
+from frictool.lmi.hinf_synthesis import controller, minimise
+from frictool.lmi.pole_regions import frame
+from frictool.lmi.state_balancing import even_out
+from frictool.plant.generalised_plant import (
+    GeneralisedPlant,
+    PlantWeights,
+    generalised_plant,
+    template,
+)
 from frictool.plant.polytope import PlantPoint, intervals
-from frictool.verify.norms import norm
+from frictool.verify.hinf_norm import norm
 from tests.lmi.family import mixed_sensitivity
 from tests.lmi.plain import plain
 from tests.lmi.slicot import AVAILABLE, MISSING, slicot
@@ -34,13 +41,21 @@ SCS_ITERATIONS = 50_000
 
 def row(name: str, peer: str, seconds: tuple[float, float], accuracy: str) -> dict[str, Any]:
     ours, theirs = seconds
-    return {"id": name, "peer": peer, "ours": ours, "theirs": theirs, "unit": "s", "ratio": theirs / ours, "accuracy": accuracy}
+    return {
+        "id": name,
+        "peer": peer,
+        "ours": ours,
+        "theirs": theirs,
+        "unit": "s",
+        "ratio": theirs / ours,
+        "accuracy": accuracy,
+    }
 
 
 def conditioned(plants: Sequence[GeneralisedPlant]) -> list[GeneralisedPlant]:
     """Time in units of the fastest mode, states of like size."""
     framed = [frame(plants, None).plant(plant) for plant in plants]
-    t = evened(framed)
+    t = even_out(framed)
     return [plant.transformed(t) for plant in framed]
 
 
@@ -57,7 +72,9 @@ def outcome(plants: Sequence[GeneralisedPlant], solver: str, options: dict[str, 
         found = plain(plants, solver, **options)
     except Exception as error:  # whatever cvxpy raises is what its user gets
         return type(error).__name__
-    reached = max(norm(plant.closed(k))[0] for plant, k in zip(plants, found.controllers(plants), strict=True))
+    reached = max(
+        norm(plant.closed(k))[0] for plant, k in zip(plants, found.controllers(plants), strict=True)
+    )
     return f"{found.status}, gamma {found.gamma:.4f}, {reached:.4f} reached"
 
 
@@ -77,7 +94,11 @@ def quietly(call: Callable[[], Any]) -> Callable[[], None]:
 def against_plain(solver: str, options: dict[str, Any], repeats: int) -> dict[str, Any]:
     plants = position()
     given = conditioned(plants)
-    seconds = pair(lambda: minimise(plants, RECENTRING), quietly(lambda: plain(given, solver, **options)), repeats)
+    seconds = pair(
+        lambda: minimise(plants, RECENTRING),
+        quietly(lambda: plain(given, solver, **options)),
+        repeats,
+    )
     said = f"ours {worst(plants)}; plain: {outcome(given, solver, options)}; plain in SI units: {outcome(plants, solver, options)}"
     return row(f"synth.clutch_{solver.lower()}", f"plain (5.61), cvxpy+{solver}", seconds, said)
 
@@ -104,7 +125,12 @@ def synth_slicot() -> dict[str, Any]:
         answer = slicot(plant, TIMEOUT)
         theirs.append(answer.seconds)
     said = f"ours {worst([plant])}; SLICOT gamma {answer.gamma:.4f}"
-    return row("synth.slicot", "SLICOT sb10ad, order 12", (statistics.median(ours), statistics.median(theirs)), said)
+    return row(
+        "synth.slicot",
+        "SLICOT sb10ad, order 12",
+        (statistics.median(ours), statistics.median(theirs)),
+        said,
+    )
 
 
 def timed(plants: Sequence[GeneralisedPlant], repeats: int) -> float:
@@ -118,14 +144,27 @@ def timed(plants: Sequence[GeneralisedPlant], repeats: int) -> float:
 
 
 def synth_vertices() -> dict[str, Any]:
-    """1 to 64 plants of the clutch's box, each inside it; 64 against what linear growth from four would take."""
-    rng, box, weights = np.random.default_rng(1), intervals(clutch_model()), Weights(template(20.0, 0.5, 2 / 63), 0.1, 0.05)
-    points = [PlantPoint(f"r{k}", **{name: float(rng.uniform(*ends)) for name, ends in box.items()}) for k in range(max(VERTICES))]
+    """1 to 64 plants of the clutch's box, each inside it; 64 against what linear growth from four
+    would take."""
+    rng, box, weights = (
+        np.random.default_rng(1),
+        intervals(clutch_model()),
+        PlantWeights(template(20.0, 0.5, 2 / 63), 0.1, 0.05),
+    )
+    points = [
+        PlantPoint(f"r{k}", **{name: float(rng.uniform(*ends)) for name, ends in box.items()})
+        for k in range(max(VERTICES))
+    ]
     plants = [generalised_plant("position", point.rates, LAG, weights) for point in points]
     minimise(plants[:1], RECENTRING)
     seconds = {count: timed(plants[:count], ROUNDS) for count in VERTICES}
     said = ", ".join(f"{count}: {value:.3f}" for count, value in seconds.items())
-    return row("synth.vertices", "16 times four vertices", (seconds[64], 16.0 * seconds[4]), f"seconds for {said} vertices")
+    return row(
+        "synth.vertices",
+        "16 times four vertices",
+        (seconds[64], 16.0 * seconds[4]),
+        f"seconds for {said} vertices",
+    )
 
 
 def synth_states() -> dict[str, Any]:
@@ -134,18 +173,36 @@ def synth_states() -> dict[str, Any]:
         raise ModuleNotFoundError(MISSING, name="ctrlsys")
     ours = {order: timed([mixed_sensitivity(order)], 1) for order in ORDERS}
     theirs = {order: slicot(mixed_sensitivity(order), TIMEOUT) for order in ORDERS}
-    said = ", ".join(f"{order}: {ours[order]:.2f} / {theirs[order].seconds:.2f}" for order in ORDERS)
-    return row("synth.states", "SLICOT sb10ad, order 20", (ours[20], theirs[20].seconds), f"seconds, ours / SLICOT, for {said} states")
+    said = ", ".join(
+        f"{order}: {ours[order]:.2f} / {theirs[order].seconds:.2f}" for order in ORDERS
+    )
+    return row(
+        "synth.states",
+        "SLICOT sb10ad, order 20",
+        (ours[20], theirs[20].seconds),
+        f"seconds, ours / SLICOT, for {said} states",
+    )
 
 
 def synth_plain_states() -> dict[str, Any]:
-    """How far the plain form comes on the family as it is; each order's gamma over SLICOT's or ours."""
+    """How far the plain form comes on the family as it is; each order's gamma over SLICOT's or
+    ours."""
     plants = {order: mixed_sensitivity(order) for order in (4, 6, 8, 10, 12)}
-    seconds = pair(lambda: minimise([plants[12]], RECENTRING), quietly(lambda: plain([plants[12]])), 1)
+    seconds = pair(
+        lambda: minimise([plants[12]], RECENTRING), quietly(lambda: plain([plants[12]])), 1
+    )
     said = "; ".join(
-        f"{order}: {minimise([p], RECENTRING).optimum:.4f}, plain {outcome([p], 'CLARABEL', {})}" for order, p in plants.items()
+        f"{order}: {minimise([p], RECENTRING).optimum:.4f}, plain {outcome([p], 'CLARABEL', {})}"
+        for order, p in plants.items()
     )
     return row("synth.plain_states", "plain (5.61), order 12", seconds, said)
 
 
-ROWS = [synth_clutch_clarabel, synth_clutch_scs, synth_slicot, synth_vertices, synth_states, synth_plain_states]
+ROWS = [
+    synth_clutch_clarabel,
+    synth_clutch_scs,
+    synth_slicot,
+    synth_vertices,
+    synth_states,
+    synth_plain_states,
+]

@@ -1,10 +1,14 @@
-"""The velocity along logs: a sample of the tracking observer, and of its linear part beside filterpy's Kalman filter with the same gains.
+"""The velocity along logs: a sample of the tracking observer, and of its linear part beside
+filterpy's Kalman filter with the same gains.
 
-    velocity.tracking   the whole tracking observer of the clutch, with friction, backlash and the encoder's cell
-    velocity.along      with its interval and its rms beside those of (5.70) at every cut-off, per sample of a log
+    velocity.tracking   the whole tracking observer of the clutch, with friction, backlash and the
+                        encoder's cell
+    velocity.along      with its interval and its rms beside those of (5.70) at every cut-off, per
+                        sample of a log
 
-The peer is the steady-state Kalman filter of the linear part (position, speed, disturbance), which knows neither friction nor a cell; both
-run that part on the same samples for the accuracy: largest difference of the speeds over the largest speed.
+The peer is the steady-state Kalman filter of the linear part (position, speed, disturbance), which
+knows neither friction nor a cell; both run that part on the same samples for the accuracy: largest
+difference of the speeds over the largest speed.
 """
 
 from __future__ import annotations
@@ -18,15 +22,17 @@ from numpy.typing import NDArray
 from benchmarks.timing import pair
 from frictool.documents.observer import FrictionMap, Observer
 from frictool.documents.provenance import Provenance
-from frictool.observe.along import ObserverRun
 from frictool.observe.design.tracking import design_tracking
-from frictool.observe.samples import Piece
+from frictool.observe.motion_block import MotionBlock
+from frictool.observe.observer_run import ObserverRun
 from frictool.observe.velocity import VelocityEstimator
 from tests.observe.fleet import believed, run, spread, steps
 
 Vector = NDArray[np.float64]
 SECONDS, ROUNDS, PEER_SAMPLES = 20.0, 5, 2000
-START = 500  # samples: at rest the disturbance is not corrected, which the filter has forgotten by then
+START = (
+    500  # samples: at rest the disturbance is not corrected, which the filter has forgotten by then
+)
 
 
 def linear_part(observer: Observer) -> Observer:
@@ -36,7 +42,12 @@ def linear_part(observer: Observer) -> Observer:
     plain = msgspec.structs.replace(own, cell=0.0, knees=(), backlash=None)
     mechanics = msgspec.structs.replace(observer.bench.mechanics, top_speed=None)
     bench = msgspec.structs.replace(observer.bench, mechanics=mechanics)
-    return msgspec.structs.replace(observer, tracking=plain, friction=FrictionMap(observer.friction.over, (0.0,), (0.0,)), bench=bench)
+    return msgspec.structs.replace(
+        observer,
+        tracking=plain,
+        friction=FrictionMap(observer.friction.over, (0.0,), (0.0,)),
+        bench=bench,
+    )
 
 
 def by_filterpy(observer: Observer, positions: Vector, efforts: Vector) -> Vector:
@@ -46,7 +57,9 @@ def by_filterpy(observer: Observer, positions: Vector, efforts: Vector) -> Vecto
     own, period, inertia = observer.tracking, observer.sample_period_s, observer.inertia.value
     assert own is not None
     peer = KalmanFilter(dim_x=3, dim_z=1, dim_u=1)
-    peer.F = np.array([[1.0, period, 0.5 * period**2 / inertia], [0.0, 1.0, period / inertia], [0.0, 0.0, 1.0]])
+    peer.F = np.array(
+        [[1.0, period, 0.5 * period**2 / inertia], [0.0, 1.0, period / inertia], [0.0, 0.0, 1.0]]
+    )
     peer.B = np.array([[0.5 * period**2 / inertia], [period / inertia], [0.0]])
     peer.H = np.array([[1.0, 0.0, 0.0]])
     peer.K = np.array([[gain] for gain in own.gains])
@@ -60,14 +73,15 @@ def by_filterpy(observer: Observer, positions: Vector, efforts: Vector) -> Vecto
 
 
 def smooth(samples: int) -> tuple[Vector, Vector]:
-    """Positions [rad] and efforts [N m] of a motion that never rests, so that nothing but the linear part is asked for."""
+    """Positions [rad] and efforts [N m] of a motion that never rests, so that nothing but the
+    linear part is asked for."""
     t = 1e-3 * np.arange(samples, dtype=np.float64)
     return 20.0 * t + 0.2 * np.sin(30.0 * t), 0.002 * np.cos(30.0 * t) + 0.001
 
 
 def along(observer: Observer, positions: Vector, efforts: Vector) -> Vector:
     time: Vector = observer.sample_period_s * np.arange(positions.size, dtype=np.float64)
-    return ObserverRun(observer).take(Piece(time, positions, efforts, follows=False)).velocity
+    return ObserverRun(observer).take(MotionBlock(time, positions, efforts, follows=False)).velocity
 
 
 def velocity_tracking() -> dict[str, Any]:
@@ -79,7 +93,11 @@ def velocity_tracking() -> dict[str, Any]:
     ours, theirs = along(linear, positions, efforts), by_filterpy(linear, positions, efforts)
     settled = slice(START, None)
     apart = float(np.max(np.abs(ours - theirs)[settled]) / np.max(np.abs(theirs)))
-    whole, peer = pair(lambda: along(observer, piece.position, piece.effort), lambda: by_filterpy(linear, *short), ROUNDS)
+    whole, peer = pair(
+        lambda: along(observer, piece.position, piece.effort),
+        lambda: by_filterpy(linear, *short),
+        ROUNDS,
+    )
     own, other = whole / piece.time.size, peer / PEER_SAMPLES
     return {
         "id": "velocity.tracking",
@@ -93,7 +111,8 @@ def velocity_tracking() -> dict[str, Any]:
 
 
 def velocity_along() -> dict[str, Any]:
-    """A sample of the velocity along a log with its interval and the figures of comparison, beside a sample of the log at 1 kHz."""
+    """A sample of the velocity along a log with its interval and the figures of comparison, beside
+    a sample of the log at 1 kHz."""
     log = run(spread(0), steps(SECONDS), 0, "linear")
     piece = log.pieces[0]
     figures: dict[str, Any] = {}

@@ -9,7 +9,8 @@ from typing import Any
 
 
 def pair(ours: Callable[[], Any], theirs: Callable[[], Any], repeats: int) -> tuple[float, float]:
-    """Median wall seconds of both, each called once before to warm up and then `repeats` times in turn."""
+    """Median wall seconds of both, each called once before to warm up and then `repeats` times in
+    turn."""
     ours()
     theirs()
     seconds: tuple[list[float], list[float]] = ([], [])

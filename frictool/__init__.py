@@ -1,4 +1,5 @@
-"""frictool: from the bench logs of an actuator with dry friction to a verified robust controller."""
+"""frictool: from the bench logs of an actuator with dry friction to a verified robust
+controller."""
 
 from importlib.metadata import version as _version
 

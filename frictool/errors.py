@@ -28,7 +28,8 @@ EXIT_INTERRUPTED = 130  # as a shell has it
 class FrictoolError(Exception):
     """Root of every error that a user is meant to read.
 
-    exit_code: the process's exit code. document_key: the name of a document, as `design`, and its wrong key; a command adds file and line.
+    exit_code: the process's exit code. document_key: the name of a document, as `design`, and its
+    wrong key; a command adds file and line.
     """
 
     exit_code = EXIT_INPUT
@@ -53,7 +54,8 @@ def _rebuilt(kind: type[FrictoolError], arguments: tuple[Any, ...]) -> FrictoolE
 
 
 class InputFileError(FrictoolError):
-    """An input file cannot be used: it is missing, damaged, or not of the form that is asked for."""
+    """An input file cannot be used: it is missing, damaged, or not of the form that is asked
+    for."""
 
     def __init__(self, path: Path | str, message: str, *, line: int | None = None) -> None:
         self.path = str(path)
@@ -63,7 +65,8 @@ class InputFileError(FrictoolError):
 
 
 class DocumentError(InputFileError):
-    """A YAML document breaks its type: unknown key, wrong unit, out of range, missing (with file, line and key)."""
+    """A YAML document breaks its type: unknown key, wrong unit, out of range, missing (with file,
+    line and key)."""
 
     def __init__(self, path: Path | str, message: str, *, line: int | None, key: str) -> None:
         self.key = key
@@ -85,7 +88,8 @@ class NoSolutionError(FrictoolError):
 
 
 class WorkerLost(FrictoolError):
-    """A job that several processes in turn did not outlive. job: its index among those that were shared, None where none began."""
+    """A job that several processes in turn did not outlive. job: its index among those that were
+    shared, None where none began."""
 
     def __init__(self, job: int | None, message: str) -> None:
         self.job = job

@@ -1,4 +1,5 @@
-"""`python -m release DIR`: builds the last commit twice, in surroundings that differ, compares, and writes what is the same to DIR."""
+"""`python -m release DIR`: builds the last commit twice, in surroundings that differ, compares, and
+writes what is the same to DIR."""
 
 from __future__ import annotations
 
@@ -22,7 +23,10 @@ TWICE = (
 def main(target: Path) -> None:
     """Raises Failed where two builds differ or something is missing; nothing is written then."""
     epoch = epoch_of(ROOT)
-    with tempfile.TemporaryDirectory() as first, tempfile.TemporaryDirectory(prefix="another-place-") as second:
+    with (
+        tempfile.TemporaryDirectory() as first,
+        tempfile.TemporaryDirectory(prefix="another-place-") as second,
+    ):
         made = []
         for place, surroundings in zip((first, second), TWICE, strict=True):
             tree = source(ROOT, Path(place, "tree"))

@@ -1,7 +1,7 @@
 """One build: the source distribution of a tree, and the wheel of that source distribution.
 
-setuptools dates a wheel by SOURCE_DATE_EPOCH, and a source distribution by the clock and the files: that one is written anew here, sorted,
-with one date, one owner and one set of permissions.
+setuptools dates a wheel by SOURCE_DATE_EPOCH, and a source distribution by the clock and the files:
+that one is written anew here, sorted, with one date, one owner and one set of permissions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from pathlib import Path
 
 from release.source import unpack
 
-BACKEND = "import sys; from setuptools import build_meta; getattr(build_meta, sys.argv[1])(sys.argv[2])"
+BACKEND = (
+    "import sys; from setuptools import build_meta; getattr(build_meta, sys.argv[1])(sys.argv[2])"
+)
 
 
 class Failed(Exception):
@@ -57,7 +59,8 @@ def _built(tree: Path, out: Path, epoch: int, surroundings: Surroundings) -> tup
 
 
 def _run(hook: str, folder: Path, out: Path, epoch: int, surroundings: Surroundings) -> None:
-    """A hook of the build backend, in a process of its own; what it writes has permissions, which a wheel keeps."""
+    """A hook of the build backend, in a process of its own; what it writes has permissions, which a
+    wheel keeps."""
     environment = os.environ | {
         "SOURCE_DATE_EPOCH": str(epoch),
         "TZ": surroundings.zone,
@@ -66,7 +69,15 @@ def _run(hook: str, folder: Path, out: Path, epoch: int, surroundings: Surroundi
         "PYTHONDONTWRITEBYTECODE": "1",
     }
     command = [sys.executable, "-W", "ignore", "-c", BACKEND, hook, str(out.resolve())]
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, umask=0o022, check=False)
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        umask=0o022,
+        check=False,
+    )
     if done.returncode != 0:
         raise Failed(f"{hook}: {(done.stderr or done.stdout).strip().splitlines()[-1]}")
 
@@ -82,6 +93,11 @@ def normalised(made: Path, target: Path, epoch: int) -> Path:
         for member in sorted(old.getmembers(), key=lambda one: one.name):
             is_open = member.isdir() or bool(member.mode & 0o100)
             plain = tarfile.TarInfo(member.name)
-            plain.type, plain.size, plain.mtime, plain.mode = member.type, member.size, epoch, 0o755 if is_open else 0o644
+            plain.type, plain.size, plain.mtime, plain.mode = (
+                member.type,
+                member.size,
+                epoch,
+                0o755 if is_open else 0o644,
+            )
             new.addfile(plain, old.extractfile(member) if member.isfile() else None)
     return target

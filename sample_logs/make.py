@@ -1,12 +1,18 @@
-"""Makes the sample logs: bench tests of a SIMULATED clutch (tables 4.5 and 4.8 of the thesis), as a bench would record them.
+"""Makes the sample logs: bench tests of a SIMULATED clutch (tables 4.5 and 4.8 of the thesis), as a
+bench would record them.
 
-    python sample_logs/make.py            writes sines.csv, ramp.csv and steps.csv beside this file (`make logs`)
+    python sample_logs/make.py            writes sines.csv, ramp.csv and steps.csv beside this file
+                                          (`make logs`)
 
-Each is a function of its seed: the same seed gives the same bytes. What a bench cannot know is here and nowhere in the logs: TRUTH.
+Each is a function of its seed: the same seed gives the same bytes. What a bench cannot know is here
+and nowhere in the logs: TRUTH.
 
-    sines   position servo on half sines of 100 to 350 rad/s, about 5 s of each speed (4.38); each turns at another place, drawn from
-            the seed: strokes that repeat each other exactly repeat the encoder's error too, and no averaging removes it
-    ramp    the current grows until the encoder moves, falls back to nothing, grows again, both ways over the travel (figure 4.6)
+    sines   position servo on half sines of 100 to 350 rad/s, about 5 s of each speed (4.38); each
+            turns at another place, drawn from
+            the seed: strokes that repeat each other exactly repeat the encoder's error too, and no
+            averaging removes it
+    ramp    the current grows until the encoder moves, falls back to nothing, grows again, both ways
+            over the travel (figure 4.6)
     steps   position servo on steps over the travel
 """
 
@@ -20,7 +26,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.axis import advance
+from frictool.engine.axis_motion import advance
 from frictool.plant.axis import AxisParameters, rest
 
 Vector = NDArray[np.float64]
@@ -45,14 +51,21 @@ NOISE = 0.1  # A, standard deviation of the measured current
 CURRENT_DIGITS = 3  # the recorder writes mA
 SEED = 20
 
-LOW_TURN, HIGH_TURN = (3.0, 9.0), (54.0, 60.0)  # rad, where the sines turn, within the travel of 0 to 63 rad
+LOW_TURN, HIGH_TURN = (
+    (3.0, 9.0),
+    (54.0, 60.0),
+)  # rad, where the sines turn, within the travel of 0 to 63 rad
 SPEEDS = (100.0, 150.0, 200.0, 250.0, 300.0, 350.0)  # rad/s
 SECONDS_EACH = 5.0
 STEPS = (5.0, 55.0, 5.0, 35.0, 15.0)  # rad
 STEP_SECONDS = 1.1
 REFERENCE_SPEED = 30.0  # rad/s, second-order filter of the steps
 
-SERVO = (3.0, 0.1, 300.0)  # A/rad, A s/rad, rad/s: the bench's own servo on position and filtered speed
+SERVO = (
+    3.0,
+    0.1,
+    300.0,
+)  # A/rad, A s/rad, rad/s: the bench's own servo on position and filtered speed
 RAMP = 25.0  # A/s
 MOVED_COUNTS = 10  # the ramp falls back when the encoder has moved so far
 PAUSE = 0.05  # s without current after each breakaway
@@ -67,11 +80,20 @@ class Recording(NamedTuple):
     current: Vector
 
 
-@numba.njit  # not kept on disk: this file runs under two names, as a script and as a module of the tests
+# not kept on disk: this file runs under two names, as a script and as a module of the tests
+@numba.njit
 def _servo(
-    state: Vector, reference: Vector, feedforward: Vector, servo: Vector, p: Vector, step: float, encoder: Counts, drive: Vector
+    state: Vector,
+    reference: Vector,
+    feedforward: Vector,
+    servo: Vector,
+    p: Vector,
+    step: float,
+    encoder: Counts,
+    drive: Vector,
 ) -> int:
-    """Plays `reference` (n, 2) of position and speed; fills `encoder` and `drive` (n,). Returns the engine's status.
+    """Plays `reference` (n, 2) of position and speed; fills `encoder` and `drive` (n,). Returns the
+    engine's status.
 
     A command computed at one sample acts from the next.
     """
@@ -80,7 +102,9 @@ def _servo(
     for k in range(encoder.shape[0]):
         encoder[k] = math.floor(state[0] / step)
         drive[k] = state[2]
-        filtered += (1.0 - math.exp(-servo[2] * servo[3])) * ((encoder[k] - last) * step / servo[3] - filtered)
+        filtered += (1.0 - math.exp(-servo[2] * servo[3])) * (
+            (encoder[k] - last) * step / servo[3] - filtered
+        )
         last = encoder[k]
         status = advance(state, command, p, servo[3])
         if status != 0:
@@ -91,8 +115,17 @@ def _servo(
 
 
 @numba.njit
-def _ramp(state: Vector, ramp: Vector, turn: Vector, p: Vector, step: float, encoder: Counts, drive: Vector) -> int:
-    """Plays figure 4.6: `ramp` = (A per sample, counts, samples of pause, sample period). Returns how many samples were filled, or < 0."""
+def _ramp(
+    state: Vector,
+    ramp: Vector,
+    turn: Vector,
+    p: Vector,
+    step: float,
+    encoder: Counts,
+    drive: Vector,
+) -> int:
+    """Plays figure 4.6: `ramp` = (A per sample, counts, samples of pause, sample period). Returns
+    how many samples were filled, or < 0."""
     command, direction, pause = 0.0, 1.0, 0.0
     last = math.floor(state[0] / step)
     for k in range(encoder.shape[0]):
@@ -128,27 +161,51 @@ def _start(generator: np.random.Generator, position: float, truth: AxisParameter
 
 def _recording(encoder: Counts, drive: Vector, generator: np.random.Generator) -> Recording:
     time = np.arange(encoder.size) * PERIOD
-    return Recording(time, encoder, np.round(drive + NOISE * generator.standard_normal(drive.size), CURRENT_DIGITS))
+    return Recording(
+        time,
+        encoder,
+        np.round(drive + NOISE * generator.standard_normal(drive.size), CURRENT_DIGITS),
+    )
 
 
-def _play(position: Vector, speed: Vector, feedforward: Vector, generator: np.random.Generator, truth: AxisParameters) -> Recording:
+def _play(
+    position: Vector,
+    speed: Vector,
+    feedforward: Vector,
+    generator: np.random.Generator,
+    truth: AxisParameters,
+) -> Recording:
     encoder, drive = np.empty(position.size, dtype=np.int64), np.empty(position.size)
     state = _start(generator, float(position[0]), truth)
     reference = np.column_stack((position, speed))
     servo = np.array([*SERVO, PERIOD])
-    _check(_servo(state, reference, feedforward, servo, truth.as_array(), truth.encoder_step, encoder, drive))
+    _check(
+        _servo(
+            state,
+            reference,
+            feedforward,
+            servo,
+            truth.as_array(),
+            truth.encoder_step,
+            encoder,
+            drive,
+        )
+    )
     return _recording(encoder, drive, generator)
 
 
 def _half_sines(generator: np.random.Generator, repeated: bool) -> tuple[Vector, Vector, Vector]:
-    """Position, speed and acceleration of the reference, each (n,): up and down strokes of half a period at each of SPEEDS.
+    """Position, speed and acceleration of the reference, each (n,): up and down strokes of half a
+    period at each of SPEEDS.
 
     repeated: all strokes turn where the first ones do.
     """
     low, high = generator.uniform(*LOW_TURN), 0.0
     parts: list[tuple[Vector, Vector, Vector]] = []
     for top_speed in SPEEDS:
-        for _ in range(round(SECONDS_EACH * top_speed / (2.0 * math.pi * 0.5 * (HIGH_TURN[0] - LOW_TURN[0])))):
+        for _ in range(
+            round(SECONDS_EACH * top_speed / (2.0 * math.pi * 0.5 * (HIGH_TURN[0] - LOW_TURN[0])))
+        ):
             if not (repeated and parts):
                 high = generator.uniform(*HIGH_TURN)
             following = low if repeated else generator.uniform(*LOW_TURN)
@@ -157,14 +214,17 @@ def _half_sines(generator: np.random.Generator, repeated: bool) -> tuple[Vector,
                 rate = math.pi / (samples * PERIOD)
                 angle, half = rate * PERIOD * np.arange(samples), 0.5 * (end - start)
                 position = start + half * (1.0 - np.cos(angle))
-                parts.append((position, half * rate * np.sin(angle), half * rate**2 * np.cos(angle)))
+                parts.append(
+                    (position, half * rate * np.sin(angle), half * rate**2 * np.cos(angle))
+                )
             low = following
     joined = [np.concatenate(column) for column in zip(*parts, strict=True)]
     return joined[0], joined[1], joined[2]
 
 
 def sines(seed: int, truth: AxisParameters = TRUTH, repeated: bool = False) -> Recording:
-    """Half sines at several speeds, joined where they turn; `repeated` ones turn at the same places all the time."""
+    """Half sines at several speeds, joined where they turn; `repeated` ones turn at the same places
+    all the time."""
     generator = np.random.default_rng([seed, 1])
     position, speed, acceleration = _half_sines(generator, repeated)
     feedforward = (truth.inertia * acceleration + truth.viscous * speed) / truth.constant
@@ -176,8 +236,23 @@ def ramp(seed: int, truth: AxisParameters = TRUTH, rate: float = RAMP) -> Record
     generator = np.random.default_rng([seed, 2])
     size = round(400.0 / PERIOD)
     encoder, drive = np.empty(size, dtype=np.int64), np.empty(size)
-    settings = np.array([rate * PERIOD, MOVED_COUNTS * max(1.0, round(TRUTH.encoder_step / truth.encoder_step)), PAUSE / PERIOD, PERIOD])
-    used = _ramp(_start(generator, 1.0, truth), settings, np.array(TURN), truth.as_array(), truth.encoder_step, encoder, drive)
+    settings = np.array(
+        [
+            rate * PERIOD,
+            MOVED_COUNTS * max(1.0, round(TRUTH.encoder_step / truth.encoder_step)),
+            PAUSE / PERIOD,
+            PERIOD,
+        ]
+    )
+    used = _ramp(
+        _start(generator, 1.0, truth),
+        settings,
+        np.array(TURN),
+        truth.as_array(),
+        truth.encoder_step,
+        encoder,
+        drive,
+    )
     _check(min(used, 0))
     return _recording(encoder[:used], drive[:used], generator)
 
@@ -210,7 +285,9 @@ def main() -> None:
         target = Path(__file__).parent / f"{name}.csv"
         text = csv(make(SEED))
         target.write_text(text, newline="\n")
-        print(f"{target.name}: {text.count(chr(10)) - 1} samples, {len(text) / 1e3:.0f} kB, seed {SEED}")
+        print(
+            f"{target.name}: {text.count(chr(10)) - 1} samples, {len(text) / 1e3:.0f} kB, seed {SEED}"
+        )
 
 
 if __name__ == "__main__":

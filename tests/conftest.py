@@ -1,7 +1,8 @@
 """Settings of all tests, and the processor time of each package at the end of a run.
 
-Property tests draw the same examples every time, and the first example may compile a kernel. A test has one core: the matrices are
-small, so that a second thread of the linear algebra waits longer than it works, on the core of the other file of tests.
+Property tests draw the same examples every time, and the first example may compile a kernel. A test
+has one core: the matrices are small, so that a second thread of the linear algebra waits longer
+than it works, on the core of the other file of tests.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and scipy are first imported, here and by each child process
+os.environ.setdefault(
+    "OPENBLAS_NUM_THREADS", "1"
+)  # read when numpy and scipy are first imported, here and by each child process
 
 settings.register_profile("frictool", derandomize=True, deadline=None, database=None)
 settings.load_profile("frictool")
@@ -49,7 +52,11 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     for reports in terminalreporter.stats.values():
         for report in reports:
             if getattr(report, "when", "") == "teardown":
-                costs[report.nodeid.split("/")[1].split("::")[0]] += dict(report.user_properties).get(COST, 0.0)
-    listed = ", ".join(f"{name} {cost:.0f}" for name, cost in costs.most_common() if cost >= LEAST_S)
+                costs[report.nodeid.split("/")[1].split("::")[0]] += dict(
+                    report.user_properties
+                ).get(COST, 0.0)
+    listed = ", ".join(
+        f"{name} {cost:.0f}" for name, cost in costs.most_common() if cost >= LEAST_S
+    )
     if listed:
         terminalreporter.write_line(f"processor time [s]: {sum(costs.values()):.0f}: {listed}")

@@ -1,4 +1,5 @@
-"""Folders of compiled kernels: whose they are, when they go, and what happens when several processes write or a disk was full."""
+"""Folders of compiled kernels: whose they are, when they go, and what happens when several
+processes write or a disk was full."""
 
 from __future__ import annotations
 
@@ -14,12 +15,13 @@ from typing import Any
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
-from frictool import kernel_cache, kernels
-from frictool.kernel_cache import KEPT, USED, folders, hold, prune, remove, writing
+from frictool.runtime import kernel_cache, kernels
+from frictool.runtime.kernel_cache import KEPT, USED, folders, mark_used, prune, remove, writing
 
 DAY = 86400.0
 HOLDER = (
-    "import sys, pathlib; from frictool import kernel_cache as c; c.hold(pathlib.Path(sys.argv[1])); print('held', flush=True); input()"
+    "import sys, pathlib; from frictool.runtime import kernel_cache as c; "
+    "c.mark_used(pathlib.Path(sys.argv[1])); print('held', flush=True); input()"
 )
 
 
@@ -39,7 +41,10 @@ def left_over(place: Path, name: str, age: float, locked: bool = True) -> Path:
 
 
 def test_what_was_unused_for_a_fortnight_goes(tmp_path: Path) -> None:
-    current, old, recent = (left_over(tmp_path, name, age) for name, age in (("new", 0.0), ("old", 30 * DAY), ("recent", 2 * DAY)))
+    current, old, recent = (
+        left_over(tmp_path, name, age)
+        for name, age in (("new", 0.0), ("old", 30 * DAY), ("recent", 2 * DAY))
+    )
     assert prune(tmp_path, current) == [old]
     assert [folder.path for folder in folders(tmp_path)] == [current, recent]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["kernels-new", "kernels-recent"]
@@ -47,7 +52,10 @@ def test_what_was_unused_for_a_fortnight_goes(tmp_path: Path) -> None:
 
 def test_of_many_the_last_ones_stay_and_the_current_one_always(tmp_path: Path) -> None:
     current = left_over(tmp_path, "current", 100 * DAY)
-    others = [left_over(tmp_path, str(day), (1 + day) * 0.5 * DAY, locked=day % 2 == 0) for day in range(KEPT + 4)]
+    others = [
+        left_over(tmp_path, str(day), (1 + day) * 0.5 * DAY, locked=day % 2 == 0)
+        for day in range(KEPT + 4)
+    ]
     assert sorted(prune(tmp_path, current)) == sorted(others[KEPT:])
     assert current.exists()
     assert all(folder.exists() for folder in others[:KEPT])
@@ -63,7 +71,12 @@ def test_what_was_used_within_the_hour_stays(tmp_path: Path) -> None:
 
 def test_what_a_process_holds_stays_until_it_ends(tmp_path: Path) -> None:
     folder = left_over(tmp_path, "old", 30 * DAY)
-    child = subprocess.Popen([sys.executable, "-c", HOLDER, str(folder)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    child = subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(folder)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     assert child.stdout is not None
     assert child.stdout.readline() == "held\n"
     later = time.time() + 60 * DAY
@@ -74,7 +87,9 @@ def test_what_a_process_holds_stays_until_it_ends(tmp_path: Path) -> None:
     assert remove(folder, later)
 
 
-def test_who_begins_while_a_folder_is_removed_makes_it_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_begins_while_a_folder_is_removed_makes_it_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = left_over(tmp_path, "old", 30 * DAY)
     original, seen = os.open, []
 
@@ -86,7 +101,7 @@ def test_who_begins_while_a_folder_is_removed_makes_it_anew(tmp_path: Path, monk
         return handle
 
     monkeypatch.setattr(os, "open", opens)
-    hold(folder)
+    mark_used(folder)
     monkeypatch.undo()
     assert seen
     assert folders(tmp_path)[0].busy
@@ -99,7 +114,8 @@ def test_half_removed_folders_go_with_the_next(tmp_path: Path) -> None:
 
 
 def test_one_writes_at_a_time(tmp_path: Path) -> None:
-    """Else, of two processes that read one index, each adds its own entry, and one is lost or names the other's code."""
+    """Else, of two processes that read one index, each adds its own entry, and one is lost or names
+    the other's code."""
     index: list[int] = []
 
     def keep(number: int) -> None:
@@ -117,7 +133,9 @@ def test_one_writes_at_a_time(tmp_path: Path) -> None:
     assert sorted(index) == [0, 1, 2, 3]
 
 
-def test_who_cannot_have_the_lock_keeps_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_cannot_have_the_lock_keeps_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(kernel_cache, "PATIENCE_S", 0.05)
     with writing(tmp_path) as first, writing(tmp_path) as second:
         assert (first, second) == (True, False)
@@ -126,7 +144,7 @@ def test_who_cannot_have_the_lock_keeps_nothing(tmp_path: Path, monkeypatch: pyt
 
 
 MODULE = """
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 @kernel
 def twice(x):
@@ -174,7 +192,9 @@ def test_what_is_damaged_is_compiled_again(source: Path, suffix: str, left: int)
     assert hits(last) == 1
 
 
-def test_a_full_disk_keeps_nothing_and_stops_nothing(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_keeps_nothing_and_stops_nothing(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
@@ -184,13 +204,16 @@ def test_a_full_disk_keeps_nothing_and_stops_nothing(source: Path, monkeypatch: 
 
 
 POSIX = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="owners and modes of POSIX")
-ASK = "from frictool import kernels; print(kernels.FOLDER); print(*kernels.UNTRUSTED.values())"
+ASK = "from frictool.runtime import kernels; print(kernels.FOLDER); print(*kernels.UNTRUSTED.values())"
 
 
 def place_of_kernels(place: Path, user: Path) -> tuple[str, str]:
-    """The folder that a new process uses where NUMBA_CACHE_DIR says `place`, and why another is not loaded."""
+    """The folder that a new process uses where NUMBA_CACHE_DIR says `place`, and why another is not
+    loaded."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(place), "XDG_CACHE_HOME": str(user)}
-    done = subprocess.run([sys.executable, "-c", ASK], capture_output=True, text=True, env=environment, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", ASK], capture_output=True, text=True, env=environment, check=True
+    )
     folder, reason = done.stdout.splitlines()
     return folder, reason
 
@@ -217,22 +240,33 @@ def test_kernels_of_another_user_are_not_loaded_and_doctor_says_so(tmp_path: Pat
     place, user = tmp_path / "place", tmp_path / "user"
     folder = Path(place_of_kernels(place, user)[0])
     os.chown(folder, 4321, -1)
-    assert place_of_kernels(place, user) == (str(user / "frictool" / folder.name), f"{folder} belongs to user 4321")
+    assert place_of_kernels(place, user) == (
+        str(user / "frictool" / folder.name),
+        f"{folder} belongs to user 4321",
+    )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(place), "XDG_CACHE_HOME": str(user)}
-    done = subprocess.run([sys.executable, "-m", "frictool", "doctor"], capture_output=True, text=True, env=environment, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "frictool", "doctor"],
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
+    )
     (line,) = (line for line in done.stdout.splitlines() if line.startswith("note  kernels"))
     assert f"{folder} is not loaded: {folder} belongs to user 4321" in line
     assert str(user) in line
 
 
 @POSIX
-def test_the_owner_of_the_sources_is_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_owner_of_the_sources_is_trusted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder, sources = tmp_path / "kernels-1", tmp_path / "kernels.py"
     folder.mkdir(mode=0o755)
     sources.touch()
-    assert kernel_cache.distrust(folder, sources) == ""
+    assert kernel_cache.untrusted_reason(folder, sources) == ""
     monkeypatch.setattr(os, "geteuid", lambda: 4321)
-    assert kernel_cache.distrust(folder, sources) == ""
+    assert kernel_cache.untrusted_reason(folder, sources) == ""
 
 
 @POSIX

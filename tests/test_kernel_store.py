@@ -1,4 +1,5 @@
-"""Compiled kernels follow the sources that they depend on: what an edit compiles anew, and what it leaves."""
+"""Compiled kernels follow the sources that they depend on: what an edit compiles anew, and what it
+leaves."""
 
 from __future__ import annotations
 
@@ -14,15 +15,15 @@ from typing import Any
 import pytest
 from numba.core.dispatcher import Dispatcher
 
-from frictool import kernel_sources, kernel_store, kernels
-from frictool.kernel_cache import AGE_S, KEPT, prune_states
-from frictool.kernel_sources import PACKAGE, Sources, UnknownSourcesError
-from frictool.kernel_store import reached, sources_of
+from frictool.runtime import kernel_sources, kernel_store, kernels
+from frictool.runtime.kernel_cache import AGE_S, KEPT, prune_states
+from frictool.runtime.kernel_sources import PACKAGE, Sources, UnknownSourcesError
+from frictool.runtime.kernel_store import reached, sources_of
 
 PROGRAM = """
 import sys
 from numba.core import event
-from frictool import kernels
+from frictool.runtime import kernels
 
 class Names(event.Listener):
     def on_start(self, event):
@@ -37,10 +38,10 @@ print(drive.power(3.0), alone.half(3.0))
 RIG = {
     "__init__.py": "",
     "limits.py": '"""Limits."""\nLIMIT = 2.0\n',
-    "law.py": 'from frictool.kernels import kernel\n\n\n@kernel\ndef force(v):\n    """A force."""\n    return v\n',
-    "drive.py": "from frictool.kernels import kernel\nfrom rig.law import force\nfrom . import limits\n\n\n"
+    "law.py": 'from frictool.runtime.kernels import kernel\n\n\n@kernel\ndef force(v):\n    """A force."""\n    return v\n',
+    "drive.py": "from frictool.runtime.kernels import kernel\nfrom rig.law import force\nfrom . import limits\n\n\n"
     "LIMIT = limits.LIMIT\n\n\n@kernel\ndef power(v):\n    return LIMIT * force(v) * v\n",
-    "alone.py": "from frictool.kernels import kernel\n\n\n@kernel\ndef half(v):\n    return 0.5 * v\n",
+    "alone.py": "from frictool.runtime.kernels import kernel\n\n\n@kernel\ndef half(v):\n    return 0.5 * v\n",
 }
 
 
@@ -55,8 +56,14 @@ def rig(tmp_path: Path) -> Path:
 
 def compiled(rig: Path) -> list[str]:
     """Run the kernels in a new process; the names of those that it compiles, and their values."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(rig.parent / "kept"), "PYTHONPATH": f"{rig.parent}{os.pathsep}{PACKAGE.parent}"}
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, env=environment, check=True)
+    environment = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(rig.parent / "kept"),
+        "PYTHONPATH": f"{rig.parent}{os.pathsep}{PACKAGE.parent}",
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, env=environment, check=True
+    )
     return done.stdout.split()
 
 
@@ -69,7 +76,12 @@ def replace(path: Path, old: str, new: str) -> None:
 def test_an_edit_compiles_the_kernels_that_depend_on_it(rig: Path) -> None:
     assert compiled(rig) == ["power", "force", "half", "18.0", "1.5"]
     for path in rig.glob("*.py"):  # comments, lines, docstrings
-        path.write_text("# a comment\n\n" + path.read_text().replace("A force.", "The force [N].").replace("Limits.", "All limits."))
+        path.write_text(
+            "# a comment\n\n"
+            + path.read_text()
+            .replace("A force.", "The force [N].")
+            .replace("Limits.", "All limits.")
+        )
     assert compiled(rig) == ["18.0", "1.5"]
     replace(rig / "limits.py", "LIMIT = 2.0", "LIMIT = 4.0")
     assert compiled(rig) == ["power", "36.0", "1.5"]
@@ -84,7 +96,9 @@ def test_an_edit_compiles_the_kernels_that_depend_on_it(rig: Path) -> None:
     assert compiled(rig) == ["power", "half", "48.0", "12.0"]
 
 
-def test_a_checkout_finds_the_kernels_of_another(rig: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_a_checkout_finds_the_kernels_of_another(
+    rig: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
     assert compiled(rig)[:3] == ["power", "force", "half"]
     other = tmp_path_factory.mktemp("other")
     (rig.parent / "kept").rename(other / "kept")
@@ -94,16 +108,26 @@ def test_a_checkout_finds_the_kernels_of_another(rig: Path, tmp_path_factory: py
 
 def test_a_kernel_that_two_processes_need_is_compiled_once(rig: Path) -> None:
     """The second waits for the first, which takes a second over each."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(rig.parent / "kept"), "PYTHONPATH": f"{rig.parent}{os.pathsep}{PACKAGE.parent}"}
+    environment = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(rig.parent / "kept"),
+        "PYTHONPATH": f"{rig.parent}{os.pathsep}{PACKAGE.parent}",
+    }
     slow = PROGRAM.replace("        pass", "        import time; time.sleep(1.0)")
-    both = [subprocess.Popen([sys.executable, "-c", slow], env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    both = [
+        subprocess.Popen(
+            [sys.executable, "-c", slow], env=environment, stdout=subprocess.PIPE, text=True
+        )
+        for _ in range(2)
+    ]
     words = [word for one in both for word in one.communicate()[0].split()]
     assert sorted(words) == sorted(["power", "force", "half", *["18.0", "1.5"] * 2])
 
 
 SOURCES = {
     "__init__.py": (
-        "from frictool.exports import lazily\nfrom rig.near import near\n__getattr__, __dir__ = lazily(__name__, {'far': 'rig.far'})\n"
+        "from frictool.runtime.lazy_exports import lazy_exports\n"
+        "from rig.near import near\n__getattr__, __dir__ = lazy_exports(__name__, {'far': 'rig.far'})\n"
     ),
     "near.py": "near = 1\n",
     "far.py": "far = 1\n",
@@ -112,7 +136,7 @@ SOURCES = {
     "constants.py": "C = 1\n",
     "apart.py": "",
 }
-BASE = {"rig", "rig.near", "rig.kernel", "frictool", "frictool.exports"}
+BASE = {"rig", "rig.near", "rig.kernel", "frictool", "frictool.runtime.lazy_exports"}
 WHOLE = BASE | {"rig.far", "rig.sub", "rig.sub.deep", "rig.constants", "rig.apart"}
 
 
@@ -128,12 +152,24 @@ WHOLE = BASE | {"rig.far", "rig.sub", "rig.sub.deep", "rig.constants", "rig.apar
         ("import rig.sub.deep as deep", BASE | {"rig.sub", "rig.sub.deep"}),
         ("from rig import near", BASE),
         ("def f():\n    from rig.constants import C", BASE | {"rig.constants"}),
-        ("try:\n    from rig.constants import C\nexcept ImportError:\n    C = 2", BASE | {"rig.constants"}),
-        ("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from rig.constants import C", BASE),
-        ("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    pass\nelse:\n    from rig.constants import C", BASE | {"rig.constants"}),
+        (
+            "try:\n    from rig.constants import C\nexcept ImportError:\n    C = 2",
+            BASE | {"rig.constants"},
+        ),
+        (
+            "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from rig.constants import C",
+            BASE,
+        ),
+        (
+            "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    pass\nelse:\n    from rig.constants import C",
+            BASE | {"rig.constants"},
+        ),
         ("from rig import far", BASE | {"rig.far"}),  # a lazy export
         ("from rig.constants import *", BASE | {"rig.constants"}),
-        ("from rig import sub", BASE | {"rig.sub", "rig.sub.deep"}),  # sub.deep is there if anybody has imported it
+        (
+            "from rig import sub",
+            BASE | {"rig.sub", "rig.sub.deep"},
+        ),  # sub.deep is there if anybody has imported it
         ("import rig.constants", WHOLE),  # binds the package
         ("from rig import *", WHOLE),
         ("from rig import made_up", WHOLE),
@@ -148,16 +184,25 @@ def test_imports_are_read_from_the_source(text: str, expected: set[str], tmp_pat
     assert Sources(tmp_path).state(["rig.kernel"]).modules == expected
 
 
-def test_an_import_by_a_computed_name_depends_on_everything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_import_by_a_computed_name_depends_on_everything(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(kernel_sources, "_START", math.inf)  # nothing here was imported
     package = tmp_path / "elsewhere" / "frictool"
     package.mkdir(parents=True)
     for name in ("__init__", "law", "kernels", "kernel_store"):
         (package / f"{name}.py").write_text("")
-    (tmp_path / "kernel.py").write_text("import importlib\nlaw = importlib.import_module('frictool.' + NAME)\n")
+    (tmp_path / "kernel.py").write_text(
+        "import importlib\nlaw = importlib.import_module('frictool.' + NAME)\n"
+    )
     (tmp_path / "apart.py").write_text("")
     state = Sources(tmp_path, package=package).state(["kernel"])
-    assert state.modules == {"kernel", "frictool", "frictool.law", "frictool.kernels"}  # not what keeps the code
+    assert state.modules == {
+        "kernel",
+        "frictool",
+        "frictool.law",
+        "frictool.runtime.kernels",
+    }  # not what keeps the code
 
 
 def test_what_was_read_is_kept_and_damage_to_it_is_survived(tmp_path: Path) -> None:
@@ -170,7 +215,9 @@ def test_what_was_read_is_kept_and_damage_to_it_is_survived(tmp_path: Path) -> N
     assert Sources(tmp_path, tmp_path).state(["kernel"]) == expected
 
 
-def test_a_source_that_changed_after_its_import_gives_no_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_source_that_changed_after_its_import_gives_no_state(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """This process runs the old form: its machine code must not be kept as that of the new one."""
     path = tmp_path / "changing.py"
     path.write_text("C = 1\n")
@@ -185,7 +232,8 @@ def test_a_source_that_changed_after_its_import_gives_no_state(tmp_path: Path, m
 
 
 def test_a_source_that_changes_after_it_was_read_gives_no_state(tmp_path: Path) -> None:
-    """A module that is loaded again in the same process, as in a notebook, has machine code that no state names."""
+    """A module that is loaded again in the same process, as in a notebook, has machine code that no
+    state names."""
     (tmp_path / "limits.py").write_text("C = 1\n")
     (tmp_path / "kernel.py").write_text("from limits import C\n")
     sources = Sources(tmp_path)
@@ -203,8 +251,18 @@ def test_a_module_without_its_source_gives_no_state(tmp_path: Path) -> None:
 def all_kernels() -> list[Any]:
     """Every kernel of the package."""
     files = [path for path in PACKAGE.rglob("*.py") if "kernel\ndef " in path.read_text()]
-    modules = [importlib.import_module(f"frictool.{'.'.join(path.relative_to(PACKAGE).with_suffix('').parts)}") for path in files]
-    return [value for module in modules for value in vars(module).values() if isinstance(value, Dispatcher)]
+    modules = [
+        importlib.import_module(
+            f"frictool.{'.'.join(path.relative_to(PACKAGE).with_suffix('').parts)}"
+        )
+        for path in files
+    ]
+    return [
+        value
+        for module in modules
+        for value in vars(module).values()
+        if isinstance(value, Dispatcher)
+    ]
 
 
 def test_every_function_that_a_kernel_calls_is_in_its_state() -> None:
@@ -212,7 +270,11 @@ def test_every_function_that_a_kernel_calls_is_in_its_state() -> None:
     assert len(found) > 300
     calls = 0
     for function in found:
-        sources = sources_of(kernels.FOLDER or Path(), kernel_store.module_of(function), function.__code__.co_filename)
+        sources = sources_of(
+            kernels.FOLDER or Path(),
+            kernel_store.module_of(function),
+            function.__code__.co_filename,
+        )
         called = reached(function, sources.holds)
         calls += len(called)
         assert called <= sources.state([function.__module__]).modules, function
@@ -234,7 +296,9 @@ def test_former_states_of_a_module_go_but_for_the_last_ones(tmp_path: Path) -> N
             os.utime(folder, (time.time() - age * day,) * 2)
     current = tmp_path / f"engine.slip-{0:016x}"
     gone = prune_states(current)
-    assert sorted(path.name for path in gone) == [f"engine.slip-{age:016x}" for age in (KEPT + 1, KEPT + 2)]
+    assert sorted(path.name for path in gone) == [
+        f"engine.slip-{age:016x}" for age in (KEPT + 1, KEPT + 2)
+    ]
     os.utime(tmp_path / f"engine.slip-{3:016x}", (time.time() - AGE_S - day,) * 2)
     assert [path.name for path in prune_states(current)] == [f"engine.slip-{3:016x}"]
     assert len(list(tmp_path.glob("engine.slip_band-*"))) == KEPT + 3

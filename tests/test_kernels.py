@@ -9,8 +9,8 @@ import numba
 import numpy as np
 import pytest
 
-from frictool import kernel_cache, kernels, waiting
-from frictool.kernel_store import KernelStore
+from frictool.runtime import kernel_cache, kernels, notifications
+from frictool.runtime.kernel_store import KernelStore
 
 PACKAGE = Path(kernels.__file__).parent
 
@@ -30,11 +30,15 @@ def test_a_folder_that_cannot_be_made_is_not_usable(tmp_path: Path) -> None:
     assert kernels._usable(tmp_path / "folder")
 
 
-def test_the_user_folder_stands_in_for_a_read_only_installation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_user_folder_stands_in_for_a_read_only_installation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(kernels.settings, "CACHE_DIR", "")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     usable = kernels._usable
-    monkeypatch.setattr(kernels, "_usable", lambda folder: PACKAGE not in folder.parents and usable(folder))
+    monkeypatch.setattr(
+        kernels, "_usable", lambda folder: PACKAGE not in folder.parents and usable(folder)
+    )
     folder = kernels._cache_folder()
     assert folder is not None
     assert folder.parent == tmp_path / "frictool"
@@ -42,7 +46,9 @@ def test_the_user_folder_stands_in_for_a_read_only_installation(tmp_path: Path, 
     assert kernels._cache_folder() is None
 
 
-def test_where_numba_is_told_to_keep_things_versions_have_folders_of_their_own_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_numba_is_told_to_keep_things_versions_have_folders_of_their_own_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(kernels.settings, "CACHE_DIR", str(tmp_path))
     kept = kernels._cache_folder()
     assert kept is not None
@@ -54,7 +60,9 @@ def test_what_others_compile_is_kept_where_they_want_it() -> None:
     assert kernels.FOLDER is None or str(kernels.FOLDER) != kernels.settings.CACHE_DIR
 
 
-def test_a_kernel_is_compiled_once_it_was_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_kernel_is_compiled_once_it_was_called(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(kernels, "FOLDER", tmp_path)
 
     @kernels.kernel
@@ -67,7 +75,9 @@ def test_a_kernel_is_compiled_once_it_was_called(tmp_path: Path, monkeypatch: py
     assert not kernels.is_compiled(len)
 
 
-def test_a_kernel_that_fails_to_compile_leaves_no_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_kernel_that_fails_to_compile_leaves_no_lock(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(kernels, "FOLDER", tmp_path)
 
     @kernels.kernel
@@ -84,7 +94,7 @@ def test_a_kernel_that_fails_to_compile_leaves_no_lock(tmp_path: Path, monkeypat
 def test_who_waits_for_the_compiler_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernels, "FOLDER", None)
     told: list[None] = []
-    monkeypatch.setattr(waiting, "compiling", lambda: told.append(None))
+    monkeypatch.setattr(notifications, "compiling", lambda: told.append(None))
 
     @kernels.kernel
     def twice(x: float) -> float:
@@ -97,8 +107,11 @@ def test_who_waits_for_the_compiler_is_told(monkeypatch: pytest.MonkeyPatch) -> 
     assert len(told) == 1
 
 
-def test_a_kernel_inherits_nothing_from_an_inner_kernel_that_calls_it_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Else all that an inner kernel calls would be copied into each of its callers, and compiled anew at every level."""
+def test_a_kernel_inherits_nothing_from_an_inner_kernel_that_calls_it_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Else all that an inner kernel calls would be copied into each of its callers, and compiled
+    anew at every level."""
     monkeypatch.setattr(kernels, "FOLDER", None)  # what comes from disk cannot be looked into
 
     @kernels.kernel
@@ -118,13 +131,17 @@ def test_a_kernel_inherits_nothing_from_an_inner_kernel_that_calls_it_first(monk
         assert ("alwaysinline" in next(iter(function.inspect_llvm().values()))) == copied
 
 
-def test_a_relative_place_is_that_of_the_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_relative_place_is_that_of_the_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(kernels.settings, "CACHE_DIR", "kept")
-    assert kernels.places()[0] == tmp_path / "kept"
+    assert kernels.cache_places()[0] == tmp_path / "kept"
 
 
-def test_kernels_are_plain_functions_where_numba_is_told_not_to_compile(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kernels_are_plain_functions_where_numba_is_told_not_to_compile(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(kernels.settings, "DISABLE_JIT", 1)
 
     @kernels.kernel

@@ -1,4 +1,5 @@
-"""The layouts for Foxglove and PlotJuggler name what a simulated run has, in the structure that those programs read."""
+"""The layouts for Foxglove and PlotJuggler name what a simulated run has, in the structure that
+those programs read."""
 
 from __future__ import annotations
 
@@ -23,7 +24,16 @@ def series(tmp_path_factory: pytest.TempPathFactory) -> set[tuple[str, str]]:
     folder = tmp_path_factory.mktemp("run")
     rig = write_rig(folder)
     target = folder / "run.mcap"
-    done = run("simulate", rig["model"], "--controller", rig["controller"], "--scenario", rig["scenario"], "-o", target)
+    done = run(
+        "simulate",
+        rig["model"],
+        "--controller",
+        rig["controller"],
+        "--scenario",
+        rig["scenario"],
+        "-o",
+        target,
+    )
     assert done.code == 0, done.stderr
     return {(stream.topic, name) for stream in read_mcap(target).streams for name in stream.signals}
 
@@ -39,7 +49,13 @@ def panels(layout: Any) -> list[str]:
 
 def test_foxglove(series: set[tuple[str, str]]):
     layout = json.loads((LAYOUTS / "foxglove.json").read_text())
-    assert layout.keys() >= {"configById", "globalVariables", "userNodes", "playbackConfig", "layout"}
+    assert layout.keys() >= {
+        "configById",
+        "globalVariables",
+        "userNodes",
+        "playbackConfig",
+        "layout",
+    }
     shown = panels(layout["layout"])
     assert sorted(shown) == sorted(layout["configById"])
     assert all(panel.partition("!")[0] == "Plot" and panel.partition("!")[2] for panel in shown)
@@ -61,7 +77,11 @@ def test_plotjuggler(series: set[tuple[str, str]]):
         assert sum(sizes) == pytest.approx(1.0)
     plots = root.findall("./tabbed_widget/Tab/Container/DockSplitter/DockArea/plot")
     assert len(plots) == len(root.findall(".//plot")) == 3
-    named = {tuple(curve.attrib["name"].rsplit("/", 1)) for plot in plots for curve in plot.findall("curve")}
+    named = {
+        tuple(curve.attrib["name"].rsplit("/", 1))
+        for plot in plots
+        for curve in plot.findall("curve")
+    }
     assert named <= series
     assert {field for _, field in named} >= SHOWN
 
@@ -72,7 +92,9 @@ def test_plotjuggler_opens_the_demo_s_run_without_a_question():
     target = (LAYOUTS / file.attrib["filename"]).resolve()
     rig = LAYOUTS.parent / "clutch"
     assert target.name == "run.mcap"
-    assert target.relative_to(rig / "build").parts[0] in {design.stem for design in (rig / "designs").glob("*.yaml")}
+    assert target.relative_to(rig / "build").parts[0] in {
+        design.stem for design in (rig / "designs").glob("*.yaml")
+    }
     parameters = file.find("./plugin[@ID='DataLoad MCAP']/parameters")
     assert parameters is not None  # with them the loader asks nothing
     assert parameters.attrib["selected_topics"] == "/axis"

@@ -14,16 +14,26 @@ from benchmarks import __main__ as bench
 from tests.accept import __main__ as accept
 
 
-def test_a_check_that_fails_or_raises_is_exit_1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+def test_a_check_that_fails_or_raises_is_exit_1(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
     def broken() -> dict[str, Any]:
         raise RuntimeError("no data")
 
-    checks = {"good": lambda: {"passed": True, "cover": 0.95}, "bad": lambda: {"passed": False}, "broken": broken}
+    checks = {
+        "good": lambda: {"passed": True, "cover": 0.95},
+        "bad": lambda: {"passed": False},
+        "broken": broken,
+    }
     monkeypatch.setattr(accept, "collect", lambda folder: checks)
     target = tmp_path / "build" / "accept.json"
     assert accept.main([str(target)]) == 1
     found = json.loads(target.read_text())
-    assert {name: result["passed"] for name, result in found.items()} == {"good": True, "bad": False, "broken": False}
+    assert {name: result["passed"] for name, result in found.items()} == {
+        "good": True,
+        "bad": False,
+        "broken": False,
+    }
     assert found["good"]["cover"] == 0.95
     assert found["broken"]["error"] == "RuntimeError: no data"
     assert "1 of 3 checks passed" in capsys.readouterr().out
@@ -43,7 +53,15 @@ def test_a_row_without_its_peer_is_skipped_and_one_that_fails_is_exit_1(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
     def good() -> dict[str, Any]:
-        return {"id": "good", "peer": "p", "ours": 1.0, "theirs": 2.0, "unit": "s", "ratio": 2.0, "accuracy": "same"}
+        return {
+            "id": "good",
+            "peer": "p",
+            "ours": 1.0,
+            "theirs": 2.0,
+            "unit": "s",
+            "ratio": 2.0,
+            "accuracy": "same",
+        }
 
     def without_peer() -> dict[str, Any]:
         import no_such_peer  # noqa: F401  # that it is missing is what is tried
@@ -64,9 +82,18 @@ def test_a_row_without_its_peer_is_skipped_and_one_that_fails_is_exit_1(
     assert bench.main([str(target), "good"]) == 0
 
 
-def test_a_row_without_an_id_has_that_of_its_function(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_row_without_an_id_has_that_of_its_function(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     def log_read() -> dict[str, Any]:
-        return {"peer": "p", "ours": 1.0, "theirs": 2.0, "unit": "s", "ratio": 2.0, "accuracy": "same"}
+        return {
+            "peer": "p",
+            "ours": 1.0,
+            "theirs": 2.0,
+            "unit": "s",
+            "ratio": 2.0,
+            "accuracy": "same",
+        }
 
     monkeypatch.setattr(bench, "collect", lambda folder: [log_read])
     assert bench.main([str(tmp_path / "bench.json"), "log.read"]) == 0
@@ -106,11 +133,17 @@ def test_the_reason_of_a_skipped_test_is_shown(pytestconfig: pytest.Config):
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="there is no make on the PATH")
 def test_clean_takes_what_was_built_and_the_compiled_kernels(tmp_path: Path):
-    gone = ("build/bench.json", "configs/rig/build/model.yaml", "frictool/__pycache__/kernels-0a/engine/slip.nbi")
+    gone = (
+        "build/bench.json",
+        "configs/rig/build/model.yaml",
+        "frictool/__pycache__/kernels-0a/engine/slip.nbi",
+    )
     kept = ("configs/rig/bench.yaml", "frictool/__pycache__/kernels.pyc", "sample_logs/sines.csv")
     for name in (*gone, *kept):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("")
     makefile = Path(__file__).parents[1] / "Makefile"
     subprocess.run(["make", "-f", makefile, "clean"], cwd=tmp_path, check=True, capture_output=True)
-    assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()) == sorted(kept)
+    assert sorted(
+        str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()
+    ) == sorted(kept)

@@ -1,4 +1,5 @@
-"""Figures as `<svg>` elements: XML whatever their label says, the same bytes whatever the user's own settings say."""
+"""Figures as `<svg>` elements: XML whatever their label says, the same bytes whatever the user's
+own settings say."""
 
 from __future__ import annotations
 
@@ -9,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.svg import Margins, drawing, panels, render
+from frictool.presentation.svg import FigureMargins, drawing, panels, render
 
-MARGINS = Margins(left=0.8, right=0.1, bottom=0.5, top=0.2, label=0.1)
+MARGINS = FigureMargins(left=0.8, right=0.1, bottom=0.5, top=0.2, label=0.1)
 
 
 def drawn(label: str) -> str:
@@ -31,6 +32,11 @@ def test_a_label_is_told_as_it_is(label: str) -> None:
 
 def test_settings_of_the_user_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     before = drawn("a")
-    for name, value in (("font.size", 20.0), ("axes.grid", False), ("svg.fonttype", "path"), ("lines.linewidth", 9.0)):
+    for name, value in (
+        ("font.size", 20.0),
+        ("axes.grid", False),
+        ("svg.fonttype", "path"),
+        ("lines.linewidth", 9.0),
+    ):
         monkeypatch.setitem(mpl.rcParams, name, value)
     assert drawn("a") == before

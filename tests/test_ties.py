@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.ties import TOLERANCE, largest, smallest
+from frictool.presentation.ties import TOLERANCE, largest, smallest
 
 FIGURES = st.lists(st.integers(-50, 50).map(lambda number: number / 7.0), min_size=1, max_size=12)
 LAST_DIGITS = st.floats(-0.2 * TOLERANCE, 0.2 * TOLERANCE)
@@ -16,7 +16,8 @@ LAST_DIGITS = st.floats(-0.2 * TOLERANCE, 0.2 * TOLERANCE)
 
 @given(FIGURES, st.data())
 def test_rounding_does_not_decide_which_is_named(figures: list[float], data: st.DataObject) -> None:
-    """The figures differ by a seventh or not at all: each one's rounding moves the value by that much, and the index not at all."""
+    """The figures differ by a seventh or not at all: each one's rounding moves the value by that
+    much, and the index not at all."""
     rounded = [figure * (1.0 + data.draw(LAST_DIGITS)) for figure in figures]
     for find, extreme in ((largest, max), (smallest, min)):
         value, index = find(rounded)

@@ -1,9 +1,10 @@
-"""Makes the thesis's tables and main figures anew beside the published ones: index.html and tables.json in a folder, a summary on stdout.
+"""Makes the thesis's tables and main figures anew beside the published ones: index.html and
+tables.json in a folder, a summary on stdout.
 
     python -m thesis build/thesis [PART...]           make thesis
 
-With parts, only those. Exit code 1 where a value differs by more than its tolerance without a word in words.yaml, where a word is stale,
-or where a value or a figure is missing.
+With parts, only those. Exit code 1 where a value differs by more than its tolerance without a word
+in words.yaml, where a word is stale, or where a value or a figure is missing.
 """
 
 from __future__ import annotations
@@ -51,7 +52,11 @@ def collected(names: list[str]) -> tuple[Part, list[str]]:
             wrong.append(f"{name}: {broken.strip().splitlines()[-1]}")
             print(broken, file=sys.stderr)
         told = f"{len(part.values)} tables, {len(part.figures)} figures"
-        print(f"{time.monotonic() - start:6.0f} s  {done} of {len(names)}  {name}: {told}", file=sys.stderr, flush=True)
+        print(
+            f"{time.monotonic() - start:6.0f} s  {done} of {len(names)}  {name}: {told}",
+            file=sys.stderr,
+            flush=True,
+        )
     return whole, wrong
 
 
@@ -89,7 +94,10 @@ def main(arguments: list[str]) -> int:
     target, names = Path(arguments[0]), arguments[1:] or list(PARTS)
     unknown = [name for name in names if name not in PARTS]
     if unknown:
-        print(f"no part is called {', '.join(unknown)}; there are: {', '.join(PARTS)}", file=sys.stderr)
+        print(
+            f"no part is called {', '.join(unknown)}; there are: {', '.join(PARTS)}",
+            file=sys.stderr,
+        )
         return 2
     if target.exists() and not target.is_dir():
         print(f"{target}: is a file; name a folder", file=sys.stderr)
@@ -104,7 +112,7 @@ def main(arguments: list[str]) -> int:
 
 def _make(target: Path, names: list[str]) -> int:
     """The folder, and the exit code."""
-    from frictool.cli.folder import save_folder
+    from frictool.cli.output_folder import save_folder
     from frictool.errors import FrictoolError
     from thesis.documents import read
     from thesis.judged import Judged, judge
@@ -120,7 +128,10 @@ def _make(target: Path, names: list[str]) -> int:
     chosen = None if len(names) == len(PARTS) else frozenset({*part.values, *part.figures})
     found = judge(documents, part, chosen)
     found = Judged(found.tables, (*wrong, *found.problems))
-    files = {"index.html": page(documents, part, found), "tables.json": as_json(documents, part, found)}
+    files = {
+        "index.html": page(documents, part, found),
+        "tables.json": as_json(documents, part, found),
+    }
     print("\n".join(summary(documents, part, found)))
     try:
         save_folder(target, files, [], overwrite=True)

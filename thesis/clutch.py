@@ -1,4 +1,5 @@
-"""The robotised clutch as configs/clutch has it: its model from the sample logs, controllers of its designs, and runs of them."""
+"""The robotised clutch as configs/clutch has it: its model from the sample logs, controllers of its
+designs, and runs of them."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.logs.log import Log
-from frictool.simulate.step_test import step_test
+from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.design import design_controller
 from tests.cli.run import run
 
@@ -32,12 +33,20 @@ def spec() -> Spec:
 
 @cache
 def identified() -> Model:
-    """The model that the rig's Makefile identifies from its sample logs, by the commands themselves."""
+    """The model that the rig's Makefile identifies from its sample logs, by the commands
+    themselves."""
     with tempfile.TemporaryDirectory() as name:
         folder, logs = Path(name), []
         for log in ("sines", "ramp"):
             logs.append(folder / f"{log}.mcap")
-            done("ingest", ROOT / f"sample_logs/{log}.csv", "--bench", RIG / "bench.yaml", "-o", logs[-1])
+            done(
+                "ingest",
+                ROOT / f"sample_logs/{log}.csv",
+                "--bench",
+                RIG / "bench.yaml",
+                "-o",
+                logs[-1],
+            )
         done("identify", *logs, "--bench", RIG / "bench.yaml", "-o", folder / "model.yaml")
         return load(folder / "model.yaml", Model)
 
@@ -53,10 +62,17 @@ def done(*words: str | Path) -> str:
 @cache
 def controller(name: str) -> Controller:
     """Of designs/NAME.yaml, or of laws/NAME.yaml."""
-    path = next(path for path in (RIG / f"designs/{name}.yaml", RIG / f"laws/{name}.yaml") if path.exists())
+    path = next(
+        path for path in (RIG / f"designs/{name}.yaml", RIG / f"laws/{name}.yaml") if path.exists()
+    )
     return design_controller(identified(), spec(), load(path, Design), HERE)
 
 
 def played(name: str, scenario: str) -> Log:
     """A controller on the clutch of 4.4 in a scenario of the rig."""
-    return step_test(load(RIG / "nonlinear.yaml", Model), controller(name), load(RIG / f"{scenario}.yaml", Scenario), HERE)
+    return simulate_closed_loop(
+        load(RIG / "nonlinear.yaml", Model),
+        controller(name),
+        load(RIG / f"{scenario}.yaml", Scenario),
+        HERE,
+    )

@@ -1,4 +1,5 @@
-"""Reads published.yaml, words.yaml and figures.yaml; the cells of tables 2.1 and 3.2, and their words, are those of `frictool compare`."""
+"""Reads published.yaml, words.yaml and figures.yaml; the cells of tables 2.1 and 3.2, and their
+words, are those of `frictool compare`."""
 
 from __future__ import annotations
 
@@ -7,14 +8,22 @@ from typing import Any, Literal
 
 import msgspec
 
-from frictool.compare.published import OTHER_PARAMETERS, PROPERTIES, REASONS, TABLE_2_1, TABLE_3_2, TESTS
+from frictool.compare.thesis_tables import (
+    OTHER_PARAMETERS,
+    PROPERTIES,
+    REASONS,
+    TABLE_2_1,
+    TABLE_3_2,
+    TESTS,
+)
 
 HERE = Path(__file__).parent
 GRIDS = {"2.1": (TABLE_2_1, PROPERTIES), "3.2": (TABLE_3_2, (*TESTS, "parameters"))}
 
 
 class Row(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A published value. within: how far ours may be off, relative; 0 where text or a count has to be the same."""
+    """A published value. within: how far ours may be off, relative; 0 where text or a count has to
+    be the same."""
 
     value: float | str
     name: str = ""
@@ -23,10 +32,12 @@ class Row(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A table of the thesis, or the figures that a section's text gives. where: section and table; ours: what made ours.
+    """A table of the thesis, or the figures that a section's text gives. where: section and table;
+    ours: what made ours.
 
-    grid: the published cells are those that `frictool compare` holds for this table, rows above columns. inputs: ours are typed in a
-    rig's file, so that the comparison checks the file and computes nothing.
+    grid: the published cells are those that `frictool compare` holds for this table, rows above
+    columns. inputs: ours are typed in a rig's file, so that the comparison checks the file and
+    computes nothing.
     """
 
     title: str
@@ -79,7 +90,9 @@ def read(folder: Path = HERE) -> Documents:
             tables[name] = msgspec.structs.replace(table, rows={**rows, **table.rows})
             both = own.keys() & words.keys()
             if both:
-                raise ValueError(f"words.yaml and frictool/compare/published.py both say why: {', '.join(sorted(both))}")
+                raise ValueError(
+                    f"words.yaml and frictool/compare/thesis_tables.py both say why: {', '.join(sorted(both))}"
+                )
             words |= own
     return Documents(tables, words, figures)
 
@@ -93,9 +106,14 @@ def _decoded(path: Path, kind: type[Any]) -> Any:
 
 
 def _grid(name: str, grid: str) -> tuple[dict[str, Row], dict[str, str]]:
-    """The cells of a table of `frictool compare`, LAW.ROW, and its words for those that come out otherwise."""
+    """The cells of a table of `frictool compare`, LAW.ROW, and its words for those that come out
+    otherwise."""
     printed, heads = GRIDS[grid]
-    rows = {f"{law}.{head}": Row(cell) for law, cells in printed.items() for head, cell in zip(heads, cells, strict=True)}
+    rows = {
+        f"{law}.{head}": Row(cell)
+        for law, cells in printed.items()
+        for head, cell in zip(heads, cells, strict=True)
+    }
     words = {
         f"{name} {law}.{head}": why
         for law, reasons in REASONS.items()

@@ -9,14 +9,17 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
-from frictool.svg import PAGE, Margins, drawing, panels, render
-from frictool.thinning import shown_samples
+from frictool.presentation.decimation import decimated_indices
+from frictool.presentation.svg import PAGE, FigureMargins, drawing, panels, render
 
 Vector = NDArray[np.float64]
-COLOURS, DASHES = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f"), ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1, 1, 1)))
+COLOURS, DASHES = (
+    ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f"),
+    ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1, 1, 1))),
+)
 REFERENCE = "#1d2733"
 WIDTH, HEIGHT, LEGEND = 7.4, 1.75, 0.9  # inches; of a row; beside the first
-MARGINS = Margins(left=0.74, right=0.11, bottom=0.5, top=0.18, label=0.25)
+MARGINS = FigureMargins(left=0.74, right=0.11, bottom=0.5, top=0.18, label=0.25)
 STYLE = {**PAGE, "lines.linewidth": 1.3, "axes.formatter.limits": (-3, 5)}
 DEEPEST = 120.0  # dB
 
@@ -35,7 +38,8 @@ Row = tuple[str, list[Curve]]
 
 
 def _decades(panel: Axes) -> None:
-    """A logarithmic abscissa with plain numbers; what is more than DEEPEST below the largest is not shown."""
+    """A logarithmic abscissa with plain numbers; what is more than DEEPEST below the largest is not
+    shown."""
     panel.set_xscale("log")
     panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     panel.xaxis.set_minor_formatter(NullFormatter())
@@ -47,7 +51,7 @@ def _plot(panel: Axes, curves: list[Curve], thin: bool) -> None:
     """The curves, those that are no reference in the colours' order."""
     drawn = 0
     for curve in curves:
-        shown = shown_samples(curve.y) if thin and curve.style != "points" else slice(None)
+        shown = decimated_indices(curve.y) if thin and curve.style != "points" else slice(None)
         x, y = curve.x[shown], curve.y[shown]
         label = curve.label or None
         if curve.style == "reference":

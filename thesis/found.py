@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Found:
-    """One value of ours. With `low` and `high` the published one agrees if it lies between; `spread` says what they are."""
+    """One value of ours. With `low` and `high` the published one agrees if it lies between;
+    `spread` says what they are."""
 
     value: float | str
     low: float | None = None
@@ -17,7 +18,8 @@ class Found:
 
 @dataclass(frozen=True)
 class Drawn:
-    """One figure of ours: `<svg>` elements one below the other, and what is seen in them, in our own figures."""
+    """One figure of ours: `<svg>` elements one below the other, and what is seen in them, in our
+    own figures."""
 
     svgs: tuple[str, ...]
     caption: str
@@ -25,7 +27,8 @@ class Drawn:
 
 @dataclass
 class Part:
-    """values: table -> key; figures: the thesis's number -> what is drawn; beside: table -> lines that no published value goes with."""
+    """values: table -> key; figures: the thesis's number -> what is drawn; beside: table -> lines
+    that no published value goes with."""
 
     values: dict[str, dict[str, Found]] = field(default_factory=dict)
     figures: dict[str, Drawn] = field(default_factory=dict)

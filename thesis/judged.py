@@ -1,4 +1,5 @@
-"""Ours beside the published: what agrees, what differs and why, and what is wrong with the reproduction itself."""
+"""Ours beside the published: what agrees, what differs and why, and what is wrong with the
+reproduction itself."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from thesis.found import Found, Part
 
 @dataclass(frozen=True)
 class Line:
-    """One value of both; `difference` in words, `word` why, where it differs; `allowed`: the tolerance, in words; `kind`: see KINDS."""
+    """One value of both; `difference` in words, `word` why, where it differs; `allowed`: the
+    tolerance, in words; `kind`: see KINDS."""
 
     key: str
     name: str
@@ -43,7 +45,8 @@ class Judged:
 
 
 def agrees(found: Found, row: Row) -> bool:
-    """A number within its tolerance of ours, or of ours with its spread; a text the same, where ">8" is met by any number above 8."""
+    """A number within its tolerance of ours, or of ours with its spread; a text the same, where
+    ">8" is met by any number above 8."""
     if isinstance(row.value, str) or isinstance(found.value, str):
         return _same(str(found.value), str(row.value))
     margin = row.within * abs(row.value)
@@ -59,26 +62,53 @@ def _same(ours: str, published: str) -> bool:
 
 
 def judge(documents: Documents, part: Part, chosen: frozenset[str] | None = None) -> Judged:
-    """Lays everything side by side. `chosen`: only these tables and figures are asked for; None for all."""
+    """Lays everything side by side. `chosen`: only these tables and figures are asked for; None for
+    all."""
     tables, problems, used = {}, [], set()
     for name, table in documents.tables.items():
         if chosen is not None and name not in chosen:
             continue
         ours = part.values.get(name, {})
-        problems += _lost(f"{name}: frictool gave none of", [key for key in table.rows if key not in ours])
-        problems += [f"{name} {key}: found, and not in published.yaml" for key in ours if key not in table.rows]
-        tables[name] = [_line(name, key, table, ours[key], documents.words) for key in table.rows if key in ours]
+        problems += _lost(
+            f"{name}: frictool gave none of", [key for key in table.rows if key not in ours]
+        )
+        problems += [
+            f"{name} {key}: found, and not in published.yaml"
+            for key in ours
+            if key not in table.rows
+        ]
+        tables[name] = [
+            _line(name, key, table, ours[key], documents.words) for key in table.rows if key in ours
+        ]
         used |= {f"{name} {key}" for key in table.rows}
         problems += [
-            f"{name} {line.key}: differs, {line.ours} for {line.published}, without a word" for line in tables[name] if _lacks(line)
+            f"{name} {line.key}: differs, {line.ours} for {line.published}, without a word"
+            for line in tables[name]
+            if _lacks(line)
         ]
-        problems += [f"{name} {line.key}: agrees, and words say why it differs" for line in tables[name] if line.agrees and line.word]
+        problems += [
+            f"{name} {line.key}: agrees, and words say why it differs"
+            for line in tables[name]
+            if line.agrees and line.word
+        ]
     if chosen is None:
-        problems += [f"words.yaml, {key}: no such value is published" for key in documents.words if key not in used]
-        problems += [f"{name}: not in published.yaml" for name in part.values if name not in documents.tables]
-        problems += [f"figure {number}: not in figures.yaml" for number in part.figures if number not in documents.figures]
+        problems += [
+            f"words.yaml, {key}: no such value is published"
+            for key in documents.words
+            if key not in used
+        ]
+        problems += [
+            f"{name}: not in published.yaml" for name in part.values if name not in documents.tables
+        ]
+        problems += [
+            f"figure {number}: not in figures.yaml"
+            for number in part.figures
+            if number not in documents.figures
+        ]
     asked = [number for number in documents.figures if chosen is None or number in chosen]
-    problems += _lost("frictool did not draw figures", [number for number in asked if number not in part.figures])
+    problems += _lost(
+        "frictool did not draw figures", [number for number in asked if number not in part.figures]
+    )
     return Judged(tables, tuple(problems))
 
 

@@ -1,4 +1,5 @@
-"""The reproduction as one HTML file: ours beside the published, a word where they differ, figures. No script, no request to anywhere."""
+"""The reproduction as one HTML file: ours beside the published, a word where they differ, figures.
+No script, no request to anywhere."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from frictool.compare.published import TABLE_2_1, TABLE_3_2
+from frictool.compare.thesis_tables import TABLE_2_1, TABLE_3_2
 from thesis.documents import GRIDS, KINDS, Documents
 from thesis.found import Part
 from thesis.judged import Judged, Line
@@ -26,7 +27,11 @@ CHAPTERS = {
 
 def chapter_of(name: str) -> str:
     """Of "table_4_2", "section_5_4", "annex_c_5_2", "figure 5.13" or "5.13"."""
-    return "C" if name.startswith(("annex", "C")) else name.removeprefix("table_").removeprefix("section_")[0]
+    return (
+        "C"
+        if name.startswith(("annex", "C"))
+        else name.removeprefix("table_").removeprefix("section_")[0]
+    )
 
 
 def called(name: str) -> str:
@@ -38,9 +43,15 @@ def called(name: str) -> str:
 def page(documents: Documents, part: Part, judged: Judged) -> str:
     """The HTML text; the same values and figures give the same bytes."""
     environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
     )
-    chapters = [_chapter(number, title, documents, part, judged) for number, title in CHAPTERS.items()]
+    chapters = [
+        _chapter(number, title, documents, part, judged) for number, title in CHAPTERS.items()
+    ]
     lines = judged.lines
     return environment.from_string((HERE / "page.html.jinja").read_text(encoding="utf-8")).render(
         chapters=[chapter for chapter in chapters if chapter["tables"] or chapter["figures"]],
@@ -52,22 +63,37 @@ def page(documents: Documents, part: Part, judged: Judged) -> str:
     )
 
 
-def _chapter(number: str, title: str, documents: Documents, part: Part, judged: Judged) -> dict[str, Any]:
+def _chapter(
+    number: str, title: str, documents: Documents, part: Part, judged: Judged
+) -> dict[str, Any]:
     tables = [
         {
             "name": name,
             "called": called(name),
             "table": documents.tables[name],
-            "lines": [line for line in lines if "." not in line.key or not documents.tables[name].grid or line.key.endswith(".speed")],
+            "lines": [
+                line
+                for line in lines
+                if "." not in line.key
+                or not documents.tables[name].grid
+                or line.key.endswith(".speed")
+            ],
             "grid": _grid(documents.tables[name].grid, lines),
-            "different": [line for line in lines if not line.agrees] if documents.tables[name].grid else [],
+            "different": [line for line in lines if not line.agrees]
+            if documents.tables[name].grid
+            else [],
             "beside": part.beside.get(name, []),
         }
         for name, lines in judged.tables.items()
         if chapter_of(name) == number
     ]
     figures = [
-        {"number": key, "figure": documents.figures[key], "caption": drawn.caption, "svgs": [Markup(svg) for svg in drawn.svgs]}
+        {
+            "number": key,
+            "figure": documents.figures[key],
+            "caption": drawn.caption,
+            "svgs": [Markup(svg) for svg in drawn.svgs],
+        }
         for key, drawn in sorted(part.figures.items(), key=lambda item: _order(item[0]))
         if key in documents.figures and chapter_of(key) == number
     ]
@@ -86,7 +112,13 @@ def _grid(grid: str, lines: list[Line]) -> dict[str, Any] | None:
     printed, heads = GRIDS[grid]
     found = {line.key: line for line in lines}
     laws = list(TABLE_2_1 if grid == "2.1" else TABLE_3_2)
-    rows = [(head.replace("_", " "), [found.get(f"{law}.{head}") for law in laws]) for head in heads]
-    rows += [("speed of simulation", [found.get(f"{law}.speed") for law in laws])] if f"{laws[0]}.speed" in found else []
+    rows = [
+        (head.replace("_", " "), [found.get(f"{law}.{head}") for law in laws]) for head in heads
+    ]
+    rows += (
+        [("speed of simulation", [found.get(f"{law}.speed") for law in laws])]
+        if f"{laws[0]}.speed" in found
+        else []
+    )
     assert list(printed) == laws
     return {"laws": [law.replace("_", " ") for law in laws], "rows": rows, "states": grid == "2.1"}

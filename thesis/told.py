@@ -40,8 +40,15 @@ def as_json(documents: Documents, part: Part, judged: Judged) -> str:
         for number, drawn in part.figures.items()
         if number in documents.figures
     }
-    counts = {kind: {"values": count, "agree": good} for kind, (count, good) in judged.counts.items()}
-    whole = {"counts": counts, "tables": tables, "figures": figures, "problems": list(judged.problems)}
+    counts = {
+        kind: {"values": count, "agree": good} for kind, (count, good) in judged.counts.items()
+    }
+    whole = {
+        "counts": counts,
+        "tables": tables,
+        "figures": figures,
+        "problems": list(judged.problems),
+    }
     return json.dumps(whole, indent=2, ensure_ascii=False) + "\n"
 
 
@@ -66,11 +73,18 @@ def summary(documents: Documents, part: Part, judged: Judged) -> list[str]:
     lines = [f"{'':<20}{'values':>8}{'agree':>8}{'differ':>8}"]
     for name, found in judged.tables.items():
         good = sum(line.agrees for line in found)
-        lines.append(f"{name:<20}{len(found):>8}{good:>8}{len(found) - good:>8}   {documents.tables[name].title}")
+        lines.append(
+            f"{name:<20}{len(found):>8}{good:>8}{len(found) - good:>8}   {documents.tables[name].title}"
+        )
     every = judged.lines
     good = sum(line.agrees for line in every)
-    lines.append(f"{'all':<20}{len(every):>8}{good:>8}{len(every) - good:>8}   and {len(part.figures)} figures; of these:")
-    lines += [f"{kind:>18}  {count:>8}{agree:>8}{count - agree:>8}   {KINDS[kind]}" for kind, (count, agree) in judged.counts.items()]
+    lines.append(
+        f"{'all':<20}{len(every):>8}{good:>8}{len(every) - good:>8}   and {len(part.figures)} figures; of these:"
+    )
+    lines += [
+        f"{kind:>18}  {count:>8}{agree:>8}{count - agree:>8}   {KINDS[kind]}"
+        for kind, (count, agree) in judged.counts.items()
+    ]
     lines.append("")
     for name, found in judged.tables.items():
         lines += [
@@ -79,5 +93,9 @@ def summary(documents: Documents, part: Part, judged: Judged) -> list[str]:
             if not line.agrees
         ]
     if judged.problems:
-        lines += ["", f"WRONG: {len(judged.problems)}", *(f"  {problem}" for problem in judged.problems)]
+        lines += [
+            "",
+            f"WRONG: {len(judged.problems)}",
+            *(f"  {problem}" for problem in judged.problems),
+        ]
     return lines

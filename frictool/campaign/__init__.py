@@ -1,23 +1,24 @@
-"""Stage: a controller on many plants, drawn, at the corners and where it is worst; what the verdicts of all of them say."""
+"""Stage: a controller on many plants, drawn, at the corners and where it is worst; what the
+verdicts of all of them say."""
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from frictool.campaign.conduct import Campaigned as Campaigned
-    from frictool.campaign.conduct import campaign as campaign
-    from frictool.campaign.playing.worst_case import WorstCase as WorstCase
+    from frictool.campaign.campaign_run import CampaignResult as CampaignResult
+    from frictool.campaign.campaign_run import campaign as campaign
     from frictool.campaign.statistics.findings import Findings as Findings
+    from frictool.campaign.trials.worst_case import WorstCase as WorstCase
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "Campaigned": "frictool.campaign.conduct",
+            "CampaignResult": "frictool.campaign.campaign_run",
             "Findings": "frictool.campaign.statistics.findings",
-            "WorstCase": "frictool.campaign.playing.worst_case",
-            "campaign": "frictool.campaign.conduct",
+            "WorstCase": "frictool.campaign.trials.worst_case",
+            "campaign": "frictool.campaign.campaign_run",
         },
     )
 
-__all__ = ["Campaigned", "Findings", "WorstCase", "campaign"]
+__all__ = ["CampaignResult", "Findings", "WorstCase", "campaign"]

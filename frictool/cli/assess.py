@@ -8,14 +8,29 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import STDOUT, FiniteRange, NamedPath, existing, json_option, note, print_json, save_text, say
+from frictool.cli.output import (
+    STDOUT,
+    FiniteRange,
+    NamedPath,
+    existing,
+    json_option,
+    note,
+    print_json,
+    save_text,
+    say,
+)
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
-    from frictool.identify.assess.assessment import Assessment, Row
+    from frictool.identify.assess.assessment import Assessment, ParameterAssessment
 
 PARAMETERS = ("inertia", "viscous", "coulomb", "breakaway", "presliding")
-COUNTED = {"inertia", "viscous", "coulomb", "breakaway"}  # for the exit code; presliding where it is wanted by name
+COUNTED = {
+    "inertia",
+    "viscous",
+    "coulomb",
+    "breakaway",
+}  # for the exit code; presliding where it is wanted by name
 HELP = """\b
 Example:
   frictool assess --bench bench.yaml --wanted 5% --wanted inertia=10%
@@ -32,12 +47,14 @@ Exit code 1 where a wanted precision cannot be reached; the message says with wh
 positive = FiniteRange(0.0, min_open=True)
 
 
-class Precision(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4, which is not the lowest allowed
+class PrecisionParam(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4, which is not the lowest allowed
     """`5%`, `0.05`, `inertia=5%`."""
 
     name = "precision"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str | None, float]:
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str | None, float]:
         name, _, number = str(value).rpartition("=")
         if name and name not in PARAMETERS:
             self.fail(f"{name!r} is no parameter; allowed: {', '.join(PARAMETERS)}.", param, ctx)
@@ -46,17 +63,39 @@ class Precision(click.ParamType):  # type: ignore[type-arg]  # generic since cli
         except ValueError:
             part = math.nan
         if not 0.0 < part < 1.0:
-            self.fail(f"{number!r} is no precision; allowed: above 0 and below 100%, as 5% or 0.05.", param, ctx)
+            self.fail(
+                f"{number!r} is no precision; allowed: above 0 and below 100%, as 5% or 0.05.",
+                param,
+                ctx,
+            )
         return name or None, part
 
 
 @click.command("assess", help=HELP)
 @click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
-@click.option("--wanted", type=Precision(), multiple=True, metavar="[NAME=]5%", help="Of all or of one parameter.  [default: 5%]")
-@click.option("--duration", type=positive, default=30.0, show_default=True, help="Of the sines [s].")
-@click.option("--noise", type=positive, help="Standard deviation of the measured drive [A | V].  [default: 0.2 % of its limit]")
-@click.option("--effort", type=positive, help="Largest effort for (4.3) [N m | N].  [default: of the drive's limit]")
-@click.option("--presliding", type=positive, help="Distance expected [rad | m].  [default: 1e-3 rad, 1e-5 m]")
+@click.option(
+    "--wanted",
+    type=PrecisionParam(),
+    multiple=True,
+    metavar="[NAME=]5%",
+    help="Of all or of one parameter.  [default: 5%]",
+)
+@click.option(
+    "--duration", type=positive, default=30.0, show_default=True, help="Of the sines [s]."
+)
+@click.option(
+    "--noise",
+    type=positive,
+    help="Standard deviation of the measured drive [A | V].  [default: 0.2 % of its limit]",
+)
+@click.option(
+    "--effort",
+    type=positive,
+    help="Largest effort for (4.3) [N m | N].  [default: of the drive's limit]",
+)
+@click.option(
+    "--presliding", type=positive, help="Distance expected [rad | m].  [default: 1e-3 rad, 1e-5 m]"
+)
 @click.option("-o", "--output", type=NamedPath(), help="The text, as a file too; - is stdout.")
 @json_option
 def command(
@@ -71,8 +110,8 @@ def command(
 ) -> None:
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
-    from frictool.identify.assess.assessment import assess, refused
-    from frictool.identify.excite.limits import unsaid_load
+    from frictool.identify.assess.assessment import assess, unreachable_parameters
+    from frictool.identify.excite.bench_limits import unsaid_load
 
     document = load(bench, Bench)
     unsaid = unsaid_load(document)
@@ -88,14 +127,14 @@ def command(
         print_json(summary(found, document), output)
     elif output != STDOUT:
         say(text(found, document))
-    missing = refused(found, COUNTED | set(named))
+    missing = unreachable_parameters(found, COUNTED | set(named))
     if missing:
         from frictool.identify.assess.assessment import NotIdentifiable
 
         raise NotIdentifiable("; ".join(_short(row, document) for row in missing))
 
 
-def _short(row: Row, bench: Bench) -> str:
+def _short(row: ParameterAssessment, bench: Bench) -> str:
     """What is missing, and what would do."""
     wanted = f"{row.parameter}: {100.0 * row.target:.3g} % cannot be reached"
     if row.step is not None:
@@ -103,9 +142,8 @@ def _short(row: Row, bench: Bench) -> str:
     precision = row.verdict.precision
     if precision is None or not math.isfinite(precision):
         return f"{wanted}: {row.verdict.why}"
-    return (
-        f"{wanted} by a finer encoder, but by {(precision / row.target) ** 2:.3g} times as long a test, or less noise of the measured drive"
-    )
+    longer = (precision / row.target) ** 2
+    return f"{wanted} by a finer encoder, but by {longer:.3g} times as long a test, or less noise of the measured drive"
 
 
 def _encoder(step: float, bench: Bench) -> str:
@@ -116,7 +154,7 @@ def _encoder(step: float, bench: Bench) -> str:
 
 def summary(found: Assessment, bench: Bench) -> dict[str, Any]:
     """The machine's view of an assessment."""
-    from frictool.identify.assess.scheme import scheme
+    from frictool.identify.assess.decision_text import scheme
 
     facts, entropy = found.facts, found.entropy
     return {
@@ -127,7 +165,12 @@ def summary(found: Assessment, bench: Bench) -> dict[str, Any]:
         "effort": facts.effort,
         "effort_noise": facts.sensing.noise,
         "effort_constant_error": found.constant,
-        "entropy": {"counts": entropy.counts, "nats": entropy.nats, "bits": entropy.bits, "gain_of_doubling": entropy.gain}
+        "entropy": {
+            "counts": entropy.counts,
+            "nats": entropy.nats,
+            "bits": entropy.bits,
+            "gain_of_doubling": entropy.gain,
+        }
         if entropy
         else None,
         "parameters": [_row(row, bench) for row in found.rows],
@@ -135,7 +178,7 @@ def summary(found: Assessment, bench: Bench) -> dict[str, Any]:
     }
 
 
-def _row(row: Row, bench: Bench) -> dict[str, Any]:
+def _row(row: ParameterAssessment, bench: Bench) -> dict[str, Any]:
     verdict = row.verdict
     return {
         "parameter": row.parameter,
@@ -150,14 +193,16 @@ def _row(row: Row, bench: Bench) -> dict[str, Any]:
         "filter_s": verdict.filter,
         "precision_at_half_the_step": row.doubled,
         "step_needed": row.step,
-        "counts_needed": 2.0 * math.pi / row.step if row.step is not None and bench.axis == "rotary" else None,
+        "counts_needed": 2.0 * math.pi / row.step
+        if row.step is not None and bench.axis == "rotary"
+        else None,
         "why": verdict.why,
     }
 
 
 def text(found: Assessment, bench: Bench) -> str:
     """The same for people."""
-    from frictool.identify.assess.scheme import scheme
+    from frictool.identify.assess.decision_text import scheme
 
     facts, unit = found.facts, "rad" if bench.axis == "rotary" else "m"
     lines = [
@@ -169,8 +214,13 @@ def text(found: Assessment, bench: Bench) -> str:
     for row in found.rows:
         verdict = row.verdict
         figures = (verdict.precision, row.doubled, row.least, verdict.bound, row.known)
-        shown = "".join(f"{_percent(figure):>{width}}" for figure, width in zip(figures, (11, 11, 12, 12, 9), strict=True))
-        lines.append(f"{row.parameter:<11}{verdict.method or '-':<15}{shown}  {verdict.test or '-'}")
+        shown = "".join(
+            f"{_percent(figure):>{width}}"
+            for figure, width in zip(figures, (11, 11, 12, 12, 9), strict=True)
+        )
+        lines.append(
+            f"{row.parameter:<11}{verdict.method or '-':<15}{shown}  {verdict.test or '-'}"
+        )
     lines += [f"{row.parameter}: {row.verdict.why}" for row in found.rows]
     if found.entropy is not None:
         lines.append(

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.campaign_setting import Paths
-from frictool.cli.endings import is_page
+from frictool.cli.campaign_inputs import CampaignPaths
+from frictool.cli.file_endings import is_page
 from frictool.cli.output import (
     STDOUT,
     FiniteRange,
@@ -32,12 +32,12 @@ from frictool.cli.workers_options import refuse_both, workers_options
 from frictool.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, OutputError
 
 if TYPE_CHECKING:
-    from frictool.campaign.drawing.sampling import Draws, Method
-    from frictool.campaign.playing.playing import CampaignTrial
-    from frictool.campaign.playing.store import Store
-    from frictool.campaign.playing.trials import Trials
-    from frictool.campaign.playing.worst_case import WorstCase
+    from frictool.campaign.draws.sampling import Method, UnitDraws
     from frictool.campaign.statistics.findings import Findings
+    from frictool.campaign.trials.trial_player import TrialPlayer
+    from frictool.campaign.trials.trial_store import TrialStore
+    from frictool.campaign.trials.trials import Trials
+    from frictool.campaign.trials.worst_case import WorstCase
     from frictool.documents.controller import Number
     from frictool.documents.provenance import Provenance
 
@@ -70,7 +70,7 @@ Exit codes: 0 pass; 1 fail or undecided, or, with --at-least, the lower confiden
 
 
 @dataclass(frozen=True)
-class Options:
+class CampaignOptions:
     """What the command line asks for."""
 
     method: Method
@@ -95,7 +95,9 @@ class Options:
         if self.keep is not None or self.output in (None, STDOUT):
             return self.keep
         assert self.output is not None
-        if not self.output.name or (self.output.exists() and not self.output.is_file()):  # nothing is kept beside a device
+        if not self.output.name or (
+            self.output.exists() and not self.output.is_file()
+        ):  # nothing is kept beside a device
             return None
         return self.output.with_name(f"{self.output.name}.trials")
 
@@ -104,28 +106,69 @@ class Options:
 @click.argument("model", type=existing)
 @click.argument("controller", type=existing)
 @click.option("--scenario", type=existing, required=True, help="What is played (scenario.yaml).")
-@click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
 @click.option(
-    "-n", "--trials", type=click.IntRange(1, 1_000_000), help=f"How many draws. [default: {TRIALS}; of vertices all, 4096 at most]"
+    "--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml)."
 )
 @click.option(
-    "--method", type=click.Choice(["random", "latin", "vertices"]), default="random", show_default=True, help="How plants are drawn."
+    "-n",
+    "--trials",
+    type=click.IntRange(1, 1_000_000),
+    help=f"How many draws. [default: {TRIALS}; of vertices all, 4096 at most]",
 )
-@click.option("--seed", type=click.IntRange(0), help="Of the draws and the noise. [default: the scenario's]")
 @click.option(
-    "--at-least", type=FiniteRange(0.0, 1.0, min_open=True), help="The pass rate that has to be shown, 0 to 1. [default: all pass]"
+    "--method",
+    type=click.Choice(["random", "latin", "vertices"]),
+    default="random",
+    show_default=True,
+    help="How plants are drawn.",
 )
-@click.option("--confidence", type=FiniteRange(0.0, 1.0, True, True), default=0.95, show_default=True, help="Of intervals and bounds.")
-@click.option("--worst", type=existing, metavar="DIR", help="Search worst cases, and keep their scenarios there.")
-@click.option("--evaluations", type=click.IntRange(1), help=f"Plants that each search may try. [default: {EVALUATIONS}]")
-@click.option("--observer", type=existing, help="What the controller takes for the speed (observer.yaml).")
 @click.option(
-    "--number", type=click.Choice(["double", "float", "q31", "q15"]), help="Number format the controller runs in. [default: double]"
+    "--seed", type=click.IntRange(0), help="Of the draws and the noise. [default: the scenario's]"
 )
-@click.option("--keep", type=existing, help="Where trials are kept, and stay. [default: OUTPUT.trials, until all are done]")
+@click.option(
+    "--at-least",
+    type=FiniteRange(0.0, 1.0, min_open=True),
+    help="The pass rate that has to be shown, 0 to 1. [default: all pass]",
+)
+@click.option(
+    "--confidence",
+    type=FiniteRange(0.0, 1.0, True, True),
+    default=0.95,
+    show_default=True,
+    help="Of intervals and bounds.",
+)
+@click.option(
+    "--worst",
+    type=existing,
+    metavar="DIR",
+    help="Search worst cases, and keep their scenarios there.",
+)
+@click.option(
+    "--evaluations",
+    type=click.IntRange(1),
+    help=f"Plants that each search may try. [default: {EVALUATIONS}]",
+)
+@click.option(
+    "--observer", type=existing, help="What the controller takes for the speed (observer.yaml)."
+)
+@click.option(
+    "--number",
+    type=click.Choice(["double", "float", "q31", "q15"]),
+    help="Number format the controller runs in. [default: double]",
+)
+@click.option(
+    "--keep",
+    type=existing,
+    help="Where trials are kept, and stay. [default: OUTPUT.trials, until all are done]",
+)
 @click.option("--table", type=NamedPath(writes=("CSV",)), help="All trials, a row each (CSV).")
 @workers_options
-@output_option(required=False, help="The page (.html) or what it says (.yaml); - is YAML on stdout.", writes=("HTML", "YAML"), chooses=True)
+@output_option(
+    required=False,
+    help="The page (.html) or what it says (.yaml); - is YAML on stdout.",
+    writes=("HTML", "YAML"),
+    chooses=True,
+)
 @allow_undecided_option
 @json_option
 @click.pass_context
@@ -147,27 +190,33 @@ def command(
     if evaluations is not None and rest["worst"] is None:
         raise click.UsageError("--evaluations belongs to --worst.")
     count = TRIALS if trials is None and method != "vertices" else trials
-    options = Options(method, count, number=number or "double", evaluations=evaluations or EVALUATIONS, **rest)
-    ctx.exit(_campaign(Paths(model, controller, scenario, spec, observer), options))
+    options = CampaignOptions(
+        method, count, number=number or "double", evaluations=evaluations or EVALUATIONS, **rest
+    )
+    ctx.exit(_campaign(CampaignPaths(model, controller, scenario, spec, observer), options))
 
 
-def _campaign(paths: Paths, options: Options) -> int:
+def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
     """The exit code."""
-    from frictool.campaign.drawing.sampling import draws_of
-    from frictool.campaign.playing.playing import CampaignTrial
-    from frictool.campaign.playing.remarks import remarks_of
-    from frictool.campaign.playing.store import Store
-    from frictool.campaign.playing.varied import space_of_setting
+    from frictool.campaign.draws.sampling import draws_of
     from frictool.campaign.statistics.findings import find
-    from frictool.cli.campaign_setting import header_of, setting_of, told_by_line
+    from frictool.campaign.trials.campaign_warnings import remarks_of
+    from frictool.campaign.trials.trial_player import TrialPlayer
+    from frictool.campaign.trials.trial_store import TrialStore
+    from frictool.campaign.trials.varied_space import space_of_setting
+    from frictool.cli.campaign_inputs import header_of, mechanism_errors_with_line, setting_of
 
     setting, paths = setting_of(paths, options.number)
     _check_targets(paths, options)
-    with told_by_line(paths.model):
+    with mechanism_errors_with_line(paths.model):
         space = space_of_setting(setting)
-    trial = CampaignTrial(setting, space, setting.scenario.seed if options.seed is None else options.seed)
+    trial = TrialPlayer(
+        setting, space, setting.scenario.seed if options.seed is None else options.seed
+    )
     draws = draws_of(options.method, options.trials, space.size, trial.seed)
-    with Store(options.kept, header_of(trial, paths, options.method, draws.units.shape[0])) as store:
+    with TrialStore(
+        options.kept, header_of(trial, paths, options.method, draws.units.shape[0])
+    ) as store:
         trials, worst = _play(trial, draws, store, paths, options)
         remarks = remarks_of(setting, space)
         found = find(trials, options.method, worst, options.at_least, options.confidence, remarks)
@@ -178,21 +227,31 @@ def _campaign(paths: Paths, options: Options) -> int:
     return EXIT_DONE if found.acceptable(options.allow_undecided) else EXIT_NO
 
 
-def _check_targets(paths: Paths, options: Options) -> None:
+def _check_targets(paths: CampaignPaths, options: CampaignOptions) -> None:
     """Before anything is played: whether each output is a file of its own, and none an input."""
     if options.keep == STDOUT:
         raise click.UsageError("--keep is a file, which is read again.")
-    check_targets({"-o": options.output, "--table": options.table, "--keep": options.kept}, list(paths.inputs.values()))
+    check_targets(
+        {"-o": options.output, "--table": options.table, "--keep": options.kept},
+        list(paths.inputs.values()),
+    )
     if options.worst is not None and options.worst.exists() and not options.worst.is_dir():
         raise OutputError(f"{options.worst}: is no directory; --worst names one")
     if options.worst is not None:
         check_output(options.worst / "worst.yaml" if options.worst.exists() else options.worst, [])
 
 
-def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, options: Options) -> tuple[Trials, list[WorstCase]]:
-    """All trials, and the worst cases where --worst asks for them; interrupted it says what is done."""
-    from frictool.campaign.conduct import conduct, sharing
-    from frictool.cli.campaign_setting import commands_of
+def _play(
+    trial: TrialPlayer,
+    draws: UnitDraws,
+    store: TrialStore,
+    paths: CampaignPaths,
+    options: CampaignOptions,
+) -> tuple[Trials, list[WorstCase]]:
+    """All trials, and the worst cases where --worst asks for them; interrupted it says what is
+    done."""
+    from frictool.campaign.campaign_run import conduct, sharing
+    from frictool.cli.campaign_inputs import commands_of
     from frictool.cli.progress import progress
 
     count, already = draws.units.shape[0], len(store.trials)
@@ -202,17 +261,29 @@ def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, option
     evaluations = 0 if options.worst is None else options.evaluations
     commands = commands_of(paths, options.worst or Path(), options.number)
     try:
-        return conduct(trial, draws, store, evaluations, sharing(options.cores, options.cluster), commands, progress)
+        return conduct(
+            trial,
+            draws,
+            store,
+            evaluations,
+            sharing(options.cores, options.cluster),
+            commands,
+            progress,
+        )
     except KeyboardInterrupt:
         if not store.trials:
             raise
-        left = f"; the same command goes on from {store.path}" if store.path is not None else "; none is kept: name a file with --keep"
+        left = (
+            f"; the same command goes on from {store.path}"
+            if store.path is not None
+            else "; none is kept: name a file with --keep"
+        )
         note(f"\ninterrupted: {min(len(store.trials), count)} of {count} trials are done{left}")
         sys.exit(EXIT_INTERRUPTED)
 
 
-def _provenance(paths: Paths, options: Options) -> Provenance:
-    from frictool.documents.provenance import record
+def _provenance(paths: CampaignPaths, options: CampaignOptions) -> Provenance:
+    from frictool.documents.provenance import provenance_of_command
 
     words = {
         "model": paths.model,
@@ -229,26 +300,35 @@ def _provenance(paths: Paths, options: Options) -> Provenance:
         "--worst": options.worst,
         "--evaluations": None if options.worst is None else options.evaluations,
     }
-    return record(command_line("campaign", words), list(paths.inputs.values()))
+    return provenance_of_command(command_line("campaign", words), list(paths.inputs.values()))
 
 
-def _save(found: Findings, worst: list[WorstCase], provenance: Provenance, paths: Paths, options: Options) -> None:
+def _save(
+    found: Findings,
+    worst: list[WorstCase],
+    provenance: Provenance,
+    paths: CampaignPaths,
+    options: CampaignOptions,
+) -> None:
     """All that is asked for; everything is made before the first byte is written."""
     inputs, contents = list(paths.inputs.values()), dict[Path, str]()
     if options.worst is not None:
-        from frictool.campaign.playing.worst_case import text_of
+        from frictool.campaign.trials.worst_case import text_of
 
-        contents |= {options.worst / case.scenario: text_of(case, options.worst, paths.scenario) for case in worst}
+        contents |= {
+            options.worst / case.scenario: text_of(case, options.worst, paths.scenario)
+            for case in worst
+        }
     if options.table is not None:
-        from frictool.campaign.telling.table import as_csv
+        from frictool.campaign.views.trials_csv import as_csv
 
         contents[options.table] = as_csv(found.trials)
     if options.output is not None and is_page(options.output):
-        from frictool.campaign.telling.page import page
+        from frictool.campaign.views.page import page
 
         contents[options.output] = page(found, provenance)
     elif options.output is not None:
-        from frictool.campaign.telling.document import as_document
+        from frictool.campaign.views.yaml_view import as_document
 
         contents[options.output] = as_document(found, provenance)
     if options.worst is not None:
@@ -257,9 +337,9 @@ def _save(found: Findings, worst: list[WorstCase], provenance: Provenance, paths
         save_text(target, text, inputs)
 
 
-def _tell(found: Findings, options: Options) -> None:
-    from frictool.campaign.telling.machine import as_json
-    from frictool.campaign.telling.text import lines
+def _tell(found: Findings, options: CampaignOptions) -> None:
+    from frictool.campaign.views.json_view import as_json
+    from frictool.campaign.views.text_view import lines
 
     if options.as_json:
         print_json(as_json(found), options.output)

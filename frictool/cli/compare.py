@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.endings import check_folder, is_page
+from frictool.cli.file_endings import check_folder, is_page
 from frictool.cli.output import (
     STDOUT,
     check_output,
@@ -29,7 +29,7 @@ from frictool.errors import OutputError
 
 if TYPE_CHECKING:
     from frictool.compare.comparison import Comparison
-    from frictool.compare.setting import Setting
+    from frictool.compare.comparison_setting import ComparisonSetting
 
 WORTH_SHARING = 4
 HELP = """\b
@@ -48,11 +48,25 @@ without it, table 3.1. A set that breaks the conditions of the hybrid versions (
 
 @click.command("compare", help=HELP)
 @click.argument("parameters", type=existing, required=False)
-@click.option("--law", "laws", multiple=True, metavar="NAME", help="Only this law; may be given several times.")
-@click.option("--allow", is_flag=True, help="Run a parameter set that breaks (3.31) or (3.36), with a warning.")
-@output_option(required=False, help="A page (.html or -), or a folder for the page and the figures.")
+@click.option(
+    "--law",
+    "laws",
+    multiple=True,
+    metavar="NAME",
+    help="Only this law; may be given several times.",
+)
+@click.option(
+    "--allow",
+    is_flag=True,
+    help="Run a parameter set that breaks (3.31) or (3.36), with a warning.",
+)
+@output_option(
+    required=False, help="A page (.html or -), or a folder for the page and the figures."
+)
 @json_option
-def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output: Path | None, as_json: bool) -> None:
+def command(
+    parameters: Path | None, laws: tuple[str, ...], allow: bool, output: Path | None, as_json: bool
+) -> None:
     inputs = [parameters] if parameters is not None else []
     if output is not None and output != STDOUT:
         if _is_page(output):
@@ -65,14 +79,18 @@ def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output:
             raise OutputError(f"{output}: is a file; name a page (.html) or a folder")
     setting = _setting(parameters)
     from frictool.compare.comparison import compare
-    from frictool.compare.laws import Laws
+    from frictool.compare.law_simulator import LawSimulator
 
-    chosen = _chosen(laws, Laws(setting).names())
+    chosen = _chosen(laws, LawSimulator(setting).names())
     chosen = _taking(setting, chosen, bool(laws), parameters)
     _check(setting, chosen, parameters, allow)
-    found = compare(setting, Laws(setting), chosen, _progress, workers=_workers(chosen))
+    found = compare(setting, LawSimulator(setting), chosen, _progress, workers=_workers(chosen))
     if output is not None:
-        arguments = {"parameters": parameters, "--law": list(chosen) if laws else None, "--allow": allow}
+        arguments = {
+            "parameters": parameters,
+            "--law": list(chosen) if laws else None,
+            "--allow": allow,
+        }
         _save(found, output, command_line("compare", arguments), inputs)
     _tell(found, output, as_json)
 
@@ -81,11 +99,11 @@ def _is_page(output: Path) -> bool:
     return output == STDOUT or is_page(output)
 
 
-def _setting(path: Path | None) -> Setting:
+def _setting(path: Path | None) -> ComparisonSetting:
     from yaml import MappingNode
 
-    from frictool.compare.actuator import from_model
-    from frictool.compare.setting import from_friction, table_3_1
+    from frictool.compare.actuator_setting import from_model
+    from frictool.compare.comparison_setting import from_friction, table_3_1
     from frictool.documents.friction import Friction
     from frictool.documents.model import Model
     from frictool.documents.reading import compose, read_text
@@ -95,18 +113,27 @@ def _setting(path: Path | None) -> Setting:
     if path is None:
         return table_3_1()
     root = compose(read_text(path), path)
-    keys = {key.value: value.value for key, value in root.value} if isinstance(root, MappingNode) else {}
+    keys = (
+        {key.value: value.value for key, value in root.value}
+        if isinstance(root, MappingNode)
+        else {}
+    )
     kind = str(keys.get("format", "friction/1")).split("/")[0]
     if kind not in ("model", "friction"):
         raise InputFileError(path, f"format: found {keys['format']}; allowed: friction/1, model/1")
     try:
-        return from_model(load(path, Model)) if kind == "model" else from_friction(load(path, Friction))
+        return (
+            from_model(load(path, Model))
+            if kind == "model"
+            else from_friction(load(path, Friction))
+        )
     except ValueError as error:
         raise InputFileError(path, str(error)) from None
 
 
 def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
-    """The laws asked for, in the order of the table; a name that is none is the command line's fault."""
+    """The laws asked for, in the order of the table; a name that is none is the command line's
+    fault."""
     for law in laws:
         if law not in known:
             near = difflib.get_close_matches(law, known, 1)
@@ -115,31 +142,39 @@ def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(law for law in known if not laws or law in laws)
 
 
-def _taking(setting: Setting, laws: tuple[str, ...], asked: bool, path: Path | None) -> tuple[str, ...]:
-    """The laws that take what the document puts on top of them; one asked for by name that does not is refused, others are left out."""
+def _taking(
+    setting: ComparisonSetting, laws: tuple[str, ...], asked: bool, path: Path | None
+) -> tuple[str, ...]:
+    """The laws that take what the document puts on top of them; one asked for by name that does not
+    is refused, others are left out."""
     from frictool.compare.comparison import REFERENCE
-    from frictool.compare.laws import Laws
+    from frictool.compare.law_simulator import LawSimulator
     from frictool.errors import InputFileError
 
     if setting.extension.plain:
         return laws
-    refused = Laws(setting).refusals((REFERENCE, *laws))
+    refused = LawSimulator(setting).refusals((REFERENCE, *laws))
     for law, reason in refused.items():
         if asked or law == REFERENCE:
-            raise InputFileError(path or setting.name, f"{reason}; change the key, or choose other laws by --law")
+            raise InputFileError(
+                path or setting.name, f"{reason}; change the key, or choose other laws by --law"
+            )
         note(f"warning: {law} is left out: {reason}")
     return tuple(law for law in laws if law not in refused)
 
 
-def _check(setting: Setting, laws: tuple[str, ...], path: Path | None, allow: bool) -> None:
-    """Refuses parameters out of a law's range, and a set that breaks the conditions of a hybrid version to run (with --allow a warning)."""
-    from frictool.compare.laws import Laws, violations
+def _check(
+    setting: ComparisonSetting, laws: tuple[str, ...], path: Path | None, allow: bool
+) -> None:
+    """Refuses parameters out of a law's range, and a set that breaks the conditions of a hybrid
+    version to run (with --allow a warning)."""
+    from frictool.compare.law_simulator import LawSimulator, setting_violations
     from frictool.errors import InputFileError
 
     where = path or setting.name
     try:
-        Laws(setting).check(laws)
-        broken, advice = violations(setting, laws)
+        LawSimulator(setting).check(laws)
+        broken, advice = setting_violations(setting, laws)
     except ValueError as error:
         raise InputFileError(where, str(error)) from None
     message = "; ".join([*broken, *advice])
@@ -148,35 +183,41 @@ def _check(setting: Setting, laws: tuple[str, ...], path: Path | None, allow: bo
     if allow or not broken:
         note(f"warning: {message}")
         return
-    raise InputFileError(where, f"{message}; change the parameters, or give --allow to run them as they are")
+    raise InputFileError(
+        where, f"{message}; change the parameters, or give --allow to run them as they are"
+    )
 
 
 def _progress(done: int, total: int) -> None:
-    """Says that the first run compiles, which its processes cannot; then `compared 3 of 16`, the latter on a terminal."""
-    from frictool.cli.progress import tell_of_compiling
+    """Says that the first run compiles, which its processes cannot; then `compared 3 of 16`, the
+    latter on a terminal."""
+    from frictool.cli.progress import note_compiling
     from frictool.engine.stick_slip import run
-    from frictool.kernels import is_compiled
+    from frictool.runtime.kernels import is_compiled
 
     if done == 0 and not is_compiled(run):
-        tell_of_compiling(everywhere=True)
+        note_compiling(everywhere=True)
     if total > 1 and sys.stderr.isatty():
-        click.echo(f"\rcompared {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False)
+        click.echo(
+            f"\rcompared {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False
+        )
 
 
 def _workers(laws: tuple[str, ...]) -> int:
-    """Processes to share the laws out among: what they cost to start pays for more than a few laws."""
+    """Processes to share the laws out among: what they cost to start pays for more than a few
+    laws."""
     return (os.cpu_count() or 1) if len(laws) > WORTH_SHARING else 1
 
 
 def _save(found: Comparison, output: Path, words: str, inputs: list[Path]) -> None:
     import json
 
-    from frictool.cli.folder import save_folder
-    from frictool.compare.machine import as_json
+    from frictool.cli.output_folder import save_folder
+    from frictool.compare.json_view import as_json
     from frictool.compare.page import page
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
 
-    html = page(found, record(words, inputs))
+    html = page(found, provenance_of_command(words, inputs))
     if _is_page(output):
         save_text(output, html, inputs)
         return
@@ -186,11 +227,11 @@ def _save(found: Comparison, output: Path, words: str, inputs: list[Path]) -> No
 
 def _tell(found: Comparison, output: Path | None, as_json: bool) -> None:
     if as_json:
-        from frictool.compare.machine import as_json as machine_view
+        from frictool.compare.json_view import as_json as machine_view
 
         print_json(machine_view(found), output)
         return
-    from frictool.compare.text import lines
+    from frictool.compare.text_view import lines
 
     for line in lines(found):
         say(line, output)

@@ -1,4 +1,5 @@
-"""`frictool completion`: the script by which a shell completes commands, options, choices and files."""
+"""`frictool completion`: the script by which a shell completes commands, options, choices and
+files."""
 
 from __future__ import annotations
 
@@ -40,7 +41,9 @@ Without an argument it is the one of the variable SHELL. bash has to be 4.4 or l
 def command(shell: str | None, output: Path | None, as_json: bool) -> None:
     shell = shell or Path(os.environ.get("SHELL", "")).name
     if shell not in INSTALL:
-        raise click.UsageError(f"the variable SHELL names no shell that can be completed; say which: {', '.join(INSTALL)}.")
+        raise click.UsageError(
+            f"the variable SHELL names no shell that can be completed; say which: {', '.join(INSTALL)}."
+        )
     text = f"# Completion of frictool for {shell}. For every new shell: {INSTALL[shell]}\n{script(shell)}"
     if output is not None or not as_json:
         save_text(output or STDOUT, text, [])
@@ -52,4 +55,5 @@ def script(shell: str) -> str:
     """What the shell evaluates: it asks frictool itself, by the variable `VARIABLE`."""
     kind: Any = get_completion_class(shell)
     asking = kind(click.Command(PROGRAM), {}, PROGRAM, VARIABLE)
-    return f"{asking.source_template % asking.source_vars()}\n"  # its source() would look for a bash to ask its version
+    # its source() would look for a bash to ask its version
+    return f"{asking.source_template % asking.source_vars()}\n"

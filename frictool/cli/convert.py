@@ -7,10 +7,20 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.output import STDOUT, command_line, existing, json_option, note, output_option, print_json, replacing, say
+from frictool.cli.output import (
+    STDOUT,
+    command_line,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    replacing,
+    say,
+)
 
 if TYPE_CHECKING:
-    from frictool.logs.conversion import Outgoing
+    from frictool.logs.conversion import OutgoingStream
 
 KINDS = ("csv", "mat", "mdf", "npz", "parquet")
 HELP = """\b
@@ -26,38 +36,78 @@ MATLAB, MDF and NumPy files hold all streams of a log; CSV and Parquet hold one,
 
 @click.command("convert", help=HELP)
 @click.argument("log", type=existing)
-@click.option("--bench", type=existing, help="The rig, and its columns (bench.yaml), where LOG is a raw bench file.")
-@click.option("--to", "kind", type=click.Choice(KINDS), help="The format, where the output's name does not say it.")
-@click.option("--stream", "topics", multiple=True, metavar="TOPIC", help="Only this stream, /axis or /axis/NAME; may be repeated.")
+@click.option(
+    "--bench",
+    type=existing,
+    help="The rig, and its columns (bench.yaml), where LOG is a raw bench file.",
+)
+@click.option(
+    "--to",
+    "kind",
+    type=click.Choice(KINDS),
+    help="The format, where the output's name does not say it.",
+)
+@click.option(
+    "--stream",
+    "topics",
+    multiple=True,
+    metavar="TOPIC",
+    help="Only this stream, /axis or /axis/NAME; may be repeated.",
+)
 @output_option()
 @json_option
-def command(log: Path, bench: Path | None, kind: str | None, topics: tuple[str, ...], output: Path, as_json: bool) -> None:
+def command(
+    log: Path,
+    bench: Path | None,
+    kind: str | None,
+    topics: tuple[str, ...],
+    output: Path,
+    as_json: bool,
+) -> None:
     from frictool.documents.bench import Bench
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
-    from frictool.logs.assembly import assemble, begun, origins
-    from frictool.logs.conversion import Outgoing, convert, format_for, require
-    from frictool.logs.losses import LOST, counted, record_of
+    from frictool.logs.assembly import assemble, origins, start_streams
+    from frictool.logs.conversion import OutgoingStream, convert, format_for, require
+    from frictool.logs.losses import LOST, loss_count_text, record_of
     from frictool.logs.provenance import PROVENANCE, provenance_record
 
     kind = kind or format_for(output)
     if kind is None:
-        raise click.UsageError(f"{output.name!r} does not say its format: end it in .csv, .mat, .mf4, .npz or .parquet, or give --to.")
+        raise click.UsageError(
+            f"{output.name!r} does not say its format: end it in .csv, .mat, .mf4, .npz or .parquet, or give --to."
+        )
     require(kind, output)
     document = None if bench is None else load(bench, Bench)
     inputs = [log] if bench is None else [log, bench]
     made = assemble([log], document)
-    chosen = _chosen(str(log), [Outgoing(one.head, one.samples) for one in begun(made)], topics)
-    line = command_line("convert", {"log": log, "--bench": bench, "--to": kind, "--stream": list(topics)})
-    notes = {**made.notes, **origins(made, [one.head.topic for one in chosen]), PROVENANCE: provenance_record(record(line, inputs))}
+    chosen = _chosen(
+        str(log), [OutgoingStream(one.head, one.samples) for one in start_streams(made)], topics
+    )
+    line = command_line(
+        "convert", {"log": log, "--bench": bench, "--to": kind, "--stream": list(topics)}
+    )
+    notes = {
+        **made.notes,
+        **origins(made, [one.head.topic for one in chosen]),
+        PROVENANCE: provenance_record(provenance_of_command(line, inputs)),
+    }
     if made.told:
         notes[LOST] = record_of(made.told)
-        note(f"warning: {log.name} was made with data lost: {counted(made.told)}; `frictool info` lists it")
+        note(
+            f"warning: {log.name} was made with data lost: {loss_count_text(made.told)}; `frictool info` lists it"
+        )
     with replacing(output, inputs) as stream:
         convert(str(log), chosen, notes, kind, stream)
     for warning in made.warnings:
         note(f"warning: {warning}")
-    facts = {"format": kind, "streams": {one.head.topic: dict(zip(one.head.fields, one.head.units, strict=True)) for one in chosen}}
+    facts = {
+        "format": kind,
+        "streams": {
+            one.head.topic: dict(zip(one.head.fields, one.head.units, strict=True))
+            for one in chosen
+        },
+    }
     if as_json:
         print_json(facts, output)
     else:
@@ -65,8 +115,11 @@ def command(log: Path, bench: Path | None, kind: str | None, topics: tuple[str, 
         say(f"{where}: {kind}, {', '.join(one.head.topic for one in chosen)}", output)
 
 
-def _chosen(source: str, streams: list[Outgoing], topics: tuple[str, ...]) -> list[Outgoing]:
-    """The streams that are asked for, all where none is. Raises LogError where the log has none of that name."""
+def _chosen(
+    source: str, streams: list[OutgoingStream], topics: tuple[str, ...]
+) -> list[OutgoingStream]:
+    """The streams that are asked for, all where none is. Raises LogError where the log has none of
+    that name."""
     from frictool.logs.table import pick
 
     names = [one.head.topic for one in streams]

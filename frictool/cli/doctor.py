@@ -10,7 +10,7 @@ import click
 from frictool.cli.output import json_option, output_option, print_json, save_text, say
 
 if TYPE_CHECKING:
-    from frictool.doctor.check import Check
+    from frictool.doctor.installation_check import InstallationCheck
 
 HELP = """\b
 Example:
@@ -34,16 +34,29 @@ Exit code 1 where something is wrong.
 
 
 @click.command("doctor", help=HELP)
-@click.option("--clean", is_flag=True, help="Remove compiled kernels of former versions and unfinished outputs.")
-@click.option("--compile", "compile_now", is_flag=True, help="Compile all kernels now, and keep them.")
-@output_option(required=False, help="The text, as a file too; - is stdout.", writes=("text", "Markdown"))
+@click.option(
+    "--clean",
+    is_flag=True,
+    help="Remove compiled kernels of former versions and unfinished outputs.",
+)
+@click.option(
+    "--compile", "compile_now", is_flag=True, help="Compile all kernels now, and keep them."
+)
+@output_option(
+    required=False, help="The text, as a file too; - is stdout.", writes=("text", "Markdown")
+)
 @json_option
 @click.pass_context
-def command(ctx: click.Context, clean: bool, compile_now: bool, output: Path | None, as_json: bool) -> None:
+def command(
+    ctx: click.Context, clean: bool, compile_now: bool, output: Path | None, as_json: bool
+) -> None:
     from frictool import __version__
-    from frictool.doctor.examination import as_view, examine, lines
+    from frictool.doctor.examination import examine, json_view, lines
 
-    facts: dict[str, Any] = {"frictool": __version__, "installed_in": str(Path(__file__).parents[1])}
+    facts: dict[str, Any] = {
+        "frictool": __version__,
+        "installed_in": str(Path(__file__).parents[1]),
+    }
     told = [f"frictool {__version__} in {facts['installed_in']}"]
     if clean:
         words, facts["clean"] = _cleaned()
@@ -58,18 +71,20 @@ def command(ctx: click.Context, clean: bool, compile_now: bool, output: Path | N
     if output is not None:
         save_text(output, "\n".join(told) + "\n", [])
     if as_json:
-        print_json({**facts, "is_in_order": not _wrong(checks), "checks": as_view(checks)}, output)
+        print_json(
+            {**facts, "is_in_order": not _wrong(checks), "checks": json_view(checks)}, output
+        )
     elif output != Path("-"):
         say("\n".join(told), output)
     if _wrong(checks) or is_failed:
         ctx.exit(1)
 
 
-def _wrong(checks: list[Check]) -> list[Check]:
+def _wrong(checks: list[InstallationCheck]) -> list[InstallationCheck]:
     return [one for one in checks if one.state == "wrong"]
 
 
-def _verdict(checks: list[Check]) -> str:
+def _verdict(checks: list[InstallationCheck]) -> str:
     wrong = _wrong(checks)
     if wrong:
         return f"wrong: {', '.join(one.name for one in wrong)}"
@@ -82,31 +97,48 @@ def _compiled() -> tuple[list[str], dict[str, Any]]:
     from frictool.cli.progress import progress
 
     try:
-        from frictool import kernels
         from frictool.doctor.compilation import compile_all
+        from frictool.runtime import kernels
     except ImportError as error:  # the checks tell what is broken
-        return [f"compiled: no kernels ({error})"], {"kernels": 0, "compiled": 0, "failures": [str(error)]}
+        return [f"compiled: no kernels ({error})"], {
+            "kernels": 0,
+            "compiled": 0,
+            "failures": [str(error)],
+        }
     if kernels.FOLDER is None:
         reason = "no folder for compiled kernels can be written; set NUMBA_CACHE_DIR"
-        return [f"compiled: no kernels ({reason})"], {"kernels": 0, "compiled": 0, "failures": [reason]}
+        return [f"compiled: no kernels ({reason})"], {
+            "kernels": 0,
+            "compiled": 0,
+            "failures": [reason],
+        }
     with progress("compiling") as report:
         done = compile_all(report)
-    told = [f"compiled: {done.compiled} functions, so that {done.prepared} kernels are in {kernels.FOLDER}"]
+    told = [
+        f"compiled: {done.compiled} functions, so that {done.prepared} kernels are in {kernels.FOLDER}"
+    ]
     told += [f"not compiled: {failure}" for failure in done.failures]
     return told, {"kernels": done.prepared, "compiled": done.compiled, "failures": done.failures}
 
 
 def _cleaned() -> tuple[list[str], dict[str, Any]]:
     """What was removed and what was left, for people and for machines."""
-    from frictool.part_files import remove_stale_parts
+    from frictool.runtime.part_files import remove_stale_parts
 
     parts = [str(path) for path in remove_stale_parts(Path.cwd())]
-    told = [f"removed: {len(parts)} unfinished output{'' if len(parts) == 1 else 's'} in this folder"]
+    told = [
+        f"removed: {len(parts)} unfinished output{'' if len(parts) == 1 else 's'} in this folder"
+    ]
     try:
-        from frictool.doctor.compiled import clean
+        from frictool.doctor.compiled_kernels import remove_old_kernels
     except ImportError as error:  # the checks tell what is broken
         return [*told, f"removed: no kernels ({error})"], {"removed": parts, "left": []}
-    gone, left = clean()
-    told.append(f"removed: the kernels of {len(gone)} former version{'' if len(gone) == 1 else 's'}")
+    gone, left = remove_old_kernels()
+    told.append(
+        f"removed: the kernels of {len(gone)} former version{'' if len(gone) == 1 else 's'}"
+    )
     told += [f"left: {one.folder.path} ({one.kept_by or 'cannot be removed'})" for one in left]
-    return told, {"removed": [*parts, *(str(path) for path in gone)], "left": [str(one.folder.path) for one in left]}
+    return told, {
+        "removed": [*parts, *(str(path) for path in gone)],
+        "left": [str(one.folder.path) for one in left],
+    }

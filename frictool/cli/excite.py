@@ -24,15 +24,27 @@ from frictool.cli.output import (
 )
 
 if TYPE_CHECKING:
-    from frictool.identify.excite.sequence import Sequence
+    from frictool.identify.excite.excitation_sequence import ExcitationSequence
 
 # kind -> (what it is for, its settings)
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "sine": ("inertia, viscous, Coulomb: best conditioned (4.30)-(4.33)", ("amplitude", "frequency", "speed", "duration", "repetitions")),
-    "sines": ("viscous, Coulomb and regimes: sines over speeds (4.38)", ("amplitude", "speeds", "duration", "seed")),
-    "breakaway": ("breakaway: ramps both ways over the travel (figure 4.6)", ("amplitude", "rate", "repetitions", "open_loop")),
+    "sine": (
+        "inertia, viscous, Coulomb: best conditioned (4.30)-(4.33)",
+        ("amplitude", "frequency", "speed", "duration", "repetitions"),
+    ),
+    "sines": (
+        "viscous, Coulomb and regimes: sines over speeds (4.38)",
+        ("amplitude", "speeds", "duration", "seed"),
+    ),
+    "breakaway": (
+        "breakaway: ramps both ways over the travel (figure 4.6)",
+        ("amplitude", "rate", "repetitions", "open_loop"),
+    ),
     "steps": ("validation: moves over the travel with rests", ("amplitude", "repetitions")),
-    "multisine": ("inertia, viscous: low crest factor of the speed", ("amplitude", "frequency", "harmonics", "repetitions")),
+    "multisine": (
+        "inertia, viscous: low crest factor of the speed",
+        ("amplitude", "frequency", "harmonics", "repetitions"),
+    ),
 }
 HELP = f"""\b
 Example:
@@ -55,33 +67,60 @@ positive = FiniteRange(0.0, min_open=True)
 @click.command("excite", help=HELP)
 @click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
 @click.option("--kind", type=click.Choice(list(KINDS)), required=True)
-@click.option("--amplitude", type=positive, help="Half the way from end to end [rad | m]; breakaway: top of the ramps [A | V].")
-@click.option("--frequency", type=positive, help="sine: its frequency [Hz]; multisine: of the first harmonic.")
+@click.option(
+    "--amplitude",
+    type=positive,
+    help="Half the way from end to end [rad | m]; breakaway: top of the ramps [A | V].",
+)
+@click.option(
+    "--frequency", type=positive, help="sine: its frequency [Hz]; multisine: of the first harmonic."
+)
 @click.option("--speed", type=positive, help="sine: its top speed [rad/s | m/s].")
 @click.option("--rate", type=positive, help="breakaway: of the ramps [A/s | V/s].")
-@click.option("--duration", type=positive, help="sine, sines: about how long [s].  [default: 10, 30]")
-@click.option("--repetitions", type=click.IntRange(1, 100_000), help="Periods of a sine or multisine, rounds of steps or ramps.")
+@click.option(
+    "--duration", type=positive, help="sine, sines: about how long [s].  [default: 10, 30]"
+)
+@click.option(
+    "--repetitions",
+    type=click.IntRange(1, 100_000),
+    help="Periods of a sine or multisine, rounds of steps or ramps.",
+)
 @click.option("--speeds", type=click.IntRange(2, 100), help="sines: how many speeds.  [default: 6]")
-@click.option("--harmonics", type=click.IntRange(2, 500), help="multisine: how many.  [default: 10]")
+@click.option(
+    "--harmonics", type=click.IntRange(2, 500), help="multisine: how many.  [default: 10]"
+)
 @click.option("--seed", type=click.IntRange(0), help="sines: of the turning places.  [default: 0]")
-@click.option("--open-loop", is_flag=True, default=None, help="breakaway: every row is played, whatever the axis does.")
+@click.option(
+    "--open-loop",
+    is_flag=True,
+    default=None,
+    help="breakaway: every row is played, whatever the axis does.",
+)
 @click.option("--plot", type=NamedPath(writes=("SVG",)), help="A picture of it (SVG).")
-@output_option(help="The test (.csv or .mcap); - is CSV on stdout.", writes=("CSV", "MCAP"), chooses=True)
+@output_option(
+    help="The test (.csv or .mcap); - is CSV on stdout.", writes=("CSV", "MCAP"), chooses=True
+)
 @json_option
-def command(bench: Path, kind: str, plot: Path | None, output: Path, as_json: bool, **given: Any) -> None:
+def command(
+    bench: Path, kind: str, plot: Path | None, output: Path, as_json: bool, **given: Any
+) -> None:
     _check_options(kind, given)
     check_targets({"-o": output, "--plot": plot}, [bench])
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
-    from frictool.identify.excite.kinds import Settings, excite
-    from frictool.identify.excite.limits import unsaid_load
+    from frictool.identify.excite.bench_limits import unsaid_load
+    from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 
     document = load(bench, Bench)
     unsaid = unsaid_load(document)
     if unsaid is not None:
         note(f"warning: {unsaid}")
-    sequence = excite(kind, document, Settings(**given))
-    words = {"--bench": bench, "--kind": kind, **{f"--{name.replace('_', '-')}": value for name, value in given.items()}}
+    sequence = excite(kind, document, ExcitationSettings(**given))
+    words = {
+        "--bench": bench,
+        "--kind": kind,
+        **{f"--{name.replace('_', '-')}": value for name, value in given.items()},
+    }
     _save(sequence, output, command_line("excite", words), [bench])
     if plot is not None:
         from frictool.identify.excite.picture import picture
@@ -94,22 +133,27 @@ def command(bench: Path, kind: str, plot: Path | None, output: Path, as_json: bo
 
 
 def _check_options(kind: str, given: dict[str, Any]) -> None:
-    """Raises UsageError where an option belongs to another kind, or options contradict each other."""
+    """Raises UsageError where an option belongs to another kind, or options contradict each
+    other."""
     for name, value in given.items():
         if value is not None and name not in KINDS[kind][1]:
             kinds = ", ".join(one for one, (_, settings) in KINDS.items() if name in settings)
-            raise click.UsageError(f"--{name.replace('_', '-')} belongs to --kind {kinds}, not to {kind}.")
+            raise click.UsageError(
+                f"--{name.replace('_', '-')} belongs to --kind {kinds}, not to {kind}."
+            )
     if all(given[name] is not None for name in ("amplitude", "frequency", "speed")):
-        raise click.UsageError("speed = 2 pi frequency amplitude: give at most two of --amplitude, --frequency and --speed.")
+        raise click.UsageError(
+            "speed = 2 pi frequency amplitude: give at most two of --amplitude, --frequency and --speed."
+        )
     if kind == "sine" and given["duration"] is not None and given["repetitions"] is not None:
         raise click.UsageError("give --duration or --repetitions, not both.")
 
 
-def _save(sequence: Sequence, output: Path, words: str, inputs: list[Path]) -> None:
-    from frictool.documents.provenance import record
+def _save(sequence: ExcitationSequence, output: Path, words: str, inputs: list[Path]) -> None:
+    from frictool.documents.provenance import provenance_of_command
     from frictool.logs.provenance import with_provenance
 
-    log = with_provenance(sequence.as_log(output.name), record(words, inputs))
+    log = with_provenance(sequence.as_log(output.name), provenance_of_command(words, inputs))
     with replacing(output, inputs) as stream:
         if output.suffix.lower() == ".mcap":
             from frictool.logs.canonical.mcap_format import write_mcap
@@ -121,7 +165,7 @@ def _save(sequence: Sequence, output: Path, words: str, inputs: list[Path]) -> N
             convert(output.name, [sequence.outgoing()], {}, "csv", stream)
 
 
-def summary(sequence: Sequence) -> dict[str, Any]:
+def summary(sequence: ExcitationSequence) -> dict[str, Any]:
     """The machine's view of a test."""
     return {
         "kind": sequence.kind,
@@ -133,9 +177,13 @@ def summary(sequence: Sequence) -> dict[str, Any]:
     }
 
 
-def text(sequence: Sequence, output: Path) -> str:
+def text(sequence: ExcitationSequence, output: Path) -> str:
     """The same for people."""
     where = "stdout" if output == STDOUT else output.name
-    lines = [f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.time.size} samples, {', '.join(sequence.columns)}"]
-    lines += [f"  {name.replace('_', ' '):<28}{value:.5g}" for name, value in sequence.figures.items()]
+    lines = [
+        f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.time.size} samples, {', '.join(sequence.columns)}"
+    ]
+    lines += [
+        f"  {name.replace('_', ' '):<28}{value:.5g}" for name, value in sequence.figures.items()
+    ]
     return "\n".join([*lines, f"to play it: {sequence.rule}"])

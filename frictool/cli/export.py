@@ -8,12 +8,22 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.endings import check_folder
-from frictool.cli.output import STDOUT, command_line, existing, json_option, note, note_changes, output_option, print_json, say
+from frictool.cli.file_endings import check_folder
+from frictool.cli.output import (
+    STDOUT,
+    command_line,
+    existing,
+    json_option,
+    note,
+    note_changes,
+    output_option,
+    print_json,
+    say,
+)
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Number
-    from frictool.export.exported import Language
+    from frictool.export.export_result import Language
 
 HELP = """\b
 Example:
@@ -38,7 +48,13 @@ margin. Files of the same names in the folder are replaced, others are left alon
 
 @click.command("export", help=HELP)
 @click.argument("controller", type=existing)
-@click.option("--lang", type=click.Choice(["c", "json", "cmsis", "matlab"]), default="c", show_default=True, help="What is written.")
+@click.option(
+    "--lang",
+    type=click.Choice(["c", "json", "cmsis", "matlab"]),
+    default="c",
+    show_default=True,
+    help="What is written.",
+)
 @click.option(
     "--number",
     type=click.Choice(["double", "float", "q31", "q15"]),
@@ -46,22 +62,24 @@ margin. Files of the same names in the folder are replaced, others are left alon
 )
 @output_option(help="The folder to write into; - is a tar archive on stdout.")
 @json_option
-def command(controller: Path, lang: Language, number: Number | None, output: Path, as_json: bool) -> None:
+def command(
+    controller: Path, lang: Language, number: Number | None, output: Path, as_json: bool
+) -> None:
     check_folder(output)
-    from frictool.cli.folder import save_folder
+    from frictool.cli.output_folder import save_folder
     from frictool.documents.controller import Controller
     from frictool.documents.provenance import digest
     from frictool.documents.registry import load
 
     document = load(controller, Controller)
-    from frictool.export.exported import default_number, export
-    from frictool.export.origin import Origin
+    from frictool.export.export_origin import ExportOrigin
+    from frictool.export.export_result import default_number, export
 
     number = number or default_number(lang)
     if (lang, number) == ("cmsis", "double"):
         raise click.UsageError("--lang cmsis has no --number double; allowed: float, q31, q15.")
     words = command_line("export", {"controller": controller, "--lang": lang, "--number": number})
-    found = export(document, lang, number, Origin(digest(controller), words))
+    found = export(document, lang, number, ExportOrigin(digest(controller), words))
     save_folder(output, found.files, [controller], overwrite=True)
     note_changes(controller, document)
     if lang == "c" and output != STDOUT:
@@ -77,4 +95,6 @@ def _tell_others(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """Each self-test has a main: with another controller's beside it `cc DIR/*.c` does not link."""
     others = sorted(path.name for path in folder.glob("*_selftest.c") if path.name not in files)
     if others:
-        note(f"warning: {folder} also holds {', '.join(others)}; each has a main: give every controller a folder of its own")
+        note(
+            f"warning: {folder} also holds {', '.join(others)}; each has a main: give every controller a folder of its own"
+        )

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.endings import check_ending
-from frictool.cli.observe_given import pattern
+from frictool.cli.file_endings import check_ending
+from frictool.cli.observe_request import checked_pattern
 from frictool.cli.output import (
     FiniteRange,
     NamedPath,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.model import Model
     from frictool.identify.identification import Identification
-    from frictool.identify.methods import Pipeline, Settings
+    from frictool.identify.methods import IdentificationSettings, PublishedFilters
 
 HELP = f"""\b
 Example:
@@ -67,30 +67,108 @@ inertia nor friction, or where position and drive have opposite signs. --keep-be
 @click.command("identify", help=HELP)
 @click.argument("logs", type=existing, nargs=-1, metavar="LOG...")
 @click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
-@click.option("--ramp", type=existing, multiple=True, help="A log of breakaway ramps, whatever it looks like; may be given again.")
-@click.option("--loops", type=existing, multiple=True, help="A log of slow loops below the breakaway, from a relaxed rest on.")
 @click.option(
-    "--measurement", is_flag=True, help="The bench too: backlash, delay between drive and position, current loop's time constant."
+    "--ramp",
+    type=existing,
+    multiple=True,
+    help="A log of breakaway ramps, whatever it looks like; may be given again.",
 )
-@click.option("--method", type=click.Choice(list(METHODS)), default=DEFAULT, show_default=True, help="For the sliding parameters.")
-@click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of every interval.")
-@click.option("--window", type=click.IntRange(5, 100_001), help="Samples of the smoothing window, odd. [default: chosen]")
-@click.option("--time-constant", type=FiniteRange(0.0), help="power-balance, ordinary, threshold: of the filter on differences [s].")
-@click.option("--threshold", type=FiniteRange(0.0), help="threshold: the slowest sample [rad/s | m/s]. [default: a tenth of the top speed]")
 @click.option(
-    "--forgetting", type=FiniteRange(0.0, 1.0, min_open=True), help="recursive: weight of a square a stroke back. [default: 0.99]"
+    "--loops",
+    type=existing,
+    multiple=True,
+    help="A log of slow loops below the breakaway, from a relaxed rest on.",
 )
-@click.option("--cutoff-hz", type=FiniteRange(1e-3), help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 100]")
-@click.option("--filter-order", type=click.IntRange(1, 12), help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 4]")
-@click.option("--padding", type=click.IntRange(0), help="inverse-dynamic: samples that pad either end. [default: 12]")
-@click.option("--skip", type=click.IntRange(0), help="inverse-dynamic: samples left out at the start. [default: 49]")
-@click.option("--decimate", type=click.IntRange(1, 1000), help="inverse-dynamic: one sample in so many. [default: 10]")
-@click.option("--keep-bench-values", is_flag=True, help="Write a model, marked as such, even if nothing was identified.")
-@click.option("--each", type=click.Choice(["log", "folder"]), help="A model for each log, or for the logs of each folder.")
-@click.option("--unit", metavar="REGEX", help="--each: where the logs do not say their unit, what it finds in a file's name.")
-@click.option("--date", metavar="REGEX", help="--each: the same of the date: year, month, day, and hour, minute, second.")
+@click.option(
+    "--measurement",
+    is_flag=True,
+    help="The bench too: backlash, delay between drive and position, current loop's time constant.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(list(METHODS)),
+    default=DEFAULT,
+    show_default=True,
+    help="For the sliding parameters.",
+)
+@click.option(
+    "--confidence",
+    type=FiniteRange(0.5, 0.9999),
+    default=0.95,
+    show_default=True,
+    help="Of every interval.",
+)
+@click.option(
+    "--window",
+    type=click.IntRange(5, 100_001),
+    help="Samples of the smoothing window, odd. [default: chosen]",
+)
+@click.option(
+    "--time-constant",
+    type=FiniteRange(0.0),
+    help="power-balance, ordinary, threshold: of the filter on differences [s].",
+)
+@click.option(
+    "--threshold",
+    type=FiniteRange(0.0),
+    help="threshold: the slowest sample [rad/s | m/s]. [default: a tenth of the top speed]",
+)
+@click.option(
+    "--forgetting",
+    type=FiniteRange(0.0, 1.0, min_open=True),
+    help="recursive: weight of a square a stroke back. [default: 0.99]",
+)
+@click.option(
+    "--cutoff-hz",
+    type=FiniteRange(1e-3),
+    help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 100]",
+)
+@click.option(
+    "--filter-order",
+    type=click.IntRange(1, 12),
+    help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 4]",
+)
+@click.option(
+    "--padding",
+    type=click.IntRange(0),
+    help="inverse-dynamic: samples that pad either end. [default: 12]",
+)
+@click.option(
+    "--skip",
+    type=click.IntRange(0),
+    help="inverse-dynamic: samples left out at the start. [default: 49]",
+)
+@click.option(
+    "--decimate",
+    type=click.IntRange(1, 1000),
+    help="inverse-dynamic: one sample in so many. [default: 10]",
+)
+@click.option(
+    "--keep-bench-values",
+    is_flag=True,
+    help="Write a model, marked as such, even if nothing was identified.",
+)
+@click.option(
+    "--each",
+    type=click.Choice(["log", "folder"]),
+    help="A model for each log, or for the logs of each folder.",
+)
+@click.option(
+    "--unit",
+    metavar="REGEX",
+    help="--each: where the logs do not say their unit, what it finds in a file's name.",
+)
+@click.option(
+    "--date",
+    metavar="REGEX",
+    help="--each: the same of the date: year, month, day, and hour, minute, second.",
+)
 @workers_options
-@click.option("--plot", type=NamedPath(writes=("SVG",)), help="Friction over speed and position, measured and found (SVG).")
+@click.option(
+    "--plot",
+    type=NamedPath(writes=("SVG",)),
+    help="Friction over speed and position, measured and found (SVG).",
+)
 @output_option(required=False, help="The model (YAML); - is stdout. Without it nothing is written.")
 @json_option
 def command(
@@ -118,10 +196,22 @@ def command(
 ) -> None:
     if not (logs or ramp or loops):
         raise click.UsageError("Missing argument 'LOG...'.")
-    own: dict[str, Any] = {"window": window, "time_constant": time_constant, "threshold": threshold, "forgetting": forgetting}
+    own: dict[str, Any] = {
+        "window": window,
+        "time_constant": time_constant,
+        "threshold": threshold,
+        "forgetting": forgetting,
+    }
     _check_options(method, own, filters)
-    alone = {"--ramp": ramp, "--loops": loops, "--plot": plot, "--keep-bench-values": keep_bench_values or None}
-    _check_each(each, alone, {"--unit": unit, "--date": date, "--cores": cores, "--cluster": cluster})
+    alone = {
+        "--ramp": ramp,
+        "--loops": loops,
+        "--plot": plot,
+        "--keep-bench-values": keep_bench_values or None,
+    }
+    _check_each(
+        each, alone, {"--unit": unit, "--date": date, "--cores": cores, "--cluster": cluster}
+    )
     refuse_both(cores, cluster)
     inputs = [*logs, *ramp, *loops, bench]
     if each is None:
@@ -130,26 +220,64 @@ def command(
         check_targets({"-o": output, "--plot": plot}, inputs)
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
-    from frictool.identify.methods import Settings
+    from frictool.identify.methods import IdentificationSettings
 
-    document, settings = load(bench, Bench), Settings(confidence, pipeline=_pipeline(filters), **own)
+    document, settings = (
+        load(bench, Bench),
+        IdentificationSettings(confidence, pipeline=_pipeline(filters), **own),
+    )
     given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
-    found_by: dict[str, Any] = {"--measurement": measurement, "--method": method, "--confidence": confidence, **given}
+    found_by: dict[str, Any] = {
+        "--measurement": measurement,
+        "--method": method,
+        "--confidence": confidence,
+        **given,
+    }
     found_by["--keep-bench-values"] = keep_bench_values
     if each is None:
-        _alone(Alone(logs, ramp, loops, bench, document, method, settings, measurement, keep_bench_values, found_by, plot, output, as_json))
+        _alone(
+            IdentifyRequest(
+                logs,
+                ramp,
+                loops,
+                bench,
+                document,
+                method,
+                settings,
+                measurement,
+                keep_bench_values,
+                found_by,
+                plot,
+                output,
+                as_json,
+            )
+        )
         return
-    from frictool.cli.identify_each import Asked, identify_each
-    from frictool.logs.origin import Patterns
+    from frictool.cli.identify_each import IdentifyEachRequest, identify_each
+    from frictool.logs.origin import NamePatterns
 
-    patterns = Patterns(pattern("--unit", unit), pattern("--date", date))
-    asked = Asked(each, bench, document, method, settings, measurement, patterns, found_by, output, as_json, cores, cluster)
+    patterns = NamePatterns(checked_pattern("--unit", unit), checked_pattern("--date", date))
+    asked = IdentifyEachRequest(
+        each,
+        bench,
+        document,
+        method,
+        settings,
+        measurement,
+        patterns,
+        found_by,
+        output,
+        as_json,
+        cores,
+        cluster,
+    )
     click.get_current_context().exit(identify_each(asked, logs))
 
 
 @dataclass(frozen=True)
-class Alone:
-    """The command line of one model, its bench read. shown: option -> value, of what makes the model."""
+class IdentifyRequest:
+    """The command line of one model, its bench read. shown: option -> value, of what makes the
+    model."""
 
     logs: tuple[Path, ...]
     ramp: tuple[Path, ...]
@@ -157,7 +285,7 @@ class Alone:
     bench: Path
     document: Bench
     method: str
-    settings: Settings
+    settings: IdentificationSettings
     measurement: bool
     keep_bench_values: bool
     shown: dict[str, Any]
@@ -166,17 +294,30 @@ class Alone:
     as_json: bool
 
 
-def _alone(asked: Alone) -> None:
+def _alone(asked: IdentifyRequest) -> None:
     """The model of all logs together: found, saved, told."""
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
     from frictool.documents.writing import to_yaml
     from frictool.identify.from_logs import identify
     from frictool.identify.identification import NothingIdentified
     from frictool.logs.reading import read_log
 
-    inputs, document, output = [*asked.logs, *asked.ramp, *asked.loops, asked.bench], asked.document, asked.output
-    shown = {"logs": asked.logs, "--bench": asked.bench, "--ramp": asked.ramp, "--loops": asked.loops, **asked.shown}
-    read, ramps, slow = ([read_log(path, document) for path in paths] for paths in (asked.logs, asked.ramp, asked.loops))
+    inputs, document, output = (
+        [*asked.logs, *asked.ramp, *asked.loops, asked.bench],
+        asked.document,
+        asked.output,
+    )
+    shown = {
+        "logs": asked.logs,
+        "--bench": asked.bench,
+        "--ramp": asked.ramp,
+        "--loops": asked.loops,
+        **asked.shown,
+    }
+    read, ramps, slow = (
+        [read_log(path, document) for path in paths]
+        for paths in (asked.logs, asked.ramp, asked.loops)
+    )
     try:
         found = identify(
             read,
@@ -187,7 +328,7 @@ def _alone(asked: Alone) -> None:
             method=asked.method,
             settings=asked.settings,
             keep_bench_values=asked.keep_bench_values,
-            provenance=record(command_line("identify", shown), inputs),
+            provenance=provenance_of_command(command_line("identify", shown), inputs),
             tell=lambda warning: note(f"warning: {warning}"),
         )
     except NothingIdentified as error:
@@ -198,7 +339,11 @@ def _alone(asked: Alone) -> None:
     if asked.plot is not None:
         from frictool.identify.picture import picture_of
 
-        save_text(asked.plot, picture_of(found.model, found.result, found.records, document) + "\n", inputs)
+        save_text(
+            asked.plot,
+            picture_of(found.model, found.result, found.records, document) + "\n",
+            inputs,
+        )
     _tell(found.result, document, asked.as_json, output, found.model)
     if not asked.as_json:
         from frictool.identify.text import table
@@ -206,14 +351,22 @@ def _alone(asked: Alone) -> None:
         say(table(found.result, found.model), output)
 
 
-def _tell(result: Identification, bench: Bench, as_json: bool, output: Path | None, model: Model | None = None) -> None:
+def _tell(
+    result: Identification,
+    bench: Bench,
+    as_json: bool,
+    output: Path | None,
+    model: Model | None = None,
+) -> None:
     """Warnings, and the machine's view, which holds the reasons where nothing is identified."""
     for warning in result.warnings:
         note(f"warning: {warning}")
     if model is not None and model.bench_values_only is not None:
-        note(f"warning: the model holds the bench's values only, and synth refuses it: {model.bench_values_only}")
+        note(
+            f"warning: the model holds the bench's values only, and synth refuses it: {model.bench_values_only}"
+        )
     if as_json:
-        from frictool.identify.machine import as_view
+        from frictool.identify.json_view import as_view
 
         print_json(as_view(result, bench, model), output)
 
@@ -223,23 +376,34 @@ def _check_options(method: str, own: dict[str, Any], filters: dict[str, Any]) ->
     for name, value in {**own, **filters}.items():
         needed = {name, "pipeline"} if name in filters else {name}
         if value is not None and needed.isdisjoint(METHODS[method].options):
-            owners = ", ".join(other for other, row in METHODS.items() if not needed.isdisjoint(row.options))
-            raise click.UsageError(f"--{name.replace('_', '-')} belongs to --method {owners}, not to {method}.")
+            owners = ", ".join(
+                other for other, row in METHODS.items() if not needed.isdisjoint(row.options)
+            )
+            raise click.UsageError(
+                f"--{name.replace('_', '-')} belongs to --method {owners}, not to {method}."
+            )
     window = own["window"]
     if window is not None and window % 2 == 0:
-        raise click.BadParameter(f"{window} is even; allowed: an odd number of samples.", param_hint="'--window'")
+        raise click.BadParameter(
+            f"{window} is even; allowed: an odd number of samples.", param_hint="'--window'"
+        )
 
 
 def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -> None:
-    """Raises UsageError where an option of one model is given with --each, or one of --each without it."""
-    wrong = [name for name, value in (many if each is None else alone).items() if value not in (None, ())]
+    """Raises UsageError where an option of one model is given with --each, or one of --each without
+    it."""
+    wrong = [
+        name for name, value in (many if each is None else alone).items() if value not in (None, ())
+    ]
     if wrong and each is None:
         raise click.UsageError(f"{wrong[0]} belongs to --each.")
     if wrong:
-        raise click.UsageError(f"{wrong[0]} belongs to the logs of one model, not to --each; there ramps are recognised.")
+        raise click.UsageError(
+            f"{wrong[0]} belongs to the logs of one model, not to --each; there ramps are recognised."
+        )
 
 
-def _pipeline(filters: dict[str, Any]) -> Pipeline:
-    from frictool.identify.methods import Pipeline
+def _pipeline(filters: dict[str, Any]) -> PublishedFilters:
+    from frictool.identify.methods import PublishedFilters
 
-    return Pipeline(**{name: value for name, value in filters.items() if value is not None})
+    return PublishedFilters(**{name: value for name, value in filters.items() if value is not None})

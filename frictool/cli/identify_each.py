@@ -1,4 +1,5 @@
-"""`frictool identify --each`: many actuators, or many records of one, to a model each and one table."""
+"""`frictool identify --each`: many actuators, or many records of one, to a model each and one
+table."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.endings import TABLES, says_file
+from frictool.cli.file_endings import TABLES, says_file
 from frictool.cli.output import (
     STDOUT,
     check_output,
@@ -28,24 +29,24 @@ from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO, EXIT_NO_SOLUTION, Ou
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
-    from frictool.identify.each import Group, One
-    from frictool.identify.methods import Settings
-    from frictool.logs.origin import Patterns
+    from frictool.identify.batch import BatchResult, LogGroup
+    from frictool.identify.methods import IdentificationSettings
+    from frictool.logs.origin import NamePatterns
 
 TABLE = "parameters.csv"  # beside the models
 
 
 @dataclass(frozen=True)
-class Asked:
+class IdentifyEachRequest:
     """The command line, its bench read. shown: option -> value, of what makes one model alone."""
 
     each: str
     bench: Path
     document: Bench
     method: str
-    settings: Settings
+    settings: IdentificationSettings
     measure: bool
-    patterns: Patterns
+    patterns: NamePatterns
     shown: dict[str, Any]
     output: Path | None
     as_json: bool
@@ -55,7 +56,9 @@ class Asked:
     @property
     def folder(self) -> Path | None:
         """Where the models go; None where the table alone is asked for."""
-        is_table = self.output is None or self.output == STDOUT or self.output.suffix.lower() in TABLES
+        is_table = (
+            self.output is None or self.output == STDOUT or self.output.suffix.lower() in TABLES
+        )
         return None if is_table else self.output
 
     @property
@@ -66,14 +69,15 @@ class Asked:
         return self.output if self.output is not None or self.as_json else STDOUT
 
 
-def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
-    """Return the exit code: the first of 4, 1 and 3 (`frictool.errors`) that a log or folder ended with, else 0."""
+def identify_each(asked: IdentifyEachRequest, logs: Sequence[Path]) -> int:
+    """Return the exit code: the first of 4, 1 and 3 (`frictool.errors`) that a log or folder ended
+    with, else 0."""
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest
     from frictool.documents.writing import to_yaml
-    from frictool.identify.each import Identify, groups, identified
-    from frictool.identify.each_table import ordered, require_parquet
-    from frictool.logs.origin import useless
+    from frictool.identify.batch import IdentifyJob, groups, identify_groups
+    from frictool.identify.batch_table import ordered, require_parquet
+    from frictool.logs.origin import unmatched_patterns
 
     if STDIN in logs:
         raise click.UsageError("--each reads files and folders, not standard input.")
@@ -83,28 +87,46 @@ def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
     if asked.table is not None and asked.table != STDOUT:
         require_parquet(asked.table)
     found = _members(asked, logs)
-    for told in useless(asked.patterns, [member.name for member in found]):
+    for told in unmatched_patterns(asked.patterns, [member.name for member in found]):
         note(f"warning: {told}")
     shown = {"logs": (), "--bench": asked.bench, **asked.shown}
     jobs = [
-        replace(one, words=command_line("identify", {**shown, "logs": [member.path for member in one.members]}))
+        replace(
+            one,
+            words=command_line(
+                "identify", {**shown, "logs": [member.path for member in one.members]}
+            ),
+        )
         for one in groups(found, asked.each)
     ]
     inputs = [asked.bench, *(member.path for member in found if member.path.is_file())]
     _check_outputs(asked, jobs, inputs)
     bench_input = Input(asked.bench.name, digest(asked.bench))
-    work = Identify(to_yaml(asked.document), bench_input, asked.method, asked.settings, asked.measure, asked.patterns)
-    batch: dict[int, One] = {}
+    work = IdentifyJob(
+        to_yaml(asked.document),
+        bench_input,
+        asked.method,
+        asked.settings,
+        asked.measure,
+        asked.patterns,
+    )
+    batch: dict[int, BatchResult] = {}
     with progress("identify") as tick:
-        for place, one in identified(work, jobs, cores=asked.cores, cluster=asked.cluster, tick=tick):
+        for place, one in identify_groups(
+            work, jobs, cores=asked.cores, cluster=asked.cluster, tick=tick
+        ):
             batch[place] = one
-            _save_model(asked, one, inputs)  # as it comes: what is done stays, whatever happens to the rest
+            _save_model(
+                asked, one, inputs
+            )  # as it comes: what is done stays, whatever happens to the rest
     _tell(asked, ordered([batch[place] for place in range(len(jobs))]), inputs)
     codes = {one.code for one in batch.values()}
-    return next((code for code in (EXIT_NO_SOLUTION, EXIT_NO, EXIT_INPUT) if code in codes), EXIT_DONE)
+    return next(
+        (code for code in (EXIT_NO_SOLUTION, EXIT_NO, EXIT_INPUT) if code in codes), EXIT_DONE
+    )
 
 
-def _members(asked: Asked, logs: Sequence[Path]) -> list[Any]:
+def _members(asked: IdentifyEachRequest, logs: Sequence[Path]) -> list[Any]:
     """The logs; what an earlier run wrote into a folder of its own is none."""
     from frictool.logs.fleet import members
 
@@ -114,14 +136,18 @@ def _members(asked: Asked, logs: Sequence[Path]) -> list[Any]:
     return [one for one in found if asked.folder.resolve() not in one.path.resolve().parents]
 
 
-def _check_outputs(asked: Asked, jobs: Sequence[Group], inputs: list[Path]) -> None:
+def _check_outputs(
+    asked: IdentifyEachRequest, jobs: Sequence[LogGroup], inputs: list[Path]
+) -> None:
     """Raises OutputError before the first log is read."""
     if asked.folder is None:
         if asked.table is not None:
             check_output(asked.table, inputs)
         return
     if asked.folder.exists() and not asked.folder.is_dir():
-        raise OutputError(f"{asked.folder}: is a file; name a folder for the models, or a table that ends in {', '.join(TABLES)}")
+        raise OutputError(
+            f"{asked.folder}: is a file; name a folder for the models, or a table that ends in {', '.join(TABLES)}"
+        )
     for target in (asked.folder / TABLE, *(asked.folder / f"{one.name}.yaml" for one in jobs)):
         refuse_inputs(target, inputs)
     require_folder(asked.folder)
@@ -131,8 +157,8 @@ def _check_outputs(asked: Asked, jobs: Sequence[Group], inputs: list[Path]) -> N
         raise OutputError(f"{asked.folder}: cannot be written: {error.strerror or error}") from None
 
 
-def _save_model(asked: Asked, one: One, inputs: list[Path]) -> None:
-    from frictool.identify.each_table import model_file
+def _save_model(asked: IdentifyEachRequest, one: BatchResult, inputs: list[Path]) -> None:
+    from frictool.identify.batch_table import model_file
 
     name = model_file(one)
     if asked.folder is not None and one.found is not None and name is not None:
@@ -141,29 +167,45 @@ def _save_model(asked: Asked, one: One, inputs: list[Path]) -> None:
         save_text(target, one.found.text, inputs)
 
 
-def _tell(asked: Asked, batch: list[One], inputs: list[Path]) -> None:
+def _tell(asked: IdentifyEachRequest, batch: list[BatchResult], inputs: list[Path]) -> None:
     """The table, and what it says of them all."""
-    from frictool.identify.each_table import as_csv, as_json, headline, population_lines, reasons, told
+    from frictool.identify.batch_table import (
+        as_csv,
+        as_json,
+        batch_populations,
+        headline,
+        population_lines,
+        reasons,
+    )
 
-    found = told(batch, asked.settings.confidence)
+    found = batch_populations(batch, asked.settings.confidence)
     if asked.table is not None and asked.table.suffix.lower() in TABLES[1:]:
         _save_parquet(asked, asked.table, batch, inputs)
     elif asked.table is not None:
         save_text(asked.table, as_csv(batch), inputs)
     if asked.as_json:
-        print_json(as_json(batch, found, asked.document), asked.table if asked.table == STDOUT else None)
+        print_json(
+            as_json(batch, found, asked.document), asked.table if asked.table == STDOUT else None
+        )
     tell: Callable[[str], None] = note if asked.as_json or asked.table == STDOUT else say
-    for line in [*reasons(batch), *([] if asked.as_json else [headline(batch), *population_lines(found, asked.document)])]:
+    for line in [
+        *reasons(batch),
+        *([] if asked.as_json else [headline(batch), *population_lines(found, asked.document)]),
+    ]:
         tell(line)
 
 
-def _save_parquet(asked: Asked, target: Path, batch: list[One], inputs: list[Path]) -> None:
-    from frictool.documents.provenance import record
-    from frictool.identify.each_table import write_parquet
+def _save_parquet(
+    asked: IdentifyEachRequest, target: Path, batch: list[BatchResult], inputs: list[Path]
+) -> None:
+    from frictool.documents.provenance import provenance_of_command
+    from frictool.identify.batch_table import write_parquet
     from frictool.logs.provenance import provenance_record
 
     words = command_line("identify", {"--each": asked.each, "--bench": asked.bench, **asked.shown})
     made = io.BytesIO()
-    write_parquet(batch, asked.document, made, provenance_record(record(words, inputs)))
+    write_parquet(
+        batch, asked.document, made, provenance_record(provenance_of_command(words, inputs))
+    )
     with replacing(target, inputs) as stream:
         stream.write(made.getvalue())

@@ -7,8 +7,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.output import STDOUT, existing, json_option, note, output_option, print_json, save_text
-from frictool.cli.window import window_of, window_options
+from frictool.cli.output import (
+    STDOUT,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    save_text,
+)
+from frictool.cli.window_options import window_of, window_options
 
 if TYPE_CHECKING:
     from frictool.logs.log import Log
@@ -28,12 +36,23 @@ tell are shown in the units of the file, of its first 262 144 rows; what the fil
 
 @click.command("info", help=HELP)
 @click.argument("log", type=existing)
-@click.option("--bench", type=existing, help="The rig, and its columns (bench.yaml), where LOG is a raw bench file.")
+@click.option(
+    "--bench",
+    type=existing,
+    help="The rig, and its columns (bench.yaml), where LOG is a raw bench file.",
+)
 @window_options
 @output_option(required=False, writes=("text", "Markdown"))
 @json_option
-def command(log: Path, bench: Path | None, start: float | None, end: float | None, output: Path | None, as_json: bool) -> None:
-    from frictool.cli.standard_input import kept
+def command(
+    log: Path,
+    bench: Path | None,
+    start: float | None,
+    end: float | None,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    from frictool.cli.standard_input import stdin_as_file
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
     from frictool.identify.info import info
@@ -41,7 +60,7 @@ def command(log: Path, bench: Path | None, start: float | None, end: float | Non
 
     document = None if bench is None else load(bench, Bench)
     window = window_of(start, end)
-    with kept([log]) as (path,):
+    with stdin_as_file([log]) as (path,):
         raw = _guessed(path) if bench is None else None
         found = info(path if raw is None else raw, document, window)
     for warning in found.warnings:
@@ -53,15 +72,20 @@ def command(log: Path, bench: Path | None, start: float | None, end: float | Non
 
 
 def _guessed(path: Path) -> Log | None:
-    """Return a raw file as a log in the units of the file and print the guessed columns; return None for a canonical log."""
+    """Return a raw file as a log in the units of the file and print the guessed columns; return
+    None for a canonical log."""
     from frictool.documents.bench import OPEN
     from frictool.logs.canonical.mcap_reader import is_canonical
-    from frictool.logs.channels.unmapped import unmapped
+    from frictool.logs.channels.guessed_log import guess_log
 
     if is_canonical(path):
         return None
-    found = unmapped(path)
-    columns = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in found.guess.columns.items() if column != OPEN)
+    found = guess_log(path)
+    columns = ", ".join(
+        f"{channel} is {column!r} [{unit}]"
+        for channel, (column, unit) in found.guess.columns.items()
+        if column != OPEN
+    )
     note(f"guessed without --bench: {columns}; nothing is converted")
     for question in found.guess.questions:
         note(f"columns.{question.channel}: {question.key} unknown: {question.why}")

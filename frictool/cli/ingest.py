@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from frictool.cli.endings import check_ending
-from frictool.cli.guessed import question_lines
+from frictool.cli.file_endings import check_ending
+from frictool.cli.guessed_columns import question_lines
 from frictool.cli.output import (
     STDOUT,
     FiniteRange,
@@ -22,13 +22,13 @@ from frictool.cli.output import (
     save_text,
     say,
 )
-from frictool.cli.window import window_of, window_options
-from frictool.logs.quality.kinds import KINDS, TEST
+from frictool.cli.window_options import window_of, window_options
+from frictool.logs.quality.log_kinds import KINDS, TEST
 
 if TYPE_CHECKING:
-    from frictool.logs.assembly import Assembly
-    from frictool.logs.canonical.mcap_layout import Head
-    from frictool.logs.quality.quality import TimeBase
+    from frictool.logs.assembly import LogAssembly
+    from frictool.logs.canonical.mcap_layout import StreamHeader
+    from frictool.logs.quality.time_base import TimeBase
 
 HELP = """\b
 Example:
@@ -48,17 +48,48 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 
 @click.command("ingest", help=HELP)
 @click.argument("raw", type=existing, nargs=-1, required=True)
-@click.option("--bench", type=existing, help="The rig, and its columns (bench.yaml); a canonical log needs none.")
-@click.option("--guess", is_flag=True, help="Write no log but a bench.yaml, guessed from the names and units of RAW, for you to check.")
-@click.option("--axis", type=click.Choice(["rotary", "linear"]), help="With --guess: kind of axis; else as the units or names tell.")
-@window_options
-@click.option("--resample", "period", type=FiniteRange(1e-6, 10.0), metavar="S", help="Put all streams on one grid of this period [s].")
-@click.option("--kind", type=click.Choice(list(KINDS)), help="Which test the log is of, where it is known. [default: info finds it]")
 @click.option(
-    "--unit", "unit_name", metavar="NAME", help="Which actuator the log is of, by its serial number; `observe run` tells them apart."
+    "--bench",
+    type=existing,
+    help="The rig, and its columns (bench.yaml); a canonical log needs none.",
 )
-@click.option("--date", metavar="DATE", help="When it was recorded (2026-01-03, or with T08:15:00), where its clock does not tell.")
-@click.option("--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3.")
+@click.option(
+    "--guess",
+    is_flag=True,
+    help="Write no log but a bench.yaml, guessed from the names and units of RAW, for you to check.",
+)
+@click.option(
+    "--axis",
+    type=click.Choice(["rotary", "linear"]),
+    help="With --guess: kind of axis; else as the units or names tell.",
+)
+@window_options
+@click.option(
+    "--resample",
+    "period",
+    type=FiniteRange(1e-6, 10.0),
+    metavar="S",
+    help="Put all streams on one grid of this period [s].",
+)
+@click.option(
+    "--kind",
+    type=click.Choice(list(KINDS)),
+    help="Which test the log is of, where it is known. [default: info finds it]",
+)
+@click.option(
+    "--unit",
+    "unit_name",
+    metavar="NAME",
+    help="Which actuator the log is of, by its serial number; `observe run` tells them apart.",
+)
+@click.option(
+    "--date",
+    metavar="DATE",
+    help="When it was recorded (2026-01-03, or with T08:15:00), where its clock does not tell.",
+)
+@click.option(
+    "--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3."
+)
 @output_option()
 @json_option
 def command(
@@ -77,9 +108,9 @@ def command(
     as_json: bool,
 ) -> None:
     from frictool.cli.progress import progress
-    from frictool.cli.standard_input import kept
+    from frictool.cli.standard_input import stdin_as_file
     from frictool.documents.bench import Bench
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
 
     named = {"--kind": kind, "--unit": unit_name, "--date": date}
@@ -95,21 +126,33 @@ def command(
     from frictool.logs.canonical.mcap_layout import KIND
     from frictool.logs.canonical.mcap_reader import is_canonical
     from frictool.logs.provenance import PROVENANCE, provenance_record
-    from frictool.logs.recordings.parts import sources
+    from frictool.logs.recordings.recording_files import sources
     from frictool.logs.table import LAYOUT
     from frictool.logs.text.layout import PLAIN
 
     said = _said(kind, unit_name, date)
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
-    with kept(raw) as paths:
+    with stdin_as_file(raw) as paths:
         recordings = sources(paths)
-        if bench is None and not all(len(parts) == 1 and is_canonical(parts[0]) for parts in recordings):
-            raise click.UsageError("Missing option '--bench'; where there is no bench.yaml yet, --guess proposes one.")
-        inputs = [*(file for parts in recordings for file in parts), *([] if bench is None else [bench])]
+        if bench is None and not all(
+            len(parts) == 1 and is_canonical(parts[0]) for parts in recordings
+        ):
+            raise click.UsageError(
+                "Missing option '--bench'; where there is no bench.yaml yet, --guess proposes one."
+            )
+        inputs = [
+            *(file for parts in recordings for file in parts),
+            *([] if bench is None else [bench]),
+        ]
         made = assemble(paths, document, salvage)
-        notes = {PROVENANCE: provenance_record(record(line, inputs)), **({KIND: {**made.notes.get(KIND, {}), **said}} if said else {})}
+        notes = {
+            PROVENANCE: provenance_record(provenance_of_command(line, inputs)),
+            **({KIND: {**made.notes.get(KIND, {}), **said}} if said else {}),
+        }
         with replacing(output, inputs) as stream, progress("ingest") as tick:
-            streams = write(made, stream, notes, window, None if period is None else round(period * 1e9), tick)
+            streams = write(
+                made, stream, notes, window, None if period is None else round(period * 1e9), tick
+            )
     for parts in recordings:
         if len(parts) > 1:
             note(f"{', '.join(part.name for part in parts)}: taken as parts of one recording")
@@ -127,7 +170,8 @@ def command(
 
 
 def _check_guess(guess: bool, axis: str | None, others: dict[str, Any]) -> None:
-    """Raises UsageError where an option would be left out without a word: others are of the log that --guess does not write."""
+    """Raises UsageError where an option would be left out without a word: others are of the log
+    that --guess does not write."""
     wrong = [name for name, value in others.items() if value is not None and value is not False]
     if guess and wrong:
         raise click.UsageError(f"--guess writes a bench.yaml and no log: leave out {wrong[0]}.")
@@ -136,7 +180,8 @@ def _check_guess(guess: bool, axis: str | None, others: dict[str, Any]) -> None:
 
 
 def _said(kind: str | None, unit: str | None, date: str | None) -> dict[str, str]:
-    """What the command line says of the log, as its record KIND has it. Raises UsageError where the date is none."""
+    """What the command line says of the log, as its record KIND has it. Raises UsageError where the
+    date is none."""
     from datetime import datetime
 
     from frictool.logs.canonical.mcap_layout import DATE, UNIT
@@ -144,44 +189,67 @@ def _said(kind: str | None, unit: str | None, date: str | None) -> dict[str, str
     try:
         datetime.fromisoformat(date or "2000-01-01")
     except ValueError:
-        raise click.UsageError(f"--date {date!r} is no date; write 2026-01-03 or 2026-01-03T08:15:00.") from None
+        raise click.UsageError(
+            f"--date {date!r} is no date; write 2026-01-03 or 2026-01-03T08:15:00."
+        ) from None
     return {key: text for key, text in ((TEST, kind), (UNIT, unit), (DATE, date)) if text}
 
 
-def _propose(raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, output: Path, as_json: bool) -> None:
-    """Writes the bench that a file tells of. Nothing is read with it: who knows the rig checks it first."""
-    from frictool.cli.standard_input import kept
-    from frictool.documents.starter import starting_documents
-    from frictool.logs.channels.guess import start_from
+def _propose(
+    raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, output: Path, as_json: bool
+) -> None:
+    """Writes the bench that a file tells of. Nothing is read with it: who knows the rig checks it
+    first."""
+    from frictool.cli.standard_input import stdin_as_file
+    from frictool.documents.starting_documents import starting_documents
+    from frictool.logs.channels.column_guess import start_from
 
     if len(raw) > 1:
-        raise click.UsageError("--guess takes one file; a further instrument's columns are written under `instruments` by hand.")
-    with kept(raw) as (path,):
+        raise click.UsageError(
+            "--guess takes one file; a further instrument's columns are written under `instruments` by hand."
+        )
+    with stdin_as_file(raw) as (path,):
         start = start_from(path, path.stem[:80] or "rig", axis)
-    save_text(output, starting_documents(start)["bench.yaml"], list(raw), draft=bool(start.questions))
+    save_text(
+        output, starting_documents(start)["bench.yaml"], list(raw), draft=bool(start.questions)
+    )
     if as_json:
-        facts = {"axis": start.axis, "columns": start.columns, "left": start.left, "sample_period_s": start.period}
+        facts = {
+            "axis": start.axis,
+            "columns": start.columns,
+            "left": start.left,
+            "sample_period_s": start.period,
+        }
         print_json({**facts, "questions": start.questions}, output)
         return
-    found = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()) or "no channel"
-    say(f"guessed from {start.log}: {found}; check what is marked as guessed, replace what is marked as an example", output)
+    found = (
+        ", ".join(
+            f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()
+        )
+        or "no channel"
+    )
+    say(
+        f"guessed from {start.log}: {found}; check what is marked as guessed, replace what is marked as an example",
+        output,
+    )
     for line in question_lines(start):
         say(line, output)
 
 
-def _refuse_loss(made: Assembly, output: Path) -> None:
+def _refuse_loss(made: LogAssembly, output: Path) -> None:
     """Raises LogError where data were lost."""
     from frictool.errors import LogError
-    from frictool.logs.losses import counted
+    from frictool.logs.losses import loss_count_text
 
     if made.losses:
         where = "the output" if output == STDOUT else output.name
         raise LogError(
-            made.flows[0].source, f"was read with data lost: {counted(made.losses)}; {where} has the rest and lists what is lost"
+            made.flows[0].source,
+            f"was read with data lost: {loss_count_text(made.losses)}; {where} has the rest and lists what is lost",
         )
 
 
-def summary(streams: list[tuple[Head, TimeBase]], made: Assembly) -> dict[str, Any]:
+def summary(streams: list[tuple[StreamHeader, TimeBase]], made: LogAssembly) -> dict[str, Any]:
     """The machine's view of what was ingested."""
     from frictool.logs.losses import as_rows
 
@@ -203,8 +271,8 @@ def summary(streams: list[tuple[Head, TimeBase]], made: Assembly) -> dict[str, A
 
 def table(facts: dict[str, Any]) -> str:
     """The same for people."""
-    from frictool.logs.losses import shown
-    from frictool.logs.table import Loss
+    from frictool.logs.losses import loss_text
+    from frictool.logs.table import DataLoss
 
     lines = []
     for stream in facts["streams"]:
@@ -213,6 +281,8 @@ def table(facts: dict[str, Any]) -> str:
         rate = f"{stream['rate_hz']:.6g} Hz" if stream["samples"] > 1 else "one sample"
         dated = f", dated by {stream['clock']}" if stream["clock"] else ""
         gaps = f"{stream['gaps']} gap{'s' * (stream['gaps'] != 1)}"
-        lines.append(f"  {stream['samples']} samples, {rate}, {stream['duration_s']:.6g} s, {gaps}{dated}")
-    lines += [f"lost: {shown(Loss(**row))}" for row in facts["lost"]]
+        lines.append(
+            f"  {stream['samples']} samples, {rate}, {stream['duration_s']:.6g} s, {gaps}{dated}"
+        )
+    lines += [f"lost: {loss_text(DataLoss(**row))}" for row in facts["lost"]]
     return "\n".join(lines)

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.guessed import question_lines
+from frictool.cli.guessed_columns import question_lines
 from frictool.cli.output import existing, json_option, note, print_json, say
 
 if TYPE_CHECKING:
     from frictool.documents.quantity import Axis
-    from frictool.documents.starter import Start
+    from frictool.documents.starting_documents import StartingRig
 
 HELP = """\b
 Example:
@@ -37,48 +37,79 @@ of your rig. Nothing that exists is overwritten.
 
 @click.command("init", help=HELP)
 @click.argument("folder", metavar="DIR", type=existing)
-@click.option("--axis", type=click.Choice(["rotary", "linear"]), help="Kind of axis; else as the units or names of the log tell.")
-@click.option("--from", "log", type=existing, metavar="LOG", help="A log of the bench to guess from.")
+@click.option(
+    "--axis",
+    type=click.Choice(["rotary", "linear"]),
+    help="Kind of axis; else as the units or names of the log tell.",
+)
+@click.option(
+    "--from", "log", type=existing, metavar="LOG", help="A log of the bench to guess from."
+)
 @json_option
 def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> None:
-    from frictool.cli.folder import save_folder
-    from frictool.documents.starter import examples, starting_documents
+    from frictool.cli.output_folder import save_folder
+    from frictool.documents.starting_documents import example_keys, starting_documents
 
     start = _start(folder, axis, log)
     files = starting_documents(start)
     save_folder(folder, files, [] if log is None else [log], overwrite=False, parents=True)
     if log is not None and start.log_path is None:
-        note(f"warning: make cannot read the path of {log.name}, it has blanks or signs of its own; the Makefile takes what lies in logs/")
+        note(
+            f"warning: make cannot read the path of {log.name}, it has blanks or signs of its own; the Makefile takes what lies in logs/"
+        )
     if as_json:
-        guessed = {"axis": start.axis, "columns": start.columns, "left": start.left, "sample_period_s": start.period}
-        told = {"log": start.log, **guessed, "questions": start.questions, "encoder_step": start.step, "examples": examples(start)}
+        guessed = {
+            "axis": start.axis,
+            "columns": start.columns,
+            "left": start.left,
+            "sample_period_s": start.period,
+        }
+        told = {
+            "log": start.log,
+            **guessed,
+            "questions": start.questions,
+            "encoder_step": start.step,
+            "examples": example_keys(start),
+        }
         print_json({"folder": str(folder), "files": list(files), **told})
         return
     say(f"{folder}: {', '.join(files)}")
     if log is not None:
-        found = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()) or "no channel"
+        found = (
+            ", ".join(
+                f"{channel} is {column!r} [{unit}]"
+                for channel, (column, unit) in start.columns.items()
+            )
+            or "no channel"
+        )
         say(f"guessed from {log.name}: {found}; check what is marked as guessed")
         for line in question_lines(start):
             say(line)
-    say(_still_to_do(folder, start, examples(start)))
+    say(_still_to_do(folder, start, example_keys(start)))
 
 
-def _still_to_do(folder: Path, start: Start, keys: dict[str, list[str]]) -> str:
+def _still_to_do(folder: Path, start: StartingRig, keys: dict[str, list[str]]) -> str:
     lines = ["examples, not yours: replace them before you believe a verdict"]
     lines += [f"  {name}: {', '.join(found)}" for name, found in keys.items()]
     if start.log_path is None:
-        lines.append(f"put the bench's logs (CSV, MATLAB, MCAP) into {folder / 'logs'}/, then run make -C {shlex.quote(str(folder))}")
+        lines.append(
+            f"put the bench's logs (CSV, MATLAB, MCAP) into {folder / 'logs'}/, then run make -C {shlex.quote(str(folder))}"
+        )
     return "\n".join(lines)
 
 
-def _start(folder: Path, axis: str | None, log: Path | None) -> Start:
+def _start(folder: Path, axis: str | None, log: Path | None) -> StartingRig:
     """What the rig starts from: the folder's name, and what the log tells."""
-    from frictool.documents.starter import Start
+    from frictool.documents.starting_documents import StartingRig
 
     name = folder.absolute().name[:80] or "rig"
     if log is None:
-        return Start(name, "linear" if axis == "linear" else "rotary", axis_source="example" if axis is None else "given")
-    from frictool.logs.channels.guess import start_from
+        return StartingRig(
+            name,
+            "linear" if axis == "linear" else "rotary",
+            axis_source="example" if axis is None else "given",
+        )
+    from frictool.logs.channels.column_guess import start_from
 
     path = os.path.relpath(log.absolute(), folder.absolute())
     given: Axis | None = None if axis is None else "linear" if axis == "linear" else "rotary"

@@ -1,4 +1,5 @@
-"""A group of commands that are imported when they are used, so that help costs little more than importing click."""
+"""A group of commands that are imported when they are used, so that help costs little more than
+importing click."""
 
 from __future__ import annotations
 
@@ -15,19 +16,22 @@ from frictool.errors import EXIT_INPUT, EXIT_INTERRUPTED
 
 
 def abandon_stdout() -> None:
-    """What is left in the buffer goes nowhere, so that the interpreter's own flush at exit cannot fail."""
+    """What is left in the buffer goes nowhere, so that the interpreter's own flush at exit cannot
+    fail."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 class LazyGroup(click.Group):
-    """Knows its commands by name and imports one only when it is called; table: name -> (module, one line for --help)."""
+    """Knows its commands by name and imports one only when it is called; table: name -> (module,
+    one line for --help)."""
 
     def __init__(self, *args: Any, table: dict[str, tuple[str, str]], **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.table = table
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Ctrl-C has an exit code of its own, and a reader that leaves is an output that cannot be written.
+        """Ctrl-C has an exit code of its own, and a reader that leaves is an output that cannot be
+        written.
 
         For both click's is 1, which says here that the answer is no.
         """
@@ -54,7 +58,11 @@ class LazyGroup(click.Group):
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Names from the table; options as every command completes them."""
-        names = [CompletionItem(name, help=text) for name, (_, text) in self.table.items() if name.startswith(incomplete)]
+        names = [
+            CompletionItem(name, help=text)
+            for name, (_, text) in self.table.items()
+            if name.startswith(incomplete)
+        ]
         return names + click.Command.shell_complete(self, ctx, incomplete)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

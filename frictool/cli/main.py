@@ -15,11 +15,11 @@ from contextlib import contextmanager
 
 import click
 
-from frictool import waiting
 from frictool.cli.lazy_group import LazyGroup, abandon_stdout
 from frictool.cli.printable import printable
-from frictool.documents import bench_values, examples
+from frictool.documents import bench_values, example_values
 from frictool.errors import EXIT_INPUT, FrictoolError
+from frictool.runtime import notifications
 
 # command -> (module, one line for --help), in the order of the pipeline
 COMMANDS: dict[str, tuple[str, str]] = {
@@ -27,23 +27,56 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "ingest": ("frictool.cli.ingest", "Bench files to the canonical log (MCAP)."),
     "info": ("frictool.cli.info", "What a log holds, its quality, and what it is good for."),
     "convert": ("frictool.cli.convert", "A log to CSV, MATLAB, MDF, NumPy or Parquet."),
-    "assess": ("frictool.cli.assess", "What this bench can identify, by which test, how precisely, and why."),
-    "excite": ("frictool.cli.excite", "The test to play on the bench: sines, ramps, steps, multisines."),
+    "assess": (
+        "frictool.cli.assess",
+        "What this bench can identify, by which test, how precisely, and why.",
+    ),
+    "excite": (
+        "frictool.cli.excite",
+        "The test to play on the bench: sines, ramps, steps, multisines.",
+    ),
     "identify": ("frictool.cli.identify", "Logs to parameters with intervals (model.yaml)."),
     "validate": ("frictool.cli.validate", "A model against a measured log: errors and a plot."),
-    "synth": ("frictool.cli.synth", "Model and specification to a verified controller (controller.yaml)."),
-    "verify": ("frictool.cli.verify", "The proof of a controller's certificate, again, without a solver."),
+    "synth": (
+        "frictool.cli.synth",
+        "Model and specification to a verified controller (controller.yaml).",
+    ),
+    "verify": (
+        "frictool.cli.verify",
+        "The proof of a controller's certificate, again, without a solver.",
+    ),
     "simulate": ("frictool.cli.simulate", "Step tests of model and controller, as a log."),
     "report": ("frictool.cli.report", "Metrics and verdict of logs against the specification."),
-    "campaign": ("frictool.cli.campaign", "A controller on many plants: pass rate, what fails and why, worst cases."),
-    "reduce": ("frictool.cli.reduce", "A mechanism of blocks and links to a one-inertia model, with the error of each step."),
+    "campaign": (
+        "frictool.cli.campaign",
+        "A controller on many plants: pass rate, what fails and why, worst cases.",
+    ),
+    "reduce": (
+        "frictool.cli.reduce",
+        "A mechanism of blocks and links to a one-inertia model, with the error of each step.",
+    ),
     "export": ("frictool.cli.export", "Controller to C99 with golden vectors."),
-    "observe": ("frictool.cli.observe", "Velocity, friction and wear from a running actuator's log; observers designed."),
-    "compare": ("frictool.cli.compare", "Friction laws in the four tests of thesis 3.7, as numbers and verdicts."),
-    "equations": ("frictool.cli.equations", "The equations of a mechanism, derived from its description."),
+    "observe": (
+        "frictool.cli.observe",
+        "Velocity, friction and wear from a running actuator's log; observers designed.",
+    ),
+    "compare": (
+        "frictool.cli.compare",
+        "Friction laws in the four tests of thesis 3.7, as numbers and verdicts.",
+    ),
+    "equations": (
+        "frictool.cli.equations",
+        "The equations of a mechanism, derived from its description.",
+    ),
     "schema": ("frictool.cli.schema", "JSON Schema of a document, for editors."),
-    "doctor": ("frictool.cli.doctor", "The state of this installation, and what is left over of former ones."),
-    "completion": ("frictool.cli.completion", "Completion of commands, options and files for bash, zsh and fish."),
+    "doctor": (
+        "frictool.cli.doctor",
+        "The state of this installation, and what is left over of former ones.",
+    ),
+    "completion": (
+        "frictool.cli.completion",
+        "Completion of commands, options and files for bash, zsh and fish.",
+    ),
 }
 
 EXAMPLE = """\b
@@ -63,10 +96,15 @@ Exit codes: 0 done; 1 done, and the answer is no; 2 wrong command line; 3 an inp
 
 
 @click.group(
-    cls=LazyGroup, table=COMMANDS, help=EXAMPLE, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
+    cls=LazyGroup,
+    table=COMMANDS,
+    help=EXAMPLE,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
 @click.option("--debug", is_flag=True, help="Show the traceback of an error.")
-@click.version_option(package_name="frictool", message=f"%(prog)s %(version)s, Python {sys.version.split()[0]}")
+@click.version_option(
+    package_name="frictool", message=f"%(prog)s %(version)s, Python {sys.version.split()[0]}"
+)
 def group(debug: bool) -> None:
     """Replaced by EXAMPLE."""
 
@@ -81,8 +119,12 @@ def main() -> None:
 
 @contextmanager
 def _terminated_as_interrupted() -> Iterator[None]:
-    """Make SIGTERM raise KeyboardInterrupt, as SIGINT does, so that nothing half written is left behind."""
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
+    """Make SIGTERM raise KeyboardInterrupt, as SIGINT does, so that nothing half written is left
+    behind."""
+    if (
+        threading.current_thread() is not threading.main_thread()
+        or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL
+    ):
         yield  # a calling program keeps its own handler
         return
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -120,14 +162,17 @@ def _run(debug: bool) -> None:
 
 
 def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
-    """Return a function that warns of example values in a document, once for each key in a command."""
+    """Return a function that warns of example values in a document, once for each key in a
+    command."""
     said: set[str] = set()
 
     def warn(path: str, keys: tuple[str, ...]) -> None:
         found = [key for key in keys if key.removeprefix("bench.") not in said]
         said.update(key.removeprefix("bench.") for key in found)
         if found:
-            click.echo(printable(f"warning: {examples.examples_words({path: found})}"), err=True)
+            click.echo(
+                printable(f"warning: {example_values.examples_words({path: found})}"), err=True
+            )
 
     return warn
 
@@ -138,14 +183,15 @@ def _warn_of_bench_values(path: str, reason: str) -> None:
 
 
 def _prepare() -> None:
-    """One thread for linear algebra, since sums in another order give other bytes; somewhere to write where a stream was closed.
+    """One thread for linear algebra, since sums in another order give other bytes; somewhere to
+    write where a stream was closed.
 
-    A sign that the terminal's encoding has not, or that is none (of a file's name), is escaped and not an error. A wait for the compiler is
-    told, whichever command meets it.
+    A sign that the terminal's encoding has not, or that is none (of a file's name), is escaped and
+    not an error. A wait for the compiler is told, whichever command meets it.
     """
-    waiting.compiling = _tell_of_compiling
-    waiting.remark = _remark
-    examples.notify = _warn_of_examples()
+    notifications.compiling = _tell_of_compiling
+    notifications.remark = _remark
+    example_values.notify = _warn_of_examples()
     bench_values.notify = _warn_of_bench_values
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     for name in ("stdout", "stderr"):
@@ -157,9 +203,9 @@ def _prepare() -> None:
 
 
 def _tell_of_compiling() -> None:
-    from frictool.cli.progress import tell_of_compiling
+    from frictool.cli.progress import note_compiling
 
-    tell_of_compiling()
+    note_compiling()
 
 
 def _remark(text: str) -> None:

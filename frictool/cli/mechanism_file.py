@@ -9,25 +9,26 @@ from frictool.errors import DocumentError
 
 if TYPE_CHECKING:
     from frictool.documents.mechanism import Mechanism
-    from frictool.plant.mechanism.assembly import Assembled
-    from frictool.plant.mechanism.wrong import WrongElement
+    from frictool.plant.mechanism.assembly import AssembledMechanism
+    from frictool.plant.mechanism.element_error import ElementError
 
 
-def load_mechanism(path: Path) -> tuple[Mechanism, Assembled]:
-    """The document at `path` and the mechanism put together. Raises DocumentError with file, line and key."""
+def load_mechanism(path: Path) -> tuple[Mechanism, AssembledMechanism]:
+    """The document at `path` and the mechanism put together. Raises DocumentError with file, line
+    and key."""
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.registry import load
     from frictool.plant.mechanism.assembly import assemble
-    from frictool.plant.mechanism.wrong import WrongElement
+    from frictool.plant.mechanism.element_error import ElementError
 
     document = load(path, Mechanism)
     try:
         return document, assemble(document)
-    except WrongElement as wrong:
-        raise wrong_in_file(path, wrong) from None
+    except ElementError as wrong:
+        raise mechanism_error(path, wrong) from None
 
 
-def tell_notes(path: Path, assembled: Assembled) -> None:
+def tell_notes(path: Path, assembled: AssembledMechanism) -> None:
     """What was left out or does not fit, on stderr."""
     from frictool.cli.output import note
 
@@ -35,8 +36,8 @@ def tell_notes(path: Path, assembled: Assembled) -> None:
         note(f"note: {path}: {told}")
 
 
-def wrong_in_file(path: Path, wrong: WrongElement) -> DocumentError:
+def mechanism_error(path: Path, wrong: ElementError) -> DocumentError:
     """The same complaint, with the file and the line of the element."""
-    from frictool.documents.lines import complaint
+    from frictool.documents.key_lines import document_error
 
-    return complaint(path, wrong.key, str(wrong))
+    return document_error(path, wrong.key, str(wrong))

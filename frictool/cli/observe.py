@@ -9,8 +9,14 @@ from frictool.cli.lazy_group import LazyGroup
 # subcommand -> (module, one line for --help)
 COMMANDS: dict[str, tuple[str, str]] = {
     "design": ("frictool.cli.observe_design", "Gains of an observer, verified (observer.yaml)."),
-    "loop": ("frictool.cli.observe_loop", "A controller whose speed comes from an observer, verified with it."),
-    "run": ("frictool.cli.observe_run", "Velocity, friction and wear along logs, with intervals, and a verdict."),
+    "loop": (
+        "frictool.cli.observe_loop",
+        "A controller whose speed comes from an observer, verified with it.",
+    ),
+    "run": (
+        "frictool.cli.observe_run",
+        "Velocity, friction and wear along logs, with intervals, and a verdict.",
+    ),
 }
 
 HELP = """\b

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from frictool.cli.output import FiniteRange, command_line, existing, json_option, output_option, print_json, save_text, say
+from frictool.cli.output import (
+    FiniteRange,
+    command_line,
+    existing,
+    json_option,
+    output_option,
+    print_json,
+    save_text,
+    say,
+)
 from frictool.cli.quantity_option import positive_si
 
 if TYPE_CHECKING:
@@ -46,19 +55,43 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
         numbers = tuple(float(word) for word in value.split(","))
     except ValueError:
         numbers = ()
-    if len(numbers) != 3 or not all(0.0 <= number < 1e12 for number in numbers) or numbers[1] <= 0.0:
-        raise click.BadParameter(f"found {value!r}; allowed: three numbers from 0 on, that of the speed above 0, such as 1,100,0.001.")
+    if (
+        len(numbers) != 3
+        or not all(0.0 <= number < 1e12 for number in numbers)
+        or numbers[1] <= 0.0
+    ):
+        raise click.BadParameter(
+            f"found {value!r}; allowed: three numbers from 0 on, that of the speed above 0, such as 1,100,0.001."
+        )
     return numbers[0], numbers[1], numbers[2]
 
 
 @click.command("design", help=HELP)
 @click.argument("model", type=existing)
-@click.option("--kind", type=click.Choice(["multiplicative", "additive", "tracking"]), required=True, help="Which observer.")
 @click.option(
-    "--intervals", type=click.IntRange(1, 50), default=10, show_default=True, help="Of the position, for each direction; multiplicative."
+    "--kind",
+    type=click.Choice(["multiplicative", "additive", "tracking"]),
+    required=True,
+    help="Which observer.",
 )
-@click.option("--switch-speed", help="Stuck below it, such as 10rad/s; switched kinds.  [default: a fortieth of the bench's top speed]")
-@click.option("--weights", callback=_weights, default="1,100,0.001", show_default=True, help="Of position, speed, alpha (6.19).")
+@click.option(
+    "--intervals",
+    type=click.IntRange(1, 50),
+    default=10,
+    show_default=True,
+    help="Of the position, for each direction; multiplicative.",
+)
+@click.option(
+    "--switch-speed",
+    help="Stuck below it, such as 10rad/s; switched kinds.  [default: a fortieth of the bench's top speed]",
+)
+@click.option(
+    "--weights",
+    callback=_weights,
+    default="1,100,0.001",
+    show_default=True,
+    help="Of position, speed, alpha (6.19).",
+)
 @click.option(
     "--decay",
     type=FiniteRange(0.0, 1.0, min_open=True),
@@ -85,57 +118,90 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     help="What mode 0 does with the estimated speed.",
 )
 @click.option(
-    "--bandwidth", type=FiniteRange(0.0, min_open=True), help="Of its error [rad/s]; tracking.  [default: by the model's intervals]"
+    "--bandwidth",
+    type=FiniteRange(0.0, min_open=True),
+    help="Of its error [rad/s]; tracking.  [default: by the model's intervals]",
 )
-@click.option("--drive-noise", help="Standard deviation of the measured drive, such as 0.5A; tracking.  [default: 0]")
-@output_option(required=False, help="The observer (YAML); - is stdout. Without it nothing is written.", writes=("YAML",))
+@click.option(
+    "--drive-noise",
+    help="Standard deviation of the measured drive, such as 0.5A; tracking.  [default: 0]",
+)
+@output_option(
+    required=False,
+    help="The observer (YAML); - is stdout. Without it nothing is written.",
+    writes=("YAML",),
+)
 @json_option
 def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **options: Any) -> None:
     from frictool.documents.model import Model
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
     from frictool.documents.writing import to_yaml
 
     document = load(model, Model)
     ctx = click.get_current_context()
-    given = {name: value for name, value in options.items() if ctx.get_parameter_source(name) != click.core.ParameterSource.DEFAULT}
-    words = {
-        f"--{name.replace('_', '-')}": ",".join(f"{w:g}" for w in value) if name == "weights" else value for name, value in given.items()
+    given = {
+        name: value
+        for name, value in options.items()
+        if ctx.get_parameter_source(name) != click.core.ParameterSource.DEFAULT
     }
-    provenance = record(command_line("observe design", {"model": model, "--kind": kind, **words}), [model])
+    words = {
+        f"--{name.replace('_', '-')}": ",".join(f"{w:g}" for w in value)
+        if name == "weights"
+        else value
+        for name, value in given.items()
+    }
+    provenance = provenance_of_command(
+        command_line("observe design", {"model": model, "--kind": kind, **words}), [model]
+    )
     for name in given:
         if name not in OPTIONS[kind]:
             shown = ", ".join(f"--{other.replace('_', '-')}" for other in OPTIONS[kind])
-            raise click.UsageError(f"--{name.replace('_', '-')} is not for --kind {kind}; allowed: {shown}.")
-    from frictool.observe.design.settings import UnfitSetting
-    from frictool.observe.design.text import machine, text
+            raise click.UsageError(
+                f"--{name.replace('_', '-')} is not for --kind {kind}; allowed: {shown}."
+            )
+    from frictool.observe.design.settings import UnsuitableSetting
+    from frictool.observe.design.text import json_view, text
 
     try:
         observer = _designed(document, kind, provenance, options)
-    except UnfitSetting as wrong:
+    except UnsuitableSetting as wrong:
         raise click.UsageError(f"{wrong}.") from None
     if output is not None:
         save_text(output, to_yaml(observer), [model])
     if as_json:
-        print_json(machine(observer, document), output)
+        print_json(json_view(observer, document), output)
     else:
         say(text(observer, document), output)
 
 
-def _designed(model: Model, kind: Kind, provenance: Provenance, options: dict[str, Any]) -> Observer:
+def _designed(
+    model: Model, kind: Kind, provenance: Provenance, options: dict[str, Any]
+) -> Observer:
     """The observer of a kind."""
-    from frictool.observe.design.any_kind import design_observer
-    from frictool.observe.design.settings import Settings
+    from frictool.observe.design.observer_design import design_observer
+    from frictool.observe.design.settings import SwitchedObserverSettings
 
     def quantity(name: str, dimension: str) -> float | None:
         given = options[name]
-        return None if given is None else positive_si(f"--{name.replace('_', '-')}", given, dimension, model.axis)
+        return (
+            None
+            if given is None
+            else positive_si(f"--{name.replace('_', '-')}", given, dimension, model.axis)
+        )
 
     inertia = quantity("inertia", "inertia")
     if kind == "tracking":
         noise = quantity("drive_noise", model.bench.actuator.drive) or 0.0
-        return design_observer(model, kind, bandwidth_rad_s=options["bandwidth"], drive_noise=noise, inertia=inertia, provenance=provenance)
-    settings = Settings(
+        return design_observer(
+            model,
+            kind,
+            bandwidth_rad_s=options["bandwidth"],
+            drive_noise=noise,
+            inertia=inertia,
+            provenance=provenance,
+        )
+    settings = SwitchedObserverSettings(
         intervals=options["intervals"],
         switch_speed=quantity("switch_speed", "velocity"),
         weights=options["weights"],

@@ -7,42 +7,53 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictool.cli.endings import is_page
-from frictool.cli.observe_given import Given, commissioning_of
+from frictool.cli.file_endings import is_page
+from frictool.cli.observe_request import ObserveRequest, commissioning_of
 from frictool.cli.output import STDOUT, check_targets, note, print_json, replacing, save_text, say
 from frictool.cli.progress import progress
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO
 
 if TYPE_CHECKING:
     from frictool.documents.provenance import Provenance
-    from frictool.observe.table import Row
+    from frictool.observe.fleet_table import FleetRow
 
 
-def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
-    """Return EXIT_NO if the limit is exceeded or undecided, else EXIT_INPUT if a log was lost, in part or whole, else EXIT_DONE."""
-    from frictool.cli.standard_input import kept
-    from frictool.documents.provenance import record
+def observe_fleet(given: ObserveRequest, logs: Sequence[Path]) -> int:
+    """Return EXIT_NO if the limit is exceeded or undecided, else EXIT_INPUT if a log was lost, in
+    part or whole, else EXIT_DONE."""
+    from frictool.cli.standard_input import stdin_as_file
+    from frictool.documents.provenance import provenance_of_command
     from frictool.logs.fleet import members
-    from frictool.logs.origin import useless
-    from frictool.observe.fleet import observed
-    from frictool.observe.table import counts, require_parquet, rows
+    from frictool.logs.origin import unmatched_patterns
+    from frictool.observe.fleet import observe_logs
+    from frictool.observe.fleet_table import counts, require_parquet, rows
 
     if given.output is not None and given.output != STDOUT:
         require_parquet(given.output)
     reference = commissioning_of(given)
-    with kept(logs) as paths:
+    with stdin_as_file(logs) as paths:
         fleet = members(paths)
         inputs = [*given.inputs, *(member.path for member in fleet if member.path.is_file())]
         check_targets({"-o": given.output, "--plot": given.plot}, inputs)
-        for told in useless(given.settings.patterns, [member.name for member in fleet]):
+        for told in unmatched_patterns(given.settings.patterns, [member.name for member in fleet]):
             note(f"warning: {told}")
         with progress("observe") as tick:
-            found = observed(fleet, given.document, given.settings, cores=given.cores, cluster=given.cluster, tick=tick)
-        provenance = record(given.words, inputs)
+            found = observe_logs(
+                fleet,
+                given.document,
+                given.settings,
+                cores=given.cores,
+                cluster=given.cluster,
+                tick=tick,
+            )
+        provenance = provenance_of_command(given.words, inputs)
     table = rows(found, given.limit, reference)
     _save(given, table, inputs, provenance)
     if given.as_json:
-        print_json({"logs": [row.as_json() for row in table], "wear_limit": given.limit, **counts(table)}, given.stdout)
+        print_json(
+            {"logs": [row.as_json() for row in table], "wear_limit": given.limit, **counts(table)},
+            given.stdout,
+        )
     else:
         _tell(table, given)
     if any(row.verdict is not None and given.answer_is_no(row.verdict.exceeded) for row in table):
@@ -50,9 +61,10 @@ def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
     return EXIT_INPUT if any(one.lost for one in found) else EXIT_DONE
 
 
-def _tell(table: list[Row], given: Given) -> None:
-    """All of it in a line, and where the table itself is not on stdout the rows that somebody has to look at."""
-    from frictool.observe.table import as_text, headline
+def _tell(table: list[FleetRow], given: ObserveRequest) -> None:
+    """All of it in a line, and where the table itself is not on stdout the rows that somebody has
+    to look at."""
+    from frictool.observe.fleet_table import as_text, headline
 
     odd = [row for row in table if row.alarm or row.outcome is None]
     if given.output is None or given.stdout is not None:
@@ -63,12 +75,14 @@ def _tell(table: list[Row], given: Given) -> None:
         say(as_text(odd))
 
 
-def _save(given: Given, table: list[Row], inputs: list[Path], provenance: Provenance) -> None:
+def _save(
+    given: ObserveRequest, table: list[FleetRow], inputs: list[Path], provenance: Provenance
+) -> None:
     """Writes the table, on stdout where nothing else does, and the trend."""
     from frictool.logs.provenance import provenance_record
+    from frictool.observe.fleet_table import PARQUET, as_csv, write_parquet
     from frictool.observe.page import page_of_fleet
-    from frictool.observe.table import PARQUET, as_csv, write_parquet
-    from frictool.observe.trend import trend
+    from frictool.observe.wear_trend import trend
 
     if given.output is not None and given.output.suffix.lower() in PARQUET:
         made = io.BytesIO()
@@ -79,4 +93,10 @@ def _save(given: Given, table: list[Row], inputs: list[Path], provenance: Proven
         save_text(given.output or STDOUT, as_csv(table), inputs)
     if given.plot is not None:
         drawn = trend(table, given.limit)
-        save_text(given.plot, page_of_fleet(table, given.limit, drawn, provenance) if is_page(given.plot) else drawn + "\n", inputs)
+        save_text(
+            given.plot,
+            page_of_fleet(table, given.limit, drawn, provenance)
+            if is_page(given.plot)
+            else drawn + "\n",
+            inputs,
+        )

@@ -1,4 +1,5 @@
-"""`frictool observe loop`: a controller whose speed comes from an observer, verified with it, as one document."""
+"""`frictool observe loop`: a controller whose speed comes from an observer, verified with it, as
+one document."""
 
 from __future__ import annotations
 
@@ -7,10 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import FiniteRange, command_line, existing, json_option, note_changes, output_option, print_json, save_text, say
+from frictool.cli.output import (
+    FiniteRange,
+    command_line,
+    existing,
+    json_option,
+    note_changes,
+    output_option,
+    print_json,
+    save_text,
+    say,
+)
 
 if TYPE_CHECKING:
-    from frictool.verify.observed_controller import Observed
+    from frictool.verify.observed_controller import ObservedController
 
 HELP = """\b
 Example:
@@ -29,16 +40,35 @@ margin that was specified; --modulus-margin specifies another. What is written r
 
 @click.command("loop", help=HELP)
 @click.argument("controller", type=existing)
-@click.option("--observer", type=existing, required=True, help="What the controller takes for the speed (observer.yaml).")
-@click.option("--modulus-margin", type=FiniteRange(0.0, 1.0), help="Specified from now on.  [default: the controller's]")
-@output_option(required=False, help="The controller with it (YAML); - is stdout. Without it nothing is written.", writes=("YAML",))
+@click.option(
+    "--observer",
+    type=existing,
+    required=True,
+    help="What the controller takes for the speed (observer.yaml).",
+)
+@click.option(
+    "--modulus-margin",
+    type=FiniteRange(0.0, 1.0),
+    help="Specified from now on.  [default: the controller's]",
+)
+@output_option(
+    required=False,
+    help="The controller with it (YAML); - is stdout. Without it nothing is written.",
+    writes=("YAML",),
+)
 @json_option
-def command(controller: Path, observer: Path, modulus_margin: float | None, output: Path | None, as_json: bool) -> None:
+def command(
+    controller: Path,
+    observer: Path,
+    modulus_margin: float | None,
+    output: Path | None,
+    as_json: bool,
+) -> None:
     import msgspec
 
     from frictool.documents.controller import Controller
     from frictool.documents.observer import Observer
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
     from frictool.documents.writing import to_yaml
     from frictool.errors import NoSolutionError
@@ -51,7 +81,12 @@ def command(controller: Path, observer: Path, modulus_margin: float | None, outp
             f"{found.specified:g}; try an observer of another bandwidth, a slower controller, or --modulus-margin {found.after - 5e-3:.2f}"
         )
     words = {"controller": controller, "--observer": observer, "--modulus-margin": modulus_margin}
-    merged = msgspec.structs.replace(found.controller, provenance=record(command_line("observe loop", words), [controller, observer]))
+    merged = msgspec.structs.replace(
+        found.controller,
+        provenance=provenance_of_command(
+            command_line("observe loop", words), [controller, observer]
+        ),
+    )
     if output is not None:
         save_text(output, to_yaml(merged), [controller, observer])
     note_changes(controller, merged)
@@ -61,8 +96,9 @@ def command(controller: Path, observer: Path, modulus_margin: float | None, outp
         say("\n".join(found.told()), output)
 
 
-def machine_view(found: Observed) -> dict[str, Any]:
-    """The machine's view of the merged controller; margins None where the speed closes no linear loop."""
+def machine_view(found: ObservedController) -> dict[str, Any]:
+    """The machine's view of the merged controller; margins None where the speed closes no linear
+    loop."""
     own = found.controller.velocity.observer
     assert own is not None
     return {

@@ -8,9 +8,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool import waiting
-from frictool.cli.endings import TABLES, is_page
-from frictool.cli.observe_given import Given, check_outputs, commissioning_of, observer_of, pattern
+from frictool.cli.file_endings import TABLES, is_page
+from frictool.cli.observe_request import (
+    ObserveRequest,
+    check_outputs,
+    checked_pattern,
+    commissioning_of,
+    observer_of,
+)
 from frictool.cli.output import (
     FiniteRange,
     NamedPath,
@@ -24,17 +29,18 @@ from frictool.cli.output import (
     save_text,
     say,
 )
-from frictool.cli.progress import tell_of_compiling
-from frictool.cli.window import window_of, window_options
+from frictool.cli.progress import note_compiling
+from frictool.cli.window_options import window_of, window_options
 from frictool.cli.workers_options import refuse_both, workers_options
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO
+from frictool.runtime import notifications
 
 if TYPE_CHECKING:
     from frictool.documents.provenance import Provenance
-    from frictool.observe.one_log import OneLog
-    from frictool.observe.outcome import Outcome
-    from frictool.observe.picture import Picture
-    from frictool.observe.run import Part
+    from frictool.observe.estimate_plot import EstimatePlot
+    from frictool.observe.estimation import EstimateBlock
+    from frictool.observe.log_observer import LogObserver
+    from frictool.observe.observation_outcome import ObservationOutcome
 
 HELP = """\b
 Example:
@@ -60,23 +66,60 @@ one log alarm (null: undecided) and lost.
 @click.command("run", help=HELP)
 @click.argument("model", type=existing)
 @click.argument("logs", type=existing, nargs=-1, required=True, metavar="LOG...")
-@click.option("--wear-limit", type=FiniteRange(0.0, min_open=True), help="Exit code 1 where the wear, or its ratio, is above it.")
-@click.option("--commissioning", type=existing, help="The unit's first log, or the --json of its run: the limit is one of the ratio.")
-@click.option("--observer", type=existing, help="Another observer beside, its estimates as /axis/observer (observer.yaml).")
+@click.option(
+    "--wear-limit",
+    type=FiniteRange(0.0, min_open=True),
+    help="Exit code 1 where the wear, or its ratio, is above it.",
+)
+@click.option(
+    "--commissioning",
+    type=existing,
+    help="The unit's first log, or the --json of its run: the limit is one of the ratio.",
+)
+@click.option(
+    "--observer",
+    type=existing,
+    help="Another observer beside, its estimates as /axis/observer (observer.yaml).",
+)
 @click.option(
     "--plot",
     type=NamedPath(True, ("SVG", "HTML"), True),
     help="A picture of the estimates (.svg), or a page (.html); of several logs the trend.",
 )
-@click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of the intervals.")
+@click.option(
+    "--confidence",
+    type=FiniteRange(0.5, 0.9999),
+    default=0.95,
+    show_default=True,
+    help="Of the intervals.",
+)
 @window_options
-@click.option("--stream", "topic", metavar="TOPIC", help="Which stream of the log. [default: /axis]")
-@click.option("--unit", metavar="REGEX", help="Where the logs do not say their unit: what it finds in a file's name.")
-@click.option("--date", metavar="REGEX", help="The same of the date: year, month, day, and hour, minute, second.")
-@click.option("--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3.")
+@click.option(
+    "--stream", "topic", metavar="TOPIC", help="Which stream of the log. [default: /axis]"
+)
+@click.option(
+    "--unit",
+    metavar="REGEX",
+    help="Where the logs do not say their unit: what it finds in a file's name.",
+)
+@click.option(
+    "--date",
+    metavar="REGEX",
+    help="The same of the date: year, month, day, and hour, minute, second.",
+)
+@click.option(
+    "--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3."
+)
 @workers_options
-@output_option(required=False, help="The estimates (.mcap), or of several logs the table (.csv, .parquet); - is stdout.")
-@click.option("--allow-undecided", is_flag=True, help="Exit code 0 also if a log leaves the wear limit undecided.")
+@output_option(
+    required=False,
+    help="The estimates (.mcap), or of several logs the table (.csv, .parquet); - is stdout.",
+)
+@click.option(
+    "--allow-undecided",
+    is_flag=True,
+    help="Exit code 0 also if a log leaves the wear limit undecided.",
+)
 @json_option
 @click.pass_context
 def command(
@@ -100,18 +143,37 @@ def command(
     allow_undecided: bool,
     as_json: bool,
 ) -> None:
-    waiting.compiling = lambda: tell_of_compiling(everywhere=True)
+    notifications.compiling = lambda: note_compiling(everywhere=True)
     from frictool.documents.model import Model
     from frictool.documents.registry import load
     from frictool.logs.fleet import is_fleet
-    from frictool.logs.origin import Patterns
-    from frictool.observe.one_log import Settings
+    from frictool.logs.origin import NamePatterns
+    from frictool.observe.log_observer import ObservationSettings
 
-    named = {"model": model, "logs": logs, "--wear-limit": wear_limit, "--commissioning": commissioning, "--observer": observer}
-    named |= {"--confidence": confidence, "--from": start, "--to": end, "--stream": topic, "--unit": unit, "--date": date}
+    named = {
+        "model": model,
+        "logs": logs,
+        "--wear-limit": wear_limit,
+        "--commissioning": commissioning,
+        "--observer": observer,
+    }
+    named |= {
+        "--confidence": confidence,
+        "--from": start,
+        "--to": end,
+        "--stream": topic,
+        "--unit": unit,
+        "--date": date,
+    }
     words = command_line("observe run", {**named, "--salvage": salvage})
-    settings = Settings(window_of(start, end), topic, salvage, confidence, Patterns(pattern("--unit", unit), pattern("--date", date)))
-    given = Given(
+    settings = ObservationSettings(
+        window_of(start, end),
+        topic,
+        salvage,
+        confidence,
+        NamePatterns(checked_pattern("--unit", unit), checked_pattern("--date", date)),
+    )
+    given = ObserveRequest(
         words,
         model,
         load(model, Model),
@@ -130,7 +192,9 @@ def command(
     several = is_fleet(logs) or (output is not None and output.suffix.lower() in TABLES)
     check_outputs(given, logs, several)
     if not several and (cores is not None or cluster is not None):
-        raise click.UsageError("--cores and --cluster share several logs; one is observed in this process.")
+        raise click.UsageError(
+            "--cores and --cluster share several logs; one is observed in this process."
+        )
     if not several:
         ctx.exit(_single(given, logs[0]))
     from frictool.cli.observe_fleet import observe_fleet
@@ -138,27 +202,27 @@ def command(
     ctx.exit(observe_fleet(given, logs))
 
 
-def _single(given: Given, log: Path) -> int:
+def _single(given: ObserveRequest, log: Path) -> int:
     """One log: its estimates, its picture, its verdict; the exit code."""
     from frictool.cli.progress import progress
-    from frictool.cli.standard_input import kept
-    from frictool.documents.provenance import record
-    from frictool.logs.losses import counted
-    from frictool.logs.origin import Name, useless
-    from frictool.observe.one_log import OneLog
-    from frictool.observe.outcome import judged, lines
-    from frictool.observe.picture import Picture
+    from frictool.cli.standard_input import stdin_as_file
+    from frictool.documents.provenance import provenance_of_command
+    from frictool.logs.losses import loss_count_text
+    from frictool.logs.origin import LogName, unmatched_patterns
+    from frictool.observe.estimate_plot import EstimatePlot
+    from frictool.observe.log_observer import LogObserver
+    from frictool.observe.observation_outcome import lines, with_verdict
 
     reference = commissioning_of(given)
-    for told in useless(given.settings.patterns, [Name(log.as_posix())]):
+    for told in unmatched_patterns(given.settings.patterns, [LogName(log.as_posix())]):
         note(f"warning: {told}")
-    with kept([log]) as (path,):
-        one = OneLog(path, given.document, given.settings, observer=observer_of(given))
-        picture = None if given.plot is None else Picture(given.document.axis)
-        provenance = record(given.words, [*given.inputs, path])
+    with stdin_as_file([log]) as (path,):
+        one = LogObserver(path, given.document, given.settings, observer=observer_of(given))
+        picture = None if given.plot is None else EstimatePlot(given.document.axis)
+        provenance = provenance_of_command(given.words, [*given.inputs, path])
         with progress("observe") as tick:
             _run(given, one, picture, provenance, tick)
-        outcome = judged(one.outcome(), given.limit, reference)
+        outcome = with_verdict(one.outcome(), given.limit, reference)
     for warning in outcome.warnings:
         note(f"warning: {warning}")
     if picture is not None and given.plot is not None:
@@ -169,12 +233,20 @@ def _single(given: Given, log: Path) -> int:
         for line in lines(outcome, given.document):
             say(line, given.stdout)
     if outcome.losses:
-        note(f"warning: {Path(outcome.source).name} was read with data lost: {counted(list(outcome.losses))}")
+        note(
+            f"warning: {Path(outcome.source).name} was read with data lost: {loss_count_text(list(outcome.losses))}"
+        )
     refused = outcome.verdict is not None and given.answer_is_no(outcome.verdict.exceeded)
     return EXIT_NO if refused else EXIT_INPUT if outcome.losses else EXIT_DONE
 
 
-def _run(given: Given, one: OneLog, picture: Picture | None, provenance: Provenance, tick: Callable[[float], None]) -> None:
+def _run(
+    given: ObserveRequest,
+    one: LogObserver,
+    picture: EstimatePlot | None,
+    provenance: Provenance,
+    tick: Callable[[float], None],
+) -> None:
     """Reads the log and writes the estimates where they are asked for."""
     from frictool.logs.provenance import PROVENANCE, provenance_record
     from frictool.observe.estimates_log import write
@@ -188,7 +260,9 @@ def _run(given: Given, one: OneLog, picture: Picture | None, provenance: Provena
         write(one, parts, stream, {PROVENANCE: provenance_record(provenance)})
 
 
-def _watched(one: OneLog, picture: Picture | None, tick: Callable[[float], None]) -> Iterator[Part]:
+def _watched(
+    one: LogObserver, picture: EstimatePlot | None, tick: Callable[[float], None]
+) -> Iterator[EstimateBlock]:
     for part in one.parts():
         tick(one.progress)
         if picture is not None:
@@ -196,7 +270,12 @@ def _watched(one: OneLog, picture: Picture | None, tick: Callable[[float], None]
         yield part
 
 
-def _drawn(given: Given, outcome: Outcome, picture: Picture, provenance: Provenance) -> str:
+def _drawn(
+    given: ObserveRequest,
+    outcome: ObservationOutcome,
+    picture: EstimatePlot,
+    provenance: Provenance,
+) -> str:
     """The picture, or the page that it stands in."""
     from frictool.observe.page import page_of_log
 

@@ -1,4 +1,5 @@
-"""What every command shares at its edge: options, files written whole or not at all, progress on stderr, one JSON object."""
+"""What every command shares at its edge: options, files written whole or not at all, progress on
+stderr, one JSON object."""
 
 from __future__ import annotations
 
@@ -14,11 +15,11 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 import click
 
-from frictool.cli.endings import check_ending
+from frictool.cli.document_check import check_document
+from frictool.cli.file_endings import check_ending
 from frictool.cli.printable import printable, printable_json
-from frictool.cli.read_back import check_document
 from frictool.errors import OutputError
-from frictool.part_files import part_file
+from frictool.runtime.part_files import part_file
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Controller
@@ -28,12 +29,17 @@ STDOUT = Path("-")
 
 
 class NamedPath(click.Path):
-    """A path that has a name: of an empty one, as a shell makes it of a variable that is not set, pathlib makes the present folder."""
+    """A path that has a name: of an empty one, as a shell makes it of a variable that is not set,
+    pathlib makes the present folder."""
 
-    def __init__(self, allow_dash: bool = False, writes: Sequence[str] = (), chooses: bool = False) -> None:
-        """writes, chooses: of an output, as cli/endings.py `check_ending`; without formats any name is one."""
+    def __init__(
+        self, allow_dash: bool = False, writes: Sequence[str] = (), chooses: bool = False
+    ) -> None:
+        """writes, chooses: of an output, as cli/file_endings.py `check_ending`; without formats any
+        name is one."""
         self._writes, self._chooses = writes, chooses
-        # whether it exists and may be read is found on reading, so that it is exit 3 and not click's 2
+        # whether it exists and may be read is found on reading, so that it is exit 3 and not
+        # click's 2
         super().__init__(path_type=Path, readable=False, allow_dash=allow_dash)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
@@ -46,16 +52,25 @@ class NamedPath(click.Path):
 
 
 def output_option(
-    required: bool = True, help: str = "Where to write; - is stdout.", writes: Sequence[str] = (), chooses: bool = False
+    required: bool = True,
+    help: str = "Where to write; - is stdout.",
+    writes: Sequence[str] = (),
+    chooses: bool = False,
 ) -> Callable[[F], F]:
     """`-o/--output PATH`; writes, chooses: as of NamedPath."""
-    return click.option("-o", "--output", type=NamedPath(True, writes, chooses), required=required, help=help)
+    return click.option(
+        "-o", "--output", type=NamedPath(True, writes, chooses), required=required, help=help
+    )
 
 
 allow_undecided_option = click.option(
-    "--allow-undecided", is_flag=True, help="Exit code 0 also if requirements are undecided, none is broken and one is met."
+    "--allow-undecided",
+    is_flag=True,
+    help="Exit code 0 also if requirements are undecided, none is broken and one is met.",
 )
-json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout instead of text.")
+json_option = click.option(
+    "--json", "as_json", is_flag=True, help="One JSON object on stdout instead of text."
+)
 
 
 def command_line(name: str, arguments: dict[str, Any]) -> str:
@@ -67,16 +82,20 @@ def command_line(name: str, arguments: dict[str, Any]) -> str:
             if item is None or item is False:
                 continue
             shown = Path(item).name if isinstance(item, Path) else str(item)
-            words += [shown] if not key.startswith("--") else [key] if item is True else [key, shown]
+            words += (
+                [shown] if not key.startswith("--") else [key] if item is True else [key, shown]
+            )
     return " ".join(words)
 
 
 @contextmanager
 def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
-    """A binary stream that becomes `target` when the block ends well, and leaves nothing behind when it does not.
+    """A binary stream that becomes `target` when the block ends well, and leaves nothing behind
+    when it does not.
 
-    `-` is stdout; a device or a pipe is written to and not replaced, and so is the file that a symbolic link leads to.
-    Raises OutputError where the target is an input, is a directory, or cannot be written.
+    `-` is stdout; a device or a pipe is written to and not replaced, and so is the file that a
+    symbolic link leads to. Raises OutputError where the target is an input, is a directory, or
+    cannot be written.
     """
     if target == STDOUT:
         yield sys.stdout.buffer
@@ -102,7 +121,9 @@ def require_folder(target: Path) -> None:
     """Raise OutputError if the folder of `target` does not exist: its name may be misspelt."""
     folder = target.resolve().parent if target.is_symlink() else target.parent
     if not folder.exists():
-        raise OutputError(f"{target}: there is no folder {folder}; make it first (mkdir -p {shlex.quote(str(folder))}) or name another")
+        raise OutputError(
+            f"{target}: there is no folder {folder}; make it first (mkdir -p {shlex.quote(str(folder))}) or name another"
+        )
     if not folder.is_dir():
         raise OutputError(f"{target}: cannot be written: {folder} is no folder")
 
@@ -121,11 +142,14 @@ def refuse_inputs(target: Path, inputs: list[Path]) -> None:
     """Raises OutputError where writing `target` would overwrite one of `inputs`."""
     for path in inputs:
         if target.exists() and path.exists() and target.samefile(path):
-            raise OutputError(f"{target}: is an input of this command and would be overwritten; choose another output")
+            raise OutputError(
+                f"{target}: is an input of this command and would be overwritten; choose another output"
+            )
 
 
 def check_output(target: Path, inputs: list[Path]) -> None:
-    """Raises OutputError where `target` is an input, a directory, or cannot be written: asked before work of minutes, and makes nothing."""
+    """Raises OutputError where `target` is an input, a directory, or cannot be written: asked
+    before work of minutes, and makes nothing."""
     refuse_inputs(target, inputs)
     if target == STDOUT or (target.exists() and not target.is_file() and not target.is_dir()):
         return
@@ -139,9 +163,11 @@ def check_output(target: Path, inputs: list[Path]) -> None:
 
 
 def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> None:
-    """Before any work: that each of `targets` (option -> where it is to be written, or None) is a file of its own and can be written.
+    """Before any work: that each of `targets` (option -> where it is to be written, or None) is a
+    file of its own and can be written.
 
-    Raises click.UsageError where two have one name, or stdout would hold two; OutputError as `check_output`.
+    Raises click.UsageError where two have one name, or stdout would hold two; OutputError as
+    `check_output`.
     """
     places: dict[Path, str] = {}
     for option, target in targets.items():
@@ -149,7 +175,9 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
             continue
         place = target if target == STDOUT else target.resolve()
         if place in places and (target == STDOUT or target.is_file() or not target.exists()):
-            raise click.UsageError(f"{places[place]} and {option} have the same name, {target}; each needs its own.")
+            raise click.UsageError(
+                f"{places[place]} and {option} have the same name, {target}; each needs its own."
+            )
         places[place] = option
         check_output(target, inputs)
 
@@ -163,7 +191,9 @@ def save_text(target: Path, text: str, inputs: list[Path], draft: bool = False) 
         check_document(target, text)
     with replacing(target, inputs) as stream:
         shown = printable(text) if target == STDOUT else text
-        stream.write(shown.encode(errors="backslashreplace"))  # a file's name may hold bytes that are not text
+        stream.write(
+            shown.encode(errors="backslashreplace")
+        )  # a file's name may hold bytes that are not text
 
 
 def say(text: str, output: Path | None = None) -> None:
@@ -177,7 +207,8 @@ def note(text: str) -> None:
 
 
 def note_changes(path: Path, controller: Controller) -> None:
-    """Warn if a block of a controller is not the one that was verified. A document without digests gives no warning."""
+    """Warn if a block of a controller is not the one that was verified. A document without digests
+    gives no warning."""
     from frictool.documents.digests import changed_words
 
     if words := changed_words(controller):
@@ -185,8 +216,12 @@ def note_changes(path: Path, controller: Controller) -> None:
 
 
 def print_json(value: dict[str, Any], output: Path | None = None) -> None:
-    """One JSON object on stdout (on stderr where stdout carries the output itself); what is not finite is null."""
-    click.echo(printable_json(json.dumps(_finite(value), indent=2, ensure_ascii=False)), err=output == STDOUT)
+    """One JSON object on stdout (on stderr where stdout carries the output itself); what is not
+    finite is null."""
+    click.echo(
+        printable_json(json.dumps(_finite(value), indent=2, ensure_ascii=False)),
+        err=output == STDOUT,
+    )
 
 
 def _finite(value: Any) -> Any:
@@ -200,9 +235,11 @@ def _finite(value: Any) -> Any:
 
 
 class FiniteRange(click.FloatRange):
-    """A number of an option: every comparison with nan is false, so that click's own range lets it pass.
+    """A number of an option: every comparison with nan is false, so that click's own range lets it
+    pass.
 
-    What is larger or smaller than anything on a bench is a slip of the keyboard, whose square a double may not hold.
+    What is larger or smaller than anything on a bench is a slip of the keyboard, whose square a
+    double may not hold.
     """
 
     LEAST, LARGEST = 1e-15, 1e12
@@ -212,7 +249,11 @@ class FiniteRange(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{number} is not a finite number.", param, ctx)
         if number and not self.LEAST <= abs(number) <= self.LARGEST:
-            self.fail(f"{number:g} is none of a bench; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in size.", param, ctx)
+            self.fail(
+                f"{number:g} is none of a bench; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in size.",
+                param,
+                ctx,
+            )
         return number
 
     def _describe_range(self) -> str:

@@ -1,11 +1,15 @@
-"""Text from files and file names made safe to print: a terminal would execute its control characters."""
+"""Text from files and file names made safe to print: a terminal would execute its control
+characters."""
 
 from __future__ import annotations
 
 import re
 
-# C0 but for tab and line feed, a carriage return alone, DEL, C1; separators of lines and signs that turn the direction of writing
-_UNSAFE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]|\r(?!\n)")
+# C0 but for tab and line feed, a carriage return alone, DEL, C1; separators of lines and signs that
+# turn the direction of writing
+_UNSAFE = re.compile(
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]|\r(?!\n)"
+)
 
 
 def printable(text: str) -> str:

@@ -1,4 +1,5 @@
-"""How far a long command is, and what it waits for, on a terminal: a bar on stderr with the time left. Silent elsewhere."""
+"""How far a long command is, and what it waits for, on a terminal: a bar on stderr with the time
+left. Silent elsewhere."""
 
 from __future__ import annotations
 
@@ -30,8 +31,9 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
         yield told
 
 
-def tell_of_compiling(everywhere: bool = False) -> None:
-    """Says once what the first use of a kernel waits for, on a terminal, or `everywhere`: where it takes long enough to wonder in a log."""
+def note_compiling(everywhere: bool = False) -> None:
+    """Says once what the first use of a kernel waits for, on a terminal, or `everywhere`: where it
+    takes long enough to wonder in a log."""
     if everywhere or sys.stderr.isatty():
         _tell_once()
 

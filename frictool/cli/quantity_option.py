@@ -1,4 +1,5 @@
-"""A quantity as an option gives it: a number, with its unit where it is not in SI, `10rad/s` or `"0.4 m/s"`."""
+"""A quantity as an option gives it: a number, with its unit where it is not in SI, `10rad/s` or
+`"0.4 m/s"`."""
 
 from __future__ import annotations
 
@@ -7,11 +8,12 @@ import math
 import click
 
 from frictool.documents.quantity import Axis, factor_to_si, si_unit
-from frictool.documents.quantity_form import written_quantity
+from frictool.documents.quantity_text import written_quantity
 
 
 def positive_si(option: str, text: str, dimension: str, axis: Axis) -> float:
-    """The number in SI. Raises click.UsageError naming the option for what is no number above 0, or has a unit of something else."""
+    """The number in SI. Raises click.UsageError naming the option for what is no number above 0, or
+    has a unit of something else."""
     unit = si_unit(dimension, axis)
     written = written_quantity(text)
     if written is None:

@@ -1,4 +1,5 @@
-"""`frictool reduce`: a mechanism to a one-inertia model, step by step, each with the error that it makes."""
+"""`frictool reduce`: a mechanism to a one-inertia model, step by step, each with the error that it
+makes."""
 
 from __future__ import annotations
 
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.provenance import Provenance
-    from frictool.reduce.chain import Unfinished
-    from frictool.reduce.in_loop import InLoop
+    from frictool.reduce.chain import ReductionStopped
+    from frictool.reduce.loop_comparison import LoopComparison
     from frictool.reduce.reduction import Reduction
 
 HELP = """\b
@@ -49,23 +50,50 @@ cannot be made at all --reduced writes the mechanism of the steps before it.
 
 @click.command("reduce", help=HELP)
 @click.argument("mechanism", type=existing)
-@click.option("--bandwidth", type=FiniteRange(min=0.0, min_open=True), metavar="RAD/S", help="Keep resonances below, drop those above.")
-@click.option("--controller", type=existing, help="Without --bandwidth: ten times the highest crossing of this controller's loop.")
-@click.option("--scenario", type=existing, help="Play it too, under --controller, to the mechanism and to its one inertia.")
+@click.option(
+    "--bandwidth",
+    type=FiniteRange(min=0.0, min_open=True),
+    metavar="RAD/S",
+    help="Keep resonances below, drop those above.",
+)
+@click.option(
+    "--controller",
+    type=existing,
+    help="Without --bandwidth: ten times the highest crossing of this controller's loop.",
+)
+@click.option(
+    "--scenario",
+    type=existing,
+    help="Play it too, under --controller, to the mechanism and to its one inertia.",
+)
 @click.option(
     "--travel",
     type=(FiniteRange(), FiniteRange()),
     metavar="LOW HIGH",
     help="Reduce this part of the travel alone [rad | m], as the sensor measures it: one side of a default position.",
 )
-@click.option("--bench", type=existing, help="The bench of the model, in place of the mechanism's own source and sensor.")
-@click.option("--tolerance", type=FiniteRange(0.0, 1.0, min_open=True), default=0.05, show_default=True, help="Error allowed, of the way.")
+@click.option(
+    "--bench",
+    type=existing,
+    help="The bench of the model, in place of the mechanism's own source and sensor.",
+)
+@click.option(
+    "--tolerance",
+    type=FiniteRange(0.0, 1.0, min_open=True),
+    default=0.05,
+    show_default=True,
+    help="Error allowed, of the way.",
+)
 @click.option(
     "--reduced",
     type=NamedPath(writes=("YAML",)),
     help="Where to write the last mechanism, with the blocks of kept resonances.",
 )
-@click.option("--plot", type=NamedPath(writes=("SVG",)), help="The curves that the motor feels, as a picture (SVG).")
+@click.option(
+    "--plot",
+    type=NamedPath(writes=("SVG",)),
+    help="The curves that the motor feels, as a picture (SVG).",
+)
 @output_option(required=False, writes=("YAML",))
 @json_option
 def command(
@@ -81,15 +109,17 @@ def command(
     output: Path | None,
     as_json: bool,
 ) -> None:
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
     from frictool.documents.writing import to_yaml
     from frictool.errors import NoSolutionError
-    from frictool.reduce.chain import Unfinished
+    from frictool.reduce.chain import ReductionStopped
 
     if scenario is not None and controller is None:
         raise click.UsageError("--scenario is played under a controller; give --controller.")
     if travel is not None and travel[0] >= travel[1]:
-        raise click.UsageError(f"--travel: found {travel[0]:g} to {travel[1]:g}; allowed: LOW < HIGH.")
+        raise click.UsageError(
+            f"--travel: found {travel[0]:g} to {travel[1]:g}; allowed: LOW < HIGH."
+        )
     inputs = [path for path in (mechanism, controller, scenario, bench) if path is not None]
     check_targets({"-o": output, "--reduced": reduced, "--plot": plot}, inputs)
     words: dict[str, Any] = {
@@ -105,9 +135,15 @@ def command(
     }
     try:
         found = _reduction(
-            mechanism, bandwidth, controller, travel, bench, tolerance, lambda: record(command_line("reduce", words), inputs)
+            mechanism,
+            bandwidth,
+            controller,
+            travel,
+            bench,
+            tolerance,
+            lambda: provenance_of_command(command_line("reduce", words), inputs),
         )
-    except Unfinished as stopped:
+    except ReductionStopped as stopped:
         _tell_unfinished(stopped, mechanism, reduced, inputs, as_json)
         raise
     loop = _in_loop(mechanism, found, controller, scenario)
@@ -120,15 +156,18 @@ def command(
     if reduced is not None:
         save_text(reduced, to_yaml(found.chain.last), inputs)
     if plot is not None:
-        from frictool.reduce.picture import picture
+        from frictool.reduce.resistance_plot import picture
 
         save_text(plot, picture(found.chain, found.model) + "\n", inputs)
 
 
-def _tell_unfinished(stopped: Unfinished, path: Path, reduced: Path | None, inputs: list[Path], as_json: bool) -> None:
-    """The steps that were made, and the mechanism of the last of them where --reduced asks for it."""
+def _tell_unfinished(
+    stopped: ReductionStopped, path: Path, reduced: Path | None, inputs: list[Path], as_json: bool
+) -> None:
+    """The steps that were made, and the mechanism of the last of them where --reduced asks for
+    it."""
     from frictool.documents.writing import to_yaml
-    from frictool.reduce.text import unfinished
+    from frictool.reduce.text_view import unfinished
 
     if not stopped.steps:
         return
@@ -137,7 +176,9 @@ def _tell_unfinished(stopped: Unfinished, path: Path, reduced: Path | None, inpu
         say("\n".join(unfinished(str(path), stopped.steps)), None)
     if reduced is not None:
         save_text(reduced, to_yaml(last.mechanism), inputs)
-        note(f"{reduced}: the mechanism after the step '{last.told.step}', not checked by simulation; no model is written")
+        note(
+            f"{reduced}: the mechanism after the step '{last.told.step}', not checked by simulation; no model is written"
+        )
 
 
 def _reduction(
@@ -149,8 +190,8 @@ def _reduction(
     tolerance: float,
     provenance: Callable[[], Provenance],
 ) -> Reduction:
-    from frictool.cli.mechanism_file import load_mechanism, tell_notes, wrong_in_file
-    from frictool.plant.mechanism.wrong import WrongElement
+    from frictool.cli.mechanism_file import load_mechanism, mechanism_error, tell_notes
+    from frictool.plant.mechanism.element_error import ElementError
     from frictool.reduce.reduction import reduction
 
     document, assembled = load_mechanism(path)
@@ -159,52 +200,61 @@ def _reduction(
         document = document if travel is None else _part(document, travel)
         asked = _bandwidth(document, bandwidth, controller, tolerance)
         return reduction(document, asked, tolerance, _bench(bench), provenance(), _progress)
-    except WrongElement as wrong:
-        raise wrong_in_file(path, wrong) from None
+    except ElementError as wrong:
+        raise mechanism_error(path, wrong) from None
 
 
 def _part(document: Mechanism, travel: tuple[float, float]) -> Mechanism:
-    from frictool.reduce.part import OutsideTravel, over
+    from frictool.reduce.partial_travel import OutsideTravelError, restrict_travel
 
     try:
-        return over(document, travel)
-    except OutsideTravel as wrong:
+        return restrict_travel(document, travel)
+    except OutsideTravelError as wrong:
         raise click.UsageError(f"--travel: {wrong}.") from None
 
 
-def _in_loop(path: Path, found: Reduction, controller: Path | None, scenario: Path | None) -> InLoop | None:
-    """Both played under the controller; None where that is not asked for, or the reduction is refused already."""
+def _in_loop(
+    path: Path, found: Reduction, controller: Path | None, scenario: Path | None
+) -> LoopComparison | None:
+    """Both played under the controller; None where that is not asked for, or the reduction is
+    refused already."""
     if scenario is None or controller is None or found.checked.refused is not None:
         return None
-    from frictool.cli.reduce_loop import played_in_loop
+    from frictool.cli.reduce_loop import compare_in_loop
 
     _progress("playing the scenario to both")
-    return played_in_loop(path, found.model, controller, scenario, found.chain.one.play.width, found.checked.tolerance)
+    return compare_in_loop(
+        path, found.model, controller, scenario, found.chain.one.play.width, found.checked.tolerance
+    )
 
 
-def _tell(found: Reduction, loop: InLoop | None, output: Path | None, as_json: bool) -> None:
-    from frictool.reduce.machine import machine
-    from frictool.reduce.text import lines
+def _tell(
+    found: Reduction, loop: LoopComparison | None, output: Path | None, as_json: bool
+) -> None:
+    from frictool.reduce.json_view import json_view
+    from frictool.reduce.text_view import lines
 
     if as_json:
-        print_json(machine(found.chain, found.checked, found.model, loop), output)
+        print_json(json_view(found.chain, found.checked, found.model, loop), output)
     else:
         say("\n".join(lines(found.chain, found.checked, found.model, loop)), output)
 
 
-def _bandwidth(document: Mechanism, given: float | None, controller: Path | None, tolerance: float) -> float | None:
+def _bandwidth(
+    document: Mechanism, given: float | None, controller: Path | None, tolerance: float
+) -> float | None:
     """As given, or of the controller; needed where a link yields."""
-    from frictool.reduce.compliance import yielding
+    from frictool.reduce.compliance import compliant_links
 
     if given is not None:
         return given
     if controller is not None:
         from frictool.documents.controller import Controller
         from frictool.documents.registry import load
-        from frictool.reduce.crossing import bandwidth_of
+        from frictool.reduce.loop_bandwidth import bandwidth_of
 
         return bandwidth_of(load(controller, Controller))
-    names = [one.name for one in yielding(document)]
+    names = [one.name for one in compliant_links(document)]
     if names:
         raise click.UsageError(
             f"{', '.join(names)} yield{'s' if len(names) == 1 else ''}: say up to which frequency resonances count, by --bandwidth RAD/S "
@@ -222,7 +272,11 @@ def _passing(document: Mechanism, tolerance: float) -> str:
         passing = passing_bandwidth(document, tolerance)
     except NoSolutionError:  # told as soon as a bandwidth is given
         return ""
-    return "" if passing is None else f"; up to --bandwidth {passing:g} all of it rigid is within {100 * tolerance:g} % of the gain"
+    return (
+        ""
+        if passing is None
+        else f"; up to --bandwidth {passing:g} all of it rigid is within {100 * tolerance:g} % of the gain"
+    )
 
 
 def _bench(path: Path | None) -> Bench | None:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from frictool.documents.spec import Spec
     from frictool.logs.log import Log
     from frictool.report.requirement import Verdict
-    from frictool.verify.sensitivity import Sensitivities
+    from frictool.verify.vertex_transfers import VertexTransfers
 
 HELP = """\b
 Example:
@@ -55,11 +55,21 @@ Exit codes: 0 pass; 1 fail or undecided. The outputs are written in either case.
 
 @click.command("report", help=HELP)
 @click.argument("logs", type=existing, nargs=-1, required=True, metavar="LOG...")
-@click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
-@click.option("--controller", type=existing, help="Whose loop it is: modulus margin, transfers (controller.yaml).")
-@click.option("--bench", type=existing, help="Columns of raw logs, drive limit, backlash (bench.yaml).")
+@click.option(
+    "--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml)."
+)
+@click.option(
+    "--controller",
+    type=existing,
+    help="Whose loop it is: modulus margin, transfers (controller.yaml).",
+)
+@click.option(
+    "--bench", type=existing, help="Columns of raw logs, drive limit, backlash (bench.yaml)."
+)
 @output_option(required=False, help="The page (HTML); - is stdout.", writes=("HTML",))
-@click.option("--junit", type=NamedPath(writes=("XML",)), help="JUnit XML, one test case per requirement.")
+@click.option(
+    "--junit", type=NamedPath(writes=("XML",)), help="JUnit XML, one test case per requirement."
+)
 @click.option("--markdown", type=NamedPath(writes=("Markdown", "text")), help="Markdown table.")
 @allow_undecided_option
 @json_option
@@ -85,16 +95,16 @@ def command(
         for warning in log.warnings:
             note(f"warning: {log.source}: {warning}")
 
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
     from frictool.report.verdict import judge
 
     verdict = judge(documents.spec, read, documents.controller, documents.bench)
     arguments = {"logs": logs, "--spec": spec, "--controller": controller, "--bench": bench}
-    provenance = record(command_line("report", arguments), inputs)
+    provenance = provenance_of_command(command_line("report", arguments), inputs)
     transfers = _transfers(documents.controller)
     contents = _contents(verdict, documents, read, transfers, provenance, (output, markdown))
     if junit is not None:
-        from frictool.report.junit import junit as as_junit
+        from frictool.report.junit_view import junit as as_junit
 
         contents[junit] = as_junit(verdict, allow_undecided)
     for target, text in contents.items():
@@ -105,7 +115,7 @@ def command(
 
 
 @dataclass(frozen=True)
-class Documents:
+class ReportDocuments:
     """What the logs are judged by."""
 
     spec: Spec
@@ -113,7 +123,9 @@ class Documents:
     bench: Bench | None
 
 
-def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Path | None) -> tuple[Documents, list[Log]]:
+def _load(
+    logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Path | None
+) -> tuple[ReportDocuments, list[Log]]:
     from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.documents.registry import load, same_axis
@@ -123,7 +135,12 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
 
     spec_document = load(spec, Spec)
     if all(getattr(spec_document, name) is None for name in REQUIREMENTS):
-        raise DocumentError(spec, f"asks for nothing; write at least one of {', '.join(REQUIREMENTS)}", line=None, key="")
+        raise DocumentError(
+            spec,
+            f"asks for nothing; write at least one of {', '.join(REQUIREMENTS)}",
+            line=None,
+            key="",
+        )
     documents: dict[Path, Any] = {spec: spec_document}
     if controller is not None:
         documents[controller] = load(controller, Controller)
@@ -133,17 +150,18 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
     same_axis(documents)
     read = [read_log(path, columns) for path in logs]
     if controller is None:
-        return Documents(spec_document, None, columns), read
+        return ReportDocuments(spec_document, None, columns), read
     from frictool.verify.recheck import recheck
 
     recheck(documents[controller])
     for log in read:
         _of_this_controller(log, controller, documents[controller])
-    return Documents(spec_document, documents[controller], columns), read
+    return ReportDocuments(spec_document, documents[controller], columns), read
 
 
 def _of_this_controller(log: Log, controller: Path, document: Controller) -> None:
-    """Raises LogError where a simulated log names the controllers it was made with, and this is none of them, or has another speed."""
+    """Raises LogError where a simulated log names the controllers it was made with, and this is
+    none of them, or has another speed."""
     from frictool.documents.provenance import digest
     from frictool.errors import LogError
 
@@ -154,44 +172,60 @@ def _of_this_controller(log: Log, controller: Path, document: Controller) -> Non
             f"was simulated with the speed of a {observed}, which {controller} does not have, so that its margins are of another loop; "
             "simulate and report the controller that `frictool observe loop` writes",
         )
-    inputs = [text for key, text in log.metadata.get("provenance", {}).items() if key.startswith("input")]
-    if log.metadata.get("log", {}).get("kind") == "simulated" and not any(text.endswith(digest(controller)) for text in inputs):
-        raise LogError(log.source, f"was simulated with another controller than {controller}; its inputs are {', '.join(inputs)}")
+    inputs = [
+        text for key, text in log.metadata.get("provenance", {}).items() if key.startswith("input")
+    ]
+    if log.metadata.get("log", {}).get("kind") == "simulated" and not any(
+        text.endswith(digest(controller)) for text in inputs
+    ):
+        raise LogError(
+            log.source,
+            f"was simulated with another controller than {controller}; its inputs are {', '.join(inputs)}",
+        )
 
 
-def _transfers(controller: Controller | None) -> Sensitivities | str | None:
+def _transfers(controller: Controller | None) -> VertexTransfers | str | None:
     if controller is None:
         return None
-    from frictool.verify.sensitivity import sensitivities
+    from frictool.verify.vertex_transfers import sensitivities
 
     return sensitivities(controller)
 
 
 def _contents(
     verdict: Verdict,
-    documents: Documents,
+    documents: ReportDocuments,
     logs: list[Log],
-    transfers: Sensitivities | str | None,
+    transfers: VertexTransfers | str | None,
     provenance: Provenance,
     targets: tuple[Path | None, Path | None],
 ) -> dict[Path, str]:
-    """Return the page and the Markdown by their targets; everything is made before the first byte is written."""
+    """Return the page and the Markdown by their targets; everything is made before the first byte
+    is written."""
     output, markdown = targets
     contents: dict[Path, str] = {}
     if output is not None:
         from frictool.report.page import page
 
-        contents[output] = page(verdict, documents.spec, logs, documents.controller, provenance, transfers)
+        contents[output] = page(
+            verdict, documents.spec, logs, documents.controller, provenance, transfers
+        )
     if markdown is not None:
-        from frictool.report.markdown import markdown as as_markdown
+        from frictool.report.markdown_view import markdown as as_markdown
 
         contents[markdown] = as_markdown(verdict)
     return contents
 
 
-def _tell(verdict: Verdict, spec: Spec, transfers: Sensitivities | str | None, stdout: Path | None, as_json: bool) -> None:
-    from frictool.report.machine import as_json as machine_view
-    from frictool.report.text import lines
+def _tell(
+    verdict: Verdict,
+    spec: Spec,
+    transfers: VertexTransfers | str | None,
+    stdout: Path | None,
+    as_json: bool,
+) -> None:
+    from frictool.report.json_view import as_json as machine_view
+    from frictool.report.text_view import lines
 
     if as_json:
         print_json(machine_view(verdict, spec, transfers), stdout)

@@ -24,7 +24,12 @@ Print the JSON Schema of a document, for the YAML support of an editor. NAME is 
 @click.command("schema", help=HELP)
 @click.argument("name", metavar="NAME", type=click.Choice(list(DOCUMENTS)))
 @output_option(required=False, writes=("JSON",))
-@click.option("--json", is_flag=True, expose_value=False, help="Accepted as in every command: a schema is JSON anyway.")
+@click.option(
+    "--json",
+    is_flag=True,
+    expose_value=False,
+    help="Accepted as in every command: a schema is JSON anyway.",
+)
 def command(name: str, output: Path | None) -> None:
     text = json.dumps(json_schema(name), indent=2) + "\n"
     save_text(output or STDOUT, text, [])

@@ -1,4 +1,5 @@
-"""`frictool simulate`: a scenario played to a model or a mechanism, under its controller or by its sources, as a log."""
+"""`frictool simulate`: a scenario played to a model or a mechanism, under its controller or by its
+sources, as a log."""
 
 from __future__ import annotations
 
@@ -8,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool import waiting
-from frictool.cli.bench_servo import LAW, Gains, servo_options
+from frictool.cli.bench_servo import LAW, ServoGains, servo_options
 from frictool.cli.output import (
     FiniteRange,
     NamedPath,
@@ -25,15 +25,22 @@ from frictool.cli.output import (
     replacing,
     say,
 )
-from frictool.cli.progress import tell_of_compiling
-from frictool.cli.simulate_inputs import observed_controller, recorded_log, target_of
-from frictool.cli.simulate_mechanism import Events, is_mechanism, mechanism_plant, on_bench, open_log
-from frictool.cli.simulate_told import bench_summary, bench_table, summary, table
+from frictool.cli.progress import note_compiling
+from frictool.cli.simulate_inputs import compile_target, recorded_log, with_observer_option
+from frictool.cli.simulate_mechanism import (
+    EventsOutput,
+    is_mechanism,
+    mechanism_plant,
+    on_bench,
+    open_log,
+)
+from frictool.cli.simulate_summary import bench_summary, bench_text, run_text, summary
+from frictool.runtime import notifications
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Number
     from frictool.logs.log import Log
-    from frictool.simulate.mechanism_on_bench import MechanismOnBench
+    from frictool.simulate.mechanism_bench import MechanismBenchPlant
 
 KEYS = """\b
 scenario.yaml, key by key (quantities are {value, unit}; docs/formats.md has an example of each):
@@ -97,16 +104,36 @@ the bench's own position loop,  {LAW},  on the encoder's counts. The log holds w
 @click.argument("model", type=existing)
 @click.option("--controller", type=existing, help="The controller (controller.yaml).")
 @click.option("--scenario", type=existing, help="What is played: keys above (scenario.yaml).")
-@click.option("--observer", type=existing, help="What the controller takes for the speed (observer.yaml).")
-@click.option("--target", type=existing, help="The folder of `frictool export --lang c`: its code, compiled, in place of the simulation's.")
 @click.option(
-    "--number", type=click.Choice(["double", "float", "q31", "q15"]), help="Number format the controller runs in. [default: double]"
+    "--observer", type=existing, help="What the controller takes for the speed (observer.yaml)."
+)
+@click.option(
+    "--target",
+    type=existing,
+    help="The folder of `frictool export --lang c`: its code, compiled, in place of the simulation's.",
+)
+@click.option(
+    "--number",
+    type=click.Choice(["double", "float", "q31", "q15"]),
+    help="Number format the controller runs in. [default: double]",
 )
 @click.option("--excitation", type=existing, help="Instead: a test of `frictool excite` (.mcap).")
 @servo_options
-@click.option("--drive-noise", type=FiniteRange(0.0), help="--excitation: standard deviation of the measured drive [A | V]. [default: 0]")
-@click.option("--seed", type=click.IntRange(0), help="--excitation: of the noise, and of the encoder's zero within a count. [default: 0]")
-@click.option("--events", type=NamedPath(writes=("CSV",)), help="Of a mechanism: where to write what happens when, as CSV.")
+@click.option(
+    "--drive-noise",
+    type=FiniteRange(0.0),
+    help="--excitation: standard deviation of the measured drive [A | V]. [default: 0]",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    help="--excitation: of the noise, and of the encoder's zero within a count. [default: 0]",
+)
+@click.option(
+    "--events",
+    type=NamedPath(writes=("CSV",)),
+    help="Of a mechanism: where to write what happens when, as CSV.",
+)
 @output_option(writes=("MCAP",))
 @json_option
 def command(
@@ -126,53 +153,74 @@ def command(
 ) -> None:
     if events is not None and (not is_mechanism(model) or excitation is not None):
         raise click.UsageError("--events is of a mechanism that plays a scenario.")
-    inputs = [path for path in (model, controller, scenario, observer, excitation) if path is not None]
+    inputs = [
+        path for path in (model, controller, scenario, observer, excitation) if path is not None
+    ]
     check_targets({"-o": output, "--events": events}, inputs)
-    waiting.compiling = lambda: tell_of_compiling(everywhere=True)  # the engine takes longest of all
-    gains = Gains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
+    notifications.compiling = lambda: note_compiling(
+        everywhere=True
+    )  # the engine takes longest of all
+    gains = ServoGains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
     if excitation is not None:
         if any(given is not None for given in (controller, scenario, observer, target, number)):
             names = "--controller, --scenario, --observer, --target and --number"
             raise click.UsageError(f"--excitation is played by the bench: leave out {names}.")
         log = _bench_test(model, excitation, gains, drive_noise, seed, output)
-        views = bench_summary, bench_table
+        views = bench_summary, bench_text
     elif scenario is None:
-        raise click.UsageError("give --controller and --scenario, or --excitation; of a mechanism, --scenario alone.")
+        raise click.UsageError(
+            "give --controller and --scenario, or --excitation; of a mechanism, --scenario alone."
+        )
     elif gains.given or drive_noise is not None or seed is not None:
-        raise click.UsageError("gains, --drive-noise and --seed belong to --excitation; a scenario has its own.")
+        raise click.UsageError(
+            "gains, --drive-noise and --seed belong to --excitation; a scenario has its own."
+        )
     elif target is not None and number is not None:
-        raise click.UsageError("the sources in --target say their number format: leave out --number.")
+        raise click.UsageError(
+            "the sources in --target say their number format: leave out --number."
+        )
     elif target is not None and observer is not None:
         raise click.UsageError(
             "the sources in --target are of one controller: write it with `frictool observe loop`, and leave out --observer."
         )
     elif controller is None:
         if not is_mechanism(model):
-            raise click.UsageError("give --controller, or --excitation: a model is one axis, which a controller drives.")
+            raise click.UsageError(
+                "give --controller, or --excitation: a model is one axis, which a controller drives."
+            )
         if any(given is not None for given in (observer, target, number)):
             raise click.UsageError("--observer, --target and --number belong to --controller.")
-        listed = Events(events)
+        listed = EventsOutput(events)
         log, inputs = open_log(model, scenario, output, _progress, listed)
         _save(log, output, inputs, listed)
-        views = summary, table
+        views = summary, run_text
     else:
-        log = _step_test(model, controller, scenario, observer, target, number, output, Events(events))
-        views = summary, table
+        log = _step_test(
+            model, controller, scenario, observer, target, number, output, EventsOutput(events)
+        )
+        views = summary, run_text
     if as_json:
         print_json(views[0](log), output)
     else:
         say(views[1](log), output)
 
 
-def _bench_test(model: Path, excitation: Path, gains: Gains, noise: float | None, seed: int | None, output: Path) -> Log:
+def _bench_test(
+    model: Path,
+    excitation: Path,
+    gains: ServoGains,
+    noise: float | None,
+    seed: int | None,
+    output: Path,
+) -> Log:
     """What the bench would have logged, saved."""
     from frictool.documents.model import Model
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
-    from frictool.simulate.bench_test import bench_test, is_ramps, read_excitation
+    from frictool.simulate.bench_experiment import bench_test, is_ramps, read_excitation
 
     closed, test = gains.given, read_excitation(excitation)
-    plant: Model | MechanismOnBench
+    plant: Model | MechanismBenchPlant
     if is_mechanism(model):
         plant, servo = on_bench(model, gains)
     else:
@@ -186,7 +234,10 @@ def _bench_test(model: Path, excitation: Path, gains: Gains, noise: float | None
         )
     named = {f"--{name}-gain": getattr(gains, name) for name in ("position", "speed", "integral")}
     words = {"model": model, "--excitation": excitation, **named}
-    provenance = record(command_line("simulate", words | {"--drive-noise": noise, "--seed": seed}), [model, excitation])
+    provenance = provenance_of_command(
+        command_line("simulate", words | {"--drive-noise": noise, "--seed": seed}),
+        [model, excitation],
+    )
     log = bench_test(plant, test, servo, noise or 0.0, seed or 0, provenance)
     _save(log, output, [model, excitation])
     return log
@@ -200,30 +251,53 @@ def _step_test(
     target: Path | None,
     number: Number | None,
     output: Path,
-    events: Events,
+    events: EventsOutput,
 ) -> Log:
     """The log of a scenario, saved."""
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
     from frictool.documents.scenario import Scenario
 
     plant = mechanism_plant(model, events) if is_mechanism(model) else load(model, Model)
-    documents = (plant, observed_controller(load(controller, Controller), observer), load(scenario, Scenario))
+    documents = (
+        plant,
+        with_observer_option(load(controller, Controller), observer),
+        load(scenario, Scenario),
+    )
     replay = documents[2].reference
     recorded = None if replay is None else scenario.parent / replay.log
-    inputs = [model, controller, scenario, *(one for one in (observer, recorded) if one is not None)]
+    inputs = [
+        model,
+        controller,
+        scenario,
+        *(one for one in (observer, recorded) if one is not None),
+    ]
     refuse_inputs(output, inputs)
-    from frictool.simulate.agreement import Names
+    from frictool.simulate.document_agreement import DocumentNames
     from frictool.simulate.simulation import simulate
 
-    log = None if recorded is None else recorded_log(recorded, scenario, plant.bench if isinstance(plant, Model) else documents[1].bench)
-    code = None if target is None else target_of(target, controller, documents[1])
+    log = (
+        None
+        if recorded is None
+        else recorded_log(
+            recorded, scenario, plant.bench if isinstance(plant, Model) else documents[1].bench
+        )
+    )
+    code = None if target is None else compile_target(target, controller, documents[1])
     inputs += [] if code is None else code.sources
-    words = {"model": model, "--controller": controller, "--scenario": scenario, "--observer": observer, "--target": target}
-    provenance = record(command_line("simulate", words | {"--number": number}), inputs)
-    names = Names(str(model), str(controller), str(scenario))
+    words = {
+        "model": model,
+        "--controller": controller,
+        "--scenario": scenario,
+        "--observer": observer,
+        "--target": target,
+    }
+    provenance = provenance_of_command(
+        command_line("simulate", words | {"--number": number}), inputs
+    )
+    names = DocumentNames(str(model), str(controller), str(scenario))
     played = simulate(
         *documents,
         recorded=log,
@@ -238,7 +312,7 @@ def _step_test(
     return played
 
 
-def _save(log: Log, output: Path, inputs: list[Path], events: Events | None = None) -> None:
+def _save(log: Log, output: Path, inputs: list[Path], events: EventsOutput | None = None) -> None:
     from frictool.logs.canonical.mcap_format import write_mcap
 
     for warning in log.warnings:
@@ -252,4 +326,6 @@ def _save(log: Log, output: Path, inputs: list[Path], events: Events | None = No
 def _progress(done: int, total: int) -> None:
     """`simulated 3 of 17` on a terminal, one line that is written over."""
     if done > 0 and total > 1 and sys.stderr.isatty():
-        click.echo(f"\rsimulated {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False)
+        click.echo(
+            f"\rsimulated {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False
+        )

@@ -1,4 +1,5 @@
-"""What a scenario is played with, beside its documents: the observer in the controller, the log that is replayed, the target's own code."""
+"""What a scenario is played with, beside its documents: the observer in the controller, the log
+that is replayed, the target's own code."""
 
 from __future__ import annotations
 
@@ -11,10 +12,10 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.logs.log import Log
-    from frictool.simulate.target import Target
+    from frictool.simulate.compiled_target import CompiledTarget
 
 
-def observed_controller(document: Controller, observer: Path | None) -> Controller:
+def with_observer_option(document: Controller, observer: Path | None) -> Controller:
     """With its speed from the observer, where one is given."""
     if observer is None:
         return document
@@ -28,23 +29,29 @@ def observed_controller(document: Controller, observer: Path | None) -> Controll
     return found.controller
 
 
-def target_of(folder: Path, controller: Path, document: Controller) -> Target:
+def compile_target(folder: Path, controller: Path, document: Controller) -> CompiledTarget:
     """The compiled code of the controller."""
-    from frictool.control.composition import controller_program
+    from frictool.control.controller_composition import controller_program
     from frictool.documents.provenance import digest
-    from frictool.simulate.step_test import scheduled
-    from frictool.simulate.target import compiled_target
+    from frictool.simulate.closed_loop import scheduled
+    from frictool.simulate.compiled_target import compiled_target
 
     program = controller_program(document)
-    return compiled_target(folder, digest(controller), str(controller), tuple(program.inputs), tuple(scheduled(document, program)))
+    return compiled_target(
+        folder,
+        digest(controller),
+        str(controller),
+        tuple(program.inputs),
+        tuple(scheduled(document, program)),
+    )
 
 
 def recorded_log(path: Path, scenario: Path, bench: Bench) -> Log:
     """The log that a scenario replays; its path is one from the scenario's folder."""
-    from frictool.documents.lines import complaint
+    from frictool.documents.key_lines import document_error
     from frictool.logs.reading import read_log
 
     if not path.is_file():
         message = f"found {path}, which is no file; allowed: a log, by its path from the folder of {scenario.name}"
-        raise complaint(scenario, "reference.log", message)
+        raise document_error(scenario, "reference.log", message)
     return read_log(path, bench)

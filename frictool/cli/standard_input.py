@@ -1,4 +1,5 @@
-"""`-` as an input: standard input is kept in a temporary file, as a log is told by its first bytes and read more than once."""
+"""`-` as an input: standard input is kept in a temporary file, as a log is told by its first bytes
+and read more than once."""
 
 from __future__ import annotations
 
@@ -18,10 +19,11 @@ NAME = "stdin"  # of the file that it becomes, for messages
 
 
 @contextmanager
-def kept(paths: Sequence[Path]) -> Iterator[list[Path]]:
+def stdin_as_file(paths: Sequence[Path]) -> Iterator[list[Path]]:
     """The paths, standard input as a file that is gone afterwards.
 
-    Raises UsageError where `-` is given twice, LogError where there is no room for it in the folder for temporary files (TMPDIR).
+    Raises UsageError where `-` is given twice, LogError where there is no room for it in the folder
+    for temporary files (TMPDIR).
     """
     if STDIN not in paths:
         yield list(paths)
@@ -34,5 +36,8 @@ def kept(paths: Sequence[Path]) -> Iterator[list[Path]]:
             with file.open("wb") as stream:
                 shutil.copyfileobj(sys.stdin.buffer, stream, 1 << 20)
         except OSError as error:
-            raise LogError(NAME, f"cannot be kept in {folder}: {error.strerror or error}; set TMPDIR to a folder with room") from None
+            raise LogError(
+                NAME,
+                f"cannot be kept in {folder}: {error.strerror or error}; set TMPDIR to a folder with room",
+            ) from None
         yield [file if path == STDIN else path for path in paths]

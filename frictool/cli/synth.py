@@ -35,50 +35,85 @@ verify` proves it again. Where one of these fails nothing is written and the exi
 
 @click.command("synth", help=HELP)
 @click.argument("model", type=existing)
-@click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
-@click.option("--design", type=existing, required=True, help="Structure, method and weights (design.yaml).")
-@click.option("--vertices-only", is_flag=True, help="Quicker: no bounds over the whole box, and no certificate.")
-@click.option("--plot", type=NamedPath(writes=("SVG",)), help="A picture of the trade that relax: auto finds (SVG).")
-@output_option(required=False, help="The controller (YAML); - is stdout. Without it nothing is written.", writes=("YAML",))
+@click.option(
+    "--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml)."
+)
+@click.option(
+    "--design", type=existing, required=True, help="Structure, method and weights (design.yaml)."
+)
+@click.option(
+    "--vertices-only",
+    is_flag=True,
+    help="Quicker: no bounds over the whole box, and no certificate.",
+)
+@click.option(
+    "--plot",
+    type=NamedPath(writes=("SVG",)),
+    help="A picture of the trade that relax: auto finds (SVG).",
+)
+@output_option(
+    required=False,
+    help="The controller (YAML); - is stdout. Without it nothing is written.",
+    writes=("YAML",),
+)
 @json_option
-def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Path | None, output: Path | None, as_json: bool) -> None:
+def command(
+    model: Path,
+    spec: Path,
+    design: Path,
+    vertices_only: bool,
+    plot: Path | None,
+    output: Path | None,
+    as_json: bool,
+) -> None:
     from frictool.documents.design import Design
-    from frictool.documents.lines import in_file
+    from frictool.documents.key_lines import in_file
     from frictool.documents.model import Model
-    from frictool.documents.provenance import record
+    from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load, same_axis
     from frictool.documents.spec import Spec
     from frictool.documents.writing import to_yaml
     from frictool.errors import FrictoolError
 
-    model_document, spec_document, design_document = load(model, Model), load(spec, Spec), load(design, Design)
+    model_document, spec_document, design_document = (
+        load(model, Model),
+        load(spec, Spec),
+        load(design, Design),
+    )
     same_axis({model: model_document, spec: spec_document, design: design_document})
     if plot is not None and design_document.relax == "no":
-        raise click.UsageError(f"--plot shows the trade of relax: auto, which {design.name} does not ask for.")
+        raise click.UsageError(
+            f"--plot shows the trade of relax: auto, which {design.name} does not ask for."
+        )
     check_targets({"-o": output, "--plot": plot}, [model, spec, design])
-    from frictool.synth.disturbance import disturbance
-    from frictool.synth.machine import machine
+    from frictool.synth.json_view import json_view
+    from frictool.synth.load_disturbance import disturbance
     from frictool.synth.synthesis import synthesise
-    from frictool.synth.text import text
+    from frictool.synth.text_view import text
 
     inputs = [model, spec, design]
     words = {"model": model, "--spec": spec, "--design": design, "--vertices-only": vertices_only}
-    provenance = record(command_line("synth", words), inputs)
+    provenance = provenance_of_command(command_line("synth", words), inputs)
     try:
         found = disturbance(model_document)
         result = synthesise(
-            model_document, spec_document, design_document, vertices_only=vertices_only, provenance=provenance, progress=_progress
+            model_document,
+            spec_document,
+            design_document,
+            vertices_only=vertices_only,
+            provenance=provenance,
+            progress=_progress,
         )
     except FrictoolError as error:
         raise in_file(error, {"model": model, "spec": spec, "design": design}) from None
     if output is not None:
         save_text(output, to_yaml(result.controller), inputs)
     if plot is not None and result.trade is not None:
-        from frictool.synth.relax_picture import picture
+        from frictool.synth.relaxation_plot import picture
 
         save_text(plot, picture(result.trade, design_document.name) + "\n", inputs)
     if as_json:
-        print_json(machine(result, found), output)
+        print_json(json_view(result, found), output)
     else:
         say(text(result, found), output)
 

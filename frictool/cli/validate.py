@@ -7,8 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.bench_servo import LAW, Gains, servo_options
-from frictool.cli.output import FiniteRange, NamedPath, check_targets, existing, json_option, note, print_json, save_text, say
+from frictool.cli.bench_servo import LAW, ServoGains, servo_options
+from frictool.cli.output import (
+    FiniteRange,
+    NamedPath,
+    check_targets,
+    existing,
+    json_option,
+    note,
+    print_json,
+    save_text,
+    say,
+)
 
 if TYPE_CHECKING:
     from frictool.documents.model import Model
@@ -35,12 +45,26 @@ positive = FiniteRange(0.0, min_open=True)
 @click.argument("model", type=existing)
 @click.argument("log", type=existing)
 @servo_options
-@click.option("--skip", type=click.IntRange(0), default=20, show_default=True, help="Samples left out at the start.")
+@click.option(
+    "--skip",
+    type=click.IntRange(0),
+    default=20,
+    show_default=True,
+    help="Samples left out at the start.",
+)
 @click.option("--moving", is_flag=True, help="Start with the measured speed, not at rest.")
 @click.option(
-    "--cutoff-hz", type=positive, default=100.0, show_default=True, help="Of velocity and acceleration, both of measured and simulated."
+    "--cutoff-hz",
+    type=positive,
+    default=100.0,
+    show_default=True,
+    help="Of velocity and acceleration, both of measured and simulated.",
 )
-@click.option("--plot", type=NamedPath(True, writes=("SVG",)), help="Measured against simulated (SVG); - is stdout.")
+@click.option(
+    "--plot",
+    type=NamedPath(True, writes=("SVG",)),
+    help="Measured against simulated (SVG); - is stdout.",
+)
 @json_option
 def command(
     model: Path,
@@ -54,19 +78,19 @@ def command(
     plot: Path | None,
     as_json: bool,
 ) -> None:
-    gains = Gains(position_gain, speed_gain, integral_gain)
+    gains = ServoGains(position_gain, speed_gain, integral_gain)
     closed = gains.given
     check_targets({"--plot": plot}, [model, log])
     from frictool.documents.model import Model
     from frictool.documents.registry import load
     from frictool.identify.validate.against_log import validate
-    from frictool.logs.channels.matching import matched
+    from frictool.logs.channels.bench_match import match_bench
     from frictool.logs.formats import refuse_swapped
     from frictool.logs.reading import read_log
 
     refuse_swapped(model, log)
     document = load(model, Model)
-    measured = matched(read_log(log, document.bench), document.bench)
+    measured = match_bench(read_log(log, document.bench), document.bench)
     for warning in measured.warnings:
         note(f"warning: {log.name}: {warning}")
     servo = gains.servo(document.bench) if closed else None
@@ -82,7 +106,8 @@ def command(
 
 
 def summary(found: Validation, model: Model) -> dict[str, Any]:
-    """The machine's view: errors relative to the norm of what was measured, positions in rad or m."""
+    """The machine's view: errors relative to the norm of what was measured, positions in rad or
+    m."""
     length = "m" if model.axis == "linear" else "rad"
     return {
         "loop": found.loop,
@@ -97,12 +122,20 @@ def summary(found: Validation, model: Model) -> dict[str, Any]:
 def table(found: Validation, model: Model) -> str:
     """The same for people."""
     length = "m" if model.axis == "linear" else "rad"
-    how = "the measured effort through the model" if found.loop == "open" else "the measured reference through controller and model"
+    how = (
+        "the measured effort through the model"
+        if found.loop == "open"
+        else "the measured reference through controller and model"
+    )
     lines = [
         f"{found.loop} loop: {how}, {found.time.size} samples after the first {found.skip}",
         f"position error   {found.position_rmse:.4g} {length} rms, {found.largest:.4g} {length} at most",
     ]
     for name, error in found.errors.items():
-        shown = "unknown: no sample is certain to slip" if error is None else f"{100.0 * error:.4g} % of what was measured"
+        shown = (
+            "unknown: no sample is certain to slip"
+            if error is None
+            else f"{100.0 * error:.4g} % of what was measured"
+        )
         lines.append(f"{name:<16} {shown}")
     return "\n".join(lines)

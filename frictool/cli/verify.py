@@ -11,7 +11,7 @@ from frictool.cli.output import existing, json_option, print_json, say
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Controller
-    from frictool.verify.certificate import Proved
+    from frictool.verify.certificate_proof import ProvedBound
     from frictool.verify.model_check import ModelCheck
     from frictool.verify.recheck import Verification
 
@@ -42,7 +42,11 @@ MOST_LINES = 12  # differences that the text lists
 
 @click.command("verify", help=HELP)
 @click.argument("controller", type=existing)
-@click.option("--model", type=existing, help="The plant that the controller has to be verified for (model.yaml).")
+@click.option(
+    "--model",
+    type=existing,
+    help="The plant that the controller has to be verified for (model.yaml).",
+)
 @json_option
 @click.pass_context
 def command(ctx: click.Context, controller: Path, model: Path | None, as_json: bool) -> None:
@@ -58,7 +62,11 @@ def command(ctx: click.Context, controller: Path, model: Path | None, as_json: b
         print_json({**json_view(document, verification), "model": model_json_view(checked)})
     else:
         say("\n".join([*lines(document, verification), *model_lines(document, checked)]))
-    if not verification.proved or not verification.unaltered or (checked is not None and not checked.holds):
+    if (
+        not verification.proved
+        or not verification.unaltered
+        or (checked is not None and not checked.holds)
+    ):
         ctx.exit(EXIT_NO)
 
 
@@ -77,26 +85,48 @@ def model_json_view(checked: ModelCheck | None) -> dict[str, Any] | None:
     plant = {name: getattr(checked.plant, name) for name in NAMES}
     figures = {
         "modulus_margin": checked.margin,
-        "modulus_margin_with_resonances": None if checked.resonant is None else checked.resonant.modulus_margin,
+        "modulus_margin_with_resonances": None
+        if checked.resonant is None
+        else checked.resonant.modulus_margin,
         "modulus_margin_specified": checked.specified,
     }
-    found = {"holds": checked.holds, "outside": list(checked.beyond), **figures, "at": plant, "plants": checked.plants}
+    found = {
+        "holds": checked.holds,
+        "outside": list(checked.beyond),
+        **figures,
+        "at": plant,
+        "plants": checked.plants,
+    }
     return {**found, "outside_margins": list(checked.outside_margins)}
 
 
 def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]:
     """Return the lines of the check of the model."""
-    from frictool.verify.words import plant_words
+    from frictool.verify.messages import plant_words
 
     if checked is None:
         return []
-    found = [f"model: not what the controller was verified for: {phrase}" for phrase in checked.beyond]
-    found += [] if checked.beyond else ["model: within the controller's intervals, with its timing, drive limit, winding and encoder"]
+    found = [
+        f"model: not what the controller was verified for: {phrase}" for phrase in checked.beyond
+    ]
+    found += (
+        []
+        if checked.beyond
+        else [
+            "model: within the controller's intervals, with its timing, drive limit, winding and encoder"
+        ]
+    )
     at = f"at {plant_words(checked.plant, controller.bench)}"
-    found.append(f"model: smallest modulus margin of {checked.plants} corners {checked.margin:.4f}, specified {checked.specified:g}, {at}")
+    found.append(
+        f"model: smallest modulus margin of {checked.plants} corners {checked.margin:.4f}, specified {checked.specified:g}, {at}"
+    )
     if (worst := checked.resonant) is not None:
-        found.append(f"model: with its resonances {worst.modulus_margin:.4f}, specified {checked.specified:g}, at {worst.where}")
-    found.append(f"model: in no margin, as it is not linear; simulate plays it: {', '.join(checked.outside_margins)}")
+        found.append(
+            f"model: with its resonances {worst.modulus_margin:.4f}, specified {checked.specified:g}, at {worst.where}"
+        )
+    found.append(
+        f"model: in no margin, as it is not linear; simulate plays it: {', '.join(checked.outside_margins)}"
+    )
     return found
 
 
@@ -106,7 +136,11 @@ def json_view(controller: Controller, verification: Verification) -> dict[str, A
 
     certificate = controller.certificate
     bounds = [
-        {**asdict(one), "modulus_margin_above": 1.0 / one.below if one.of == "sensitivity" else None, "stable": True}
+        {
+            **asdict(one),
+            "modulus_margin_above": 1.0 / one.below if one.of == "sensitivity" else None,
+            "stable": True,
+        }
         for one in verification.proved
     ]
     return {
@@ -114,7 +148,9 @@ def json_view(controller: Controller, verification: Verification) -> dict[str, A
         "sample_period_s": controller.sample_period_s,
         "delay_samples": controller.delay_samples,
         "certificate": bounds or None,
-        "box": None if certificate is None else {name: list(getattr(certificate.box, name)) for name in NAMES},
+        "box": None
+        if certificate is None
+        else {name: list(getattr(certificate.box, name)) for name in NAMES},
         "not_proved": {} if certificate is None else certificate.not_proved,
         "vertices_rechecked": len(controller.verified.vertices),
         "differences": [asdict(one) for one in verification.differences],
@@ -128,14 +164,16 @@ def lines(controller: Controller, verification: Verification) -> list[str]:
     return [*_proved(controller, verification.proved), *_computed(controller, verification)]
 
 
-def _proved(controller: Controller, proved: tuple[Proved, ...]) -> list[str]:
+def _proved(controller: Controller, proved: tuple[ProvedBound, ...]) -> list[str]:
     from frictool.documents.quantity import drive_dimension, si_unit
 
     certificate = controller.certificate
     if certificate is None or not proved:
         reasons = () if certificate is None else certificate.not_proved.values()
         why = "; ".join(reasons) or "frictool synth makes one"
-        return [f"{controller.name}: no certificate, so that only the margins at its vertices hold ({why})"]
+        return [
+            f"{controller.name}: no certificate, so that only the margins at its vertices hold ({why})"
+        ]
     delay = controller.delay_samples
     found = [f"{controller.name}: proved for every constant"]
     constant = drive_dimension(controller.drive, constant=True)
@@ -146,9 +184,19 @@ def _proved(controller: Controller, proved: tuple[Proved, ...]) -> list[str]:
         f"the loop as it runs ({controller.sample_period_s * 1e3:g} ms, {delay} sample{'s' if delay != 1 else ''} of delay) is stable, and"
     )
     for one in proved:
-        what = "norm from the weighted inputs to the weighted outputs" if one.of == "norm" else "largest sensitivity"
-        margin = f", so that the modulus margin is above {1.0 / one.below:.3f}" if one.of == "sensitivity" else ""
-        found.append(f"  {what} < {one.below:.6g}{margin} ({one.cells} cell{'s' if one.cells != 1 else ''})")
+        what = (
+            "norm from the weighted inputs to the weighted outputs"
+            if one.of == "norm"
+            else "largest sensitivity"
+        )
+        margin = (
+            f", so that the modulus margin is above {1.0 / one.below:.3f}"
+            if one.of == "sensitivity"
+            else ""
+        )
+        found.append(
+            f"  {what} < {one.below:.6g}{margin} ({one.cells} cell{'s' if one.cells != 1 else ''})"
+        )
     return [*found, *(f"not proved: {reason}" for reason in certificate.not_proved.values())]
 
 
@@ -157,15 +205,26 @@ def _computed(controller: Controller, verification: Verification) -> list[str]:
     found, differences = [], verification.differences
     if not differences:
         inside = "" if controller.verified.robustness is None else " and inside the box"
-        found.append(f"figures computed again at {len(controller.verified.vertices)} vertices{inside}: all as stored")
+        found.append(
+            f"figures computed again at {len(controller.verified.vertices)} vertices{inside}: all as stored"
+        )
     shown = differences[:MOST_LINES]
-    found += [f"{one.key}: found {_shown(one.stored)}, the coefficients give {_shown(one.computed)}" for one in shown]
+    found += [
+        f"{one.key}: found {_shown(one.stored)}, the coefficients give {_shown(one.computed)}"
+        for one in shown
+    ]
     if len(differences) > MOST_LINES:
-        found.append(f"... and {len(differences) - MOST_LINES} more figures that the coefficients do not give (--json lists them)")
+        found.append(
+            f"... and {len(differences) - MOST_LINES} more figures that the coefficients do not give (--json lists them)"
+        )
     if not controller.verified.digests:
-        found.append("verified.digests: missing, so that a change of the position law or the prefilter cannot be seen; synthesise it anew")
+        found.append(
+            "verified.digests: missing, so that a change of the position law or the prefilter cannot be seen; synthesise it anew"
+        )
     elif verification.changed:
-        found.append(f"changed after it was verified: {', '.join(verification.changed)}; synthesise it anew")
+        found.append(
+            f"changed after it was verified: {', '.join(verification.changed)}; synthesise it anew"
+        )
     if verification.not_computed:
         names = ", ".join(name.removeprefix("verified.") for name in verification.not_computed)
         found.append(f"not computed again, as they come from the design or from a solver: {names}")
@@ -173,4 +232,6 @@ def _computed(controller: Controller, verification: Verification) -> list[str]:
 
 
 def _shown(value: Any) -> str:
-    return "nothing" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+    return (
+        "nothing" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+    )

@@ -13,13 +13,21 @@ F = TypeVar("F", bound=Callable[..., object])
 def workers_options(function: F) -> F:
     """Gives a command `cores`, a whole number or None, and `cluster`, an address or None."""
     cluster = click.option(
-        "--cluster", metavar="ADDRESS", help="Share the work among the workers of a Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT."
+        "--cluster",
+        metavar="ADDRESS",
+        help="Share the work among the workers of a Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT.",
     )
-    cores = click.option("--cores", type=click.IntRange(1), help="Processes that share the work. [default: as many as there are cores]")
+    cores = click.option(
+        "--cores",
+        type=click.IntRange(1),
+        help="Processes that share the work. [default: as many as there are cores]",
+    )
     return cores(cluster(function))
 
 
 def refuse_both(cores: int | None, cluster: str | None) -> None:
     """Raises UsageError where both are given."""
     if cores is not None and cluster is not None:
-        raise click.UsageError("--cores is of this machine; with --cluster the number of workers is the cluster's.")
+        raise click.UsageError(
+            "--cores is of this machine; with --cluster the number of workers is the cluster's."
+        )

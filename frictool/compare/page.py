@@ -6,26 +6,29 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from frictool.compare import text
+from frictool.compare import text_view
 from frictool.compare.comparison import Comparison
-from frictool.compare.pictures import pictures
+from frictool.compare.thesis_figures import pictures
 from frictool.documents.provenance import Provenance
-from frictool.page import filled
+from frictool.presentation.page import render_page
 
 
 def page(found: Comparison, provenance: Provenance) -> str:
-    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the template."""
-    return filled(
+    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the
+    template."""
+    return render_page(
         Path(__file__).parent,
         provenance,
         setting=found.setting,
-        scaling=text.scaling(found),
+        scaling=text_view.scaling(found),
         tables=[
-            ("What was measured", text.figures(found)),
-            ("The four tests of 3.7", text.verdicts(found)),
-            ("Properties of the laws", text.properties(found)),
+            ("What was measured", text_view.figures(found)),
+            ("The four tests of 3.7", text_view.verdicts(found)),
+            ("Properties of the laws", text_view.properties(found)),
         ],
         differences=found.differences,
-        rows=text.ROWS,
-        pictures=[(picture.number, picture.title, Markup(picture.svg)) for picture in pictures(found)],
+        rows=text_view.ROWS,
+        pictures=[
+            (picture.number, picture.title, Markup(picture.svg)) for picture in pictures(found)
+        ],
     )

@@ -12,8 +12,9 @@ Phases = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
-class Trajectory:
-    """Samples (n,) in SI; `sticks`: begin and end [s] of each phase of stick, the last one may reach the end of the run."""
+class LawTrajectory:
+    """Samples (n,) in SI; `sticks`: begin and end [s] of each phase of stick, the last one may
+    reach the end of the run."""
 
     time: Vector
     position: Vector
@@ -32,7 +33,8 @@ class Trajectory:
 
 
 def slow_phases(time: Vector, velocity: Vector, threshold: float, shortest: float) -> Phases:
-    """Phases of at least `shortest` [s] in which |v| < threshold: stick, as a law without exact stick shows it.
+    """Phases of at least `shortest` [s] in which |v| < threshold: stick, as a law without exact
+    stick shows it.
 
     A speed that passes through zero does not count: it is not slow for long.
     """
@@ -40,4 +42,8 @@ def slow_phases(time: Vector, velocity: Vector, threshold: float, shortest: floa
     edges = np.flatnonzero(np.diff(np.concatenate(([False], slow, [False])).astype(np.int8)))
     pairs = edges.reshape(-1, 2)
     last = time.size - 1
-    return tuple((float(time[a]), float(time[min(b, last)])) for a, b in pairs if time[min(b, last)] - time[a] >= shortest)
+    return tuple(
+        (float(time[a]), float(time[min(b, last)]))
+        for a, b in pairs
+        if time[min(b, last)] - time[a] >= shortest
+    )

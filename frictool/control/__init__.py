@@ -1,1 +1,2 @@
-"""What runs at every sample on the target: one block per file, composed from a controller document."""
+"""What runs at every sample on the target: one block per file, composed from a controller
+document."""

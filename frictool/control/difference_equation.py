@@ -1,14 +1,18 @@
-"""The linear controller as a difference equation in state-space form, with the observer form of anti-windup.
+"""The linear controller as a difference equation in state-space form, with the observer form of
+anti-windup.
 
     u[k] = c x[k] + d e[k],   x[k+1] = a x[k] + b e[k] + l (limited u[k] - u[k])
 
-Sums are formed in the order written: d e first, then c x; b e, l times the excess, then a x. What is 0 is left out.
+Sums are formed in the order written: d e first, then c x; b e, l times the excess, then a x. What
+is 0 is left out.
 
-An integrator, a state whose row of `a` is that of the identity, may be held instead: while the drive is released (5.2.2), and with
-`conditional` while the drive is limited and what enters would move it further, and at rest, where every other state is 0.
+An integrator, a state whose row of `a` is that of the identity, may be held instead: while the
+drive is released (5.2.2), and with `conditional` while the drive is limited and what enters would
+move it further, and at rest, where every other state is 0.
 
-Known of it: with l the state follows a - l c, x+ = (a - l c) x + (b - l d) e + l (limited u), whatever u would be. Where that is stable
-every state is bounded by sums of its impulse responses, which is where fixed point takes its scaling from.
+Known of it: with l the state follows a - l c, x+ = (a - l c) x + (b - l d) e + l (limited u),
+whatever u would be. Where that is stable every state is bounded by sums of its impulse responses,
+which is where fixed point takes its scaling from.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.program import Node, Program
+from frictool.control.program import Program, ProgramNode
 
 Matrix = NDArray[np.float64]
 SUMMED = 2**20  # samples of an impulse response, at most
@@ -27,7 +31,7 @@ DIED = 1e-9  # of what has been summed
 
 
 @dataclass(frozen=True)
-class Equation:
+class DifferenceEquation:
     """a (n, n), b (n,), c (n,), d, gains l (n,)."""
 
     a: Matrix
@@ -43,30 +47,44 @@ class Equation:
 
 
 @dataclass(frozen=True)
-class Coefficients:
-    """The equation's numbers as nodes: constants of the program, or sums over the corners of a schedule."""
+class CoefficientNodes:
+    """The equation's numbers as nodes: constants of the program, or sums over the corners of a
+    schedule."""
 
-    a: list[list[Node]]
-    b: list[Node]
-    c: list[Node]
-    d: Node
-    gains: list[Node]
+    a: list[list[ProgramNode]]
+    b: list[ProgramNode]
+    c: list[ProgramNode]
+    d: ProgramNode
+    gains: list[ProgramNode]
 
 
-def coefficients(program: Program, equation: Equation, prefix: str = "") -> Coefficients:
+def coefficients(
+    program: Program, equation: DifferenceEquation, prefix: str = ""
+) -> CoefficientNodes:
     """The equation as constants of the program, their names after `prefix`."""
     n = len(equation.b)
 
-    def row(name: str, values: Matrix) -> list[Node]:
-        return [program.constant(float(value), f"{prefix}{name}[{i}]") for i, value in enumerate(values)]
+    def row(name: str, values: Matrix) -> list[ProgramNode]:
+        return [
+            program.constant(float(value), f"{prefix}{name}[{i}]") for i, value in enumerate(values)
+        ]
 
-    rows = [[program.constant(float(equation.a[i, j]), f"{prefix}a[{i}][{j}]") for j in range(n)] for i in range(n)]
-    return Coefficients(
-        rows, row("b", equation.b), row("c", equation.c), program.constant(equation.d, f"{prefix}d"), row("l", equation.gains)
+    rows = [
+        [program.constant(float(equation.a[i, j]), f"{prefix}a[{i}][{j}]") for j in range(n)]
+        for i in range(n)
+    ]
+    return CoefficientNodes(
+        rows,
+        row("b", equation.b),
+        row("c", equation.c),
+        program.constant(equation.d, f"{prefix}d"),
+        row("l", equation.gains),
     )
 
 
-def output(program: Program, k: Coefficients, entering: Node, bounds: Matrix) -> Node:
+def output(
+    program: Program, k: CoefficientNodes, entering: ProgramNode, bounds: Matrix
+) -> ProgramNode:
     """u before its limit. `bounds` (n,) of the states."""
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
@@ -75,9 +93,16 @@ def output(program: Program, k: Coefficients, entering: Node, bounds: Matrix) ->
 
 
 def advance(
-    program: Program, integrators: Collection[int], k: Coefficients, entering: Node, excess: Node, held: Node | None, resting: Node | None
+    program: Program,
+    integrators: Collection[int],
+    k: CoefficientNodes,
+    entering: ProgramNode,
+    excess: ProgramNode,
+    held: ProgramNode | None,
+    resting: ProgramNode | None,
 ) -> None:
-    """Moves x. excess = limited drive - drive; `held`: where the states `integrators` are; `resting`: where the others are 0."""
+    """Moves x. excess = limited drive - drive; `held`: where the states `integrators` are;
+    `resting`: where the others are 0."""
     program.block("its states: next x = b e + l excess + a x")
     n = len(k.b)
     x = [program.states[f"x[{i}]"] for i in range(n)]
@@ -92,29 +117,41 @@ def advance(
         program.update(f"x[{i}]", following)
 
 
-def _present(coefficients: list[Node], values: list[Node]) -> tuple[list[Node], list[Node]]:
+def _present(
+    coefficients: list[ProgramNode], values: list[ProgramNode]
+) -> tuple[list[ProgramNode], list[ProgramNode]]:
     """Without the terms whose coefficient is the constant 0."""
-    kept = [(c, v) for c, v in zip(coefficients, values, strict=True) if not (c.op == "constant" and c.value == 0.0)]
+    kept = [
+        (c, v)
+        for c, v in zip(coefficients, values, strict=True)
+        if not (c.op == "constant" and c.value == 0.0)
+    ]
     return [c for c, _ in kept], [v for _, v in kept]
 
 
-def state_bounds(equation: Equation, entering: float, drive: float, conditional: bool) -> Matrix:
+def state_bounds(
+    equation: DifferenceEquation, entering: float, drive: float, conditional: bool
+) -> Matrix:
     """|x| (n,) for |e| <= entering and a drive within +-drive, inf where nothing bounds it.
 
-    Integrators that are held while they would push a limited drive further: what the drive's limit leaves them beside the other states.
-    That holds of a single one that moves the drive the way of what enters, c b >= 0, and moves no other state. A drive to which something
-    is added before its limit, or that is released, is not covered: there a word saturates.
+    Integrators that are held while they would push a limited drive further: what the drive's limit
+    leaves them beside the other states. That holds of a single one that moves the drive the way of
+    what enters, c b >= 0, and moves no other state. A drive to which something is added before its
+    limit, or that is released, is not covered: there a word saturates.
     """
     n, held = len(equation.b), equation.integrators if conditional else []
     free = [i for i in range(n) if i not in held]
     closed = equation.a - np.outer(equation.gains, equation.c)
     a = closed[np.ix_(free, free)]
-    # with the limit: x+ = (a - l c) x + (b - l d) e + l (limited u), and what held integrators send in through l
+    # with the limit: x+ = (a - l c) x + (b - l d) e + l (limited u), and what held integrators send
+    # in through l
     into_e, into_u = (equation.b - equation.gains * equation.d)[free], equation.gains[free]
     bounds = np.full(n, np.inf)
     if held and (np.any(equation.gains[free]) or np.any(equation.a[np.ix_(free, held)])):
         return bounds
-    bounds[free] = _reach(impulse_sums(a, into_e), entering) + _reach(impulse_sums(a, into_u), drive)
+    bounds[free] = _reach(impulse_sums(a, into_e), entering) + _reach(
+        impulse_sums(a, into_u), drive
+    )
     for i in held:
         others = float(np.sum(np.abs(equation.c[free]) * bounds[free])) + abs(equation.d) * entering
         if equation.c[i] != 0.0 and len(held) == 1 and equation.c[i] * equation.b[i] >= 0.0:
@@ -130,7 +167,8 @@ def _reach(sums: Matrix, bound: float) -> Matrix:
 
 
 def impulse_sums(a: Matrix, b: Matrix) -> Matrix:
-    """sum_k |a^k b| (n,): how far each state of x+ = a x + b e goes for |e| <= 1, from above; inf where a is not stable."""
+    """sum_k |a^k b| (n,): how far each state of x+ = a x + b e goes for |e| <= 1, from above; inf
+    where a is not stable."""
     n = len(b)
     if n == 0 or not np.any(b):
         return np.zeros(n)

@@ -1,18 +1,27 @@
-"""The limit of the drive: the same in both directions, and narrower where the motor's back-EMF leaves less.
+"""The limit of the drive: the same in both directions, and narrower where the motor's back-EMF
+leaves less.
 
-    |u| <= bound,   |R i + K v| <= V   ->   (-V - K v)/R <= i <= (V - K v)/R       for a current through a winding
+    |u| <= bound,   |R i + K v| <= V   ->   (-V - K v)/R <= i <= (V - K v)/R       for a current
+                    through a winding
 
-Known of it: with the anti-windup of the difference equation the loop is the linear one as soon as the limit is left. K is the torque
-constant, which is the back-EMF's in SI units; v is the measured speed, so that its lag is a lag of this limit.
+Known of it: with the anti-windup of the difference equation the loop is the linear one as soon as
+the limit is left. K is the torque constant, which is the back-EMF's in SI units; v is the measured
+speed, so that its lag is a lag of this limit.
 """
 
 from __future__ import annotations
 
-from frictool.control.program import Node, Program
+from frictool.control.program import Program, ProgramNode
 
 
-def bounds(program: Program, bound: float, winding: tuple[float, float, float] | None, speed: Node | None) -> tuple[Node, Node]:
-    """(low, high) of the drive [A | V]; winding: resistance [ohm], constant [N m/A], voltage [V], for which a speed is needed."""
+def bounds(
+    program: Program,
+    bound: float,
+    winding: tuple[float, float, float] | None,
+    speed: ProgramNode | None,
+) -> tuple[ProgramNode, ProgramNode]:
+    """(low, high) of the drive [A | V]; winding: resistance [ohm], constant [N m/A], voltage [V],
+    for which a speed is needed."""
     high = program.constant(bound, "drive_limit")
     low = program.named("drive_low" if winding is None else "lowest", -high)
     if winding is None or speed is None:
@@ -26,11 +35,15 @@ def bounds(program: Program, bound: float, winding: tuple[float, float, float] |
     return program.named("drive_low", lower), program.named("drive_high", upper)
 
 
-def limit(program: Program, drive: Node, low: Node, high: Node) -> tuple[Node, Node]:
+def limit(
+    program: Program, drive: ProgramNode, low: ProgramNode, high: ProgramNode
+) -> tuple[ProgramNode, ProgramNode]:
     """The drive within its bounds, and which one it met: -1, 0 or +1."""
     program.block("limit of the drive")
     zero, one = program.constant(0.0), program.constant(1.0)
     above, below = program.named("above", drive > high), program.named("below", drive < low)
     limited = program.named("limited_drive", program.smaller(program.larger(drive, low), high))
-    met = program.named("met", program.select(above, one, program.select(below, program.constant(-1.0), zero)))
+    met = program.named(
+        "met", program.select(above, one, program.select(below, program.constant(-1.0), zero))
+    )
     return limited, met

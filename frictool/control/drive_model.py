@@ -1,20 +1,33 @@
-"""What the drive does to the axis until the next sample, from what was commanded: the effort that an observer beside a controller is given.
+"""What the drive does to the axis until the next sample, from what was commanded: the effort that
+an observer beside a controller is given.
 
-    u acts delay samples after it was commanded;  tau i' = u - i,   i the drive after its own loop's lag
-    mean of i over the period = u + (i - u) (1 - exp(-T/tau)) tau/T          exact for a u that is held
+    u acts delay samples after it was commanded;  tau i' = u - i,   i the drive after its own loop's
+                                                                    lag
+    mean of i over the period = u + (i - u) (1 - exp(-T/tau)) tau/T          exact for a u that is
+                                                                             held
 
-Known of it: no current is measured on the target, so that a loop slower than tau, or a supply that sags, is a disturbance to the observer.
+Known of it: no current is measured on the target, so that a loop slower than tau, or a supply that
+sags, is a disturbance to the observer.
 """
 
 from __future__ import annotations
 
 import math
 
-from frictool.control.program import Node, Program
+from frictool.control.program import Program, ProgramNode
 
 
-def mean_effort(program: Program, drive: Node, constant: float, bound: float, delay_samples: int, lag: float, period: float) -> Node:
-    """The mean effort [N m | N] from this sample to the next, `drive` [A | V] being what this sample commands.
+def mean_effort(
+    program: Program,
+    drive: ProgramNode,
+    constant: float,
+    bound: float,
+    delay_samples: int,
+    lag: float,
+    period: float,
+) -> ProgramNode:
+    """The mean effort [N m | N] from this sample to the next, `drive` [A | V] being what this
+    sample commands.
 
     constant: effort per unit of drive; bound: of the drive, either way; lag, period [s].
     """

@@ -1,11 +1,15 @@
-"""A program in fixed point: the fraction of every value from the interval that it stays within, and the proof that nothing overflows.
+"""A program in fixed point: the fraction of every value from the interval that it stays within, and
+the proof that nothing overflows.
 
-    intervals of inputs and states ──▶ interval of every value ──▶ its fraction, the shifts of its operation ──▶ words' intervals, checked
+    intervals of inputs and states ──▶ interval of every value ──▶ its fraction, the shifts of its
+    operation ──▶ words' intervals, checked
 
-Values are words of 32 bits; products and sums are formed in 64. q31 keeps coefficients to 31 bits and a sign, q15 to 15, each with a
-fraction of its own. A state saturates at the interval that its block states, so that the intervals hold at every sample if they hold at
-one. That they do not overflow is not taken from real numbers: every operation is done once more on the words at both ends of its
-operands' intervals, in whole numbers without bounds, and each intermediate result has to fit.
+Values are words of 32 bits; products and sums are formed in 64. q31 keeps coefficients to 31 bits
+and a sign, q15 to 15, each with a fraction of its own. A state saturates at the interval that its
+block states, so that the intervals hold at every sample if they hold at one. That they do not
+overflow is not taken from real numbers: every operation is done once more on the words at both ends
+of its operands' intervals, in whole numbers without bounds, and each intermediate result has to
+fit.
 """
 
 from __future__ import annotations
@@ -16,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.machine import FIXED, Machine, machine, ports
-from frictool.control.program import Node, Program
+from frictool.control.compiled_program import FIXED, CompiledProgram, compile_program, ports
+from frictool.control.program import Program, ProgramNode
 
 BITS = {"q31": 31, "q15": 15}  # of a coefficient, without its sign
 WORD, LONG = 2**31, 2**63
@@ -27,15 +31,17 @@ Interval = tuple[float, float]
 Words = tuple[int, int]
 
 
-class DoesNotFit(ValueError):
+class FixedPointOverflow(ValueError):
     """A value has no finite interval, or an operation would overflow."""
 
 
 @dataclass(frozen=True)
 class FixedProgram:
-    """Shifts and fractions by node, as in the arrays of `Machine`; `terms` by node of a dot, `words`: the proved interval of each.
+    """Shifts and fractions by node, as in the arrays of `Machine`; `terms` by node of a dot,
+    `words`: the proved interval of each.
 
-    shifts: (a, b, result), to the right where positive. write_shift: of each state's update. constants: words.
+    shifts: (a, b, result), to the right where positive. write_shift: of each state's update.
+    constants: words.
     """
 
     program: Program
@@ -49,8 +55,9 @@ class FixedProgram:
     longest: int  # the largest absolute value of any intermediate result
 
 
-def rounded(value: float, bits: int) -> float:
-    """A coefficient as the format keeps it: the nearest word of `bits` bits with a fraction of its own."""
+def round_coefficient(value: float, bits: int) -> float:
+    """A coefficient as the format keeps it: the nearest word of `bits` bits with a fraction of its
+    own."""
     word, fraction = coefficient(value, bits)
     return math.ldexp(word, -fraction)
 
@@ -69,19 +76,24 @@ def coefficient(value: float, bits: int) -> tuple[int, int]:
 
 
 def fixed_program(program: Program, bits: int) -> FixedProgram:
-    """Raises DoesNotFit, naming the value, where the program cannot be scaled."""
+    """Raises FixedPointOverflow, naming the value, where the program cannot be scaled."""
     return _Scaling(program, bits).done()
 
 
-def fixed_machine(scaled: FixedProgram) -> Machine:
+def fixed_machine(scaled: FixedProgram) -> CompiledProgram:
     """The program as the simulation runs it."""
-    program, plain = scaled.program, machine(scaled.program)
+    program, plain = scaled.program, compile_program(scaled.program)
     writes = plain.writes
     formats = np.zeros((len(program.nodes) + len(writes), 6), dtype=np.int64)
     word = np.zeros(len(formats), dtype=np.int64)
     for node in program.nodes:
         low, high = scaled.words[node.index]
-        formats[node.index] = [scaled.fractions[node.index], low, high, *scaled.shifts.get(node.index, (0, 0, 0))]
+        formats[node.index] = [
+            scaled.fractions[node.index],
+            low,
+            high,
+            *scaled.shifts.get(node.index, (0, 0, 0)),
+        ]
         if node.op == "constant":
             word[node.index] = scaled.constants[node.index]
         elif node.op == "state":
@@ -95,7 +107,18 @@ def fixed_machine(scaled: FixedProgram) -> Machine:
     for k, (state, _) in enumerate(writes):
         formats[len(program.nodes) + k, 5] = scaled.write_shift[int(state)]
     nothing: NDArray[np.float32] = np.empty(0, dtype=np.float32)
-    return Machine(FIXED, plain.code, terms, writes, ports(program), plain.starts, np.empty(0), nothing, word, formats)
+    return CompiledProgram(
+        FIXED,
+        plain.code,
+        terms,
+        writes,
+        ports(program),
+        plain.starts,
+        np.empty(0),
+        nothing,
+        word,
+        formats,
+    )
 
 
 class _Scaling:
@@ -114,7 +137,9 @@ class _Scaling:
     def done(self) -> FixedProgram:
         for node in self.program.nodes:
             if node.op == "constant":
-                word, self.fraction[node.index] = coefficient(node.value, self.bits if node.index in self.program.names else 31)
+                word, self.fraction[node.index] = coefficient(
+                    node.value, self.bits if node.index in self.program.names else 31
+                )
                 value = math.ldexp(word, -self.fraction[node.index])
                 self.constants[node.index], self.real[node.index] = word, (value, value)
                 self.words[node.index] = (word, word)
@@ -130,31 +155,41 @@ class _Scaling:
             for word in self.words[source.index]:
                 self._after(self.program.nodes[state], word, writes[state])
         return FixedProgram(
-            self.program, self.bits, self.fraction, self.shifts, self.terms, writes, self.constants, self.words, self.longest
+            self.program,
+            self.bits,
+            self.fraction,
+            self.shifts,
+            self.terms,
+            writes,
+            self.constants,
+            self.words,
+            self.longest,
         )
 
-    def _called(self, node: Node) -> str:
+    def _called(self, node: ProgramNode) -> str:
         return self.program.names.get(node.index, f"value {node.index} ({node.op})")
 
-    def _given(self, node: Node) -> None:
+    def _given(self, node: ProgramNode) -> None:
         if not (math.isfinite(node.low) and math.isfinite(node.high)):
-            raise DoesNotFit(f"{self._called(node)} has no bounds")
+            raise FixedPointOverflow(f"{self._called(node)} has no bounds")
         self.real[node.index] = (node.low, node.high)
         f = self.fraction[node.index] = self._fraction(node, node.low, node.high)
-        self.words[node.index] = self._checked(node, math.ceil(math.ldexp(node.low, f)), math.floor(math.ldexp(node.high, f)))
+        self.words[node.index] = self._checked(
+            node, math.ceil(math.ldexp(node.low, f)), math.floor(math.ldexp(node.high, f))
+        )
 
-    def _fraction(self, node: Node, low: float, high: float) -> int:
+    def _fraction(self, node: ProgramNode, low: float, high: float) -> int:
         largest = max(abs(low), abs(high))
         if not math.isfinite(largest):
-            raise DoesNotFit(f"{self._called(node)} has no bounds")
+            raise FixedPointOverflow(f"{self._called(node)} has no bounds")
         if largest == 0.0:
             return 0
         found = math.floor(math.log2(FILLED * WORD / largest))
         if found < -FINEST:
-            raise DoesNotFit(f"{self._called(node)} reaches {largest:.3g}")
+            raise FixedPointOverflow(f"{self._called(node)} reaches {largest:.3g}")
         return min(found, FINEST)
 
-    def _interval(self, node: Node) -> Interval:
+    def _interval(self, node: ProgramNode) -> Interval:
         """In real numbers, by the operation's own rule."""
         if node.is_logical:
             return 0.0, 1.0
@@ -165,7 +200,11 @@ class _Scaling:
             case "sub":
                 return of[0][0] - of[1][1], of[0][1] - of[1][0]
             case "mul":
-                return (0.0, max(of[0][0] ** 2, of[0][1] ** 2)) if node.args[0] is node.args[1] else _product(of[0], of[1])
+                return (
+                    (0.0, max(of[0][0] ** 2, of[0][1] ** 2))
+                    if node.args[0] is node.args[1]
+                    else _product(of[0], of[1])
+                )
             case "neg":
                 return -of[0][1], -of[0][0]
             case "abs":
@@ -183,7 +222,7 @@ class _Scaling:
                 products = [_product(c, x) for c, x in zip(of[:half], of[half:], strict=True)]
                 return sum(low for low, _ in products), sum(high for _, high in products)
 
-    def _scale(self, node: Node) -> None:
+    def _scale(self, node: ProgramNode) -> None:
         """The fraction of the result and the shifts of the operation."""
         index, of = node.index, [self.fraction[arg.index] for arg in node.args]
         wanted = 0 if node.is_logical else self._fraction(node, *self.real[index])
@@ -191,7 +230,11 @@ class _Scaling:
             case "add" | "sub" | "lt" | "le":
                 common = min(max(of), min(of) + WIDEST - 1)
                 self.fraction[index] = wanted if node.is_logical else min(wanted, common)
-                self.shifts[index] = (of[0] - common, of[1] - common, 0 if node.is_logical else common - self.fraction[index])
+                self.shifts[index] = (
+                    of[0] - common,
+                    of[1] - common,
+                    0 if node.is_logical else common - self.fraction[index],
+                )
             case "mul":
                 self.fraction[index] = min(wanted, sum(of))
                 self.shifts[index] = (0, 0, sum(of) - self.fraction[index])
@@ -213,12 +256,19 @@ class _Scaling:
             case _:
                 self.fraction[index] = 0
 
-    def _scale_dot(self, node: Node, wanted: int) -> None:
-        """One fraction for the sum: as fine as its coarsest product, and with room for all of them."""
+    def _scale_dot(self, node: ProgramNode, wanted: int) -> None:
+        """One fraction for the sum: as fine as its coarsest product, and with room for all of
+        them."""
         half = len(node.args) // 2
-        pairs = [(c.index, x.index) for c, x in zip(node.args[:half], node.args[half:], strict=True)]
+        pairs = [
+            (c.index, x.index) for c, x in zip(node.args[:half], node.args[half:], strict=True)
+        ]
         products = [self.fraction[c] + self.fraction[x] for c, x in pairs]
-        counted = [f for f, (c, x) in zip(products, pairs, strict=True) if any(self.words[c]) and any(self.words[x])] or [wanted]
+        counted = [
+            f
+            for f, (c, x) in zip(products, pairs, strict=True)
+            if any(self.words[c]) and any(self.words[x])
+        ] or [wanted]
         total = sum(max(map(abs, _product(self.real[c], self.real[x]))) for c, x in pairs)
         room = 61 - math.frexp(total)[1] if total > 0.0 else wanted
         common = min(*counted, room, FINEST + WIDEST) if len(counted) > 1 else min(counted[0], room)
@@ -229,8 +279,9 @@ class _Scaling:
         )
         self.shifts[node.index] = (0, 0, common - self.fraction[node.index])
 
-    def _word_interval(self, node: Node) -> Words:
-        """The operation on the words at the ends of its operands' intervals, every intermediate result checked."""
+    def _word_interval(self, node: ProgramNode) -> Words:
+        """The operation on the words at the ends of its operands' intervals, every intermediate
+        result checked."""
         if node.is_logical:
             for arg, shift in zip(node.args, self.shifts.get(node.index, (0, 0))[:2], strict=False):
                 if node.op in ("lt", "le"):
@@ -245,9 +296,13 @@ class _Scaling:
 
         match node.op:
             case "add":
-                return after(after(of[0][0], sa) + after(of[1][0], sb), s), after(after(of[0][1], sa) + after(of[1][1], sb), s)
+                return after(after(of[0][0], sa) + after(of[1][0], sb), s), after(
+                    after(of[0][1], sa) + after(of[1][1], sb), s
+                )
             case "sub":
-                return after(after(of[0][0], sa) - after(of[1][1], sb), s), after(after(of[0][1], sa) - after(of[1][0], sb), s)
+                return after(after(of[0][0], sa) - after(of[1][1], sb), s), after(
+                    after(of[0][1], sa) - after(of[1][0], sb), s
+                )
             case "mul":
                 ends = [after(x * y, s) for x in of[0] for y in of[1]]
                 return (0 if node.args[0] is node.args[1] else min(ends)), max(ends)
@@ -257,36 +312,46 @@ class _Scaling:
                 return 0, max(-of[0][0], of[0][1])
             case "min" | "max":
                 choose = min if node.op == "min" else max
-                return choose(after(of[0][0], sa), after(of[1][0], sb)), choose(after(of[0][1], sa), after(of[1][1], sb))
+                return choose(after(of[0][0], sa), after(of[1][0], sb)), choose(
+                    after(of[0][1], sa), after(of[1][1], sb)
+                )
             case "sqrt":
                 if of[0][0] < 0:
-                    raise DoesNotFit(f"{self._called(node)} is the root of what may be negative")
+                    raise FixedPointOverflow(
+                        f"{self._called(node)} is the root of what may be negative"
+                    )
                 return 0, math.isqrt(self._long(node, of[0][1] << s))
             case "select":
-                then, otherwise = [after(word, sa) for word in of[1]], [after(word, sb) for word in of[2]]
+                then, otherwise = (
+                    [after(word, sa) for word in of[1]],
+                    [after(word, sb) for word in of[2]],
+                )
                 return min(then[0], otherwise[0]), max(then[1], otherwise[1])
             case _:
                 half = len(of) // 2
                 low = high = 0
                 for c, x, shift in zip(of[:half], of[half:], self.terms[node.index], strict=True):
                     ends = [after(p * q, shift) for p in c for q in x]
-                    low, high = self._long(node, low + min(ends)), self._long(node, high + max(ends))
+                    low, high = (
+                        self._long(node, low + min(ends)),
+                        self._long(node, high + max(ends)),
+                    )
                 return after(low, s), after(high, s)
 
-    def _after(self, node: Node, word: int, shift: int) -> int:
+    def _after(self, node: ProgramNode, word: int, shift: int) -> int:
         """The word shifted, and the sum that rounds it has room."""
         self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
         return self._long(node, _moved(word, shift))
 
-    def _long(self, node: Node, value: int) -> int:
+    def _long(self, node: ProgramNode, value: int) -> int:
         if abs(value) >= LONG:
-            raise DoesNotFit(f"{self._called(node)} needs more than 64 bits")
+            raise FixedPointOverflow(f"{self._called(node)} needs more than 64 bits")
         self.longest = max(self.longest, abs(value))
         return value
 
-    def _checked(self, node: Node, low: int, high: int) -> Words:
+    def _checked(self, node: ProgramNode, low: int, high: int) -> Words:
         if max(-low, high) >= WORD:
-            raise DoesNotFit(f"{self._called(node)} needs more than 32 bits")
+            raise FixedPointOverflow(f"{self._called(node)} needs more than 32 bits")
         return low, high
 
 

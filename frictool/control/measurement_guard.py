@@ -1,37 +1,55 @@
-"""Guard of the inputs: a reference, position or speed that is no number (NaN, an infinity) never reaches a state of the controller.
+"""Guard of the inputs: a reference, position or speed that is no number (NaN, an infinity) never
+reaches a state of the controller.
 
     valid sample     the inputs as they are
-    invalid sample   each invalid input keeps its last valid value, for at most `hold_samples` samples in a row
-    one more         fault: the drive is 0, and stays 0 until the controller is started anew at a valid position
+    invalid sample   each invalid input keeps its last valid value, for at most `hold_samples`
+                     samples in a row
+    one more         fault: the drive is 0, and stays 0 until the controller is started anew at a
+                     valid position
 
-`holds_left` counts down: samples that may still be held, -1 in the fault. A valid sample before the fault resets it. In fixed point one
-word stands for every value that is no number (control/fixed_kernel.py `INVALID`). A start at an invalid position is a fault at once.
+`holds_left` counts down: samples that may still be held, -1 in the fault. A valid sample before the
+fault resets it. In fixed point one word stands for every value that is no number
+(control/fixed_point_kernel.py `INVALID`). A start at an invalid position is a fault at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from frictool.control.program import Guard, Node, Program
+from frictool.control.program import GuardNodes, Program, ProgramNode
 
 FAULT = -1.0  # of `holds_left`
 
 
-def guarded(program: Program, inputs: Mapping[str, Node], hold_samples: int) -> Guard:
-    """Write the guard as the first operations of a program; the controller takes the values `used`, and its drive is 0 in the `fault`."""
-    program.block(f"an input that is no number keeps its last valid value for at most {hold_samples} samples; then the fault is set")
+def write_guard(
+    program: Program, inputs: Mapping[str, ProgramNode], hold_samples: int
+) -> GuardNodes:
+    """Write the guard as the first operations of a program; the controller takes the values `used`,
+    and its drive is 0 in the `fault`."""
+    program.block(
+        f"an input that is no number keeps its last valid value for at most {hold_samples} samples; then the fault is set"
+    )
     used, valid = {}, None
     for name, given in inputs.items():
         one = program.named(f"{name}_valid", program.valid(given))
-        before = program.state(f"{name}_before", given.low, given.high, start=0.0 if name == "velocity" else "position")
-        used[name] = program.named(f"{name}_used", program.node("select", one, given, before, low=given.low, high=given.high))
+        before = program.state(
+            f"{name}_before", given.low, given.high, start=0.0 if name == "velocity" else "position"
+        )
+        used[name] = program.named(
+            f"{name}_used",
+            program.node("select", one, given, before, low=given.low, high=given.high),
+        )
         program.update(f"{name}_before", used[name])
         valid = one if valid is None else valid & one
     assert valid is not None
-    zero, one_sample, hold = program.constant(0.0), program.constant(1.0), program.constant(float(hold_samples), "hold_samples")
+    zero, one_sample, hold = (
+        program.constant(0.0),
+        program.constant(1.0),
+        program.constant(float(hold_samples), "hold_samples"),
+    )
     left = program.state("holds_left", FAULT, float(hold_samples), start=float(hold_samples))
     counted = program.larger(left - one_sample, program.constant(FAULT))
     now = program.named("holds_left_now", program.select(valid & (left >= zero), hold, counted))
     program.update("holds_left", now)
-    program.guard = Guard(left, now, hold, used, program.named("fault", now < zero))
+    program.guard = GuardNodes(left, now, hold, used, program.named("fault", now < zero))
     return program.guard

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import Literal
 
+from frictool.control.compiled_program import CompiledProgram, compile_program
 from frictool.control.fixed_point import BITS, fixed_machine, fixed_program
-from frictool.control.machine import Machine, machine
 from frictool.control.program import Program
 
 
-def machine_in(program: Program, number: Literal["double", "float", "q31", "q15"]) -> Machine:
-    """The program at its start with the position 0. Raises DoesNotFit, naming the value, where fixed point cannot be scaled."""
+def machine_in(
+    program: Program, number: Literal["double", "float", "q31", "q15"]
+) -> CompiledProgram:
+    """The program at its start with the position 0. Raises DoesNotFit, naming the value, where
+    fixed point cannot be scaled."""
     if number in BITS:
         return fixed_machine(fixed_program(program, BITS[number]))
-    return machine(program, single=number == "float")
+    return compile_program(program, single=number == "float")

@@ -2,7 +2,8 @@
 
     position, effort ──▶ block of the document's kind ──▶ position, velocity, friction, wear
 
-What is found at a sample is from what was measured before it, so that a controller can use it; the effort of the sample comes after.
+What is found at a sample is from what was measured before it, so that a controller can use it; the
+effort of the sample comes after.
 """
 
 from __future__ import annotations
@@ -14,24 +15,25 @@ from typing import NamedTuple
 import numpy as np
 
 from frictool.control import switched_observer, tracking_observer
-from frictool.control.found import Found
-from frictool.control.program import Node, Program
-from frictool.control.switched_observer import SlipMode, SwitchedFacts
-from frictool.control.tracking_observer import TrackingFacts
+from frictool.control.observer_output import ObserverNodes
+from frictool.control.program import Program, ProgramNode
+from frictool.control.switched_observer import SlipMode, SwitchedParameters
+from frictool.control.tracking_observer import TrackingParameters
 from frictool.documents.bench import Bench
 from frictool.documents.observer import FrictionMap, Mode, Observer, Tracking
 
 GRID = 257  # positions at which a map is looked at
 MARGIN = 0.5  # of the travel's width, by which measured positions may lie outside it
 TOP_SPEEDS = 4.0  # of the bench's top speed, that an estimate may reach
-MOST_WEAR = 3.0  # alpha_max of (6.13): friction over the model's; what alpha is 0 to, and f + alpha of the largest f
+# alpha_max of (6.13): friction over the model's; what alpha is 0 to, and f + alpha of the largest f
+MOST_WEAR = 3.0
 
 
 class ObserverProgram(NamedTuple):
     """A program with the inputs `position` [rad | m] and `effort` [N m | N], and what it finds."""
 
     program: Program
-    found: Found
+    found: ObserverNodes
 
 
 def observer_program(observer: Observer) -> ObserverProgram:
@@ -39,33 +41,42 @@ def observer_program(observer: Observer) -> ObserverProgram:
     program, most = Program(), _most_effort(observer.bench)
     position = program.input("position", *reach(observer.bench))
     effort = program.input("effort", -most, most)
-    found, move = begun(program, position, observer)
+    found, move = observer_block(program, position, observer)
     move(effort)
     program.output = found.velocity
     return ObserverProgram(program, found)
 
 
-def begun(program: Program, position: Node, observer: Observer) -> tuple[Found, Callable[[Node], None]]:
-    """The block of a measured position [rad | m], and what moves it once the effort [N m | N] until the next sample is known."""
+def observer_block(
+    program: Program, position: ProgramNode, observer: Observer
+) -> tuple[ObserverNodes, Callable[[ProgramNode], None]]:
+    """The block of a measured position [rad | m], and what moves it once the effort [N m | N] until
+    the next sample is known."""
     if observer.tracking is not None:
         own = tracking_facts(observer, observer.tracking)
-        found, tracked = tracking_observer.predicted(program, position, own)
-        return found, lambda effort: tracking_observer.moved(program, effort, tracked, own)
+        found, tracked = tracking_observer.write_prediction(program, position, own)
+        return found, lambda effort: tracking_observer.write_update(program, effort, tracked, own)
     facts = switched_facts(observer)
-    found, chosen = switched_observer.predicted(program, position, facts)
-    return found, lambda effort: switched_observer.corrected(program, position, effort, found, chosen, facts)
+    found, chosen = switched_observer.write_prediction(program, position, facts)
+    return found, lambda effort: switched_observer.write_correction(
+        program, position, effort, found, chosen, facts
+    )
 
 
-def switched_facts(observer: Observer) -> SwitchedFacts:
+def switched_facts(observer: Observer) -> SwitchedParameters:
     """What the switched block is made from. Raises ValueError where the document lacks a mode."""
     own, friction = observer.switched, observer.friction
     assert own is not None
     stuck = next((mode for mode in own.modes if mode.direction == 0), None)
-    forward, backward = (_cells([mode for mode in own.modes if mode.direction == side]) for side in (1, -1))
+    forward, backward = (
+        _cells([mode for mode in own.modes if mode.direction == side]) for side in (1, -1)
+    )
     if stuck is None or not forward or not backward:
-        raise ValueError("switched.modes: one direction or the stuck mode is missing; allowed: modes of directions -1, 0 and 1")
+        raise ValueError(
+            "switched.modes: one direction or the stuck mode is missing; allowed: modes of directions -1, 0 and 1"
+        )
     additive = own.wear == "additive"
-    return SwitchedFacts(
+    return SwitchedParameters(
         period=observer.sample_period_s,
         inertia=observer.inertia.value,
         switch_speed=own.switch_speed.value,
@@ -79,14 +90,16 @@ def switched_facts(observer: Observer) -> SwitchedFacts:
         viscous=friction.viscous,
         offset=friction.offset,
         top_speed=top_speed(observer.bench),
-        wear=(-_largest(friction), (MOST_WEAR - 1.0) * _largest(friction)) if additive else (0.0, MOST_WEAR),
+        wear=(-_largest(friction), (MOST_WEAR - 1.0) * _largest(friction))
+        if additive
+        else (0.0, MOST_WEAR),
     )
 
 
-def tracking_facts(observer: Observer, own: Tracking) -> TrackingFacts:
+def tracking_facts(observer: Observer, own: Tracking) -> TrackingParameters:
     """What the tracking block is made from."""
     friction, bench, gap = observer.friction, observer.bench, own.backlash
-    return TrackingFacts(
+    return TrackingParameters(
         period=observer.sample_period_s,
         inertia=observer.inertia.value,
         gains=own.gains,
@@ -109,7 +122,12 @@ def tracking_facts(observer: Observer, own: Tracking) -> TrackingFacts:
 def _largest(friction: FrictionMap) -> float:
     """The largest friction of the map, on a grid [N m | N]."""
     over = np.linspace(friction.over.low, friction.over.high, GRID)
-    return float(max(np.max(np.polynomial.Polynomial(curve)(over)) for curve in (friction.forward, friction.backward)))
+    return float(
+        max(
+            np.max(np.polynomial.Polynomial(curve)(over))
+            for curve in (friction.forward, friction.backward)
+        )
+    )
 
 
 def _cells(modes: list[Mode]) -> tuple[SlipMode, ...]:
@@ -117,7 +135,10 @@ def _cells(modes: list[Mode]) -> tuple[SlipMode, ...]:
     ordered = sorted(modes, key=lambda mode: mode.over[0] if mode.over is not None else -math.inf)
     rows = [tuple(row[0] for row in mode.gains) for mode in ordered]
     highs = [mode.over[1] if mode.over is not None else math.inf for mode in ordered]
-    return tuple(SlipMode(high, mode.friction, (row[0], row[1], row[2])) for mode, row, high in zip(ordered, rows, highs, strict=True))
+    return tuple(
+        SlipMode(high, mode.friction, (row[0], row[1], row[2]))
+        for mode, row, high in zip(ordered, rows, highs, strict=True)
+    )
 
 
 def reach(bench: Bench) -> tuple[float, float]:

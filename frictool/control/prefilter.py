@@ -1,12 +1,15 @@
-"""Prefilter of the position reference (5.69): H = 1/(s^2/w0^2 + 2 m s/w0 + 1), sampled by Tustin in state form.
+"""Prefilter of the position reference (5.69): H = 1/(s^2/w0^2 + 2 m s/w0 + 1), sampled by Tustin in
+state form.
 
     f' = v,   v' = w0^2 (r - f) - 2 m w0 v        f filtered reference, v its speed, r reference
 
-The trapezoidal rule with h = T/2 solves both lines for the new sample. v is the derivative of f in the sense of that rule,
-f[k] - f[k-1] = h (v[k] + v[k-1]), which is why blocks may wait for it. Where f = r and v = 0 nothing moves by a single bit.
+The trapezoidal rule with h = T/2 solves both lines for the new sample. v is the derivative of f in
+the sense of that rule, f[k] - f[k-1] = h (v[k] + v[k-1]), which is why blocks may wait for it.
+Where f = r and v = 0 nothing moves by a single bit.
 
-Known of it: unit gain, delay 2 m/w0, overshoot exp(-pi m/sqrt(1 - m^2)) (1.5 % at m = 0.8). Rule (5.4.3.2): w0 = 6 over the response time
-that is specified, and m = 0.8; the loop's own bandwidth should be above it.
+Known of it: unit gain, delay 2 m/w0, overshoot exp(-pi m/sqrt(1 - m^2)) (1.5 % at m = 0.8). Rule
+(5.4.3.2): w0 = 6 over the response time that is specified, and m = 0.8; the loop's own bandwidth
+should be above it.
 """
 
 from __future__ import annotations
@@ -16,19 +19,31 @@ import math
 import numpy as np
 
 from frictool.control.difference_equation import impulse_sums
-from frictool.control.program import Node, Program
+from frictool.control.program import Program, ProgramNode
 
 
-def prefilter_coefficients(natural_frequency: float, damping: float, period: float) -> tuple[float, float, float]:
+def prefilter_coefficients(
+    natural_frequency: float, damping: float, period: float
+) -> tuple[float, float, float]:
     """(h, p, q) from w0 [rad/s], m [-] and the sample period [s]."""
     h = 0.5 * period
     friction = 2.0 * damping * natural_frequency * h
     stiffness = natural_frequency * natural_frequency * h * h
     denominator = 1.0 + friction + stiffness
-    return h, (1.0 - friction - stiffness) / denominator, natural_frequency * natural_frequency * h / denominator
+    return (
+        h,
+        (1.0 - friction - stiffness) / denominator,
+        natural_frequency * natural_frequency * h / denominator,
+    )
 
 
-def prefilter(program: Program, reference: Node, natural_frequency: float, damping: float, period: float) -> tuple[Node, Node]:
+def prefilter(
+    program: Program,
+    reference: ProgramNode,
+    natural_frequency: float,
+    damping: float,
+    period: float,
+) -> tuple[ProgramNode, ProgramNode]:
     """The filtered reference [rad | m] and its speed [per s] at this sample."""
     program.block("prefilter of the reference (5.69), sampled by Tustin in state form")
     h, p, q = prefilter_coefficients(natural_frequency, damping, period)
@@ -37,22 +52,33 @@ def prefilter(program: Program, reference: Node, natural_frequency: float, dampi
     filtered_before = program.state("filtered_before", low, high, start="position")
     speed_before = program.state("filtered_speed_before", -top, top)
     pressed = (reference + last) - program.constant(2.0) * filtered_before
-    speed = program.constant(p, "prefilter_p") * speed_before + program.constant(q, "prefilter_q") * pressed
+    speed = (
+        program.constant(p, "prefilter_p") * speed_before
+        + program.constant(q, "prefilter_q") * pressed
+    )
     program.named("filtered_speed", speed)
-    filtered = program.named("filtered", filtered_before + program.constant(h, "prefilter_h") * (speed + speed_before))
+    filtered = program.named(
+        "filtered", filtered_before + program.constant(h, "prefilter_h") * (speed + speed_before)
+    )
     program.update("filtered_before", filtered)
     program.update("filtered_speed_before", speed)
     return filtered, speed
 
 
-def bounds(low: float, high: float, natural_frequency: float, damping: float, period: float) -> tuple[float, float, float]:
-    """(low, high) of the filtered reference and the largest |speed|, for any course of a reference within low and high."""
+def bounds(
+    low: float, high: float, natural_frequency: float, damping: float, period: float
+) -> tuple[float, float, float]:
+    """(low, high) of the filtered reference and the largest |speed|, for any course of a reference
+    within low and high."""
     if not (math.isfinite(low) and math.isfinite(high)):
         return -math.inf, math.inf, math.inf
     h, p, q = prefilter_coefficients(natural_frequency, damping, period)
-    # of f, v / w0 and the last r, the impulse response of the sampled form: its sum is the worst that can be made of |r| <= 1
+    # of f, v / w0 and the last r, the impulse response of the sampled form: its sum is the worst
+    # that can be made of |r| <= 1
     w = natural_frequency
-    a = np.array([[1.0 - 2.0 * h * q, h * (1.0 + p) * w, h * q], [-2.0 * q / w, p, q / w], [0.0, 0.0, 0.0]])
+    a = np.array(
+        [[1.0 - 2.0 * h * q, h * (1.0 + p) * w, h * q], [-2.0 * q / w, p, q / w], [0.0, 0.0, 0.0]]
+    )
     reach, speed, _ = 0.5 * (high - low) * impulse_sums(a, np.array([h * q, q / w, 1.0]))
     middle = 0.5 * (low + high)
     return middle - float(reach), middle + float(reach), w * float(speed)
@@ -60,4 +86,6 @@ def bounds(low: float, high: float, natural_frequency: float, damping: float, pe
 
 def overshoot(damping: float) -> float:
     """Of the step response, as a part of the step."""
-    return math.exp(-math.pi * damping / math.sqrt(1.0 - damping * damping)) if damping < 1.0 else 0.0
+    return (
+        math.exp(-math.pi * damping / math.sqrt(1.0 - damping * damping)) if damping < 1.0 else 0.0
+    )

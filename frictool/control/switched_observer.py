@@ -1,18 +1,23 @@
-"""The thesis's switched observers (6.4), (6.22): the model of the mode that the estimate is in, put right by its gains.
+"""The thesis's switched observers (6.4), (6.22): the model of the mode that the estimate is in, put
+right by its gains.
 
     mode   0 where |omega| < Sigma, else the direction's cell that theta is in (6.17)
     e      = y - theta
     theta' = theta + T omega + L1 e
-    omega' = omega + T/J (u - F) + L2 e      slipping,  F = alpha f_i (6.13) or f(theta) + alpha (6.22), against the motion
+    omega' = omega + T/J (u - F) + L2 e      slipping,  F = alpha f_i (6.13) or f(theta) + alpha
+                                             (6.22), against the motion
            = a omega + L2 e                  stuck, a = 0 (6.18), or 1
-    alpha' = alpha + L3 e                    slipping, within [alpha_min, alpha_max]; stuck it is frozen, as (6.14) takes its estimate for
+    alpha' = alpha + L3 e                    slipping, within [alpha_min, alpha_max]; stuck it is
+                                             frozen, as (6.14) takes its estimate for
                                              a measurement
 
-All at one sample, theta, omega, alpha being the estimates there. F has the sign of omega, which a mode other than 0 has for certain.
+All at one sample, theta, omega, alpha being the estimates there. F has the sign of omega, which a
+mode other than 0 has for certain.
 
-Known of it: the mode is chosen from the estimate, so that the certificate of (6.6), which takes it as known, does not cover the samples in
-which plant and observer are in different modes. Rule: Sigma some encoder steps per sample period; with a coarse encoder that is most of the
-travel, and these two observers do not work there (docs/theory/observers.md has figures).
+Known of it: the mode is chosen from the estimate, so that the certificate of (6.6), which takes it
+as known, does not cover the samples in which plant and observer are in different modes. Rule: Sigma
+some encoder steps per sample period; with a coarse encoder that is most of the travel, and these
+two observers do not work there (docs/theory/observers.md has figures).
 """
 
 from __future__ import annotations
@@ -20,15 +25,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from frictool.control.found import Found
-from frictool.control.program import Node, Program
+from frictool.control.observer_output import ObserverNodes
+from frictool.control.program import Program, ProgramNode
 
 STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
 
 
 @dataclass(frozen=True)
 class SlipMode:
-    """Cell of a direction, up to the position `high` [rad | m]: friction f_m [N m | N], gains L1 [1], L2 [1/s], L3 [wear per rad | m]."""
+    """Cell of a direction, up to the position `high` [rad | m]: friction f_m [N m | N], gains L1
+    [1], L2 [1/s], L3 [wear per rad | m]."""
 
     high: float
     friction: float
@@ -36,14 +42,16 @@ class SlipMode:
 
 
 @dataclass(frozen=True)
-class SwitchedFacts:
+class SwitchedParameters:
     """What the block is made from, in SI.
 
-    inertia [kg m2 | kg], switch_speed Sigma [per s]. forward, backward: cells in the order of position; the first and the last hold beyond
-    the travel too. stuck: (L1, L2) of mode 0. kept: A_0's factor a of omega. additive: whether wear is what friction has grown by; then
-    curves (forward, backward) are the polynomials of f, lowest power first, over `travel`, and the cells' own friction is not used.
-    viscous [N m s/rad | N s/m], offset [N m | N] of a positive effort's opponent: of the model, 0 in the thesis.
-    top_speed: what the estimated speed stays within. wear: (alpha_min, alpha_max).
+    inertia [kg m2 | kg], switch_speed Sigma [per s]. forward, backward: cells in the order of
+    position; the first and the last hold beyond the travel too. stuck: (L1, L2) of mode 0. kept:
+    A_0's factor a of omega. additive: whether wear is what friction has grown by; then curves
+    (forward, backward) are the polynomials of f, lowest power first, over `travel`, and the cells'
+    own friction is not used. viscous [N m s/rad | N s/m], offset [N m | N] of a positive effort's
+    opponent: of the model, 0 in the thesis. top_speed: what the estimated speed stays within. wear:
+    (alpha_min, alpha_max).
     """
 
     period: float
@@ -63,40 +71,66 @@ class SwitchedFacts:
 
 
 @dataclass(frozen=True)
-class Chosen:
+class ActiveModeNodes:
     """What the mode of this sample says: whether it is 0, and its gains."""
 
-    is_stuck: Node
-    gains: tuple[Node, Node, Node]
+    is_stuck: ProgramNode
+    gains: tuple[ProgramNode, ProgramNode, ProgramNode]
 
 
-def switched(program: Program, position: Node, effort: Node, facts: SwitchedFacts) -> Found:
-    """The observer of a measured position [rad | m] under an effort [N m | N] that holds from this sample to the next."""
-    found, chosen = predicted(program, position, facts)
-    corrected(program, position, effort, found, chosen, facts)
+def switched(
+    program: Program, position: ProgramNode, effort: ProgramNode, facts: SwitchedParameters
+) -> ObserverNodes:
+    """The observer of a measured position [rad | m] under an effort [N m | N] that holds from this
+    sample to the next."""
+    found, chosen = write_prediction(program, position, facts)
+    write_correction(program, position, effort, found, chosen, facts)
     return found
 
 
-def predicted(program: Program, position: Node, facts: SwitchedFacts) -> tuple[Found, Chosen]:
-    """What is known before the effort of this sample is; states start at the measured position, at rest, with no wear."""
+def write_prediction(
+    program: Program, position: ProgramNode, facts: SwitchedParameters
+) -> tuple[ObserverNodes, ActiveModeNodes]:
+    """What is known before the effort of this sample is; states start at the measured position, at
+    rest, with no wear."""
     program.block("switched observer: its mode from the estimate, the mode's gains and friction")
     top = facts.top_speed
     theta = program.state(STATES[0], position.low, position.high, start="position")
     omega = program.state(STATES[1], -top, top)
     wear = program.state(STATES[2], *facts.wear, start=0.0 if facts.additive else 1.0)
     zero = program.constant(0.0)
-    is_stuck = program.named("is_stuck", abs(omega) < program.constant(facts.switch_speed, "switch_speed"))
+    is_stuck = program.named(
+        "is_stuck", abs(omega) < program.constant(facts.switch_speed, "switch_speed")
+    )
     is_forward = program.named("is_forward", omega > zero)
-    sides = [_Side(program, theta, cells, name) for cells, name in ((facts.forward, "forward"), (facts.backward, "backward"))]
+    sides = [
+        _DirectionCells(program, theta, cells, name)
+        for cells, name in ((facts.forward, "forward"), (facts.backward, "backward"))
+    ]
     stuck = [program.constant(gain, f"stuck_gain_{row}") for row, gain in enumerate(facts.stuck)]
     slips = [program.select(is_forward, *(side.gain(row) for side in sides)) for row in range(3)]
-    gains = [program.named(f"chosen_gain_{row}", program.select(is_stuck, stuck[row], slips[row])) for row in range(2)]
+    gains = [
+        program.named(f"chosen_gain_{row}", program.select(is_stuck, stuck[row], slips[row]))
+        for row in range(2)
+    ]
     size = _friction(program, theta, wear, is_forward, sides, facts)
-    friction = program.named("estimated_friction", program.select(is_stuck, zero, program.select(is_forward, size, -size)))
-    return Found(theta, omega, friction, wear), Chosen(is_stuck, (gains[0], gains[1], program.named("chosen_gain_2", slips[2])))
+    friction = program.named(
+        "estimated_friction",
+        program.select(is_stuck, zero, program.select(is_forward, size, -size)),
+    )
+    return ObserverNodes(theta, omega, friction, wear), ActiveModeNodes(
+        is_stuck, (gains[0], gains[1], program.named("chosen_gain_2", slips[2]))
+    )
 
 
-def corrected(program: Program, position: Node, effort: Node, found: Found, chosen: Chosen, facts: SwitchedFacts) -> None:
+def write_correction(
+    program: Program,
+    position: ProgramNode,
+    effort: ProgramNode,
+    found: ObserverNodes,
+    chosen: ActiveModeNodes,
+    facts: SwitchedParameters,
+) -> None:
     """Moves the states to the next sample."""
     program.block("switched observer: the mode's model to the next sample, put right by its gains")
     theta, omega, wear = (program.states[name] for name in STATES)
@@ -110,49 +144,81 @@ def corrected(program: Program, position: Node, effort: Node, found: Found, chos
         push = push - program.constant(facts.offset, "observer_offset")
     slipping = omega + program.constant(facts.period / facts.inertia, "period_per_inertia") * push
     standing = program.constant(facts.kept, "stuck_speed") * omega
-    program.update(STATES[1], program.select(chosen.is_stuck, standing, slipping) + chosen.gains[1] * error)
-    least, most = (program.constant(end, name) for end, name in zip(facts.wear, ("least_wear", "most_wear"), strict=True))
+    program.update(
+        STATES[1], program.select(chosen.is_stuck, standing, slipping) + chosen.gains[1] * error
+    )
+    least, most = (
+        program.constant(end, name)
+        for end, name in zip(facts.wear, ("least_wear", "most_wear"), strict=True)
+    )
     learned = program.smaller(program.larger(wear + chosen.gains[2] * error, least), most)
     program.update(STATES[2], program.select(chosen.is_stuck, wear, learned))
 
 
-class _Side:
+class _DirectionCells:
     """The cells of one direction, and in which of them the position is."""
 
-    def __init__(self, program: Program, theta: Node, cells: Sequence[SlipMode], name: str) -> None:
+    def __init__(
+        self, program: Program, theta: ProgramNode, cells: Sequence[SlipMode], name: str
+    ) -> None:
         self.program, self.cells, self.name = program, cells, name
-        self.below = [theta < program.constant(cell.high, f"{name}_edge_{k}") for k, cell in enumerate(cells[:-1])]
+        self.below = [
+            theta < program.constant(cell.high, f"{name}_edge_{k}")
+            for k, cell in enumerate(cells[:-1])
+        ]
 
-    def gain(self, row: int) -> Node:
+    def gain(self, row: int) -> ProgramNode:
         """L of the cell that the position is in."""
         return self._of_cell(f"gain_{row}", [cell.gains[row] for cell in self.cells])
 
-    def friction(self) -> Node:
+    def friction(self) -> ProgramNode:
         """f_m of that cell."""
         return self._of_cell("friction", [cell.friction for cell in self.cells])
 
-    def _of_cell(self, what: str, values: Sequence[float]) -> Node:
-        nodes = [self.program.constant(value, f"{self.name}_{what}_{k}") for k, value in enumerate(values)]
+    def _of_cell(self, what: str, values: Sequence[float]) -> ProgramNode:
+        nodes = [
+            self.program.constant(value, f"{self.name}_{what}_{k}")
+            for k, value in enumerate(values)
+        ]
         chosen = nodes[-1]
         for is_below, node in zip(reversed(self.below), reversed(nodes[:-1]), strict=True):
             chosen = self.program.select(is_below, node, chosen)
         return chosen
 
 
-def _friction(program: Program, theta: Node, wear: Node, is_forward: Node, sides: list[_Side], facts: SwitchedFacts) -> Node:
+def _friction(
+    program: Program,
+    theta: ProgramNode,
+    wear: ProgramNode,
+    is_forward: ProgramNode,
+    sides: list[_DirectionCells],
+    facts: SwitchedParameters,
+) -> ProgramNode:
     """The magnitude of the friction where it slips."""
     if not facts.additive:
         known = program.select(is_forward, *(side.friction() for side in sides))
         return program.named("friction_size", wear * program.named("friction_known", known))
-    low, high = (program.constant(end, name) for end, name in zip(facts.travel, ("map_low", "map_high"), strict=True))
+    low, high = (
+        program.constant(end, name)
+        for end, name in zip(facts.travel, ("map_low", "map_high"), strict=True)
+    )
     within = program.named("position_on_map", program.smaller(program.larger(theta, low), high))
-    curves = [_polynomial(program, within, curve, side.name) for curve, side in zip(facts.curves, sides, strict=True)]
-    return program.named("friction_size", program.named("friction_known", program.select(is_forward, *curves)) + wear)
+    curves = [
+        _polynomial(program, within, curve, side.name)
+        for curve, side in zip(facts.curves, sides, strict=True)
+    ]
+    return program.named(
+        "friction_size", program.named("friction_known", program.select(is_forward, *curves)) + wear
+    )
 
 
-def _polynomial(program: Program, x: Node, coefficients: Sequence[float], name: str) -> Node:
+def _polynomial(
+    program: Program, x: ProgramNode, coefficients: Sequence[float], name: str
+) -> ProgramNode:
     """By Horner's rule."""
-    nodes = [program.constant(value, f"{name}_curve_{power}") for power, value in enumerate(coefficients)]
+    nodes = [
+        program.constant(value, f"{name}_curve_{power}") for power, value in enumerate(coefficients)
+    ]
     total = nodes[-1]
     for node in reversed(nodes[:-1]):
         total = total * x + node

@@ -1,16 +1,21 @@
-"""An observer for a coarse encoder: it moves by the model, and is put right by what the encoder's cell excludes.
+"""An observer for a coarse encoder: it moves by the model, and is put right by what the encoder's
+cell excludes.
 
-    m    = y - x,  less what of it is within +-cell/2                 y is the edge below, x is in the encoder's readings
+    m    = y - x,  less what of it is within +-cell/2                 y is the edge below, x is in
+         the encoder's readings
     x^   = x + L1 m        v^ = v + L2 m        d^ = d + L3 m while it moves
-    v+   = v^ + T/J (e - offset - viscous v^ - dry friction + d^)     0 where that cannot move it: Coulomb friction by an implicit step
+    v+   = v^ + T/J (e - offset - viscous v^ - dry friction + d^)     0 where that cannot move it:
+         Coulomb friction by an implicit step
     x+   = x^ + T (v^ + v+)/2
 
-Within the cell nothing is known to be wrong, so that nothing is corrected: between two counts the speed is the model's, and at rest 0.
-The dry friction is the map's at x^, in the backlash that of the loose motor; the gap is followed as (4.45) has it. d [N m | N] is what the
-model lacks, added to the drive. At rest it is what holds the axis against a drive beyond the breakaway, and no more.
+Within the cell nothing is known to be wrong, so that nothing is corrected: between two counts the
+speed is the model's, and at rest 0. The dry friction is the map's at x^, in the backlash that of
+the loose motor; the gap is followed as (4.45) has it. d [N m | N] is what the model lacks, added to
+the drive. At rest it is what holds the axis against a drive beyond the breakaway, and no more.
 
-Known of it: its error is linear in slip while m is outside the cell, with three poles at exp(-w T) (observe/design/tracking.py). A cell of
-0 is the usual linear observer; a whole step is too much, as motion then leans on the cell's edges (docs/theory/velocity.md).
+Known of it: its error is linear in slip while m is outside the cell, with three poles at exp(-w T)
+(observe/design/tracking.py). A cell of 0 is the usual linear observer; a whole step is too much, as
+motion then leans on the cell's edges (docs/theory/velocity.md).
 """
 
 from __future__ import annotations
@@ -19,22 +24,25 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from frictool.control.found import Found
-from frictool.control.program import Node, Program
+from frictool.control.observer_output import ObserverNodes
+from frictool.control.program import Program, ProgramNode
 
 STATES = ("tracked_position", "tracked_velocity", "disturbance", "tracked_gap")
-LEAST_SPEED = 1e-6  # of one count in a sample: a slower axis is at rest, as what is left of a miss dies out, and ends in rounding
+# of one count in a sample: a slower axis is at rest, as what is left of a miss dies out, and ends
+# in rounding
+LEAST_SPEED = 1e-6
 LEAST_EDGE = 1e-3  # of the backlash: how near its end is at its end, where the encoder is finer
 
 
 @dataclass(frozen=True)
-class TrackingFacts:
+class TrackingParameters:
     """What the block is made from, in SI.
 
-    gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]. cell, step: of the innovation, of the encoder [rad | m]. forward, backward: friction
-    [N m | N], powers of the position over `travel`, lowest first. breakaway: of an axis at rest, over that. knees: (speed, what the viscous
-    slope grows by above it). backlash, loose: the gap's width [rad | m], the friction inside it. top_speed, most_effort: what speed and
-    disturbance stay within.
+    gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]. cell, step: of the innovation, of the encoder [rad
+    | m]. forward, backward: friction [N m | N], powers of the position over `travel`, lowest first.
+    breakaway: of an axis at rest, over that. knees: (speed, what the viscous slope grows by above
+    it). backlash, loose: the gap's width [rad | m], the friction inside it. top_speed, most_effort:
+    what speed and disturbance stay within.
     """
 
     period: float
@@ -56,26 +64,34 @@ class TrackingFacts:
 
 
 @dataclass(frozen=True)
-class Tracked:
-    """At a sample, put right: position in the encoder's readings, velocity, disturbance, gap, friction (forward, backward), at rest."""
+class TrackingNodes:
+    """At a sample, put right: position in the encoder's readings, velocity, disturbance, gap,
+    friction (forward, backward), at rest."""
 
-    position: Node
-    velocity: Node
-    disturbance: Node
-    gap: Node | None
-    friction: tuple[Node, Node]
-    still: Node
+    position: ProgramNode
+    velocity: ProgramNode
+    disturbance: ProgramNode
+    gap: ProgramNode | None
+    friction: tuple[ProgramNode, ProgramNode]
+    still: ProgramNode
 
 
-def predicted(program: Program, position: Node, facts: TrackingFacts) -> tuple[Found, Tracked]:
-    """What is known once the position of this sample is measured; states start there, at rest, in the middle of the backlash."""
+def write_prediction(
+    program: Program, position: ProgramNode, facts: TrackingParameters
+) -> tuple[ObserverNodes, TrackingNodes]:
+    """What is known once the position of this sample is measured; states start there, at rest, in
+    the middle of the backlash."""
     program.block("tracking observer: what the position misses the encoder's cell by")
     zero, top, most = program.constant(0.0), facts.top_speed, facts.most_effort
     x = program.state(STATES[0], position.low, position.high, start="position")
     v = program.state(STATES[1], -top, top)
     d = program.state(STATES[2], -most, most)
-    miss = program.named("miss", _beyond(program, position - x, program.constant(0.5 * facts.cell, "half_cell")))
-    one, two, three = (program.constant(gain, f"tracking_gain[{row}]") for row, gain in enumerate(facts.gains))
+    miss = program.named(
+        "miss", _beyond(program, position - x, program.constant(0.5 * facts.cell, "half_cell"))
+    )
+    one, two, three = (
+        program.constant(gain, f"tracking_gain[{row}]") for row, gain in enumerate(facts.gains)
+    )
     moves = program.named("moves", (v > zero) | (v < zero))
     shift = one * miss
     found_x = program.named("found_position", x + shift)
@@ -83,23 +99,38 @@ def predicted(program: Program, position: Node, facts: TrackingFacts) -> tuple[F
     least = program.constant(LEAST_SPEED * facts.step / facts.period, "least_speed")
     found_v = program.named("found_velocity", program.select(abs(seen_v) < least, zero, seen_v))
     found_d = program.named(
-        "found_disturbance", _within(program, program.select(moves, d + three * miss, d), program.constant(most, "most_disturbance"))
+        "found_disturbance",
+        _within(
+            program,
+            program.select(moves, d + three * miss, d),
+            program.constant(most, "most_disturbance"),
+        ),
     )
-    true_x = program.named("position_found", found_x + program.constant(0.5 * facts.step, "half_step"))
+    true_x = program.named(
+        "position_found", found_x + program.constant(0.5 * facts.step, "half_step")
+    )
     gap, friction = _friction(program, true_x, shift, facts)
     forth, back = found_v > zero, found_v < zero
     dry = program.select(forth, friction[0], program.select(back, -friction[1], zero))
     seen = program.named("friction_seen", program.select(forth | back, dry - found_d, zero))
-    tracked = Tracked(found_x, found_v, found_d, gap, friction, program.named("still", ~(forth | back)))
-    return Found(true_x, found_v, seen, None), tracked
+    tracked = TrackingNodes(
+        found_x, found_v, found_d, gap, friction, program.named("still", ~(forth | back))
+    )
+    return ObserverNodes(true_x, found_v, seen, None), tracked
 
 
-def moved(program: Program, effort: Node, tracked: Tracked, facts: TrackingFacts) -> None:
+def write_update(
+    program: Program, effort: ProgramNode, tracked: TrackingNodes, facts: TrackingParameters
+) -> None:
     """Moves the states to the next sample under an effort [N m | N] that holds until then."""
     program.block("tracking observer: the model to the next sample")
     zero, v = program.constant(0.0), tracked.velocity
     rate = program.constant(facts.period / facts.inertia, "period_per_inertia")
-    drive = effort - program.constant(facts.offset, "observer_offset") if facts.offset != 0.0 else effort
+    drive = (
+        effort - program.constant(facts.offset, "observer_offset")
+        if facts.offset != 0.0
+        else effort
+    )
     push = drive + tracked.disturbance
     if facts.viscous != 0.0:
         push = push - program.constant(facts.viscous, "observer_viscous") * v
@@ -108,27 +139,42 @@ def moved(program: Program, effort: Node, tracked: Tracked, facts: TrackingFacts
         push = push - program.constant(slope, f"knee_viscous[{number}]") * faster
     free = program.named("velocity_free", v + rate * push)
     ratio = program.constant(facts.breakaway, "breakaway_ratio")
-    up, down = (program.named(f"friction_{side}", one) for side, one in zip(("forward", "backward"), tracked.friction, strict=True))
+    up, down = (
+        program.named(f"friction_{side}", one)
+        for side, one in zip(("forward", "backward"), tracked.friction, strict=True)
+    )
     hold_up, hold_down = (program.select(tracked.still, ratio * one, one) for one in (up, down))
     stays = program.named("stays", (free <= rate * hold_up) & (-(rate * hold_down) <= free))
     slips = free - rate * program.select(free > zero, up, -down)
-    after = program.named("velocity_after", program.select(stays, zero, _bounded(program, slips, facts.top_speed)))
+    after = program.named(
+        "velocity_after", program.select(stays, zero, _bounded(program, slips, facts.top_speed))
+    )
     way = program.named("way", program.constant(0.5 * facts.period, "half_period") * (v + after))
     excess = drive - program.smaller(program.larger(drive, -hold_down), hold_up)
-    holding = program.smaller(program.larger(tracked.disturbance, program.smaller(zero, -excess)), program.larger(zero, -excess))
+    holding = program.smaller(
+        program.larger(tracked.disturbance, program.smaller(zero, -excess)),
+        program.larger(zero, -excess),
+    )
     program.update(STATES[0], tracked.position + way)
     program.update(STATES[1], after)
     program.update(STATES[2], program.select(stays, holding, tracked.disturbance))
     if tracked.gap is not None:
-        program.update(STATES[3], _within(program, tracked.gap + way, program.constant(0.5 * facts.backlash, "half_gap")))
+        program.update(
+            STATES[3],
+            _within(program, tracked.gap + way, program.constant(0.5 * facts.backlash, "half_gap")),
+        )
 
 
-def _friction(program: Program, x: Node, shift: Node, facts: TrackingFacts) -> tuple[Node | None, tuple[Node, Node]]:
+def _friction(
+    program: Program, x: ProgramNode, shift: ProgramNode, facts: TrackingParameters
+) -> tuple[ProgramNode | None, tuple[ProgramNode, ProgramNode]]:
     """The gap, and the friction in slip [N m | N] forward and backward, at x."""
     zero, (low, high) = program.constant(0.0), facts.travel
     place = x
     if max(len(facts.forward), len(facts.backward)) > 1:
-        place = program.smaller(program.larger(x, program.constant(low, "map_low")), program.constant(high, "map_high"))
+        place = program.smaller(
+            program.larger(x, program.constant(low, "map_low")), program.constant(high, "map_high")
+        )
     sides = [
         program.larger(_polynomial(program, place, powers, name), zero)
         for powers, name in ((facts.forward, "forward"), (facts.backward, "backward"))
@@ -139,13 +185,21 @@ def _friction(program: Program, x: Node, shift: Node, facts: TrackingFacts) -> t
     before = program.state(STATES[3], -0.5 * facts.backlash, 0.5 * facts.backlash)
     gap = program.named("gap_found", _within(program, before + shift, half))
     near = max(LEAST_EDGE * facts.backlash, min(facts.step, 0.25 * facts.backlash))
-    edge, loose = program.constant(0.5 * facts.backlash - near, "edge"), program.constant(facts.loose, "loose_friction")
+    edge, loose = (
+        program.constant(0.5 * facts.backlash - near, "edge"),
+        program.constant(facts.loose, "loose_friction"),
+    )
     carried = gap >= edge, gap <= -edge
-    forward, backward = (program.select(carries, side, program.smaller(side, loose)) for carries, side in zip(carried, sides, strict=True))
+    forward, backward = (
+        program.select(carries, side, program.smaller(side, loose))
+        for carries, side in zip(carried, sides, strict=True)
+    )
     return gap, (forward, backward)
 
 
-def _polynomial(program: Program, x: Node, powers: Sequence[float], name: str) -> Node:
+def _polynomial(
+    program: Program, x: ProgramNode, powers: Sequence[float], name: str
+) -> ProgramNode:
     """By Horner's rule."""
     nodes = [program.constant(value, f"{name}_map[{power}]") for power, value in enumerate(powers)]
     total = nodes[-1]
@@ -154,15 +208,20 @@ def _polynomial(program: Program, x: Node, powers: Sequence[float], name: str) -
     return total
 
 
-def _bounded(program: Program, speed: Node, top: float) -> Node:
-    """Within what the speed may be, in every number format alike; as it is where that is not known."""
-    return _within(program, speed, program.constant(top, "most_speed")) if math.isfinite(top) else speed
+def _bounded(program: Program, speed: ProgramNode, top: float) -> ProgramNode:
+    """Within what the speed may be, in every number format alike; as it is where that is not
+    known."""
+    return (
+        _within(program, speed, program.constant(top, "most_speed"))
+        if math.isfinite(top)
+        else speed
+    )
 
 
-def _within(program: Program, value: Node, most: Node) -> Node:
+def _within(program: Program, value: ProgramNode, most: ProgramNode) -> ProgramNode:
     return program.smaller(program.larger(value, -most), most)
 
 
-def _beyond(program: Program, value: Node, most: Node) -> Node:
+def _beyond(program: Program, value: ProgramNode, most: ProgramNode) -> ProgramNode:
     """What of a value is beyond +-most."""
     return value - _within(program, value, most)

@@ -7,18 +7,18 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from frictool.doctor.check import Check
+from frictool.doctor.installation_check import InstallationCheck
 
 NAMES = ("cc", "gcc", "clang")  # those that `simulate --target` looks for
 PROGRAM = "#include <math.h>\n#include <stdio.h>\nint main(void) { volatile double x = 2.25; return sqrt(x) == 1.5 ? 0 : 1; }\n"
 LONGEST_S = 60.0
 
 
-def check_c_compiler(names: tuple[str, ...] = NAMES) -> Check:
+def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationCheck:
     """The first of `names` on the PATH compiles a program that calls sqrt, and it runs."""
     path = next((found for found in map(shutil.which, names) if found), None)
     if path is None:
-        return Check(
+        return InstallationCheck(
             "C compiler",
             "note",
             f"none of {', '.join(names)} is on the PATH",
@@ -29,20 +29,49 @@ def check_c_compiler(names: tuple[str, ...] = NAMES) -> Check:
     with tempfile.TemporaryDirectory() as temporary:
         source, program = Path(temporary, "try.c"), Path(temporary, "try")
         source.write_text(PROGRAM, encoding="ascii")
-        for command in ([path, "-std=c99", "-O2", "-o", str(program), str(source), "-lm"], [str(program)]):
+        for command in (
+            [path, "-std=c99", "-O2", "-o", str(program), str(source), "-lm"],
+            [str(program)],
+        ):
             try:
-                done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=LONGEST_S, check=False)
-                told = "" if done.returncode == 0 else (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[0]
+                done = subprocess.run(
+                    command,
+                    capture_output=True,
+                    text=True,
+                    errors="replace",
+                    timeout=LONGEST_S,
+                    check=False,
+                )
+                told = (
+                    ""
+                    if done.returncode == 0
+                    else (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[0]
+                )
             except (OSError, subprocess.TimeoutExpired) as error:
                 told = " ".join(str(error).split())
             if told:
-                return Check("C compiler", "note", f"{shown} does not work: {told}", "install a C library beside it (libc6-dev)", facts)
-    return Check("C compiler", "ok", f"{shown}: a program compiled and run", facts=facts)
+                return InstallationCheck(
+                    "C compiler",
+                    "note",
+                    f"{shown} does not work: {told}",
+                    "install a C library beside it (libc6-dev)",
+                    facts,
+                )
+    return InstallationCheck(
+        "C compiler", "ok", f"{shown}: a program compiled and run", facts=facts
+    )
 
 
 def _first_line(command: list[str]) -> str:
     try:
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=LONGEST_S, check=False)
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=LONGEST_S,
+            check=False,
+        )
     except (OSError, subprocess.TimeoutExpired):
         return "no version"
     return (done.stdout.splitlines() or ["no version"])[0].strip()

@@ -1,6 +1,8 @@
-"""Compilation of all kernels ahead of their first use, for the types of arguments that `kernels.json` lists.
+"""Compilation of all kernels ahead of their first use, for the types of arguments that
+`kernels.json` lists.
 
-The list holds what the tests called. `python -m frictool.doctor.compilation` prints the list of the kernels that are kept now.
+The list holds what the tests called. `python -m frictool.doctor.compilation` prints the list of the
+kernels that are kept now.
 """
 
 from __future__ import annotations
@@ -16,16 +18,17 @@ from typing import Any
 from numba.core import event, types
 from numba.core.errors import NumbaError
 
-from frictool import kernel_cache, kernels
-from frictool.kernel_sources import PACKAGE, Sources
-from frictool.kernel_store import KernelStore
+from frictool.runtime import kernel_cache, kernels
+from frictool.runtime.kernel_sources import PACKAGE, Sources
+from frictool.runtime.kernel_store import KernelStore
 
 LIST = Path(__file__).with_name("kernels.json")
 
 
 @dataclass
 class Compilation:
-    """Kernels prepared (each for one tuple of types of arguments), those of them compiled anew, and the failures with their reasons."""
+    """Kernels prepared (each for one tuple of types of arguments), those of them compiled anew, and
+    the failures with their reasons."""
 
     prepared: int = 0
     compiled: int = 0
@@ -45,8 +48,11 @@ class _Count(event.Listener):
         """Nothing is counted at the end."""
 
 
-def compile_all(progress: Callable[[float], None], rows: list[list[Any]] | None = None) -> Compilation:
-    """Compile and keep every kernel of `rows` (module, name, kind, types); by default those of the list.
+def compile_all(
+    progress: Callable[[float], None], rows: list[list[Any]] | None = None
+) -> Compilation:
+    """Compile and keep every kernel of `rows` (module, name, kind, types); by default those of the
+    list.
 
     Kernels that call others come first, so that each is compiled once.
     """
@@ -67,24 +73,31 @@ def compile_all(progress: Callable[[float], None], rows: list[list[Any]] | None 
 def _compile(module: str, name: str, kind: str, encoded: list[Any]) -> None:
     kernel = getattr(importlib.import_module(module), name)
     if kind == "pointer":
-        kernels.pointer(kernel, decode(["function", *encoded]))
+        kernels.function_pointer(kernel, decode(["function", *encoded]))
     else:
         kernel.compile(tuple(decode(one) for one in encoded))
 
 
 def encode(kind: Any) -> Any:
-    """Return a numba type as JSON. Raises ValueError for one that only other kernels pass, such as a literal."""
+    """Return a numba type as JSON. Raises ValueError for one that only other kernels pass, such as
+    a literal."""
     if isinstance(kind, types.Array):
         return ["array", str(kind.dtype), kind.ndim, kind.layout, kind.mutable]
     if isinstance(kind, types.FunctionType):
-        return ["function", encode(kind.signature.return_type), [encode(one) for one in kind.signature.args]]
+        return [
+            "function",
+            encode(kind.signature.return_type),
+            [encode(one) for one in kind.signature.args],
+        ]
     if isinstance(kind, types.BaseTuple):
         cls = getattr(kind, "instance_class", tuple)
         parts = list(getattr(kind, "types", None) or [kind.dtype] * kind.count)  # type: ignore[attr-defined]  # of a uniform tuple
         return ["tuple", f"{cls.__module__}:{cls.__qualname__}", [encode(one) for one in parts]]
     if isinstance(kind, types.Omitted):
         return ["omitted", kind.value]
-    if isinstance(kind, (types.Float, types.Integer, types.Boolean, types.NoneType)) and not isinstance(kind, types.Literal):
+    if isinstance(
+        kind, (types.Float, types.Integer, types.Boolean, types.NoneType)
+    ) and not isinstance(kind, types.Literal):
         return str(kind)
     raise ValueError(str(kind))
 
@@ -96,22 +109,32 @@ def decode(encoded: Any) -> Any:
     head, *rest = encoded
     if head == "array":
         dtype, dimensions, layout, is_mutable = rest
-        return types.Array(getattr(types, {"bool": "boolean"}.get(dtype, dtype)), dimensions, layout, readonly=not is_mutable)
+        return types.Array(
+            getattr(types, {"bool": "boolean"}.get(dtype, dtype)),
+            dimensions,
+            layout,
+            readonly=not is_mutable,
+        )
     if head == "function":
         return types.FunctionType(decode(rest[0])(*map(decode, rest[1])))
     if head == "omitted":
         return types.Omitted(rest[0])  # type: ignore[no-untyped-call]  # numba has no types
     module, _, name = rest[0].partition(":")
     cls = getattr(importlib.import_module(module), name)
-    return types.BaseTuple.from_types([decode(one) for one in rest[1]], None if cls is tuple else cls)  # type: ignore[no-untyped-call]  # as above
+    return types.BaseTuple.from_types(
+        [decode(one) for one in rest[1]], None if cls is tuple else cls
+    )  # type: ignore[no-untyped-call]  # as above
 
 
 def kept(folder: Path) -> Iterator[list[Any]]:
-    """Yield the rows of the kernels of the package that are kept in the folder of a toolchain, callers first."""
+    """Yield the rows of the kernels of the package that are kept in the folder of a toolchain,
+    callers first."""
     sources, found = Sources(PACKAGE.parent, folder), []
     for state in kernel_cache.states(folder):
         module = f"frictool.{kernel_cache.module_of(state.path)}"
-        if not sources.holds(module) or not state.path.name.endswith(sources.state([module]).digest):
+        if not sources.holds(module) or not state.path.name.endswith(
+            sources.state([module]).digest
+        ):
             continue  # of a test, or of former sources
         for index in sorted(state.path.glob("*.nbi")):
             with open(index, "rb") as stream:
@@ -132,7 +155,12 @@ def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:
             continue
         try:
             if is_pointer:
-                yield [module, name, "pointer", [encode(signature.return_type), [encode(one) for one in signature.args]]]
+                yield [
+                    module,
+                    name,
+                    "pointer",
+                    [encode(signature.return_type), [encode(one) for one in signature.args]],
+                ]
             else:
                 yield [module, name, "kernel", [encode(one) for one in signature]]
         except ValueError:
@@ -142,4 +170,8 @@ def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:
 if __name__ == "__main__":
     if kernels.FOLDER is None:
         raise SystemExit("no kernels are kept: see frictool doctor")
-    print("[\n" + ",\n".join(json.dumps(row, separators=(",", ":")) for row in kept(kernels.FOLDER)) + "\n]")
+    print(
+        "[\n"
+        + ",\n".join(json.dumps(row, separators=(",", ":")) for row in kept(kernels.FOLDER))
+        + "\n]"
+    )

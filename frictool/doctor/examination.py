@@ -6,58 +6,86 @@ from collections.abc import Callable
 from typing import Any
 
 from frictool.doctor.c_compiler import check_c_compiler
-from frictool.doctor.check import Check
-from frictool.doctor.machine import check_machine, check_temporary, check_terminal
-from frictool.doctor.versions import asked_for, check_extras, check_libraries, check_python
+from frictool.doctor.installation_check import InstallationCheck
+from frictool.doctor.library_versions import (
+    check_extras,
+    check_libraries,
+    check_python,
+    required_libraries,
+)
+from frictool.doctor.resources import check_machine, check_temporary, check_terminal
 
 
-def examine() -> list[Check]:
+def examine() -> list[InstallationCheck]:
     """What is found. A part that cannot even be asked is wrong, with the reason."""
-    asked = asked_for()
+    asked = required_libraries()
     found = [check_python(), check_libraries(asked)]
-    found += [_tried("compiling", _compiling), _tried("kernels", _kept), _tried("left over", _left_over), _tried("solver", _solver)]
-    return [*found, check_c_compiler(), *check_extras(asked), check_machine(), check_temporary(), check_terminal()]
+    found += [
+        _tried("compiling", _compiling),
+        _tried("kernels", _kept),
+        _tried("left over", _left_over),
+        _tried("solver", _solver),
+    ]
+    return [
+        *found,
+        check_c_compiler(),
+        *check_extras(asked),
+        check_machine(),
+        check_temporary(),
+        check_terminal(),
+    ]
 
 
-def _tried(name: str, check: Callable[[], Check]) -> Check:
+def _tried(name: str, check: Callable[[], InstallationCheck]) -> InstallationCheck:
     """What is broken may fail on import, in whatever way."""
     try:
         return check()
     except Exception as error:
         told = " ".join(f"{type(error).__name__}: {error}".split())
-        return Check(name, "wrong", told, "reinstall: pip install --force-reinstall frictool")
+        return InstallationCheck(
+            name, "wrong", told, "reinstall: pip install --force-reinstall frictool"
+        )
 
 
-def _compiling() -> Check:
-    from frictool.doctor.compiled import check_compiling
+def _compiling() -> InstallationCheck:
+    from frictool.doctor.compiled_kernels import check_compiling
 
     return check_compiling()
 
 
-def _kept() -> Check:
-    from frictool.doctor.compiled import check_kept
+def _kept() -> InstallationCheck:
+    from frictool.doctor.compiled_kernels import check_kernel_folder
 
-    return check_kept()
-
-
-def _left_over() -> Check:
-    from frictool.doctor.compiled import check_left_over, left_over
-
-    return check_left_over(left_over())
+    return check_kernel_folder()
 
 
-def _solver() -> Check:
+def _left_over() -> InstallationCheck:
+    from frictool.doctor.compiled_kernels import check_old_kernels, old_kernel_folders
+
+    return check_old_kernels(old_kernel_folders())
+
+
+def _solver() -> InstallationCheck:
     from frictool.doctor.solver import check_solver
 
     return check_solver()
 
 
-def as_view(checks: list[Check]) -> list[dict[str, Any]]:
+def json_view(checks: list[InstallationCheck]) -> list[dict[str, Any]]:
     """The machine's view."""
-    return [{"check": one.name, "state": one.state, "found": one.found, "try": one.remedy or None, **one.facts} for one in checks]
+    return [
+        {
+            "check": one.name,
+            "state": one.state,
+            "found": one.found,
+            "try": one.remedy or None,
+            **one.facts,
+        }
+        for one in checks
+    ]
 
 
-def lines(checks: list[Check]) -> list[str]:
+def lines(checks: list[InstallationCheck]) -> list[str]:
     """The same for people."""
     shown = []
     for one in checks:

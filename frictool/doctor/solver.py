@@ -7,29 +7,47 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.doctor.check import Check
+from frictool.doctor.installation_check import InstallationCheck
 from frictool.lmi.sdp import solve
 
 A = np.array([[-1.0, 4.0], [0.0, -3.0]])  # x' = A x, stable
 NEAR = 1e-5  # relative, of the solver's answer
 
 
-def check_solver() -> Check:
-    """The smallest trace of a P > 0 with A'P + P A + I <= 0: that of the Lyapunov equation, where the inequality is one."""
+def check_solver() -> InstallationCheck:
+    """The smallest trace of a P > 0 with A'P + P A + I <= 0: that of the Lyapunov equation, where
+    the inequality is one."""
     found = solve(np.array([1.0, 0.0, 1.0]), [_decrease, _symmetric])
     p = _symmetric(found.x[None])[0]
-    expected = np.trace(lyapunov())
+    expected = np.trace(solve_lyapunov())
     apart = abs(float(np.trace(p)) - expected) / expected
-    facts = {"status": found.status, "holds": found.holds, "apart": apart if math.isfinite(apart) else None}
+    facts = {
+        "status": found.status,
+        "holds": found.holds,
+        "apart": apart if math.isfinite(apart) else None,
+    }
     if not found.holds or not apart < NEAR:
         remedy = "pip install --force-reinstall clarabel scipy numpy"
-        return Check("solver", "wrong", f"a matrix inequality ended with {found.status}, {apart:.3g} from its solution", remedy, facts)
-    return Check("solver", "ok", f"a matrix inequality solved, {apart:.1e} from its solution, and found to hold", facts=facts)
+        return InstallationCheck(
+            "solver",
+            "wrong",
+            f"a matrix inequality ended with {found.status}, {apart:.3g} from its solution",
+            remedy,
+            facts,
+        )
+    return InstallationCheck(
+        "solver",
+        "ok",
+        f"a matrix inequality solved, {apart:.1e} from its solution, and found to hold",
+        facts=facts,
+    )
 
 
 def _symmetric(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """P (k, 2, 2) of its upper triangles (k, 3)."""
-    return np.stack([np.stack([x[:, 0], x[:, 1]], axis=-1), np.stack([x[:, 1], x[:, 2]], axis=-1)], axis=-2)
+    return np.stack(
+        [np.stack([x[:, 0], x[:, 1]], axis=-1), np.stack([x[:, 1], x[:, 2]], axis=-1)], axis=-2
+    )
 
 
 def _decrease(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -37,7 +55,7 @@ def _decrease(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(-(A.T @ p + p @ A) - np.eye(2))
 
 
-def lyapunov() -> NDArray[np.float64]:
+def solve_lyapunov() -> NDArray[np.float64]:
     """P with A'P + P A + I = 0, by its linear equations."""
     n = len(A)
     whole = np.kron(A.T, np.eye(n)) + np.kron(np.eye(n), A.T)

@@ -1,11 +1,12 @@
 """The YAML documents that pass between commands: frozen types, strict reading and writing.
 
-`bench` -> `model` -> (with `spec` and `design`) `controller` -> (with `scenario`) logs and the verdict.
+`bench` -> `model` -> (with `spec` and `design`) `controller` -> (with `scenario`) logs and the
+verdict.
 """
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench as Bench
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from frictool.documents.writing import save as save
     from frictool.documents.writing import to_yaml as to_yaml
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
             "Bench": "frictool.documents.bench",

@@ -1,4 +1,5 @@
-"""`bench.yaml`: the rig as it stands, what is known of it before any measurement, and how its log columns map to channels."""
+"""`bench.yaml`: the rig as it stands, what is known of it before any measurement, and how its log
+columns map to channels."""
 
 from __future__ import annotations
 
@@ -27,20 +28,27 @@ from frictool.documents.quantity import (
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0  # s; what lies outside is a unit that was mistaken
 OPEN = "?"  # marks a column or unit that has to be filled in
-FEWEST_COUNTS = 4  # least counts in one period of a position that wraps: a step has to be shorter than half of the period
+# least counts in one period of a position that wraps: a step has to be shorter than half of the
+# period
+FEWEST_COUNTS = 4
 SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERIOD)]
 LineNumber = Annotated[int, msgspec.Meta(ge=0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
-Channel = Literal["time", "position", "reference", "velocity", "current", "current_command", "voltage", "effort"]
-Signal = Literal["position", "reference", "velocity", "current", "current_command", "voltage", "effort"]
+Channel = Literal[
+    "time", "position", "reference", "velocity", "current", "current_command", "voltage", "effort"
+]
+Signal = Literal[
+    "position", "reference", "velocity", "current", "current_command", "voltage", "effort"
+]
 
 
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Position sensor: its counts per revolution (rotary) or its step, and the period and the format of its counter.
+    """Position sensor: its counts per revolution (rotary) or its step, and the period and the
+    format of its counter.
 
-    wrap: the sensor shows the position modulo this period, in any unit of the log. wrap_bits: the same for a counter with this number of
-    bits. signed: whether that counter is signed, needed where the first count of the log leaves it open. index_reset: an index pulse sets
-    the counter.
+    wrap: the sensor shows the position modulo this period, in any unit of the log. wrap_bits: the
+    same for a counter with this number of bits. signed: whether that counter is signed, needed
+    where the first count of the log leaves it open. index_reset: an index pulse sets the counter.
     """
 
     counts_per_revolution: PositiveNumber | None = None
@@ -63,7 +71,8 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     @property
     def period(self) -> float | None:
-        """Return the period of the position that the sensor shows, rad or m; None where it does not wrap."""
+        """Return the period of the position that the sensor shows, rad or m; None where it does not
+        wrap."""
         if self.wrap is not None:
             return self.wrap.value
         return None if self.wrap_bits is None else self.resolution * 2.0**self.wrap_bits
@@ -78,14 +87,16 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Winding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What limits a current beside its own limit: |resistance i + constant v| <= voltage, the constant being the back-EMF's too (SI)."""
+    """What limits a current beside its own limit: |resistance i + constant v| <= voltage, the
+    constant being the back-EMF's too (SI)."""
 
     resistance_ohm: PositiveNumber
     voltage_v: PositiveNumber
 
 
 class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What drives the axis: a current or a voltage, the effort that one unit of it gives, its limit and its lag."""
+    """What drives the axis: a current or a voltage, the effort that one unit of it gives, its limit
+    and its lag."""
 
     drive: Literal["current", "voltage"]
     constant: DriveConstant
@@ -99,7 +110,8 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What is known a priori, each with the range that the product may show over its life (the controller must stand it)."""
+    """What is known a priori, each with the range that the product may show over its life (the
+    controller must stand it)."""
 
     inertia: Inertia
     viscous: Viscous
@@ -113,10 +125,12 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
 
 class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Source of one channel: the name of a column (variable) or its number from 1, its unit, a factor and an offset.
+    """Source of one channel: the name of a column (variable) or its number from 1, its unit, a
+    factor and an offset.
 
-    zero_first_samples: the mean of this number of first samples is subtracted from the column. A guessed bench has OPEN for a column
-    or a unit that the log does not contain; the bench is refused until it is filled in.
+    zero_first_samples: the mean of this number of first samples is subtracted from the column. A
+    guessed bench has OPEN for a column or a unit that the log does not contain; the bench is
+    refused until it is filled in.
     """
 
     column: str | int
@@ -128,14 +142,17 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     def __post_init__(self) -> None:
         for key, value in (("column", self.column), ("unit", self.unit)):
             if value == OPEN:
-                raise ValueError(f"found {key} {OPEN!r}, which the log did not tell; fill in what the comment beside it proposes")
+                raise ValueError(
+                    f"found {key} {OPEN!r}, which the log did not tell; fill in what the comment beside it proposes"
+                )
 
 
 class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """An encoder's two channels as an oscilloscope or a logic analyser records them; the counts they make are a column of their own.
+    """An encoder's two channels as an oscilloscope or a logic analyser records them; the counts
+    they make are a column of their own.
 
-    threshold, hysteresis: a level is high from threshold + hysteresis / 2 on, low again at threshold - hysteresis / 2; both at the encoder,
-    where the file's numbers are times `probe`.
+    threshold, hysteresis: a level is high from threshold + hysteresis / 2 on, low again at
+    threshold - hysteresis / 2; both at the encoder, where the file's numbers are times `probe`.
     """
 
     a: str | int
@@ -146,10 +163,12 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How a raw file is laid out, where what is found in it is not to be relied on: a text file, and what dates the rows of a recording.
+    """How a raw file is laid out, where what is found in it is not to be relied on: a text file,
+    and what dates the rows of a recording.
 
-    Lines count from 1; 0 says that there is none. period_s, start_s: of rows that no column dates. whole: the last line is whole though it
-    has no line end. clock: of a recording, `log time` or the path of a stamp in its messages (`header.stamp`).
+    Lines count from 1; 0 says that there is none. period_s, start_s: of rows that no column dates.
+    whole: the last line is whole though it has no line end. clock: of a recording, `log time` or
+    the path of a stamp in its messages (`header.stamp`).
     """
 
     encoding: Literal["utf-8", "utf-16", "latin-1"] | None = None
@@ -175,9 +194,11 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How far an instrument's clock is ahead is found where a channel of it follows a channel of the log's first file best.
+    """How far an instrument's clock is ahead is found where a channel of it follows a channel of
+    the log's first file best.
 
-    channel, reference: of the instrument, and of the first file; the same quantity but for a factor and an offset. most: either way.
+    channel, reference: of the instrument, and of the first file; the same quantity but for a factor
+    and an offset. most: either way.
     """
 
     channel: Signal
@@ -186,9 +207,11 @@ class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
 
 class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Files that another instrument has recorded: those whose name fits the pattern `files`; what it does not say, the bench says.
+    """Files that another instrument has recorded: those whose name fits the pattern `files`; what
+    it does not say, the bench says.
 
-    clock_offset: how far its clock is ahead; is taken off its times. clock_estimate: the same, to be found.
+    clock_offset: how far its clock is ahead; is taken off its times. clock_estimate: the same, to
+    be found.
     """
 
     files: Annotated[str, msgspec.Meta(min_length=1)]
@@ -205,7 +228,8 @@ class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`bench.yaml`. examples: keys whose values are examples of `frictool init`; delete a key when you have replaced its value."""
+    """`bench.yaml`. examples: keys whose values are examples of `frictool init`; delete a key when
+    you have replaced its value."""
 
     format: Literal["bench/1"]
     name: Name
@@ -224,8 +248,14 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     def __post_init__(self) -> None:
         if self.axis == "linear" and self.encoder.counts_per_revolution is not None:
-            raise ValueError("encoder.counts_per_revolution belongs to a rotary axis; write encoder.step")
+            raise ValueError(
+                "encoder.counts_per_revolution belongs to a rotary axis; write encoder.step"
+            )
         if self.axis == "linear" and self.load is not None and "gravity" in self.load.terms:
-            raise ValueError("load.terms: gravity turns with a rotary axis; on a linear one it is an offset")
+            raise ValueError(
+                "load.terms: gravity turns with a rotary axis; on a linear one it is an offset"
+            )
         if self.encoder.index_reset and self.mechanics.top_speed is None:
-            raise ValueError("encoder.index_reset needs mechanics.top_speed, which tells a reset from motion")
+            raise ValueError(
+                "encoder.index_reset needs mechanics.top_speed, which tells a reset from motion"
+            )

@@ -1,17 +1,21 @@
-"""Models that hold the bench's values only, since nothing was identified (`identify --keep-bench-values`)."""
+"""Models that hold the bench's values only, since nothing was identified (`identify
+--keep-bench-values`)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-KEY = "bench_values_only"  # of a model, and of the record `log` of a simulated log's metadata: the reason
+# of a model, and of the record `log` of a simulated log's metadata: the reason
+KEY = "bench_values_only"
 
 
 def _unseen(path: str, reason: str) -> None:
     """Ignore the reason: a library prints nothing."""
 
 
-notify: Callable[[str, str], None] = _unseen  # called with a model's path and the reason; the command line warns
+notify: Callable[[str, str], None] = (
+    _unseen  # called with a model's path and the reason; the command line warns
+)
 
 
 def bench_values_words(model: str, reason: str) -> str:

@@ -1,7 +1,9 @@
-"""The certificate of a controller: what `frictool verify` needs to prove a bound again, without searching for anything.
+"""The certificate of a controller: what `frictool verify` needs to prove a bound again, without
+searching for anything.
 
-The intervals that it is about, the weights that the norm is of, and for each bound a list of cells: rectangles in the drive rate
-K/J and the viscous rate sigma_v/J, each with two Lyapunov matrices. No digest: what is proved depends on the coefficients alone.
+The intervals that it is about, the weights that the norm is of, and for each bound a list of cells:
+rectangles in the drive rate K/J and the viscous rate sigma_v/J, each with two Lyapunov matrices. No
+digest: what is proved depends on the coefficients alone.
 """
 
 from __future__ import annotations
@@ -20,11 +22,14 @@ MOST_CELLS = 2048
 
 def _increasing(name: str, interval: Row, strictly: bool = False) -> None:
     if len(interval) != 2 or interval[0] > interval[1] or (strictly and interval[0] == interval[1]):
-        raise ValueError(f"{name}: found {list(interval)}; allowed: [low, high] with low {'<' if strictly else '<='} high")
+        raise ValueError(
+            f"{name}: found {list(interval)}; allowed: [low, high] with low {'<' if strictly else '<='} high"
+        )
 
 
 class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The intervals [low, high] of the parameters in SI; a parameter that is known exactly has two equal ends."""
+    """The intervals [low, high] of the parameters in SI; a parameter that is known exactly has two
+    equal ends."""
 
     inertia: Row
     viscous: Row
@@ -40,7 +45,8 @@ class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """gain (s/zero + 1)/(s/pole + 1), rad/s; what is absent is infinite. It runs as its Tustin equivalent."""
+    """gain (s/zero + 1)/(s/pole + 1), rad/s; what is absent is infinite. It runs as its Tustin
+    equivalent."""
 
     gain: Amplitude
     zero: PositiveNumber | None = None
@@ -52,7 +58,8 @@ class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The weights of the generalised plant whose norm is bounded: W2, W1, W3, on the command, W4, on the measured signal."""
+    """The weights of the generalised plant whose norm is bounded: W2, W1, W3, on the command, W4,
+    on the measured signal."""
 
     error: Filter
     disturbance: Amplitude
@@ -63,9 +70,11 @@ class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
 
 class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One rectangle [low, high] of K/J and sigma_v/J in SI, and the Lyapunov matrices at its low and at its high K/J.
+    """One rectangle [low, high] of K/J and sigma_v/J in SI, and the Lyapunov matrices at its low
+    and at its high K/J.
 
-    Of each the upper triangle, row by row: integers separated by blanks, in units of 2^-bits of the bound. Between the ends it is linear.
+    Of each the upper triangle, row by row: integers separated by blanks, in units of 2^-bits of the
+    bound. Between the ends it is linear.
     """
 
     drive_rate: Row
@@ -81,8 +90,9 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One bound and its proof.
 
-    of: the norm from the weighted inputs to the weighted outputs, or the largest sensitivity (1/modulus margin).
-    factor: the upper triangle, row by row, of W; a Lyapunov matrix is W' (its integers/2^bits) W.
+    of: the norm from the weighted inputs to the weighted outputs, or the largest sensitivity
+    (1/modulus margin). factor: the upper triangle, row by row, of W; a Lyapunov matrix is W' (its
+    integers/2^bits) W.
     """
 
     of: Literal["norm", "sensitivity"]
@@ -93,14 +103,19 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         n = len(self.factor)
-        if not 1 <= n <= LARGEST_ORDER or any(len(row) != n - index for index, row in enumerate(self.factor)):
-            raise ValueError(f"factor: allowed: 1 to {LARGEST_ORDER} rows of an upper triangle, the first the longest")
+        if not 1 <= n <= LARGEST_ORDER or any(
+            len(row) != n - index for index, row in enumerate(self.factor)
+        ):
+            raise ValueError(
+                f"factor: allowed: 1 to {LARGEST_ORDER} rows of an upper triangle, the first the longest"
+            )
         if len(self.cells) > MOST_CELLS:
             raise ValueError(f"cells: found {len(self.cells)}; allowed: up to {MOST_CELLS}")
 
 
 class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The intervals, the weights and the bounds. `version`: of this layout. not_proved: bounds that no proof was found for, and why."""
+    """The intervals, the weights and the bounds. `version`: of this layout. not_proved: bounds that
+    no proof was found for, and why."""
 
     version: Literal[1]
     box: Box

@@ -1,4 +1,5 @@
-"""What a scenario does to the rig beside the reference: loads from outside, parameters that drift, sensors that fail; what sources give."""
+"""What a scenario does to the rig beside the reference: loads from outside, parameters that drift,
+sensors that fail; what sources give."""
 
 from __future__ import annotations
 
@@ -14,7 +15,9 @@ Instant = Annotated[float, msgspec.Meta(ge=0)]
 Factor = Annotated[float, msgspec.Meta(gt=0, le=100)]
 GainError = Annotated[float, msgspec.Meta(gt=-1, le=10)]
 DriveOffset = Annotated[Quantity, _of("drive")]
-AnyEffort = Annotated[Quantity, _of("effort of either axis")]  # of a mechanism's block; of an axis its own, which `simulate` checks
+AnyEffort = Annotated[
+    Quantity, _of("effort of either axis")
+]  # of a mechanism's block; of an axis its own, which `simulate` checks
 AnyDrive = Annotated[Quantity, _of("any drive")]
 Kind = Literal["lost_counts", "encoder_stuck", "encoder_invalid", "drive_offset", "drive_gain"]
 
@@ -22,8 +25,9 @@ Kind = Literal["lost_counts", "encoder_stuck", "encoder_invalid", "drive_offset"
 class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """An effort on the axis beside the drive's, from `at_s` on; a positive one drives forward.
 
-    step: `effort` to the end. pulse: `effort` for `duration_s`. sine: `effort` sin(2 pi frequency_hz (t - at_s) + phase_deg), for
-    `duration_s` or to the end. on: the block of a mechanism; without it the one that the controlled source drives.
+    step: `effort` to the end. pulse: `effort` for `duration_s`. sine: `effort` sin(2 pi
+    frequency_hz (t - at_s) + phase_deg), for `duration_s` or to the end. on: the block of a
+    mechanism; without it the one that the controlled source drives.
     """
 
     kind: Literal["step", "pulse", "sine"]
@@ -39,10 +43,12 @@ class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What a source of a mechanism is asked for from `at_s` on, A, V or an effort; signals of one source add up.
+    """What a source of a mechanism is asked for from `at_s` on, A, V or an effort; signals of one
+    source add up.
 
-    step: `level` to the end. pulse: `level` for `duration_s`. ramp: from 0 to `level` in `duration_s`, which is then kept.
-    sine: `level` sin(2 pi frequency_hz (t - at_s) + phase_deg), for `duration_s` or to the end.
+    step: `level` to the end. pulse: `level` for `duration_s`. ramp: from 0 to `level` in
+    `duration_s`, which is then kept. sine: `level` sin(2 pi frequency_hz (t - at_s) + phase_deg),
+    for `duration_s` or to the end.
     """
 
     kind: Literal["step", "pulse", "ramp", "sine"]
@@ -57,9 +63,12 @@ class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 def check_course(kind: str, lasts: bool, swings: bool) -> None:
-    """Raises ValueError where duration_s or frequency_hz, which are given or not, do not belong to the kind of course over time."""
+    """Raises ValueError where duration_s or frequency_hz, which are given or not, do not belong to
+    the kind of course over time."""
     if kind == "step" and lasts:
-        raise ValueError("a step lasts to the end; one with duration_s is a pulse: write kind: pulse")
+        raise ValueError(
+            "a step lasts to the end; one with duration_s is a pulse: write kind: pulse"
+        )
     if kind == "pulse" and not lasts:
         raise ValueError("a pulse needs duration_s; without an end it is a step: write kind: step")
     if kind == "ramp" and not lasts:
@@ -86,17 +95,20 @@ def check_fault(kind: str, counts: object, offset: object, gain_error: object) -
 
 
 class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The factor at a time; straight lines between points, before the first and after the last as there."""
+    """The factor at a time; straight lines between points, before the first and after the last as
+    there."""
 
     at_s: Instant
     factor: Factor
 
 
 class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Factors over time on what the plant has at the start: wear grows the friction, warmth lowers the constant and the viscous friction.
+    """Factors over time on what the plant has at the start: wear grows the friction, warmth lowers
+    the constant and the viscous friction.
 
-    friction: Coulomb friction and breakaway, their map over position, and those inside the backlash. viscous: of every regime of speed.
-    constant: effort per unit of the drive, with the back-electromotive force.
+    friction: Coulomb friction and breakaway, their map over position, and those inside the
+    backlash. viscous: of every regime of speed. constant: effort per unit of the drive, with the
+    back-electromotive force.
     """
 
     friction: tuple[DriftPoint, ...] = ()
@@ -107,16 +119,19 @@ class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         for name in self.__struct_fields__:
             for before, after in itertools.pairwise(getattr(self, name)):
                 if before.at_s >= after.at_s:
-                    raise ValueError(f"{name}: found at_s {after.at_s:g} after {before.at_s:g}; allowed: rising times")
+                    raise ValueError(
+                        f"{name}: found at_s {after.at_s:g} after {before.at_s:g}; allowed: rising times"
+                    )
 
 
 class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Sensor fault from `at_s` to `until_s`, or to the end.
 
-    lost_counts: from `at_s` on the encoder reports `counts` too few (negative: too many). encoder_stuck: it repeats its last
-    count. encoder_invalid: it reports NaN, as after a lost telegram. drive_offset, drive_gain: the drive's sensor
-    shows (1 + gain_error) drive + offset. In the loop of a current drive the current then differs from what is measured; a voltage is not
-    fed back, only its record is wrong.
+    lost_counts: from `at_s` on the encoder reports `counts` too few (negative: too many).
+    encoder_stuck: it repeats its last count. encoder_invalid: it reports NaN, as after a lost
+    telegram. drive_offset, drive_gain: the drive's sensor shows (1 + gain_error) drive + offset. In
+    the loop of a current drive the current then differs from what is measured; a voltage is not fed
+    back, only its record is wrong.
     """
 
     kind: Kind
@@ -131,7 +146,9 @@ class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
         if self.counts == 0:
             raise ValueError("counts: found 0; allowed: a whole number other than 0")
         if self.kind == "lost_counts" and self.until_s is not None:
-            raise ValueError("until_s: what an encoder has lost it does not find again; lose -counts at that time where it is reset")
+            raise ValueError(
+                "until_s: what an encoder has lost it does not find again; lose -counts at that time where it is reset"
+            )
         if self.kind == "encoder_stuck" and self.until_s is None:
             raise ValueError("encoder_stuck needs until_s")
         if self.until_s is not None and self.until_s <= self.at_s:

@@ -1,4 +1,5 @@
-"""The blocks of `design.yaml`: what a controller is composed of around its linear part, and the gains that are given."""
+"""The blocks of `design.yaml`: what a controller is composed of around its linear part, and the
+gains that are given."""
 
 from __future__ import annotations
 
@@ -8,17 +9,27 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import PositiveNumber
-from frictool.documents.quantity import PositiveEffort, PositiveLength, PositiveVelocity, Stiffness, ViscousGain
+from frictool.documents.quantity import (
+    PositiveEffort,
+    PositiveLength,
+    PositiveVelocity,
+    Stiffness,
+    ViscousGain,
+)
 
 
-class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class PositionLawDesign(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """The speed reference from the position error, and what happens inside its band.
 
-    kind: `square_root`, (5.19), annex (5): formula `sqrt(2F/J)` is annex (5), `sqrt(F/J)` is annex 5.2 (lower by sqrt 2), and
-    virtual_coulomb_factor replaces F by F_cv > F_c (annex 3.1, (5.42)); `proportional`, gain_per_s times the error.
-    band: without, the encoder's step (5.7). action: `cut` sets the drive to zero inside the band; `brake` keeps the loop closed with a
-    speed reference of zero until the measured speed is below `rest_speed`, then sets the drive to zero; `none` leaves the loop closed.
-    The first two wait until the prefilter moves slower than `settled_speed`.
+    kind: `square_root`, (5.19), annex (5): formula `sqrt(2F/J)` is annex (5), `sqrt(F/J)` is annex
+    5.2 (lower by sqrt 2), and virtual_coulomb_factor replaces F by F_cv > F_c (annex 3.1, (5.42));
+    `proportional`, gain_per_s times the error. band: without, the encoder's step (5.7). action:
+    `cut` sets the drive to zero inside the band; `brake` keeps the loop closed with a speed
+    reference of zero until the measured speed is below `rest_speed`, then sets the drive to zero;
+    `none` leaves the loop closed. The first two wait until the prefilter moves slower than
+    `settled_speed`.
     """
 
     action: Literal["cut", "brake", "none"]
@@ -33,23 +44,35 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     def __post_init__(self) -> None:
         root = self.kind == "square_root"
         if root != (self.formula is not None):
-            raise ValueError("kind square_root needs a formula, sqrt(2F/J) or sqrt(F/J); kind proportional has none")
+            raise ValueError(
+                "kind square_root needs a formula, sqrt(2F/J) or sqrt(F/J); kind proportional has none"
+            )
         if root != (self.gain_per_s is None):
-            raise ValueError("kind proportional needs gain_per_s; the gain of kind square_root is its formula's")
+            raise ValueError(
+                "kind proportional needs gain_per_s; the gain of kind square_root is its formula's"
+            )
         if not root and self.virtual_coulomb_factor != 1.0:
-            raise ValueError("virtual_coulomb_factor is for kind square_root: a proportional law does not count on friction")
+            raise ValueError(
+                "virtual_coulomb_factor is for kind square_root: a proportional law does not count on friction"
+            )
         if (self.action == "brake") != (self.rest_speed is not None):
             raise ValueError("action brake needs rest_speed, and no other action has one")
         if self.action == "none" and self.settled_speed is not None:
-            raise ValueError("settled_speed is for action cut or brake: action none waits for nothing")
+            raise ValueError(
+                "settled_speed is for action cut or brake: action none waits for nothing"
+            )
         if self.action == "none" and not root and self.band is not None:
-            raise ValueError("band is for kind square_root, or for action cut or brake: a proportional law with action none reads none")
+            raise ValueError(
+                "band is for kind square_root, or for action cut or brake: a proportional law with action none reads none"
+            )
 
 
-class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The speed that the blocks see: the encoder's difference through a low-pass, or `measured` by a sensor of its own, as it is.
+class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """The speed that the blocks see: the encoder's difference through a low-pass, or `measured` by
+    a sensor of its own, as it is.
 
-    order 2 is (5.70), order 1 has half its lag. filter_rad_s: without, 10 times the prefilter's frequency, as under (5.70); 0 for none.
+    order 2 is (5.70), order 1 has half its lag. filter_rad_s: without, 10 times the prefilter's
+    frequency, as under (5.70); 0 for none.
     """
 
     source: Literal["position", "measured"] = "position"
@@ -58,18 +81,22 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     def __post_init__(self) -> None:
         if self.source == "measured" and (self.filter_rad_s is not None or self.order is not None):
-            raise ValueError("order and filter_rad_s are for source position: a measured speed is taken as it is")
+            raise ValueError(
+                "order and filter_rad_s are for source position: a measured speed is taken as it is"
+            )
         if self.filter_rad_s == 0.0 and self.order is not None:
             raise ValueError("filter_rad_s is 0, the encoder's difference itself: leave out order")
 
 
-class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Where a position loop lets the drive go (5.2.2); its integrator is frozen meanwhile.
 
-    condition: `energy`, where friction alone ends at the target (5.7), inertia and Coulomb friction being the model's; `error`, where the
-    error is small, the cut-off that 5.2.1 argues against. band: delta_e; without, the encoder's step, below which it may not be.
-    virtual_coulomb: F_cv, the effort -F_cv tanh(v/v_r) acts meanwhile (5.40), (5.41). virtual_speed: v_r; without, that with which the
-    brake near rest has a time constant of 10 samples. settled_speed: of the prefilter, for which it waits.
+    condition: `energy`, where friction alone ends at the target (5.7), inertia and Coulomb friction
+    being the model's; `error`, where the error is small, the cut-off that 5.2.1 argues against.
+    band: delta_e; without, the encoder's step, below which it may not be. virtual_coulomb: F_cv,
+    the effort -F_cv tanh(v/v_r) acts meanwhile (5.40), (5.41). virtual_speed: v_r; without, that
+    with which the brake near rest has a time constant of 10 samples. settled_speed: of the
+    prefilter, for which it waits.
     """
 
     condition: Literal["energy", "error"]
@@ -80,15 +107,21 @@ class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     def __post_init__(self) -> None:
         if self.virtual_speed is not None and self.virtual_coulomb is None:
-            raise ValueError("virtual_speed is of the virtual friction: give virtual_coulomb too, or leave it out")
+            raise ValueError(
+                "virtual_speed is of the virtual friction: give virtual_coulomb too, or leave it out"
+            )
 
 
-class FrictionCompensation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The baseline that 5.1 argues against: friction's effort added to the drive, so that it can be compared.
+class FrictionCompensationDesign(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """The baseline that 5.1 argues against: friction's effort added to the drive, so that it can be
+    compared.
 
-    source: `model`, F_c tanh(v/smoothing_speed) + sigma_v v with the model's levels, v of `velocity`: the filtered reference's or the
-    measured one (`measured`, whose smoothing_speed is, where left out, the speed that one encoder count shows); `observer`, the effort that
-    an observer of observer_rad_s finds missing. gain: the part of it that is added.
+    source: `model`, F_c tanh(v/smoothing_speed) + sigma_v v with the model's levels, v of
+    `velocity`: the filtered reference's or the measured one (`measured`, whose smoothing_speed is,
+    where left out, the speed that one encoder count shows); `observer`, the effort that an observer
+    of observer_rad_s finds missing. gain: the part of it that is added.
     """
 
     source: Literal["model", "observer"]
@@ -100,14 +133,21 @@ class FrictionCompensation(msgspec.Struct, frozen=True, forbid_unknown_fields=Tr
     def __post_init__(self) -> None:
         if (self.source == "observer") != (self.observer_rad_s is not None):
             raise ValueError("source observer needs observer_rad_s, and source model has none")
-        if self.source == "observer" and (self.velocity is not None or self.smoothing_speed is not None):
-            raise ValueError("velocity and smoothing_speed are for source model: an observer takes the measured speed as it is")
+        if self.source == "observer" and (
+            self.velocity is not None or self.smoothing_speed is not None
+        ):
+            raise ValueError(
+                "velocity and smoothing_speed are for source model: an observer takes the measured speed as it is"
+            )
         if self.velocity == "reference" and self.smoothing_speed is None:
-            raise ValueError("velocity reference needs smoothing_speed, the speed below which the modelled friction fades")
+            raise ValueError(
+                "velocity reference needs smoothing_speed, the speed below which the modelled friction fades"
+            )
 
 
 class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Of method pid: the gains of (5.39), K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)), in effort, not in drive.
+    """Of method pid: the gains of (5.39), K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)), in effort, not
+    in drive.
 
     gain: K of a position loop. speed_gain: K of a speed loop, which has no T_d. filter_ratio: a.
     """
@@ -122,22 +162,29 @@ class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
         if (self.gain is None) == (self.speed_gain is None):
             raise ValueError("give gain, of a position loop, or speed_gain, of a speed loop")
         if (self.derivative_time_s is None) != (self.filter_ratio is None):
-            raise ValueError("derivative_time_s and filter_ratio go together: a derivative without a filter cannot be realised")
+            raise ValueError(
+                "derivative_time_s and filter_ratio go together: a derivative without a filter cannot be realised"
+            )
         if self.speed_gain is not None and self.derivative_time_s is not None:
-            raise ValueError("derivative_time_s is for a position loop: the speed loop is a PI (5.2.3)")
+            raise ValueError(
+                "derivative_time_s is for a position loop: the speed loop is a PI (5.2.3)"
+            )
 
 
-class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class PrefilterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Second-order low-pass of the position reference (5.69)."""
 
     natural_frequency_rad_s: PositiveNumber
     damping: PositiveNumber
 
     def __post_init__(self) -> None:
-        refuse_endless(self.natural_frequency_rad_s, self.damping)
+        refuse_overflowing_prefilter(self.natural_frequency_rad_s, self.damping)
 
 
-def refuse_endless(natural_frequency: float, damping: float) -> None:
-    """Raises ValueError where the difference equation of a prefilter is beyond the range of numbers."""
+def refuse_overflowing_prefilter(natural_frequency: float, damping: float) -> None:
+    """Raises ValueError where the difference equation of a prefilter is beyond the range of
+    numbers."""
     if not isfinite(natural_frequency * (2.0 * damping + natural_frequency)):
-        raise ValueError(f"natural_frequency_rad_s, damping: found {natural_frequency:g}, {damping:g}; too large to be sampled")
+        raise ValueError(
+            f"natural_frequency_rad_s, damping: found {natural_frequency:g}, {damping:g}; too large to be sampled"
+        )

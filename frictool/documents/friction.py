@@ -25,8 +25,9 @@ Share = Annotated[float, msgspec.Meta(gt=0, lt=1)]
 class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """What the hybrid versions (3.28)-(3.39) are simulated with.
 
-    step_s: T_e. switch_velocity: Sigma, below which slip may turn into stick. decay_rad_s: p0 of version A (3.8).
-    preisach_intervals: n of version C's triangle, whose distribution n/2 centred cycles give (3.7.1).
+    step_s: T_e. switch_velocity: Sigma, below which slip may turn into stick. decay_rad_s: p0 of
+    version A (3.8). preisach_intervals: n of version C's triangle, whose distribution n/2 centred
+    cycles give (3.7.1).
     """
 
     step_s: PositiveNumber
@@ -36,7 +37,9 @@ class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     def __post_init__(self) -> None:
         if self.preisach_intervals % 2:
-            raise ValueError(f"preisach_intervals: found {self.preisach_intervals}; allowed: an even number")
+            raise ValueError(
+                f"preisach_intervals: found {self.preisach_intervals}; allowed: an even number"
+            )
 
 
 class Opposite(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -55,7 +58,8 @@ class SpeedRegime(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Levels(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How friction varies `over` a travel (4.44): each polynomial over its mean is a factor of its direction's levels."""
+    """How friction varies `over` a travel (4.44): each polynomial over its mean is a factor of its
+    direction's levels."""
 
     over: PositionSpan
     levels: Polynomial
@@ -74,10 +78,12 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Friction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`friction.yaml`.
 
-    presliding: z_max, how far contacts yield before they break. plastic_from: z_ba/z_max, from where an elasto-plastic contact slips
-    (2.46). leuven_exponent: i of (2.49); small ones drift like LuGre. effort_limit: u_max of (3.31). dead_band: below it the laws of
-    Karnopp (2.35) and (2.32) take a velocity for zero. backward, position, regimes, dwell, film: what the laws take on top
-    (friction/extension.py). Without bristle_stiffness and bristle_damping they follow from (3.35).
+    presliding: z_max, how far contacts yield before they break. plastic_from: z_ba/z_max, from
+    where an elasto-plastic contact slips (2.46). leuven_exponent: i of (2.49); small ones drift
+    like LuGre. effort_limit: u_max of (3.31). dead_band: below it the laws of Karnopp (2.35) and
+    (2.32) take a velocity for zero. backward, position, regimes, dwell, film: what the laws take on
+    top (friction/extension.py). Without bristle_stiffness and bristle_damping they follow from
+    (3.35).
     """
 
     format: Literal["friction/1"]
@@ -105,4 +111,6 @@ class Friction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     def __post_init__(self) -> None:
         if self.breakaway.value < self.coulomb.value:
-            raise ValueError(f"breakaway {self.breakaway.value:g} is below coulomb {self.coulomb.value:g}; allowed: breakaway >= coulomb")
+            raise ValueError(
+                f"breakaway {self.breakaway.value:g} is below coulomb {self.coulomb.value:g}; allowed: breakaway >= coulomb"
+            )

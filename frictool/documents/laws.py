@@ -1,4 +1,5 @@
-"""`laws` of `model.yaml`: what friction does beyond five parameters, by direction, speed, position and time at rest."""
+"""`laws` of `model.yaml`: what friction does beyond five parameters, by direction, speed, position
+and time at rest."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ MOST_REGIMES, MOST_COEFFICIENTS = 4, 8
 
 
 class Backward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Where the negative direction differs from `parameters`, which then hold for the positive one."""
+    """Where the negative direction differs from `parameters`, which then hold for the positive
+    one."""
 
     viscous: ViscousEstimate | None = None
     coulomb: NonNegativeEffortEstimate | None = None
@@ -31,7 +33,8 @@ class Backward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Viscous friction above a knee (figure 4.10), where friction is continuous. Without `backward`: the same in both directions."""
+    """Viscous friction above a knee (figure 4.10), where friction is continuous. Without
+    `backward`: the same in both directions."""
 
     above: PositiveVelocity
     viscous: ViscousEstimate
@@ -39,7 +42,8 @@ class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Coefficients of powers of the position in SI (rad | m), lowest first; without `backward` the same in both directions.
+    """Coefficients of powers of the position in SI (rad | m), lowest first; without `backward` the
+    same in both directions.
 
     forward_interval, backward_interval: (low, high) of each coefficient, each for itself.
     """
@@ -52,17 +56,24 @@ class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     def __post_init__(self) -> None:
         for side in (self.forward, self.backward or self.forward):
             if not 1 <= len(side) <= MOST_COEFFICIENTS:
-                raise ValueError(f"found {len(side)} coefficients; allowed: 1 to {MOST_COEFFICIENTS}")
+                raise ValueError(
+                    f"found {len(side)} coefficients; allowed: 1 to {MOST_COEFFICIENTS}"
+                )
         for name in ("forward", "backward"):
             ends, side = getattr(self, f"{name}_interval"), getattr(self, name)
             if ends is not None and (side is None or len(ends) != len(side)):
-                raise ValueError(f"{name}_interval: found {len(ends)}; allowed: one for each coefficient of {name}")
+                raise ValueError(
+                    f"{name}_interval: found {len(ends)}; allowed: one for each coefficient of {name}"
+                )
 
 
-class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class FrictionOverPosition(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """How friction varies `over` a travel (4.44); beyond it as at its ends.
 
-    Each polynomial divided by its mean over the travel is a factor of its direction's level. Without `breakaway`: as `coulomb` (4.41).
+    Each polynomial divided by its mean over the travel is a factor of its direction's level.
+    Without `breakaway`: as `coulomb` (4.41).
     """
 
     over: PositionSpan
@@ -71,24 +82,35 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
     def __post_init__(self) -> None:
         if not self.over.low < self.over.high:
-            raise ValueError(f"over: found {self.over.low:g} to {self.over.high:g}; allowed: low < high")
+            raise ValueError(
+                f"over: found {self.over.low:g} to {self.over.high:g}; allowed: low < high"
+            )
         for name, own in (("coulomb", self.coulomb), ("breakaway", self.breakaway)):
             for side in ("forward", "backward"):
-                mean = 1.0 if own is None else _mean(getattr(own, side) or own.forward, self.over.low, self.over.high)
+                mean = (
+                    1.0
+                    if own is None
+                    else _mean(getattr(own, side) or own.forward, self.over.low, self.over.high)
+                )
                 if not 0.0 < mean < inf:
-                    raise ValueError(f"{name}.{side}: found a mean of {mean:g} over the travel; allowed: above 0, it is divided by that")
+                    raise ValueError(
+                        f"{name}.{side}: found a mean of {mean:g} over the travel; allowed: above 0, it is divided by that"
+                    )
 
 
 def _mean(coefficients: tuple[float, ...], low: float, high: float) -> float:
     """Of a polynomial over [low, high]; nan where it is beyond the range of numbers."""
     try:
-        return fsum(b * (high**power - low**power) / power for power, b in enumerate(coefficients, start=1)) / (high - low)
+        return fsum(
+            b * (high**power - low**power) / power for power, b in enumerate(coefficients, start=1)
+        ) / (high - low)
     except (OverflowError, ValueError):
         return nan
 
 
 class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Rising static friction: `fresh` breakaway just after a stop over that of a long rest, half of the rest after `rise_time_s`.
+    """Rising static friction: `fresh` breakaway just after a stop over that of a long rest, half of
+    the rest after `rise_time_s`.
 
     fresh_interval, rise_time_interval_s: (low, high) of each, where they were identified.
     """
@@ -100,14 +122,16 @@ class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class Gravity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """sine sin(x) + cosine cos(x) over the angle x [rad] of a rotary axis: an arm that is not balanced."""
+    """sine sin(x) + cosine cos(x) over the angle x [rad] of a rotary axis: an arm that is not
+    balanced."""
 
     sine: EffortEstimate
     cosine: EffortEstimate
 
 
 class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """sine sin(2 pi cycles x / per) + cosine cos(...): what a motor's poles or slots, or a gear's teeth, add over a way `per`."""
+    """sine sin(2 pi cycles x / per) + cosine cos(...): what a motor's poles or slots, or a gear's
+    teeth, add over a way `per`."""
 
     cycles: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
     per: PositiveLength
@@ -116,7 +140,8 @@ class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What depends on position beside friction; it opposes a positive effort, as `parameters.offset` does, its constant part."""
+    """What depends on position beside friction; it opposes a positive effort, as
+    `parameters.offset` does, its constant part."""
 
     stiffness: StiffnessEstimate | None = None
     gravity: Gravity | None = None
@@ -124,11 +149,12 @@ class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Each key optional. stribeck_exponent: delta of (2.34). restitution: speed after an end stop of the travel over speed before."""
+    """Each key optional. stribeck_exponent: delta of (2.34). restitution: speed after an end stop
+    of the travel over speed before."""
 
     backward: Backward | None = None
     regimes: tuple[Regime, ...] = ()
-    position: PositionLaw | None = None
+    position: FrictionOverPosition | None = None
     stribeck_exponent: Annotated[float, msgspec.Meta(ge=0.5, le=4)] = 2.0
     dwell: Dwell | None = None
     restitution: Annotated[float, msgspec.Meta(ge=0, le=0.95)] = 0.0
@@ -139,4 +165,6 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
             raise ValueError(f"regimes: found {len(self.regimes)}; allowed: at most {MOST_REGIMES}")
         for slower, faster in itertools.pairwise(regime.above.value for regime in self.regimes):
             if slower >= faster:
-                raise ValueError(f"regimes: found a knee at {faster:g} after one at {slower:g}; allowed: rising")
+                raise ValueError(
+                    f"regimes: found a knee at {faster:g} after one at {slower:g}; allowed: rising"
+                )

@@ -1,4 +1,5 @@
-"""`load` of `bench.yaml`: what acts on the axis beside friction, by name; `identify` looks for these and for nothing else."""
+"""`load` of `bench.yaml`: what acts on the axis beside friction, by name; `identify` looks for
+these and for nothing else."""
 
 from __future__ import annotations
 
@@ -9,10 +10,12 @@ import msgspec
 from frictool.documents.quantity import NonNegativeEffort, PositiveLength
 
 OVER_POSITION = ("spring", "gravity", "ripple")
-Term = Literal["offset", "spring", "gravity", "ripple", "viscous_by_direction", "coulomb_by_direction"]
+Term = Literal[
+    "offset", "spring", "gravity", "ripple", "viscous_by_direction", "coulomb_by_direction"
+]
 
 
-class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Torque ripple: so many cycles per way, `{cycles: 7, per: {value: 1, unit: turn}}`."""
 
     cycles: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
@@ -22,18 +25,21 @@ class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """An offset that is not among the terms is none. ripple: how it repeats.
 
-    most: the largest effort that spring, gravity and ripple take together anywhere on the travel, for tests that are planned with it.
+    most: the largest effort that spring, gravity and ripple take together anywhere on the travel,
+    for tests that are planned with it.
     """
 
     terms: tuple[Term, ...]
-    ripple: Ripple | None = None
+    ripple: RipplePeriod | None = None
     most: NonNegativeEffort | None = None
 
     def __post_init__(self) -> None:
         if len(set(self.terms)) < len(self.terms):
             raise ValueError("terms: found a term twice; allowed: each once")
         if "offset" in self.terms and "coulomb_by_direction" in self.terms:
-            raise ValueError("terms: in slip an offset and a Coulomb friction by direction are one number; give one of them")
+            raise ValueError(
+                "terms: in slip an offset and a Coulomb friction by direction are one number; give one of them"
+            )
         if self.most is not None and not set(OVER_POSITION) & set(self.terms):
             raise ValueError(
                 f"most is the effort of {', '.join(OVER_POSITION)}, none of which is among the terms; leave it out, or name one"

@@ -1,4 +1,5 @@
-"""`observer.yaml`: what estimates velocity and friction at every sample, from the position and the drive."""
+"""`observer.yaml`: what estimates velocity and friction at every sample, from the position and the
+drive."""
 
 from __future__ import annotations
 
@@ -15,10 +16,12 @@ MOST_MODES = 201
 
 
 class FrictionMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What is known of the friction beforehand, f of (6.2) [N m | N]: polynomials of the position `over` a travel, flat beyond it.
+    """What is known of the friction beforehand, f of (6.2) [N m | N]: polynomials of the position
+    `over` a travel, flat beyond it.
 
-    forward, backward: coefficients, lowest power first, of the magnitude in either direction. viscous [N m s/rad | N s/m] at every speed.
-    offset [N m | N]: opposes a positive effort in either direction.
+    forward, backward: coefficients, lowest power first, of the magnitude in either direction.
+    viscous [N m s/rad | N s/m] at every speed. offset [N m | N]: opposes a positive effort in
+    either direction.
     """
 
     over: PositionSpan
@@ -29,10 +32,12 @@ class FrictionMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """One mode of (6.18): `direction` of the motion, 0 where it is stuck; positions [low, high] [rad | m] in which it holds.
+    """One mode of (6.18): `direction` of the motion, 0 where it is stuck; positions [low, high]
+    [rad | m] in which it holds.
 
-    friction: f_m(i), its magnitude there [N m | N]; deviation: Delta_f(i), half of its spread. gains: L_i of (6.4), a row a state.
-    spectral_radius: of A_i - L_i C_i, as rebuilt from the gains.
+    friction: f_m(i), its magnitude there [N m | N]; deviation: Delta_f(i), half of its spread.
+    gains: L_i of (6.4), a row a state. spectral_radius: of A_i - L_i C_i, as rebuilt from the
+    gains.
     """
 
     index: int
@@ -47,15 +52,19 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """The observer (6.4) with the gains of (6.6), states position, velocity and alpha.
 
-    wear: multiplicative, friction alpha f (6.13); additive, f + alpha (6.22). switch_speed: Sigma, below which the mode is 0. weights: the
-    diagonal of C-bar (6.19). decay: lambda, 1 where none was imposed. transitions: the pairs (i, j) for which (6.6) holds.
-    stuck_speed: what A_0 multiplies the velocity by, 0 as (6.18) has it, or 1, so that a gain can move it (docs/theory/observers.md).
-    gamma: that of the inequalities, evaluated again with the stored gains; smallest_gamma: without a decay. switching_radius: worst
-    spectral radius over the products of two modes that may alternate. simulated_gain: the largest ||z||/||Delta|| seen along allowed
-    switching sequences; at most gamma. Of what the inequalities do not cover: motion_after_rest_s of motion make up for a rest of any
-    length, in which alpha stands still, motion_after_turn_s for a switch between moving modes that is not in `transitions`.
-    quiet: gamma is up to so many times the smallest one with this decay, for gains that pass least of the encoder's noise: z is at most
-    noise_gain times its standard deviation [rad | m], as a gain of signals.
+    wear: multiplicative, friction alpha f (6.13); additive, f + alpha (6.22). switch_speed: Sigma,
+    below which the mode is 0. weights: the diagonal of C-bar (6.19). decay: lambda, 1 where none
+    was imposed. transitions: the pairs (i, j) for which (6.6) holds. stuck_speed: what A_0
+    multiplies the velocity by, 0 as (6.18) has it, or 1, so that a gain can move it
+    (docs/theory/observers.md). gamma: that of the inequalities, evaluated again with the stored
+    gains; smallest_gamma: without a decay. switching_radius: worst spectral radius over the
+    products of two modes that may alternate. simulated_gain: the largest ||z||/||Delta|| seen along
+    allowed switching sequences; at most gamma. Of what the inequalities do not cover:
+    motion_after_rest_s of motion make up for a rest of any length, in which alpha stands still,
+    motion_after_turn_s for a switch between moving modes that is not in `transitions`. quiet: gamma
+    is up to so many times the smallest one with this decay, for gains that pass least of the
+    encoder's noise: z is at most noise_gain times its standard deviation [rad | m], as a gain of
+    signals.
     """
 
     wear: Literal["multiplicative", "additive"]
@@ -77,10 +86,14 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     def __post_init__(self) -> None:
         known = [mode.index for mode in self.modes]
         if len(set(known)) != len(known) or not 1 <= len(known) <= MOST_MODES:
-            raise ValueError(f"modes: found {len(known)}; allowed: 1 to {MOST_MODES}, each index once")
+            raise ValueError(
+                f"modes: found {len(known)}; allowed: 1 to {MOST_MODES}, each index once"
+            )
         for pair in self.transitions:
             if any(index not in known for index in pair):
-                raise ValueError(f"transitions: found {list(pair)}; allowed: pairs of the modes' indices")
+                raise ValueError(
+                    f"transitions: found {list(pair)}; allowed: pairs of the modes' indices"
+                )
 
 
 class Knee(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -90,19 +103,22 @@ class Knee(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     steeper: float
 
 
-class Backlash(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Between motor and load (4.45): full width [rad | m], and the friction [N m | N] of the motor alone inside it."""
+class ObserverBacklash(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Between motor and load (4.45): full width [rad | m], and the friction [N m | N] of the motor
+    alone inside it."""
 
     width: PositiveNumber
     friction: Annotated[float, msgspec.Meta(ge=0)]
 
 
 class Tracking(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """An observer of position, velocity and disturbance that moves by the model and is put right by what the encoder excludes.
+    """An observer of position, velocity and disturbance that moves by the model and is put right by
+    what the encoder excludes.
 
-    gains: of the innovation, on position [1], velocity [1/s] and disturbance [N m/rad | N/m], a sample; three poles at exp(-bandwidth T).
-    cell: the innovation is what a position misses so much of the encoder's cell by [rad | m], 0: the whole difference.
-    breakaway_ratio: of the friction at rest, over that in slip.
+    gains: of the innovation, on position [1], velocity [1/s] and disturbance [N m/rad | N/m], a
+    sample; three poles at exp(-bandwidth T). cell: the innovation is what a position misses so much
+    of the encoder's cell by [rad | m], 0: the whole difference. breakaway_ratio: of the friction at
+    rest, over that in slip.
     """
 
     gains: tuple[float, float, float]
@@ -110,7 +126,7 @@ class Tracking(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     cell: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     breakaway_ratio: Annotated[float, msgspec.Meta(ge=1)] = 1.0
     knees: tuple[Knee, ...] = ()
-    backlash: Backlash | None = None
+    backlash: ObserverBacklash | None = None
 
 
 class Observer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

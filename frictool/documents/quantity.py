@@ -1,8 +1,9 @@
 """Physical quantities at the edge of the program.
 
-A quantity is written `{value: 50, unit: A}`, or with an interval `{value: 13.4, low: 12.8, high: 14.0, unit: mN m/A}`.
-Its unit is converted here, once: every `Quantity` in memory is in SI. Which unit is SI depends on the dimension, and for
-mechanical dimensions on whether the axis is rotary (N m, rad) or linear (N, m).
+A quantity is written `{value: 50, unit: A}`, or with an interval `{value: 13.4, low: 12.8, high:
+14.0, unit: mN m/A}`. Its unit is converted here, once: every `Quantity` in memory is in SI. Which
+unit is SI depends on the dimension, and for mechanical dimensions on whether the axis is rotary (N
+m, rad) or linear (N, m).
 """
 
 from __future__ import annotations
@@ -46,8 +47,15 @@ CHOICES: dict[str, tuple[tuple[str, Axis], ...]] = {
         f"{name} of either axis": ((name, "rotary"), (name, "linear"))
         for name in ("position", "velocity", "stiffness", "viscous", "effort")
     },
-    "constant of either axis": tuple((f"effort per {drive}", axis) for drive in ("ampere", "volt") for axis in get_args(Axis)),
-    "any drive": (("current", "rotary"), ("voltage", "rotary"), ("effort", "rotary"), ("effort", "linear")),
+    "constant of either axis": tuple(
+        (f"effort per {drive}", axis) for drive in ("ampere", "volt") for axis in get_args(Axis)
+    ),
+    "any drive": (
+        ("current", "rotary"),
+        ("voltage", "rotary"),
+        ("effort", "rotary"),
+        ("effort", "linear"),
+    ),
     "any mechanical": (("position", "rotary"), ("effort", "rotary"), ("effort", "linear")),
 }
 
@@ -74,11 +82,15 @@ class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     @property
     def interval(self) -> tuple[float, float]:
         """(low, high), both equal to the value where no interval is known."""
-        return (self.value if self.low is None else self.low, self.value if self.high is None else self.high)
+        return (
+            self.value if self.low is None else self.low,
+            self.value if self.high is None else self.high,
+        )
 
 
 class Estimate(Quantity, frozen=True, forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
-    """A parameter: `source` says whether a log gave it, or else the bench; `assumed` where neither did."""
+    """A parameter: `source` says whether a log gave it, or else the bench; `assumed` where neither
+    did."""
 
     source: Literal["identified", "bench", "assumed"]
 
@@ -133,14 +145,15 @@ AnyQuantity = Annotated[Quantity, _of("any")]
 
 
 @lru_cache(maxsize=1)
-def registry() -> pint.UnitRegistry[float]:
+def unit_registry() -> pint.UnitRegistry[float]:
     """The unit registry, built on first use: it takes about 0.1 s."""
     made: pint.UnitRegistry[float] = _pint().UnitRegistry()
     return made
 
 
 def _pint() -> ModuleType:
-    """pint, without dask, which it loads where that is installed, for arrays that nobody here has: half as long again, and jinja2."""
+    """pint, without dask, which it loads where that is installed, for arrays that nobody here has:
+    half as long again, and jinja2."""
     hidden = "dask" not in sys.modules
     if hidden:
         sys.modules["dask"] = None  # type: ignore[assignment]  # what the import system takes for a module that is not there
@@ -169,7 +182,8 @@ def drive_dimension(drive: Literal["current", "voltage"], *, constant: bool) -> 
 
 
 def chosen_dimension(unit: str, dimension: str) -> tuple[str, Axis]:
-    """Of a dimension of CHOICES, the one that the unit measures and its kind of axis. Raises ValueError where it measures none."""
+    """Of a dimension of CHOICES, the one that the unit measures and its kind of axis. Raises
+    ValueError where it measures none."""
     for name, axis in CHOICES[dimension]:
         try:
             factor_to_si(unit, name, axis)
@@ -183,18 +197,23 @@ def chosen_dimension(unit: str, dimension: str) -> tuple[str, Axis]:
 def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
     """What a number in `unit` is multiplied by to be in SI.
 
-    Raises ValueError with a message for people where the unit is unknown, has an offset, or is of another dimension.
+    Raises ValueError with a message for people where the unit is unknown, has an offset, or is of
+    another dimension.
     """
     target = si_unit(dimension, axis)
     if unit == target:
         return 1.0
-    units, errors = registry(), _pint().errors
+    units, errors = unit_registry(), _pint().errors
     try:
         factor = float(units.Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude)
     except errors.DimensionalityError:
-        raise ValueError(f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: {target} and its multiples") from None
+        raise ValueError(
+            f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: {target} and its multiples"
+        ) from None
     except Exception:
-        raise ValueError(f"unknown unit {unit!r}; for {_measured(dimension, axis)} write {target} or a multiple of it") from None
+        raise ValueError(
+            f"unknown unit {unit!r}; for {_measured(dimension, axis)} write {target} or a multiple of it"
+        ) from None
     if not math.isfinite(factor) or factor <= 0.0:
         raise ValueError(f"unit {unit!r} cannot be used as a scale; write {target}")
     return factor
@@ -208,14 +227,17 @@ def _measured(dimension: str, axis: Axis) -> str:
 
 @lru_cache(maxsize=1024)  # trials ask again and again
 def factor_between(unit: str, target: str) -> float:
-    """What a number in `unit` is multiplied by to be in `target`, both as people write them; "" and "1" have no dimension.
+    """What a number in `unit` is multiplied by to be in `target`, both as people write them; "" and
+    "1" have no dimension.
 
     Raises ValueError with a message for people where the unit is unknown or of another dimension.
     """
     if unit == target:
         return 1.0
     try:
-        factor = float(registry().Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude)
+        factor = float(
+            unit_registry().Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude
+        )
     except Exception:
         factor = math.nan
     if not math.isfinite(factor) or factor <= 0.0:
@@ -224,9 +246,10 @@ def factor_between(unit: str, target: str) -> float:
 
 
 def dimension_of(unit: str) -> Any:
-    """What a unit measures: powers of the registry's base dimensions. Raises ValueError where it is unknown."""
+    """What a unit measures: powers of the registry's base dimensions. Raises ValueError where it is
+    unknown."""
     try:
-        return registry().Quantity(1.0, _spelling(unit)).dimensionality
+        return unit_registry().Quantity(1.0, _spelling(unit)).dimensionality
     except Exception:
         raise ValueError(f"unknown unit {unit!r}") from None
 

@@ -1,7 +1,8 @@
 """Strict reading of a YAML document into its type.
 
-The text is composed to nodes, so that every complaint names the line; the nodes are walked along the type, so that
-every complaint names the key, what was found, what is allowed, and for a misspelt key the nearest known name.
+The text is composed to nodes, so that every complaint names the line; the nodes are walked along
+the type, so that every complaint names the key, what was found, what is allowed, and for a misspelt
+key the nearest known name.
 """
 
 from __future__ import annotations
@@ -17,9 +18,24 @@ from typing import Any, Literal, Union, get_args, get_origin
 import msgspec
 import yaml
 
-from frictool.documents import composing
-from frictool.documents.quantity import CHOICES, Axis, Quantity, Series, Span, chosen_dimension, factor_to_si, si_unit
-from frictool.documents.quantity_form import UNKNOWN, axis_dimension, example_unit, quantity_form, written_quantity
+from frictool.documents import yaml_parser
+from frictool.documents.quantity import (
+    CHOICES,
+    Axis,
+    Quantity,
+    Series,
+    Span,
+    chosen_dimension,
+    factor_to_si,
+    si_unit,
+)
+from frictool.documents.quantity_text import (
+    UNKNOWN,
+    axis_dimension,
+    example_unit,
+    quantity_form,
+    written_quantity,
+)
 from frictool.errors import DocumentError, InputFileError
 
 MAX_BYTES = 2_000_000
@@ -41,7 +57,10 @@ def read_text(path: Path) -> str:
         if not path.is_file() and path.exists():
             raise InputFileError(path, "is not a regular file; a YAML document is expected")
         if path.stat().st_size > MAX_BYTES:
-            raise InputFileError(path, f"has {path.stat().st_size} bytes; allowed: {MAX_BYTES}; a YAML document is expected")
+            raise InputFileError(
+                path,
+                f"has {path.stat().st_size} bytes; allowed: {MAX_BYTES}; a YAML document is expected",
+            )
         data = path.read_bytes()
     except FileNotFoundError:
         raise InputFileError(path, "no such file") from None
@@ -50,19 +69,26 @@ def read_text(path: Path) -> str:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputFileError(path, f"is not text (byte {error.start} is not UTF-8); a YAML document is expected") from None
+        raise InputFileError(
+            path, f"is not text (byte {error.start} is not UTF-8); a YAML document is expected"
+        ) from None
     if not text.strip():
         raise InputFileError(path, "is empty; a YAML document is expected")
     return text
 
 
 def compose(text: str, path: Path) -> yaml.Node:
-    """The node tree of the document. Raises InputFileError with the line of the first syntax error."""
+    """The node tree of the document. Raises InputFileError with the line of the first syntax
+    error."""
     try:
-        node = composing.compose(text)
+        node = yaml_parser.compose(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        problem = _problem(error) if isinstance(error, composing.RefusedYaml) else f"not valid YAML: {_problem(error)}"
+        problem = (
+            _problem(error)
+            if isinstance(error, yaml_parser.RefusedYaml)
+            else f"not valid YAML: {_problem(error)}"
+        )
         raise InputFileError(path, problem, line=None if mark is None else mark.line + 1) from None
     except (yaml.YAMLError, ValueError) as error:
         raise InputFileError(path, f"not valid YAML: {str(error).splitlines()[0]}") from None
@@ -78,11 +104,16 @@ def _problem(error: yaml.MarkedYAMLError) -> str:
     problem = error.problem or error.context or "?"
     if "'\\t'" in problem:
         return "found a tab; indent with spaces"
-    return "found a second document, after ---; one file is one document" if "another document" in problem else problem
+    return (
+        "found a second document, after ---; one file is one document"
+        if "another document" in problem
+        else problem
+    )
 
 
-class Reader:
-    """Walks nodes along a type; holds what the document has said so far about its axis and drive."""
+class DocumentReader:
+    """Walks nodes along a type; holds what the document has said so far about its axis and
+    drive."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -117,17 +148,27 @@ class Reader:
 
     def _optional(self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str) -> Any:
         members = [member for member in get_args(kind) if member is not type(None)]
-        if type(None) in get_args(kind) and isinstance(node, yaml.ScalarNode) and node.tag == "tag:yaml.org,2002:null":
+        if (
+            type(None) in get_args(kind)
+            and isinstance(node, yaml.ScalarNode)
+            and node.tag == "tag:yaml.org,2002:null"
+        ):
             return None
         if len(members) == 1:
             member = typing.Annotated[members[0], *meta] if meta else members[0]
             return self.read(node, member, key)
-        if all(isinstance(member, type) and issubclass(member, msgspec.Struct) for member in members):
+        if all(
+            isinstance(member, type) and issubclass(member, msgspec.Struct) for member in members
+        ):
             return self._tagged(node, members, key)
         scalar_members = [member for member in members if member in (str, int, float, bool)]
         found = self._plain(node, key) if isinstance(node, yaml.ScalarNode) else None
         if type(found) not in scalar_members:
-            self.fail(node, key, f"found {_shown(node)}; allowed: {' or '.join(_type_name(m) for m in members)}")
+            self.fail(
+                node,
+                key,
+                f"found {_shown(node)}; allowed: {' or '.join(_type_name(m) for m in members)}",
+            )
         return found
 
     def _tagged(self, node: yaml.Node, members: list[type[msgspec.Struct]], key: str) -> Any:
@@ -139,14 +180,20 @@ class Reader:
             self.fail(node, _join(key, field), f"missing; allowed: {', '.join(kinds)}")
         found = str(self._plain(pairs[field][1], _join(key, field)))
         if found not in kinds:
-            self.fail(pairs[field][1], _join(key, field), f"found {found!r}{_suggest(found, list(kinds))}; allowed: {', '.join(kinds)}")
+            self.fail(
+                pairs[field][1],
+                _join(key, field),
+                f"found {found!r}{_suggest(found, list(kinds))}; allowed: {', '.join(kinds)}",
+            )
         return self._struct(node, kinds[found], key)
 
     def _series(self, node: yaml.Node, meta: list[msgspec.Meta], key: str) -> Series:
         extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
         pairs = self._quantity_pairs(node, Series, str(extra["dimension"]), key)
         unit = self.read(pairs["unit"][1], str, _join(key, "unit"))
-        factor, si = self._factor(pairs["unit"][1], unit, str(extra["dimension"]), _join(key, "unit"))
+        factor, si = self._factor(
+            pairs["unit"][1], unit, str(extra["dimension"]), _join(key, "unit")
+        )
         values = self._sequence(pairs["values"][1], float, [], _join(key, "values"))
         return Series(tuple(value * factor for value in values), si)
 
@@ -157,7 +204,9 @@ class Reader:
         tag = kind.__struct_config__.tag_field
         if tag is not None:  # which struct it is has been told
             given = {name: pair for name, pair in given.items() if name != tag}
-        if "format" in given and "format" in fields:  # of a document of another kind every key would be unknown
+        if (
+            "format" in given and "format" in fields
+        ):  # of a document of another kind every key would be unknown
             self._refuse_mechanism(given["format"][1], kind, _join(key, "format"))
             self.read(given["format"][1], hints["format"], _join(key, "format"))
         elif "format" in fields:
@@ -182,15 +231,29 @@ class Reader:
         except ValueError as error:
             self.fail(node, key or kind.__name__.lower(), str(error))
 
-    def _missing(self, node: yaml.Node, name: str, fields: dict[str, Any], hints: dict[str, Any], key: str) -> typing.NoReturn:
+    def _missing(
+        self, node: yaml.Node, name: str, fields: dict[str, Any], hints: dict[str, Any], key: str
+    ) -> typing.NoReturn:
         value = hints[fields[name].name]
-        example = "" if key else f"; write {name}: {_type_name(value) if get_origin(value) is Literal else '...'}"
-        self.fail(node, _join(key, name), f"missing{example}; required here: {', '.join(n for n, f in fields.items() if f.required)}")
+        example = (
+            ""
+            if key
+            else f"; write {name}: {_type_name(value) if get_origin(value) is Literal else '...'}"
+        )
+        self.fail(
+            node,
+            _join(key, name),
+            f"missing{example}; required here: {', '.join(n for n, f in fields.items() if f.required)}",
+        )
 
     def _known(self, pairs: Pairs, names: list[str], key: str) -> None:
         for name, (name_node, _) in pairs.items():
             if name not in names:
-                self.fail(name_node, _join(key, name), f"unknown key{_suggest(name, names)}; allowed: {', '.join(names)}")
+                self.fail(
+                    name_node,
+                    _join(key, name),
+                    f"unknown key{_suggest(name, names)}; allowed: {', '.join(names)}",
+                )
 
     def _pairs(self, node: yaml.Node, key: str) -> Pairs:
         if not isinstance(node, yaml.MappingNode):
@@ -201,9 +264,15 @@ class Reader:
                 self.fail(name_node, key, "found a key that is not text; allowed: plain names")
             name = name_node.value
             if len(name) > MAX_KEY:
-                self.fail(name_node, key, f"found a key of {len(name)} characters; allowed: {MAX_KEY}")
+                self.fail(
+                    name_node, key, f"found a key of {len(name)} characters; allowed: {MAX_KEY}"
+                )
             if name in pairs:
-                self.fail(name_node, _join(key, name), f"given twice, first in line {pairs[name][0].start_mark.line + 1}; keep one")
+                self.fail(
+                    name_node,
+                    _join(key, name),
+                    f"given twice, first in line {pairs[name][0].start_mark.line + 1}; keep one",
+                )
             pairs[name] = (name_node, value_node)
         return pairs
 
@@ -211,66 +280,116 @@ class Reader:
         pairs = self._pairs(node, key)
         if get_origin(names) is Literal:
             self._known(pairs, list(get_args(names)), key)
-        return {name: self.read(value, kind, _join(key, name)) for name, (_, value) in pairs.items()}
+        return {
+            name: self.read(value, kind, _join(key, name)) for name, (_, value) in pairs.items()
+        }
 
     def _refuse_mechanism(self, node: yaml.Node, kind: type[msgspec.Struct], key: str) -> None:
         """Where a document that a mechanism leads to is wanted, the way there."""
         tried = OF_A_MECHANISM.get(kind.__name__)
         if tried is not None and isinstance(node, yaml.ScalarNode) and node.value == "mechanism/1":
-            self.fail(node, key, f"found 'mechanism/1'; allowed: {kind.__name__.lower()}/1; {tried.format(path=self.path)}")
+            self.fail(
+                node,
+                key,
+                f"found 'mechanism/1'; allowed: {kind.__name__.lower()}/1; {tried.format(path=self.path)}",
+            )
 
-    def _sequence(self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str) -> tuple[Any, ...]:
+    def _sequence(
+        self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str
+    ) -> tuple[Any, ...]:
         if not isinstance(node, yaml.SequenceNode):
             self.fail(node, key, f"found {_shown(node)}; allowed: a list")
         for item in meta:
             least, most, found = item.min_length or 0, item.max_length, len(node.value)
             if found < least or (most is not None and found > most):
-                allowed = f"at least {least}" if most is None else f"at most {most}" if found > most else f"{least} to {most}"
+                allowed = (
+                    f"at least {least}"
+                    if most is None
+                    else f"at most {most}"
+                    if found > most
+                    else f"{least} to {most}"
+                )
                 self.fail(node, key, f"found a list of {found}; allowed: {allowed}")
-        return tuple(self.read(item, kind, f"{key}[{index}]") for index, item in enumerate(node.value))
+        return tuple(
+            self.read(item, kind, f"{key}[{index}]") for index, item in enumerate(node.value)
+        )
 
-    def _quantity(self, node: yaml.Node, kind: type[Quantity | Span], meta: list[msgspec.Meta], key: str) -> Any:
+    def _quantity(
+        self, node: yaml.Node, kind: type[Quantity | Span], meta: list[msgspec.Meta], key: str
+    ) -> Any:
         extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
         pairs = self._quantity_pairs(node, kind, str(extra["dimension"]), key)
         fields = {field.name: field for field in msgspec.structs.fields(kind)}
         unit = self.read(pairs["unit"][1], str, _join(key, "unit"))
-        factor, si = self._factor(pairs["unit"][1], unit, str(extra["dimension"]), _join(key, "unit"))
+        factor, si = self._factor(
+            pairs["unit"][1], unit, str(extra["dimension"]), _join(key, "unit")
+        )
         numbers: dict[str, float] = {
-            name: self.read(pairs[name][1], float, _join(key, name)) * factor for name in ("value", "low", "high") if name in pairs
+            name: self.read(pairs[name][1], float, _join(key, name)) * factor
+            for name in ("value", "low", "high")
+            if name in pairs
         }
         self._in_range(pairs, numbers, unit, extra, key)
-        others = {name: self.read(pairs[name][1], fields[name].type, _join(key, name)) for name in pairs if name not in (*numbers, "unit")}
+        others = {
+            name: self.read(pairs[name][1], fields[name].type, _join(key, name))
+            for name in pairs
+            if name not in (*numbers, "unit")
+        }
         return kind(**numbers, **others, unit=si)
 
-    def _quantity_pairs(self, node: yaml.Node, kind: type[msgspec.Struct], dimension: str, key: str) -> Pairs:
-        """Return the keys of a quantity, span or series; an error message shows its form with a suitable unit."""
+    def _quantity_pairs(
+        self, node: yaml.Node, kind: type[msgspec.Struct], dimension: str, key: str
+    ) -> Pairs:
+        """Return the keys of a quantity, span or series; an error message shows its form with a
+        suitable unit."""
         fields = {field.name: field for field in msgspec.structs.fields(kind)}
         required = [name for name, field in fields.items() if field.required or name == "unit"]
         if not isinstance(node, yaml.MappingNode):
             written = written_quantity(node.value) if isinstance(node, yaml.ScalarNode) else None
             number, unit = written or (UNKNOWN, "")
-            form = quantity_form(required, {"value": number, "unit": example_unit(dimension, self.axis, self.drive, unit)})
-            self.fail(node, key, f"found {_shown(node)}; allowed: a mapping with a unit; write {form}")
+            form = quantity_form(
+                required,
+                {"value": number, "unit": example_unit(dimension, self.axis, self.drive, unit)},
+            )
+            self.fail(
+                node, key, f"found {_shown(node)}; allowed: a mapping with a unit; write {form}"
+            )
         pairs = self._pairs(node, key)
         self._known(pairs, list(fields), key)
         for name in required:
             if name not in pairs:
-                given = {other: pair[1].value for other, pair in pairs.items() if isinstance(pair[1], yaml.ScalarNode)}
-                form = quantity_form(required, {"unit": example_unit(dimension, self.axis, self.drive)} | given)
+                given = {
+                    other: pair[1].value
+                    for other, pair in pairs.items()
+                    if isinstance(pair[1], yaml.ScalarNode)
+                }
+                form = quantity_form(
+                    required, {"unit": example_unit(dimension, self.axis, self.drive)} | given
+                )
                 self.fail(node, _join(key, name), f"missing; allowed: {form}")
         return pairs
 
-    def _in_range(self, pairs: Pairs, numbers: dict[str, float], unit: str, extra: dict[str, Any], key: str) -> None:
+    def _in_range(
+        self, pairs: Pairs, numbers: dict[str, float], unit: str, extra: dict[str, Any], key: str
+    ) -> None:
         minimum, exclusive = extra.get("minimum"), bool(extra.get("exclusive"))
         for name, number in numbers.items():
             if minimum is not None and (number < minimum or (exclusive and number == minimum)):
                 found = f"found {_shown(pairs[name][1])} {unit}"
-                self.fail(pairs[name][1], _join(key, name), f"{found}; allowed: {'>' if exclusive else '>='} {minimum:g}")
+                self.fail(
+                    pairs[name][1],
+                    _join(key, name),
+                    f"{found}; allowed: {'>' if exclusive else '>='} {minimum:g}",
+                )
         order = [name for name in ("low", "value", "high") if name in numbers]
         for below, above in itertools.pairwise(order):
             if numbers[below] > numbers[above]:
                 low, high = pairs[below][1], pairs[above][1]
-                self.fail(low, _join(key, below), f"found {_shown(low)} above {above} {_shown(high)}; allowed: low <= value <= high")
+                self.fail(
+                    low,
+                    _join(key, below),
+                    f"found {_shown(low)} above {above} {_shown(high)}; allowed: low <= value <= high",
+                )
 
     def _factor(self, node: yaml.Node, unit: str, dimension: str, key: str) -> tuple[float, str]:
         if dimension == "any":
@@ -299,7 +418,12 @@ class Reader:
 
     def _scalar(self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str) -> Any:
         found = self._plain(node, key)
-        if kind is str and found is not None and not isinstance(found, str) and isinstance(node, yaml.ScalarNode):
+        if (
+            kind is str
+            and found is not None
+            and not isinstance(found, str)
+            and isinstance(node, yaml.ScalarNode)
+        ):
             found = node.value  # a name such as 12 or true
         if kind is float and isinstance(found, float | int) and not isinstance(found, bool):
             try:
@@ -312,7 +436,11 @@ class Reader:
         try:
             return msgspec.convert(found, whole, strict=True)
         except msgspec.ValidationError:
-            self.fail(node, key, f"found {_shown(node)}; allowed: {_allowed(kind, meta)}{_nearest_choice(kind, found)}")
+            self.fail(
+                node,
+                key,
+                f"found {_shown(node)}; allowed: {_allowed(kind, meta)}{_nearest_choice(kind, found)}",
+            )
 
 
 def _join(key: str, name: str) -> str:
@@ -343,7 +471,9 @@ def _type_name(kind: Any) -> str:
         return " | ".join(str(choice) for choice in get_args(kind))
     if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
         return "a mapping"
-    return {float: "a number", int: "a whole number", str: "text", bool: "true or false"}.get(kind, str(kind))
+    return {float: "a number", int: "a whole number", str: "text", bool: "true or false"}.get(
+        kind, str(kind)
+    )
 
 
 def _allowed(kind: Any, meta: list[msgspec.Meta]) -> str:
@@ -352,6 +482,10 @@ def _allowed(kind: Any, meta: list[msgspec.Meta]) -> str:
         bounds = ((">", item.gt), (">=", item.ge), ("<", item.lt), ("<=", item.le))
         limits += [f"{relation} {bound:g}" for relation, bound in bounds if bound is not None]
         lengths = (("at least", item.min_length), ("at most", item.max_length))
-        limits += [f"{relation} {length} character{'s' if length > 1 else ''}" for relation, length in lengths if length is not None]
+        limits += [
+            f"{relation} {length} character{'s' if length > 1 else ''}"
+            for relation, length in lengths
+            if length is not None
+        ]
         limits += [f"the form {item.pattern}"] if item.pattern is not None else []
     return f"{_type_name(kind)}{' of' if kind is str and limits else ''} {' and '.join(limits)}".rstrip()

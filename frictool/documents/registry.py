@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 from typing import Any, TypeVar, cast, overload
 
 import msgspec
 import yaml
 
-from frictool.documents import bench_values, examples
+from frictool.documents import bench_values, example_values
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
@@ -16,7 +17,7 @@ from frictool.documents.friction import Friction
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
-from frictool.documents.reading import Reader, compose, read_text
+from frictool.documents.reading import DocumentReader, compose, read_text
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import DocumentError, InputFileError
@@ -45,15 +46,17 @@ def load(path: Path | str) -> Any: ...
 
 
 def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
-    """The document at `path`, every quantity in SI; without `kind` it is of the one that its key `format` names.
+    """The document at `path`, every quantity in SI; without `kind` it is of the one that its key
+    `format` names.
 
-    Raises DocumentError with file, line and key, what was found and what is allowed; InputFileError where it is no YAML text.
+    Raises DocumentError with file, line and key, what was found and what is allowed; InputFileError
+    where it is no YAML text.
     """
     path = Path(path)
     node = compose(read_text(path), path)
-    document = cast(T, Reader(path).read(node, kind or _kind(node, path), ""))
-    if keys := examples.examples_of(document):
-        examples.notify(str(path), keys)
+    document = cast(T, DocumentReader(path).read(node, kind or _kind(node, path), ""))
+    if keys := example_values.examples_of(document):
+        example_values.notify(str(path), keys)
     if isinstance(document, Model) and document.bench_values_only is not None:
         bench_values.notify(str(path), document.bench_values_only)
     return document
@@ -67,21 +70,52 @@ def _kind(node: yaml.Node, path: Path) -> type[msgspec.Struct]:
             if found is not None:
                 return found
             allowed = ", ".join(f"{name}/1" for name in DOCUMENTS)
-            raise DocumentError(path, f"found {value.value!r}; allowed: {allowed}", line=value.start_mark.line + 1, key="format")
-    raise DocumentError(path, "is missing, and says what the document is: bench/1, model/1, ...", line=1, key="format")
+            raise DocumentError(
+                path,
+                f"found {value.value!r}; allowed: {allowed}",
+                line=value.start_mark.line + 1,
+                key="format",
+            )
+    raise DocumentError(
+        path,
+        "is missing, and says what the document is: bench/1, model/1, ...",
+        line=1,
+        key="format",
+    )
 
 
 def same_axis(documents: dict[Path, Any]) -> None:
-    """Raises InputFileError where the documents do not all describe one kind of axis, or not one kind of drive."""
+    """Raises InputFileError where the documents do not all describe one kind of axis, or not one
+    kind of drive."""
     for name in ("axis", "drive"):
-        found = {path: getattr(document, name) for path, document in documents.items() if hasattr(document, name)}
+        found = {
+            path: getattr(document, name)
+            for path, document in documents.items()
+            if hasattr(document, name)
+        }
         first = next(iter(found.items()), None)
         for path, value in found.items():
             if first is not None and value != first[1]:
-                raise InputFileError(path, f"{name}: found {value}, but {first[0]} says {first[1]}; the documents of one rig agree")
+                raise InputFileError(
+                    path,
+                    f"{name}: found {value}, but {first[0]} says {first[1]}; the documents of one rig agree",
+                )
 
 
 def json_schema(name: str) -> dict[str, Any]:
-    """The JSON Schema of the document called `name`. Raises KeyError for an unknown name."""
+    """Return the JSON Schema of the document called `name`. Raises KeyError for an unknown name."""
     schema = msgspec.json.schema(DOCUMENTS[name])
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"{name}.yaml", **schema}
+    for described in (schema, *schema.get("$defs", {}).values()):
+        if "description" in described:
+            described["description"] = _one_line_a_paragraph(described["description"])
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"{name}.yaml",
+        **schema,
+    }
+
+
+def _one_line_a_paragraph(docstring: str) -> str:
+    return "\n\n".join(
+        " ".join(paragraph.split()) for paragraph in inspect.cleandoc(docstring).split("\n\n")
+    )

@@ -12,14 +12,16 @@ from frictool.documents.conditions import Disturbance, Drifts, SensorFault, Sign
 from frictool.documents.quantity import AnyQuantity, Axis, Position, PositiveLength
 from frictool.documents.spread import Spread
 
-SHORTEST_HOLD_S = 15.0  # a limit cycle is not called absent before; some need a minute to show (docs/theory/simulate.md)
+# a limit cycle is not called absent before; some need a minute to show (docs/theory/simulate.md)
+SHORTEST_HOLD_S = 15.0
 Hold = Annotated[float, msgspec.Meta(ge=SHORTEST_HOLD_S)]
 MOST_PLANTS = 100_000
 STEP_KINDS = ("reference", "ramp_to", "sine", "hold_s")
 
 
 class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """centre + amplitude sin(2 pi frequency_hz t + phase_deg), t since the part begins; centre: where the part before it ended."""
+    """centre + amplitude sin(2 pi frequency_hz t + phase_deg), t since the part begins; centre:
+    where the part before it ended."""
 
     amplitude: PositiveLength
     frequency_hz: PositiveNumber
@@ -28,9 +30,11 @@ class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A part of the reference: exactly one of `reference`, `ramp_to`, `sine` for `duration_s`, or `hold_s`.
+    """A part of the reference: exactly one of `reference`, `ramp_to`, `sine` for `duration_s`, or
+    `hold_s`.
 
-    reference: held. ramp_to: reached at constant speed from where the part before it ended. hold_s: that is kept, for at least 15 s.
+    reference: held. ramp_to: reached at constant speed from where the part before it ended. hold_s:
+    that is kept, for at least 15 s.
     """
 
     reference: Position | None = None
@@ -42,9 +46,13 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     def __post_init__(self) -> None:
         given = [name for name in STEP_KINDS if getattr(self, name) is not None]
         if len(given) != 1:
-            raise ValueError(f"found {' and '.join(given) or 'none of them'}; allowed: exactly one of {', '.join(STEP_KINDS)}")
+            raise ValueError(
+                f"found {' and '.join(given) or 'none of them'}; allowed: exactly one of {', '.join(STEP_KINDS)}"
+            )
         if (self.duration_s is None) != (self.hold_s is not None):
-            raise ValueError("duration_s belongs to reference, ramp_to and sine, which need it; hold_s is a duration itself")
+            raise ValueError(
+                "duration_s belongs to reference, ramp_to and sine, which need it; hold_s is a duration itself"
+            )
 
     @property
     def kind(self) -> str:
@@ -60,10 +68,12 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A measured channel as the reference: `channel` of the log at `log` (a path from the scenario's folder) from from_s to to_s.
+    """A measured channel as the reference: `channel` of the log at `log` (a path from the
+    scenario's folder) from from_s to to_s.
 
-    Times count from the log's first sample. shift: added to the channel, where the log's zero is not the model's. hold_s: the last value
-    is kept for so long after it. How it is resampled: docs/theory/simulate.md.
+    Times count from the log's first sample. shift: added to the channel, where the log's zero is
+    not the model's. hold_s: the last value is kept for so long after it. How it is resampled:
+    docs/theory/simulate.md.
     """
 
     log: Annotated[str, msgspec.Meta(min_length=1)]
@@ -79,14 +89,17 @@ class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`scenario.yaml`: `steps`, or a `reference` from a log; without a controller what the `sources` of a mechanism give for `duration_s`.
+    """`scenario.yaml`: `steps`, or a `reference` from a log; without a controller what the
+    `sources` of a mechanism give for `duration_s`.
 
-    start: position at rest before it begins; of a replay the reference's first value unless it is given. variants: `nominal` is the model's
-    values; `vertices` adds one run at each vertex of the controller's polytope, `random` one for each of `plants` plants drawn from the
-    bench's ranges; `given` is the one plant that differs from the model in the parameters that `given` names. spread: what a campaign
-    varies. drive: what drives the rig, where a quantity here is one of it. drive_noise: standard deviation of the measured drive, A or V.
-    seed: of the noise and the plants. sources: by their names; under a controller those that it does not command. examples: as in
-    bench.yaml.
+    start: position at rest before it begins; of a replay the reference's first value unless it is
+    given. variants: `nominal` is the model's values; `vertices` adds one run at each vertex of the
+    controller's polytope, `random` one for each of `plants` plants drawn from the bench's ranges;
+    `given` is the one plant that differs from the model in the parameters that `given` names.
+    spread: what a campaign varies. drive: what drives the rig, where a quantity here is one of it.
+    drive_noise: standard deviation of the measured drive, A or V. seed: of the noise and the
+    plants. sources: by their names; under a controller those that it does not command. examples: as
+    in bench.yaml.
     """
 
     format: Literal["scenario/1"]
@@ -127,14 +140,24 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
             raise ValueError("plants, how many, belongs to variants: random, which needs it")
         if self.given and self.variants != "given":
             raise ValueError("given, the parameters of one plant, belongs to variants: given")
-        if self.spread is not None and self.spread.within_count and self.start is None and self.spread.start is None:
-            raise ValueError("spread.within_count is about the start: write start, the position at rest before it begins")
+        if (
+            self.spread is not None
+            and self.spread.within_count
+            and self.start is None
+            and self.spread.start is None
+        ):
+            raise ValueError(
+                "spread.within_count is about the start: write start, the position at rest before it begins"
+            )
         if self.spread is not None and self.is_open:
-            raise ValueError("spread is what a campaign varies, under a controller; a test without one has none")
+            raise ValueError(
+                "spread is what a campaign varies, under a controller; a test without one has none"
+            )
 
     @property
     def is_open(self) -> bool:
-        """Whether it is played without a controller: it says what the sources give, and no reference."""
+        """Whether it is played without a controller: it says what the sources give, and no
+        reference."""
         return self.duration_s is not None
 
     @property

@@ -1,7 +1,9 @@
-"""`spread:` of scenario.yaml: what a campaign varies beside the ranges that the plant has itself; `simulate` plays the scenario without it.
+"""`spread:` of scenario.yaml: what a campaign varies beside the ranges that the plant has itself;
+`simulate` plays the scenario without it.
 
-Every range is uniform and independent of the others, but for a breakaway, which is drawn from what of its range is not below the Coulomb
-friction; a range whose ends are equal is a fixed value. A range that reaches where no plant can be is refused.
+Every range is uniform and independent of the others, but for a breakaway, which is drawn from what
+of its range is not below the Coulomb friction; a range whose ends are equal is a fixed value. A
+range that reaches where no plant can be is refused.
 """
 
 from __future__ import annotations
@@ -11,7 +13,14 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import PositiveNumber
-from frictool.documents.conditions import Factor, GainError, Instant, Kind, check_course, check_fault
+from frictool.documents.conditions import (
+    Factor,
+    GainError,
+    Instant,
+    Kind,
+    check_course,
+    check_fault,
+)
 from frictool.documents.quantity import PositionSpan, Span, _of
 
 DriveSpan = Annotated[Span, _of("drive")]
@@ -19,7 +28,9 @@ EffortSpan = Annotated[Span, _of("effort of either axis")]  # as of a disturbanc
 AnySpan = Annotated[Span, _of("any")]
 
 
-def _check_ends(one: FactorBand | InstantBand | LastingBand | GainBand | CountBand | FrequencyBand) -> None:
+def _check_ends(
+    one: FactorBand | InstantBand | LastingBand | GainBand | CountBand | FrequencyBand,
+) -> None:
     if one.low > one.high:
         raise ValueError(f"low: found {one.low:g} above high {one.high:g}; allowed: low <= high")
 
@@ -85,23 +96,27 @@ class FrequencyBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Warmth(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Factors at one end of the range of temperature: on the viscous friction of every regime, and on the drive's constant."""
+    """Factors at one end of the range of temperature: on the viscous friction of every regime, and
+    on the drive's constant."""
 
     viscous: Factor = 1.0
     constant: Factor = 1.0
 
 
 class Temperature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One temperature a trial, between cold and hot; both factors lie as far between their ends as it does."""
+    """One temperature a trial, between cold and hot; both factors lie as far between their ends as
+    it does."""
 
     cold: Warmth
     hot: Warmth
 
 
 class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A sensor fault whose size and instant are drawn: kinds and meanings as in `sensor_faults`. at_s: from the start where not given.
+    """A sensor fault whose size and instant are drawn: kinds and meanings as in `sensor_faults`.
+    at_s: from the start where not given.
 
-    lasts_s: of encoder_stuck, which needs it, of encoder_invalid and of the drive's; else to the end.
+    lasts_s: of encoder_stuck, which needs it, of encoder_invalid and of the drive's; else to the
+    end.
     """
 
     kind: Kind
@@ -119,8 +134,11 @@ class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
             raise ValueError("encoder_stuck needs lasts_s")
 
 
-class SpreadDisturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """An effort on the axis that is drawn: kinds and meanings as in `disturbances`. at_s: from the start where not given."""
+class SpreadDisturbance(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """An effort on the axis that is drawn: kinds and meanings as in `disturbances`. at_s: from the
+    start where not given."""
 
     kind: Literal["step", "pulse", "sine"]
     effort: EffortSpan
@@ -136,9 +154,11 @@ class SpreadDisturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True,
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """What a campaign varies beside the plant's own ranges.
 
-    parameters: ranges of the plant's parameters, by name, in place of those that bench, model or mechanism give; low = high: that value.
-    start: the position at rest. within_count: where within the encoder's count the axis starts, which is never known. wear: factor on all
-    dry friction. temperature: cold to hot. sensor_faults, disturbances: in each trial all of them, beside those of the scenario.
+    parameters: ranges of the plant's parameters, by name, in place of those that bench, model or
+    mechanism give; low = high: that value. start: the position at rest. within_count: where within
+    the encoder's count the axis starts, which is never known. wear: factor on all dry friction.
+    temperature: cold to hot. sensor_faults, disturbances: in each trial all of them, beside those
+    of the scenario.
     """
 
     parameters: dict[str, AnySpan] = {}

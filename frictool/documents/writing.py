@@ -8,15 +8,16 @@ from typing import Any
 import msgspec
 import yaml
 
-from frictool.documents.scalars import Dumper
+from frictool.documents.yaml_scalars import Dumper
 from frictool.errors import OutputError
-from frictool.part_files import part_file
+from frictool.runtime.part_files import part_file
 
 FLOW_WIDTH = 110
 
 
 class _Dumper(Dumper):
-    """Short lists and quantity maps on one line, everything else as blocks; floats with as few digits as give them back."""
+    """Short lists and quantity maps on one line, everything else as blocks; floats with as few
+    digits as give them back."""
 
 
 def _float(dumper: yaml.SafeDumper, value: float) -> yaml.Node:
@@ -25,7 +26,9 @@ def _float(dumper: yaml.SafeDumper, value: float) -> yaml.Node:
 
 def _text(dumper: yaml.SafeDumper, value: str) -> yaml.Node:
     # what is not printable is escaped, which only double quotes do
-    return dumper.represent_scalar("tag:yaml.org,2002:str", value, style=None if value.isprintable() else '"')
+    return dumper.represent_scalar(
+        "tag:yaml.org,2002:str", value, style=None if value.isprintable() else '"'
+    )
 
 
 def _mapping(dumper: yaml.SafeDumper, value: dict[str, Any]) -> yaml.Node:
@@ -55,7 +58,7 @@ _Dumper.ignore_aliases = lambda self, data: True  # type: ignore[method-assign] 
 
 def to_yaml(document: msgspec.Struct) -> str:
     """The YAML text of a document, keys in the order of the type, unset optional keys left out."""
-    tree: dict[str, Any] = without_unset(msgspec.to_builtins(document))
+    tree: dict[str, Any] = drop_unset(msgspec.to_builtins(document))
     return tree_to_yaml(tree)
 
 
@@ -75,10 +78,10 @@ def tree_to_yaml(tree: dict[str, Any]) -> str:
     return yaml.dump(tree, Dumper=_Dumper, sort_keys=False, width=10_000, allow_unicode=True)
 
 
-def without_unset(value: Any) -> Any:
+def drop_unset(value: Any) -> Any:
     """The same tree without keys whose value is None."""
     if isinstance(value, dict):
-        return {key: without_unset(item) for key, item in value.items() if item is not None}
+        return {key: drop_unset(item) for key, item in value.items() if item is not None}
     if isinstance(value, list | tuple):
-        return [without_unset(item) for item in value]
+        return [drop_unset(item) for item in value]
     return value

@@ -1,7 +1,9 @@
-"""Which friction an axis has where it is: per direction, over speed, position and time at rest (plant/axis_laws.py).
+"""Which friction an axis has where it is: per direction, over speed, position and time at rest
+(plant/axis_friction_laws.py).
 
-Everything is seen in the direction of the motion: speed w >= 0. Which piece of a law holds follows from the state alone. What is left
-upwards at a level is entered again a trace below it, so that no motion can dwell between two pieces.
+Everything is seen in the direction of the motion: speed w >= 0. Which piece of a law holds follows
+from the state alone. What is left upwards at a level is entered again a trace below it, so that no
+motion can dwell between two pieces.
 """
 
 from __future__ import annotations
@@ -11,9 +13,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.dwell import dwell_factor
 from frictool.friction.position_polynomial import polynomial
-from frictool.kernels import inner_kernel, kernel
+from frictool.friction.rising_breakaway import dwell_factor
 from frictool.plant.axis import (
     BACKLASH,
     BACKLASH_BREAKAWAY,
@@ -26,7 +27,7 @@ from frictool.plant.axis import (
     VELOCITY,
     VISCOUS,
 )
-from frictool.plant.axis_laws import (
+from frictool.plant.axis_friction_laws import (
     BREAKAWAY_MAPS,
     BREAKAWAY_PAIR,
     COULOMB_MAPS,
@@ -44,11 +45,17 @@ from frictool.plant.axis_laws import (
     STRIBECK_VELOCITY,
     VISCOUS_PAIR,
 )
+from frictool.runtime.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
-Laws = Vector | None  # the parameters once more, or None where the axis has no laws: numba compiles each apart, the plain one without them
+Laws = (
+    Vector | None
+)  # the parameters once more, or None where the axis has no laws: numba compiles each apart, the plain one without them
 
-BELOW_KNEE, BELOW_LAYER = 1.0 - 2.0**-40, 0.98  # of its speed: where a slower slip enters it from above
+BELOW_KNEE, BELOW_LAYER = (
+    1.0 - 2.0**-40,
+    0.98,
+)  # of its speed: where a slower slip enters it from above
 NOWHERE, MAP_EDGE, END_STOP = 0, 1, 2
 
 
@@ -67,17 +74,26 @@ def _mapped(p: Vector, maps: int, direction: float, x: float) -> float:
 @kernel
 def coulomb_at(p: Vector, direction: float, x: float) -> float:
     """F_c of an extended axis [N m | N] at x [rad | m]."""
-    return _mapped(p, COULOMB_MAPS, direction, x) if p[MAPPED] > 0.0 else p[COULOMB_PAIR + _side(direction)]
+    return (
+        _mapped(p, COULOMB_MAPS, direction, x)
+        if p[MAPPED] > 0.0
+        else p[COULOMB_PAIR + _side(direction)]
+    )
 
 
 @kernel
 def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
-    return _mapped(p, BREAKAWAY_MAPS, direction, x) if p[MAPPED] > 0.0 else p[BREAKAWAY_PAIR + _side(direction)]
+    return (
+        _mapped(p, BREAKAWAY_MAPS, direction, x)
+        if p[MAPPED] > 0.0
+        else p[BREAKAWAY_PAIR + _side(direction)]
+    )
 
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """F_s of an extended axis after a long rest [N m | N], and which part of it is there just after a stop: at least F_c."""
+    """F_s of an extended axis after a long rest [N m | N], and which part of it is there just after
+    a stop: at least F_c."""
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
     return full, fresh
@@ -116,7 +132,8 @@ def distance_to_stop(p: Vector, x: float, direction: float) -> float:
 
 @kernel
 def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
-    """Distance and kind of what comes next in this direction: an end of the polynomials' range, or an end stop."""
+    """Distance and kind of what comes next in this direction: an end of the polynomials' range, or
+    an end stop."""
     length, kind = distance_to_stop(p, x, direction), END_STOP
     if p[MAPPED] > 0.0:
         near, far = (p[MAP_LOW], p[MAP_HIGH]) if direction > 0.0 else (p[MAP_HIGH], p[MAP_LOW])
@@ -128,7 +145,8 @@ def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
 
 @kernel
 def is_curved(state: Vector, p: Vector, direction: float) -> bool:
-    """Whether friction depends on position or curves over speed here, for an extended axis that takes its load along."""
+    """Whether friction depends on position or curves over speed here, for an extended axis that
+    takes its load along."""
     if abs(state[VELOCITY]) < p[LAYER]:
         return True
     low, high = direction * p[MAP_LOW], direction * p[MAP_HIGH]
@@ -139,7 +157,8 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
-    """(added, viscous): at w the friction of an extended axis is F_c + added + viscous w without the Stribeck curve."""
+    """(added, viscous): at w the friction of an extended axis is F_c + added + viscous w without
+    the Stribeck curve."""
     added, viscous = 0.0, p[VISCOUS_PAIR + _side(direction)]
     for row in range(REGIMES, COULOMB_MAPS, REGIME_SIZE):
         if w < p[row]:
@@ -165,8 +184,11 @@ def speed_band(p: Vector, w: float) -> tuple[float, float]:
 
 
 @inner_kernel
-def slip_line(state: Vector, p: Vector, laws: Laws, direction: float, driving: bool) -> tuple[float, float]:
-    """(coulomb, viscous) of a slip whose friction is a straight line; `driving`: the motor carries the load."""
+def slip_line(
+    state: Vector, p: Vector, laws: Laws, direction: float, driving: bool
+) -> tuple[float, float]:
+    """(coulomb, viscous) of a slip whose friction is a straight line; `driving`: the motor carries
+    the load."""
     if not driving:
         return p[BACKLASH_COULOMB], 0.0
     if laws is not None:

@@ -1,4 +1,5 @@
-"""Many runs at once on all cores. Runs share nothing that they write, so that results do not depend on the number of threads."""
+"""Many runs at once on all cores. Runs share nothing that they write, so that results do not depend
+on the number of threads."""
 
 from __future__ import annotations
 
@@ -6,25 +7,34 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
-from frictool.control.machine import Machine, copied, start_at
-from frictool.engine.axis import advance
+from frictool.control.compiled_program import CompiledProgram, copy_program, start_at
+from frictool.engine.axis_motion import advance
 from frictool.engine.body import BREAKS_AWAY
 from frictool.engine.closed_loop import measure
 from frictool.engine.closed_loop import run as run_loop
 from frictool.engine.dormand_prince import Force
 from frictool.engine.status import OK
 from frictool.engine.stick_slip import run as run_body
-from frictool.kernels import parallel_kernel
 from frictool.plant.axis import ENCODER_STEP
+from frictool.runtime.kernels import parallel_kernel
 
 Vector = NDArray[np.float64]
 
 
 @parallel_kernel
-def replay_axes(axes: Vector, states: Vector, commands: Vector, period: float, positions: Vector, statuses: NDArray[np.int64]) -> None:
-    """Moves many axes (m, a), states (m, 7) in place, each under its commands (m, n), one held for a `period` [s].
+def replay_axes(
+    axes: Vector,
+    states: Vector,
+    commands: Vector,
+    period: float,
+    positions: Vector,
+    statuses: NDArray[np.int64],
+) -> None:
+    """Moves many axes (m, a), states (m, 7) in place, each under its commands (m, n), one held for
+    a `period` [s].
 
-    positions (m, n) [m | rad]: those at the beginning of each period. statuses (m,): engine/status.py; a run that fails stops there.
+    positions (m, n) [m | rad]: those at the beginning of each period. statuses (m,):
+    engine/status.py; a run that fails stops there.
     """
     for i in prange(axes.shape[0]):
         for k in range(commands.shape[1]):
@@ -38,7 +48,7 @@ def replay_axes(axes: Vector, states: Vector, commands: Vector, period: float, p
 def closed_loops(
     axes: Vector,
     states: Vector,
-    controller: Machine,
+    controller: CompiledProgram,
     references: Vector,
     period: float,
     delay_samples: int,
@@ -47,16 +57,28 @@ def closed_loops(
     load: Vector,
     conditions: Vector,
 ) -> None:
-    """Many closed loops: engine/closed_loop.py `run` for each row of axes (m, a), states (m, 7), references (m, n).
+    """Many closed loops: engine/closed_loop.py `run` for each row of axes (m, a), states (m, 7),
+    references (m, n).
 
-    Each has a machine of its own, at rest where it is measured; all are under one load and the same conditions (n, 8) or (0, 8).
+    Each has a machine of its own, at rest where it is measured; all are under one load and the same
+    conditions (n, 8) or (0, 8).
 
     Fills records (m, n, 7) and statuses (m,).
     """
     for i in prange(axes.shape[0]):
-        own = copied(controller)
+        own = copy_program(controller)
         start_at(own, measure(states[i, 0], axes[i, ENCODER_STEP]))
-        statuses[i] = run_loop(axes[i], states[i], own, references[i], period, delay_samples, records[i], load, conditions)
+        statuses[i] = run_loop(
+            axes[i],
+            states[i],
+            own,
+            references[i],
+            period,
+            delay_samples,
+            records[i],
+            load,
+            conditions,
+        )
 
 
 @parallel_kernel
@@ -72,14 +94,18 @@ def breakaway_times(
     counts: NDArray[np.int64],
     statuses: NDArray[np.int64],
 ) -> None:
-    """Many bodies of one law from t = 0: laws (m, p), bodies (m, 16), states (m, 5) in place, each under drives (m, s, 10) to ends (s,).
+    """Many bodies of one law from t = 0: laws (m, p), bodies (m, 16), states (m, 5) in place, each
+    under drives (m, s, 10) to ends (s,).
 
-    found (m, b): the first b breakaway times, as counts (m,) says; `room`: for how many events of each run. statuses (m,).
+    found (m, b): the first b breakaway times, as counts (m,) says; `room`: for how many events of
+    each run. statuses (m,).
     """
     for i in prange(bodies.shape[0]):
         events = np.empty((room, 4))
         none, nothing = np.empty(0), np.empty((0, 5))
-        status, _, happened = run_body(force, laws[i], bodies[i], states[i], 0.0, ends, drives[i], none, nothing, events)
+        status, _, happened = run_body(
+            force, laws[i], bodies[i], states[i], 0.0, ends, drives[i], none, nothing, events
+        )
         counts[i] = 0
         for k in range(happened):
             if events[k, 1] == BREAKS_AWAY and counts[i] < found.shape[1]:

@@ -1,10 +1,12 @@
-"""One mass on a support with friction: what the engine needs to know of it, and how its state and its events are laid out.
+"""One mass on a support with friction: what the engine needs to know of it, and how its state and
+its events are laid out.
 
              ◀── friction
     effort u ──▶ [ m ] ──▶ v          lower stop │        x        │ upper stop
 
-The friction law is a kernel `slip_force(v, direction, law)` and the two breakaway forces. From `straight_from` on it is a straight line,
-direction coulomb + viscous v, to rounding: there the engine moves in closed form, below it (the Stribeck layer) in steps.
+The friction law is a kernel `slip_force(v, direction, law)` and the two breakaway forces. From
+`straight_from` on it is a straight line, direction coulomb + viscous v, to rounding: there the
+engine moves in closed form, below it (the Stribeck layer) in steps.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.extension import DELAY, Packed
+from frictool.friction.extension import DELAY, PackedExtension
 
 Vector = NDArray[np.float64]
 
@@ -33,8 +35,28 @@ STATE_SIZE = 5
 IN_LAYER, STRAIGHT, BEYOND_KNEE = 0, 1, 2
 
 # events, one row each: time, kind, position, velocity just before
-NO_EVENT, BREAKS_AWAY, SLIPS_BACK, STOPS, LEAVES_LAYER, ENTERS_LAYER, PASSES_KNEE, BOUNCES, RESTS_AT_STOP = range(9)
-EVENT_NAMES = ("", "breakaway", "reversal", "stop", "leaves layer", "enters layer", "knee", "bounce", "rests at end stop")
+(
+    NO_EVENT,
+    BREAKS_AWAY,
+    SLIPS_BACK,
+    STOPS,
+    LEAVES_LAYER,
+    ENTERS_LAYER,
+    PASSES_KNEE,
+    BOUNCES,
+    RESTS_AT_STOP,
+) = range(9)
+EVENT_NAMES = (
+    "",
+    "breakaway",
+    "reversal",
+    "stop",
+    "leaves layer",
+    "enters layer",
+    "knee",
+    "bounce",
+    "rests at end stop",
+)
 EVENT_SIZE = 4
 
 # samples, one row each
@@ -45,11 +67,13 @@ TOLERANCE_DEFAULT = 1e-8
 
 
 @dataclass(frozen=True)
-class Body:
-    """A mass [kg | kg m2] with its friction, SI; forces in N where the axis is linear, N m where it is rotary.
+class FrictionBody:
+    """A mass [kg | kg m2] with its friction, SI; forces in N where the axis is linear, N m where it
+    is rotary.
 
-    `slip_force`: a kernel (v, direction, law) -> force, `law` its parameters. Pairs are (backward, forward), all >= 0: what holds
-    before an `extension` multiplies it. `engine/laws.py: body_of` makes one from a law of the table.
+    `slip_force`: a kernel (v, direction, law) -> force, `law` its parameters. Pairs are (backward,
+    forward), all >= 0: what holds before an `extension` multiplies it. `engine/law_simulation.py:
+    body_of` makes one from a law of the table.
     """
 
     mass: float
@@ -60,12 +84,16 @@ class Body:
     viscous: tuple[float, float] = (0.0, 0.0)
     straight_from: float = 0.0  # m/s; inf: never
     speed_scale: float = 1.0  # m/s: speeds are computed to `tolerance` of it, or of themselves
-    knee: float = math.inf  # m/s: beyond it the friction goes on with `viscous_beyond`; not below straight_from
+    knee: float = (
+        math.inf
+    )  # m/s: beyond it the friction goes on with `viscous_beyond`; not below straight_from
     viscous_beyond: tuple[float, float] = (0.0, 0.0)
     stops: tuple[float, float] = (-math.inf, math.inf)  # m
     restitution: float = 0.0  # speed after an end stop over speed before
     tolerance: float = TOLERANCE_DEFAULT
-    extension: Packed | None = None  # friction/extension.py; knees are then those of the extension
+    extension: PackedExtension | None = (
+        None  # friction/extension.py; knees are then those of the extension
+    )
 
     def law_in(self, direction: float) -> Vector:
         """The parameters of `slip_force` in a direction."""
@@ -101,14 +129,22 @@ class Body:
             raise ValueError(f"a restitution is at least 0 and below 1, found {self.restitution}")
         if not self.stops[0] < self.stops[1]:
             raise ValueError(f"the lower end stop lies below the upper one, found {self.stops}")
-        if not (self.straight_from >= 0.0 and self.speed_scale > 0.0 and self.knee >= self.straight_from):
+        if not (
+            self.straight_from >= 0.0 and self.speed_scale > 0.0 and self.knee >= self.straight_from
+        ):
             raise ValueError(
                 "speeds are positive and the knee is not inside the layer, found "
                 f"straight_from {self.straight_from}, speed_scale {self.speed_scale}, knee {self.knee}"
             )
-        if self.extension is not None and (self.knee < math.inf or self.extension.table[DELAY] > 0.0):
-            found = "a pure delay of the film" if self.knee == math.inf else "a knee of the body's own"
-            raise ValueError(f"found {found}; a body that is extended takes its knees from the extension, and a lag but no delay")
+        if self.extension is not None and (
+            self.knee < math.inf or self.extension.table[DELAY] > 0.0
+        ):
+            found = (
+                "a pure delay of the film" if self.knee == math.inf else "a knee of the body's own"
+            )
+            raise ValueError(
+                f"found {found}; a body that is extended takes its knees from the extension, and a lag but no delay"
+            )
         for side, direction in enumerate((-1.0, 1.0)):
             start = direction * float(self.slip_force(0.0, direction, self.law_in(direction)))
             if not start <= self.breakaway[side] * (1.0 + 1e-12):
@@ -123,7 +159,8 @@ def at_rest(position: float = 0.0) -> Vector:
 
 
 def moving(position: float, velocity: float) -> Vector:
-    """The state (5,) of a body that slips at `velocity` [m/s | rad/s]; the region is found on the first step."""
+    """The state (5,) of a body that slips at `velocity` [m/s | rad/s]; the region is found on the
+    first step."""
     if velocity == 0.0:
         return at_rest(position)
     return np.array([position, velocity, 0.0, math.copysign(1.0, velocity), IN_LAYER])

@@ -1,15 +1,19 @@
-"""The sampled controller around the axis: what the target sees and does at every sample, and the axis in between.
+"""The sampled controller around the axis: what the target sees and does at every sample, and the
+axis in between.
 
-    sample k:  position --[encoder: floor(x/step) step]--> y[k] --[controller]--> u[k] --[delay_samples]--> held until k+1
+    sample k:  position --[encoder: floor(x/step) step]--> y[k] --[controller]--> u[k]
+    --[delay_samples]--> held until k+1
 
-The counter of an incremental encoder changes at its edges: it reports the edge below, hence floor. The command of sample k acts
-from sample k + delay_samples on; before the first one arrives the command is zero. Both controller and axis limit the drive.
-A drive without lag jumps at the sample: the record holds the value that it has until the next one.
+The counter of an incremental encoder changes at its edges: it reports the edge below, hence floor.
+The command of sample k acts from sample k + delay_samples on; before the first one arrives the
+command is zero. Both controller and axis limit the drive. A drive without lag jumps at the sample:
+the record holds the value that it has until the next one.
 
-A load that depends on position (plant/load.py) is integrated with the motion. At rest neither position nor load changes, so that an axis at
-rest stays where it is, exactly. The bound of a winding (plant/axis.py) is held over a part of a period at the speed at its beginning.
-Disturbances, drifts and faults are rows of engine/conditions.py, one a sample. A sensor of the speed, where the controller has one,
-shows the true speed at the sample.
+A load that depends on position (plant/position_load.py) is integrated with the motion. At rest
+neither position nor load changes, so that an axis at rest stays where it is, exactly. The bound of
+a winding (plant/axis.py) is held over a part of a period at the speed at its beginning.
+Disturbances, drifts and faults are rows of engine/conditions.py, one a sample. A sensor of the
+speed, where the controller has one, shows the true speed at the sample.
 """
 
 from __future__ import annotations
@@ -19,13 +23,21 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.machine import Machine, control_step
-from frictool.engine.axis import advance, drive_from_now
+from frictool.control.compiled_program import CompiledProgram, control_step
+from frictool.engine.axis_motion import advance, drive_from_now
 from frictool.engine.conditions import faulty, impose, true_command
 from frictool.engine.status import OK
-from frictool.kernels import inner_kernel, kernel
-from frictool.plant.axis import DRIVE_LIMIT, ENCODER_STEP, LOAD_POSITION, MODE, POSITION, RESISTANCE, VELOCITY
-from frictool.plant.load import under_load
+from frictool.plant.axis import (
+    DRIVE_LIMIT,
+    ENCODER_STEP,
+    LOAD_POSITION,
+    MODE,
+    POSITION,
+    RESISTANCE,
+    VELOCITY,
+)
+from frictool.plant.position_load import with_load
+from frictool.runtime.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
 
@@ -46,7 +58,7 @@ def measure(position: float, step: float) -> float:
 def run(
     axis: Vector,
     state: Vector,
-    controller: Machine,
+    controller: CompiledProgram,
     reference: Vector,
     period: float,
     delay_samples: int,
@@ -54,33 +66,41 @@ def run(
     load: Vector,
     conditions: Vector,
 ) -> int:
-    """Runs the loop over `reference` (n,), one value a `period` [s]; fills `record` (n, 7). Returns engine/status.py.
+    """Runs the loop over `reference` (n,), one value a `period` [s]; fills `record` (n, 7). Returns
+    engine/status.py.
 
-    axis (a,) and state (7,): plant/axis.py, the state in place. controller: control/machine.py, started at what is measured, in place.
-    load: plant/load.py. conditions (n, 8): engine/conditions.py, or (0, 8) where nothing happens.
-    Where the status is not OK the record is filled up to the failing sample.
+    axis (a,) and state (7,): plant/axis.py, the state in place. controller:
+    control/compiled_program.py, started at what is measured, in place. load:
+    plant/position_load.py. conditions (n, 8): engine/conditions.py, or (0, 8) where nothing
+    happens. Where the status is not OK the record is filled up to the failing sample.
     """
-    axis = under_load(axis, load)
+    axis = with_load(axis, load)
     p, waiting = axis.copy(), np.zeros(delay_samples + 1)
     measured = measure(state[POSITION], axis[ENCODER_STEP])
     for k in range(reference.shape[0]):
-        measured = seen(axis, state, measured, conditions, k)
+        measured = encoder_reading(axis, state, measured, conditions, k)
         command = control_step(controller, reference[k], measured, state[VELOCITY])
-        status = answered(axis, state, p, waiting, k, measured, command, period, record[k], conditions)
+        status = advance_sample(
+            axis, state, p, waiting, k, measured, command, period, record[k], conditions
+        )
         if status != OK:
             return status
     return OK
 
 
 @inner_kernel
-def seen(axis: Vector, state: Vector, last: float, conditions: Vector, k: int) -> float:
+def encoder_reading(axis: Vector, state: Vector, last: float, conditions: Vector, k: int) -> float:
     """What the encoder shows at sample k [rad | m]; `last`: what it showed at the sample before."""
     reported = measure(state[POSITION], axis[ENCODER_STEP])
-    return faulty(reported, axis[ENCODER_STEP], last, conditions[k]) if conditions.shape[0] > 0 else reported
+    return (
+        faulty(reported, axis[ENCODER_STEP], last, conditions[k])
+        if conditions.shape[0] > 0
+        else reported
+    )
 
 
 @inner_kernel
-def answered(
+def advance_sample(
     axis: Vector,
     state: Vector,
     p: Vector,
@@ -92,10 +112,12 @@ def answered(
     row: Vector,
     conditions: Vector,
 ) -> int:
-    """Sample k after the controller has given its command, up to the next: fills the record's row (7,), moves the state.
+    """Sample k after the controller has given its command, up to the next: fills the record's row
+    (7,), moves the state.
 
-    axis (a,): the parameters, with their load behind them (plant/load.py `under_load`). p (a,): a copy that conditions write into.
-    waiting (delay_samples + 1,): commands that have yet to act. The loop keeps both from sample to sample. Returns engine/status.py.
+    axis (a,): the parameters, with their load behind them (plant/position_load.py `under_load`). p
+    (a,): a copy that conditions write into. waiting (delay_samples + 1,): commands that have yet to
+    act. The loop keeps both from sample to sample. Returns engine/status.py.
     """
     changing, parts = conditions.shape[0] > 0, PARTS if axis[RESISTANCE] > 0.0 else 1
     part, places = period / parts, waiting.shape[0]

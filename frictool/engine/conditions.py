@@ -1,19 +1,27 @@
-"""What happens to a loop while it runs: loads from outside, parameters that drift, sensors that fail. One row a sample, in SI.
+"""What happens to a loop while it runs: loads from outside, parameters that drift, sensors that
+fail. One row a sample, in SI.
 
-====  ================  ===========================================================================================================
+====  ================
+===========================================================================================================
 col.  name              meaning over the sample that begins
-====  ================  ===========================================================================================================
+====  ================
+===========================================================================================================
 0     DISTURBANCE       effort on the axis beside the drive's [N m | N], positive drives forward
-1     FRICTION          factor on all dry friction: Coulomb, breakaway, their maps over position, those inside the backlash
+1     FRICTION          factor on all dry friction: Coulomb, breakaway, their maps over position,
+      those inside the backlash
 2     VISCOUS_FACTOR    factor on the viscous coefficients of every regime; knees stay
 3     CONSTANT_FACTOR   factor on the drive's constant, effort and back-electromotive force alike
 4     LOST              counts that the encoder has lost so far: it reports so many too few
-5     ENCODER_FAULT     STUCK: the encoder goes on reporting what it reported last; INVALID: what it reports is no number (NaN); else 0
-6     SENSOR_OFFSET     a, b in (measured drive) = b (drive) + a, where the drive's own loop makes the measured one follow its
+5     ENCODER_FAULT     STUCK: the encoder goes on reporting what it reported last; INVALID: what it
+      reports is no number (NaN); else 0
+6     SENSOR_OFFSET     a, b in (measured drive) = b (drive) + a, where the drive's own loop makes
+      the measured one follow its
 7     SENSOR_GAIN       command; 0 and 1 without a fault
-====  ================  ===========================================================================================================
+====  ================
+===========================================================================================================
 
-Under constant factors an axis is the one whose parameters are so many times as large from the start.
+Under constant factors an axis is the one whose parameters are so many times as large from the
+start.
 """
 
 from __future__ import annotations
@@ -23,7 +31,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import kernel
 from frictool.plant.axis import (
     BACKLASH_BREAKAWAY,
     BACKLASH_COULOMB,
@@ -34,7 +41,7 @@ from frictool.plant.axis import (
     OFFSET,
     VISCOUS,
 )
-from frictool.plant.axis_laws import (
+from frictool.plant.axis_friction_laws import (
     BREAKAWAY_PAIR,
     COULOMB_MAPS,
     COULOMB_PAIR,
@@ -44,10 +51,20 @@ from frictool.plant.axis_laws import (
     REGIMES,
     VISCOUS_PAIR,
 )
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
-DISTURBANCE, FRICTION, VISCOUS_FACTOR, CONSTANT_FACTOR, LOST, ENCODER_FAULT, SENSOR_OFFSET, SENSOR_GAIN = range(8)
+(
+    DISTURBANCE,
+    FRICTION,
+    VISCOUS_FACTOR,
+    CONSTANT_FACTOR,
+    LOST,
+    ENCODER_FAULT,
+    SENSOR_OFFSET,
+    SENSOR_GAIN,
+) = range(8)
 STUCK, INVALID = 1.0, 2.0  # of ENCODER_FAULT
 CONDITIONS_SIZE = 8
 NEUTRAL = (0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)  # a row in which nothing happens
@@ -61,10 +78,14 @@ def neutral(samples: int) -> Vector:
 
 @kernel
 def impose(axis: Vector, p: Vector, row: Vector) -> None:
-    """Fills the parameters `p` with those of `axis` (plant/axis.py, same length) under the conditions `row` (8,)."""
+    """Fills the parameters `p` with those of `axis` (plant/axis.py, same length) under the
+    conditions `row` (8,)."""
     friction, viscous = row[FRICTION], row[VISCOUS_FACTOR]
     p[COULOMB], p[BREAKAWAY] = friction * axis[COULOMB], friction * axis[BREAKAWAY]
-    p[BACKLASH_COULOMB], p[BACKLASH_BREAKAWAY] = friction * axis[BACKLASH_COULOMB], friction * axis[BACKLASH_BREAKAWAY]
+    p[BACKLASH_COULOMB], p[BACKLASH_BREAKAWAY] = (
+        friction * axis[BACKLASH_COULOMB],
+        friction * axis[BACKLASH_BREAKAWAY],
+    )
     p[VISCOUS], p[CONSTANT] = viscous * axis[VISCOUS], row[CONSTANT_FACTOR] * axis[CONSTANT]
     p[OFFSET] = axis[OFFSET] - row[DISTURBANCE]
     p[DRIVE_LIMIT] = math.inf  # `true_command` has limited what the drive's loop is asked for
@@ -81,7 +102,8 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
 
 @kernel
 def true_command(command: float, limit: float, row: Vector) -> float:
-    """The drive [A | V] at which the sensor of the drive's loop shows the limited command; a command that is no number stays one."""
+    """The drive [A | V] at which the sensor of the drive's loop shows the limited command; a
+    command that is no number stays one."""
     if not math.isfinite(command):
         return command
     return float((min(max(command, -limit), limit) - row[SENSOR_OFFSET]) / row[SENSOR_GAIN])
@@ -89,7 +111,8 @@ def true_command(command: float, limit: float, row: Vector) -> float:
 
 @kernel
 def faulty(reported: float, step: float, last: float, row: Vector) -> float:
-    """What the encoder shows [rad | m] where a sound one has `reported`; `last`: what it showed at the sample before."""
+    """What the encoder shows [rad | m] where a sound one has `reported`; `last`: what it showed at
+    the sample before."""
     if row[ENCODER_FAULT] == INVALID:
         return math.nan
     return float(last if row[ENCODER_FAULT] == STUCK else reported - row[LOST] * step)

@@ -1,6 +1,8 @@
-"""One step of Dormand and Prince's method of order 5 with its error of order 4 and its dense output, for x' = v, v' = a, q' = x - r.
+"""One step of Dormand and Prince's method of order 5 with its error of order 4 and its dense
+output, for x' = v, v' = a, q' = x - r.
 
-Coefficients: Dormand, Prince 1980; dense output: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.6.
+Coefficients: Dormand, Prince 1980; dense output: Hairer, Norsett, Wanner, Solving Ordinary
+Differential Equations I, II.6.
 """
 
 from __future__ import annotations
@@ -11,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.drive import effort, reference
-from frictool.kernels import bare_kernel
+from frictool.runtime.kernels import bare_kernel
 
 Vector = NDArray[np.float64]
 Force = Callable[[float, float, Vector], float]
 
 STAGES = 7
-# y(t0 + c_i h) = y0 + h sum_j a_ij k_j, written out below: the compiler then keeps everything in registers
+# y(t0 + c_i h) = y0 + h sum_j a_ij k_j, written out below: the compiler then keeps everything in
+# registers
 C2, C3, C4, C5 = 1 / 5, 3 / 10, 4 / 5, 8 / 9
 A21 = 1 / 5
 A31, A32 = 3 / 40, 9 / 40
@@ -26,7 +29,8 @@ A51, A52, A53, A54 = 19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729
 A61, A62, A63, A64, A65 = 9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656
 A71, A73, A74, A75, A76 = 35 / 384, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84
 E1, E3, E4, E5, E6, E7 = 71 / 57600, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40
-# y(t0 + s h) = y0 + h sum_i k_i (DENSE[i][0] s + DENSE[i][1] s^2 + DENSE[i][2] s^3 + DENSE[i][3] s^4)
+# y(t0 + s h) = y0 + h sum_i k_i (DENSE[i][0] s + DENSE[i][1] s^2 + DENSE[i][2] s^3 + DENSE[i][3]
+# s^4)
 DENSE = (
     (1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432),
     (0.0, 0.0, 0.0, 0.0),
@@ -54,19 +58,38 @@ ERRORS = np.array((E1, 0.0, E3, E4, E5, E6, E7))
 
 
 @bare_kernel
-def _rate(force: Force, law: Vector, mobility: float, direction: float, drive: Vector, t: float, x: float, v: float, q: float) -> float:
+def _rate(
+    force: Force,
+    law: Vector,
+    mobility: float,
+    direction: float,
+    drive: Vector,
+    t: float,
+    x: float,
+    v: float,
+    q: float,
+) -> float:
     """v' of a slip in `direction`."""
     return (effort(t, x, v, q, drive) - force(v, direction, law)) * mobility
 
 
 @bare_kernel
 def layer_step(
-    force: Force, law: Vector, mass: float, direction: float, drive: Vector, t: float, h: float, start: float, y: Vector, slopes: Vector
+    force: Force,
+    law: Vector,
+    mass: float,
+    direction: float,
+    drive: Vector,
+    t: float,
+    h: float,
+    start: float,
+    y: Vector,
+    slopes: Vector,
 ) -> float:
     """Tries one step of length h from y = (x, v, q) at t; returns the error of v [m/s | rad/s].
 
-    `start`: the acceleration at t. `slopes` (3, 7), rows x', v', q', is filled with the stages. `force(v, direction, law)` opposes the
-    motion.
+    `start`: the acceleration at t. `slopes` (3, 7), rows x', v', q', is filled with the stages.
+    `force(v, direction, law)` opposes the motion.
     """
     x, v, q = y[0], y[1], y[2]
     v1, mobility = v, 1.0 / mass
@@ -78,32 +101,99 @@ def layer_step(
     v3 = v + h * (A31 * a1 + A32 * a2)
     x3 = x + h * (A31 * v1 + A32 * v2)
     e3 = x3 - reference(t + C3 * h, drive)
-    a3 = _rate(force, law, mobility, direction, drive, t + C3 * h, x3, v3, q + h * (A31 * e1 + A32 * e2))
+    a3 = _rate(
+        force, law, mobility, direction, drive, t + C3 * h, x3, v3, q + h * (A31 * e1 + A32 * e2)
+    )
     v4 = v + h * (A41 * a1 + A42 * a2 + A43 * a3)
     x4 = x + h * (A41 * v1 + A42 * v2 + A43 * v3)
     e4 = x4 - reference(t + C4 * h, drive)
-    a4 = _rate(force, law, mobility, direction, drive, t + C4 * h, x4, v4, q + h * (A41 * e1 + A42 * e2 + A43 * e3))
+    a4 = _rate(
+        force,
+        law,
+        mobility,
+        direction,
+        drive,
+        t + C4 * h,
+        x4,
+        v4,
+        q + h * (A41 * e1 + A42 * e2 + A43 * e3),
+    )
     v5 = v + h * (A51 * a1 + A52 * a2 + A53 * a3 + A54 * a4)
     x5 = x + h * (A51 * v1 + A52 * v2 + A53 * v3 + A54 * v4)
     e5 = x5 - reference(t + C5 * h, drive)
-    a5 = _rate(force, law, mobility, direction, drive, t + C5 * h, x5, v5, q + h * (A51 * e1 + A52 * e2 + A53 * e3 + A54 * e4))
+    a5 = _rate(
+        force,
+        law,
+        mobility,
+        direction,
+        drive,
+        t + C5 * h,
+        x5,
+        v5,
+        q + h * (A51 * e1 + A52 * e2 + A53 * e3 + A54 * e4),
+    )
     v6 = v + h * (A61 * a1 + A62 * a2 + A63 * a3 + A64 * a4 + A65 * a5)
     x6 = x + h * (A61 * v1 + A62 * v2 + A63 * v3 + A64 * v4 + A65 * v5)
     e6 = x6 - reference(t + h, drive)
-    a6 = _rate(force, law, mobility, direction, drive, t + h, x6, v6, q + h * (A61 * e1 + A62 * e2 + A63 * e3 + A64 * e4 + A65 * e5))
+    a6 = _rate(
+        force,
+        law,
+        mobility,
+        direction,
+        drive,
+        t + h,
+        x6,
+        v6,
+        q + h * (A61 * e1 + A62 * e2 + A63 * e3 + A64 * e4 + A65 * e5),
+    )
     v7 = v + h * (A71 * a1 + A73 * a3 + A74 * a4 + A75 * a5 + A76 * a6)
     x7 = x + h * (A71 * v1 + A73 * v3 + A74 * v4 + A75 * v5 + A76 * v6)
     e7 = x7 - reference(t + h, drive)
-    a7 = _rate(force, law, mobility, direction, drive, t + h, x7, v7, q + h * (A71 * e1 + A73 * e3 + A74 * e4 + A75 * e5 + A76 * e6))
-    slopes[0, 0], slopes[0, 1], slopes[0, 2], slopes[0, 3], slopes[0, 4], slopes[0, 5], slopes[0, 6] = v1, v2, v3, v4, v5, v6, v7
-    slopes[1, 0], slopes[1, 1], slopes[1, 2], slopes[1, 3], slopes[1, 4], slopes[1, 5], slopes[1, 6] = a1, a2, a3, a4, a5, a6, a7
-    slopes[2, 0], slopes[2, 1], slopes[2, 2], slopes[2, 3], slopes[2, 4], slopes[2, 5], slopes[2, 6] = e1, e2, e3, e4, e5, e6, e7
+    a7 = _rate(
+        force,
+        law,
+        mobility,
+        direction,
+        drive,
+        t + h,
+        x7,
+        v7,
+        q + h * (A71 * e1 + A73 * e3 + A74 * e4 + A75 * e5 + A76 * e6),
+    )
+    (
+        slopes[0, 0],
+        slopes[0, 1],
+        slopes[0, 2],
+        slopes[0, 3],
+        slopes[0, 4],
+        slopes[0, 5],
+        slopes[0, 6],
+    ) = v1, v2, v3, v4, v5, v6, v7
+    (
+        slopes[1, 0],
+        slopes[1, 1],
+        slopes[1, 2],
+        slopes[1, 3],
+        slopes[1, 4],
+        slopes[1, 5],
+        slopes[1, 6],
+    ) = a1, a2, a3, a4, a5, a6, a7
+    (
+        slopes[2, 0],
+        slopes[2, 1],
+        slopes[2, 2],
+        slopes[2, 3],
+        slopes[2, 4],
+        slopes[2, 5],
+        slopes[2, 6],
+    ) = e1, e2, e3, e4, e5, e6, e7
     return abs(h * (E1 * a1 + E3 * a3 + E4 * a4 + E5 * a5 + E6 * a6 + E7 * a7))
 
 
 @bare_kernel
 def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
-    """Writes the step as polynomials of the time since its start: the first 5 terms of `piece`, a row for each of `slopes` (rows, 7)."""
+    """Writes the step as polynomials of the time since its start: the first 5 terms of `piece`, a
+    row for each of `slopes` (rows, 7)."""
     for row in range(slopes.shape[0]):
         piece[row, 0] = y[row]
         power = 1.0
@@ -117,7 +207,8 @@ def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
 
 @bare_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
-    """Where the slope of a stage is asked for, in a system of n states: y and `point` (n,), slopes (7, n)."""
+    """Where the slope of a stage is asked for, in a system of n states: y and `point` (n,), slopes
+    (7, n)."""
     for row in range(y.shape[0]):
         total = 0.0
         for j in range(stage):

@@ -1,6 +1,8 @@
-"""The effort on the axis as a function of time and motion: one form for every drive that the engine knows.
+"""The effort on the axis as a function of time and motion: one form for every drive that the engine
+knows.
 
-    u(t) = offset + slope t + amplitude sin(frequency t + phase) - proportional (x - r) - derivative v - integral q
+    u(t) = offset + slope t + amplitude sin(frequency t + phase) - proportional (x - r) - derivative
+    v - integral q
     r(t) = target + target_speed t              q' = x - r
 
 held, ramped    offset and slope
@@ -8,8 +10,8 @@ sine            amplitude, frequency, phase
 spring          proportional = stiffness, r = its free end (3.7.2)
 PID             all three gains (3.40)
 
-Linear in time and state: with the friction's sign fixed the motion has a power series whose coefficients follow one another.
-Times are those of the run, not of the segment.
+Linear in time and state: with the friction's sign fixed the motion has a power series whose
+coefficients follow one another. Times are those of the run, not of the segment.
 """
 
 from __future__ import annotations
@@ -20,15 +22,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
-OFFSET, SLOPE, AMPLITUDE, FREQUENCY, PHASE, PROPORTIONAL, DERIVATIVE, INTEGRAL, TARGET, TARGET_SPEED = range(10)
+(
+    OFFSET,
+    SLOPE,
+    AMPLITUDE,
+    FREQUENCY,
+    PHASE,
+    PROPORTIONAL,
+    DERIVATIVE,
+    INTEGRAL,
+    TARGET,
+    TARGET_SPEED,
+) = range(10)
 
 
-class Drive(NamedTuple):
-    """Coefficients of the form above, in SI; for a rotary axis N m, rad where a linear one has N, m."""
+class EffortFunction(NamedTuple):
+    """Coefficients of the form above, in SI; for a rotary axis N m, rad where a linear one has N,
+    m."""
 
     offset: float = 0.0  # N
     slope: float = 0.0  # N/s
@@ -42,33 +56,39 @@ class Drive(NamedTuple):
     target_speed: float = 0.0  # m/s
 
     def as_array(self) -> Vector:
-        """The coefficients (10,) for the kernels. ValueError where one is not finite or the frequency is negative."""
+        """The coefficients (10,) for the kernels. ValueError where one is not finite or the
+        frequency is negative."""
         array = np.array(self, dtype=np.float64)
         if not np.all(np.isfinite(array)):
             raise ValueError(f"a drive needs finite coefficients, found {self}")
         if self.frequency < 0.0:
-            raise ValueError(f"the frequency of a drive is at least 0 rad/s, found {self.frequency}")
+            raise ValueError(
+                f"the frequency of a drive is at least 0 rad/s, found {self.frequency}"
+            )
         return array
 
 
-def held(effort: float) -> Drive:
+def held(effort: float) -> EffortFunction:
     """A constant effort [N]."""
-    return Drive(offset=effort)
+    return EffortFunction(offset=effort)
 
 
-def ramped(effort: float, rate: float, start: float = 0.0) -> Drive:
+def ramped(effort: float, rate: float, start: float = 0.0) -> EffortFunction:
     """An effort that is `effort` [N] at `start` [s] and grows by `rate` [N/s]."""
-    return Drive(offset=effort - rate * start, slope=rate)
+    return EffortFunction(offset=effort - rate * start, slope=rate)
 
 
-def spring(stiffness: float, speed: float, position: float = 0.0) -> Drive:
-    """A spring [N/m] whose free end is at `position` [m] at t = 0 and moves at `speed` [m/s] (3.7.2)."""
-    return Drive(proportional=stiffness, target=position, target_speed=speed)
+def spring(stiffness: float, speed: float, position: float = 0.0) -> EffortFunction:
+    """A spring [N/m] whose free end is at `position` [m] at t = 0 and moves at `speed` [m/s]
+    (3.7.2)."""
+    return EffortFunction(proportional=stiffness, target=position, target_speed=speed)
 
 
-def pid(proportional: float, derivative: float, integral: float, target: float) -> Drive:
+def pid(proportional: float, derivative: float, integral: float, target: float) -> EffortFunction:
     """The position loop (3.40): Kp [N/m], Kv [N s/m], Ki [N/(m s)], towards x_d = `target` [m]."""
-    return Drive(proportional=proportional, derivative=derivative, integral=integral, target=target)
+    return EffortFunction(
+        proportional=proportional, derivative=derivative, integral=integral, target=target
+    )
 
 
 @kernel
@@ -77,7 +97,11 @@ def effort(t: float, x: float, v: float, q: float, drive: Vector) -> float:
     u: float = drive[OFFSET] + drive[SLOPE] * t
     if drive[AMPLITUDE] != 0.0:
         u += drive[AMPLITUDE] * math.sin(drive[FREQUENCY] * t + drive[PHASE])
-    u -= drive[PROPORTIONAL] * (x - reference(t, drive)) + drive[DERIVATIVE] * v + drive[INTEGRAL] * q
+    u -= (
+        drive[PROPORTIONAL] * (x - reference(t, drive))
+        + drive[DERIVATIVE] * v
+        + drive[INTEGRAL] * q
+    )
     return u
 
 

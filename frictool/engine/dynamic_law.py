@@ -1,11 +1,14 @@
-"""A mass under a law with internal state (Dahl, LuGre, elasto-plastic, Leuven, Maxwell-slip): the reference models beside the exact engine.
+"""A mass under a law with internal state (Dahl, LuGre, elasto-plastic, Leuven, Maxwell-slip): the
+reference models beside the exact engine.
 
     m v' = u(t, x, v, q) - F(z, z', v)        x' = v        q' = x - r        z' = rate(z, v)
 
-These laws have no modes: v is small in their stick, never zero. A Rosenbrock method (engine/rosenbrock.py) with error control on v and z:
-in slip the contact relaxes in microseconds, in stick it is as soft as the drive. A law's memory moves after an accepted step only, and no
-step passes a reversal, which the memory has to see: it ends there. An extension (friction/extension.py) gives the levels of the place and
-the direction, and adds its knees; what friction changes with the position is left out of the derivatives, as small beside the contact.
+These laws have no modes: v is small in their stick, never zero. A Rosenbrock method
+(engine/rosenbrock.py) with error control on v and z: in slip the contact relaxes in microseconds,
+in stick it is as soft as the drive. A law's memory moves after an accepted step only, and no step
+passes a reversal, which the memory has to see: it ends there. An extension (friction/extension.py)
+gives the levels of the place and the direction, and adds its knees; what friction changes with the
+position is left out of the derivatives, as small beside the contact.
 """
 
 from __future__ import annotations
@@ -16,7 +19,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.body import SAMPLE_EFFORT, SAMPLE_FRICTION, SAMPLE_MODE, SAMPLE_POSITION, SAMPLE_VELOCITY
+from frictool.engine.body import (
+    SAMPLE_EFFORT,
+    SAMPLE_FRICTION,
+    SAMPLE_MODE,
+    SAMPLE_POSITION,
+    SAMPLE_VELOCITY,
+)
 from frictool.engine.drive import (
     AMPLITUDE,
     DERIVATIVE,
@@ -31,9 +40,9 @@ from frictool.engine.drive import (
 )
 from frictool.engine.rosenbrock import CONTACT, NODES, STAGES, between, complete_stage, stage_point
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL
-from frictool.friction.extension import knees, levels
-from frictool.friction.speed_knee import knee_force, knee_slope
-from frictool.kernels import kernel
+from frictool.friction.extension import levels, regime_table
+from frictool.friction.speed_regimes import knee_force, knee_slope
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 Rate = Callable[[Vector, float, Vector, Vector], int]
@@ -55,17 +64,28 @@ def _hold(laws: Laws, y: Vector) -> float:
     if table.shape[0] == 0:
         return 0.0
     levels(forward, backward, table, y[0], math.copysign(1.0, y[1]), math.inf, p)
-    added: float = knee_force(y[1], knees(table))
+    added: float = knee_force(y[1], regime_table(table))
     return added
 
 
 @kernel
-def _field(rate: Rate, force: Force, laws: Laws, mass: float, drive: Vector, t: float, y: Vector, out: Vector) -> int:
+def _field(
+    rate: Rate,
+    force: Force,
+    laws: Laws,
+    mass: float,
+    drive: Vector,
+    t: float,
+    y: Vector,
+    out: Vector,
+) -> int:
     """Fills out with y'."""
     added, law = _hold(laws, y), laws[3]
     status = rate(y[CONTACT:], y[1], law, out[CONTACT:])
     out[0] = y[1]
-    out[1] = (effort(t, y[0], y[1], y[2], drive) - force(y[CONTACT:], out[CONTACT:], y[1], law) - added) / mass
+    out[1] = (
+        effort(t, y[0], y[1], y[2], drive) - force(y[CONTACT:], out[CONTACT:], y[1], law) - added
+    ) / mass
     out[2] = y[0] - reference(t, drive)
     return status
 
@@ -87,7 +107,8 @@ def _linearise(
 ) -> int:
     """The derivatives of the field at y, where it is `slope`, as engine/rosenbrock.py takes them.
 
-    Differences point away from v = 0, and of z the way it goes: a hysteresis is stiffer on the way back.
+    Differences point away from v = 0, and of z the way it goes: a hysteresis is stiffer on the way
+    back.
     """
     m, z, zdot, table, law = couplings.shape[1], y[CONTACT:], slope[CONTACT:], laws[2], laws[3]
     _hold(laws, y)
@@ -96,8 +117,10 @@ def _linearise(
     step = math.copysign(DIFFERENCE * max(scales[1], abs(y[1])), y[1])
     failed = rate(z, y[1] + step, law, out)
     own[0], own[2] = drive[PROPORTIONAL] / mass, drive[INTEGRAL] / mass
-    steeper = knee_slope(y[1], knees(table)) if table.shape[0] > 0 else 0.0
-    own[1] = (steeper + drive[DERIVATIVE] + (force(z, out, y[1] + step, law) - friction) / step) / mass
+    steeper = knee_slope(y[1], regime_table(table)) if table.shape[0] > 0 else 0.0
+    own[1] = (
+        steeper + drive[DERIVATIVE] + (force(z, out, y[1] + step, law) - friction) / step
+    ) / mass
     couplings[0] = (out[:m] - zdot[:m]) / step
     for j in range(m):
         there[j] += math.copysign(DIFFERENCE * max(scales[CONTACT + j], abs(z[j])), zdot[j])
@@ -132,7 +155,8 @@ def _try_step(
     stages: Vector,
     end: Vector,
 ) -> float:
-    """One step of length h to `end` from y, where the field is `slope`; stages (6, n). Returns the error in tolerances, inf if it fails."""
+    """One step of length h to `end` from y, where the field is `slope`; stages (6, n). Returns the
+    error in tolerances, inf if it fails."""
     rows = CONTACT + couplings.shape[1]
     stages[0, :] = slope
     complete_stage(own, couplings, in_time, h, 0, stages)
@@ -146,15 +170,33 @@ def _try_step(
         error = stages[STAGES - 1, row]
         end[row] += error
         if scales[row] > 0.0:
-            worst = max(worst, abs(error) / (scales[0] * max(scales[row], abs(y[row]), abs(end[row]))) if row > 0 else 0.0)
+            worst = max(
+                worst,
+                abs(error) / (scales[0] * max(scales[row], abs(y[row]), abs(end[row])))
+                if row > 0
+                else 0.0,
+            )
     return worst if math.isfinite(worst) and math.isfinite(end[1]) else math.inf
 
 
 @kernel
-def _sample(rate: Rate, force: Force, laws: Laws, drive: Vector, t: float, y: Vector, zdot: Vector, row: Vector) -> None:
+def _sample(
+    rate: Rate,
+    force: Force,
+    laws: Laws,
+    drive: Vector,
+    t: float,
+    y: Vector,
+    zdot: Vector,
+    row: Vector,
+) -> None:
     added, law = _hold(laws, y), laws[3]
     rate(y[CONTACT:], y[1], law, zdot)
-    row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT] = y[0], y[1], effort(t, y[0], y[1], y[2], drive)
+    row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT] = (
+        y[0],
+        y[1],
+        effort(t, y[0], y[1], y[2], drive),
+    )
     row[SAMPLE_FRICTION] = force(y[CONTACT:], zdot, y[1], law) + added
     row[SAMPLE_MODE] = float(np.sign(y[1]))
 
@@ -187,15 +229,42 @@ def _segment(
     """Under one drive up to `end`: status, the time reached, samples filled so far."""
     n = y.shape[0]
     slope, after, at, zdot = np.zeros(n), y.copy(), y.copy(), np.zeros(n - CONTACT)
-    stages, own, couplings, in_time = np.zeros((STAGES, n)), np.zeros(3), np.zeros((3, moving)), np.zeros(CONTACT)
+    stages, own, couplings, in_time = (
+        np.zeros((STAGES, n)),
+        np.zeros(3),
+        np.zeros((3, moving)),
+        np.zeros(CONTACT),
+    )
     h, shortest, fresh = FIRST_STEP * (end - t), SHORTEST_STEP * max(abs(t), abs(end)), True
     while t < end:
         step = min(h, end - t)
         if fresh:
             failed = _field(rate, force, laws, mass, drive, t, y, slope)
-            if failed + _linearise(rate, force, laws, mass, drive, t, y, slope, scales, own, couplings, in_time) != OK:
+            if (
+                failed
+                + _linearise(
+                    rate, force, laws, mass, drive, t, y, slope, scales, own, couplings, in_time
+                )
+                != OK
+            ):
                 return LAW_FAILED, t, filled
-        error = _try_step(rate, force, laws, mass, drive, t, step, y, slope, scales, own, couplings, in_time, stages, after)
+        error = _try_step(
+            rate,
+            force,
+            laws,
+            mass,
+            drive,
+            t,
+            step,
+            y,
+            slope,
+            scales,
+            own,
+            couplings,
+            in_time,
+            stages,
+            after,
+        )
         fresh = error <= 1.0
         if not fresh:
             if step <= shortest:
@@ -236,16 +305,33 @@ def run_dynamic(
     times: Vector,
     samples: Vector,
 ) -> tuple[int, float]:
-    """Moves y = (x, v, q, z...), in place, from `start` [s] through segments that end at `ends` (s,) with `drives` (s, 10).
+    """Moves y = (x, v, q, z...), in place, from `start` [s] through segments that end at `ends`
+    (s,) with `drives` (s, 10).
 
-    laws: friction/extension.py `Packed`, or `unextended`, and room for the parameters that hold, which are a law's own without extension.
-    moving: how many of z, the first ones, have a rate; the rest is memory. scales (n,): the tolerance, the speed [m/s] that it is relative
-    to, 0, and a size for each z. times (n,), ascending, within the run; samples (n, 5) are filled. Returns a status of engine/status.py
-    and the time reached.
+    laws: friction/extension.py `Packed`, or `unextended`, and room for the parameters that hold,
+    which are a law's own without extension. moving: how many of z, the first ones, have a rate; the
+    rest is memory. scales (n,): the tolerance, the speed [m/s] that it is relative to, 0, and a
+    size for each z. times (n,), ascending, within the run; samples (n, 5) are filled. Returns a
+    status of engine/status.py and the time reached.
     """
     t, filled = start, 0
     for k in range(ends.shape[0]):
-        status, t, filled = _segment(rate, force, commit, laws, mass, y, moving, scales, drives[k], t, ends[k], times, samples, filled)
+        status, t, filled = _segment(
+            rate,
+            force,
+            commit,
+            laws,
+            mass,
+            y,
+            moving,
+            scales,
+            drives[k],
+            t,
+            ends[k],
+            times,
+            samples,
+            filled,
+        )
         if status != OK:
             return status, t
     zdot = np.zeros(y.shape[0] - CONTACT)

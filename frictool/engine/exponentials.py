@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 SMALL = 0.6  # below, power series; above, differences that lose less than three bits
 NEGLIGIBLE = 2.0**-56  # the last term of a series whose sum is above 1/4
@@ -62,7 +62,8 @@ def convolved(a: float, b: float, t: float) -> float:
 
 @kernel
 def convolved_integral(a: float, b: float, t: float) -> float:
-    """int_0^t convolved(a, b, s) ds, in s^2: t^2 times the divided difference of phi1 at -a t and -b t."""
+    """int_0^t convolved(a, b, s) ds, in s^2: t^2 times the divided difference of phi1 at -a t and
+    -b t."""
     p, q = -a * t, -b * t
     gap = q - p
     if abs(gap) > NEAR * max(1.0, abs(p)):

@@ -1,11 +1,14 @@
-"""Laws that are printed for a fixed step, run as they are printed: hybrid A, B, C (3.28)-(3.39), and the laws with a band (2.32), (2.35).
+"""Laws that are printed for a fixed step, run as they are printed: hybrid A, B, C (3.28)-(3.39),
+and the laws with a band (2.32), (2.35).
 
-The step T_e is a parameter of these models and not a tolerance: (3.11) ties it to their switching velocity. Each step is one of the
-midpoint rule with the mode held; the mode is asked for at its start. x' is the velocity that the law reports (Karnopp's v_m is 0 in
-the band), and so is what the drive's derivative gain sees.
+The step T_e is a parameter of these models and not a tolerance: (3.11) ties it to their switching
+velocity. Each step is one of the midpoint rule with the mode held; the mode is asked for at its
+start. x' is the velocity that the law reports (Karnopp's v_m is 0 in the band), and so is what the
+drive's derivative gain sees.
 
-Extensions (friction/extension.py) are those of the exact engine, with the levels of the step's place, direction and time at rest; a pure
-delay of the film is a number of steps. A film changes nothing of the laws with a band: their friction in slip has no Stribeck effect.
+Extensions (friction/extension.py) are those of the exact engine, with the levels of the step's
+place, direction and time at rest; a pure delay of the film is a number of steps. A film changes
+nothing of the laws with a band: their friction in slip has no Stribeck effect.
 """
 
 from __future__ import annotations
@@ -27,13 +30,13 @@ from frictool.engine.body import (
 )
 from frictool.engine.drive import effort, reference
 from frictool.engine.status import EVENTS_FULL, LAW_FAILED, NOT_FINITE, OK
-from frictool.friction.extension import BOUNDARY, DELAY, LAG, knees, levels
-from frictool.friction.film import boundary_film, delayed_film, film_force, lagged_film
-from frictool.friction.hybrid import MASS, SLIPPING, STUCK
-from frictool.friction.speed_knee import knee_force
-from frictool.friction.static import held_force
+from frictool.friction.extension import BOUNDARY, DELAY, LAG, levels, regime_table
+from frictool.friction.hybrid_kernels import MASS, SLIPPING, STUCK
+from frictool.friction.lubricant_film import boundary_film, delayed_film, film_force, lagged_film
+from frictool.friction.speed_regimes import knee_force
+from frictool.friction.static_kernels import sticking_force
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 ModeAfter = Callable[[int, float, float, Vector, Vector], int]
@@ -44,13 +47,16 @@ Commit = Callable[[int, Vector, Vector], int]
 SlipForce = Callable[[float, float, Vector], float]
 OfDirection = Callable[[float, Vector], float]
 Band = Callable[[Vector], float]
-Laws = tuple[Vector, Vector, Vector, Vector]  # friction/extension.py: both directions' parameters, table, room for those that hold now
+Laws = tuple[
+    Vector, Vector, Vector, Vector
+]  # friction/extension.py: both directions' parameters, table, room for those that hold now
 DRY = 1e-300  # a film's speed of zero that keeps its direction
 
 
 @kernel
 def _switch(events: Vector, happened: int, t: float, stuck: bool, x: float, v: float) -> int:
-    """Records that the body has stuck or broken away; returns the number of events, or -1 where there is no room."""
+    """Records that the body has stuck or broken away; returns the number of events, or -1 where
+    there is no room."""
     if happened == events.shape[0]:
         return -1
     row = events[happened]
@@ -61,7 +67,12 @@ def _switch(events: Vector, happened: int, t: float, stuck: bool, x: float, v: f
 @kernel
 def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool) -> None:
     """One sample; the mode is the direction of slip, 0 in stick."""
-    row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT], row[SAMPLE_FRICTION] = x, v, u, friction
+    row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT], row[SAMPLE_FRICTION] = (
+        x,
+        v,
+        u,
+        friction,
+    )
     row[SAMPLE_MODE] = 0.0 if stuck else math.copysign(1.0, v if v != 0.0 else u)
 
 
@@ -81,17 +92,30 @@ def _film(laws: Laws, v: float, u: float, w: float) -> float:
 
 
 @kernel
-def _hybrid_friction(force: Valued, mode: int, v: float, u: float, z: Vector, laws: Laws, w: float) -> float:
+def _hybrid_friction(
+    force: Valued, mode: int, v: float, u: float, z: Vector, laws: Laws, w: float
+) -> float:
     """The friction with what an extension changes of a slip."""
     table, p = laws[2], laws[3]
     if mode == STUCK or table.shape[0] == 0:
         return force(mode, v, u, z, p)
     film = _film(laws, v, u, w)
-    return film_force(force(mode, film, u, z, p), v, film, p[VISCOUS]) + knee_force(v, knees(table))
+    return film_force(force(mode, film, u, z, p), v, film, p[VISCOUS]) + knee_force(
+        v, regime_table(table)
+    )
 
 
 @kernel
-def _hybrid_acceleration(force: Valued, acceleration: Valued, mode: int, v: float, u: float, z: Vector, laws: Laws, w: float) -> float:
+def _hybrid_acceleration(
+    force: Valued,
+    acceleration: Valued,
+    mode: int,
+    v: float,
+    u: float,
+    z: Vector,
+    laws: Laws,
+    w: float,
+) -> float:
     """v' in either mode."""
     if mode == STUCK or laws[2].shape[0] == 0:
         return acceleration(mode, v, u, z, laws[3])
@@ -110,7 +134,8 @@ def _hold_breakaway(force: Valued, u: float, z: Vector, laws: Laws, w: float) ->
 
 @kernel
 def _film_after(laws: Laws, w: float, v: float, after: float, span: float) -> float:
-    """The film's lagged velocity after `span` in which the body goes from v to `after`; a delayed one stays until the next step."""
+    """The film's lagged velocity after `span` in which the body goes from v to `after`; a delayed
+    one stays until the next step."""
     table = laws[2]
     if table.shape[0] == 0:
         return after
@@ -137,11 +162,13 @@ def run_hybrid(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Moves state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1] in steps of `step` [s].
+    """Moves state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1] in steps of
+    `step` [s].
 
-    ends (s,), drives (s, 10): a step takes the drive that holds at its middle. times (n,), ascending: samples (n, 5) are those of the
-    step that begins nearest. events (m, 4). laws: as `dynamic_law.run_dynamic`; past (n + 1,): room for a delay of n steps. Returns a
-    status of engine/status.py, the time reached, the number of events.
+    ends (s,), drives (s, 10): a step takes the drive that holds at its middle. times (n,),
+    ascending: samples (n, 5) are those of the step that begins nearest. events (m, 4). laws: as
+    `dynamic_law.run_dynamic`; past (n + 1,): room for a delay of n steps. Returns a status of
+    engine/status.py, the time reached, the number of events.
     """
     steps, segment, filled, happened, mode = round((ends[-1] - start) / step), 0, 0, 0, STUCK
     slope, middle, law, rested, w = np.zeros_like(z), np.zeros_like(z), laws[3], 0.0, 0.0
@@ -165,7 +192,14 @@ def run_hybrid(
             if enter(mode, v, u, z, law) != OK:
                 return LAW_FAILED, t, happened
         while filled < times.shape[0] and times[filled] < t + 0.5 * step:
-            _put(samples[filled], x, v, u, _hybrid_friction(force, mode, v, u, z, laws, w), mode == STUCK)
+            _put(
+                samples[filled],
+                x,
+                v,
+                u,
+                _hybrid_friction(force, mode, v, u, z, laws, w),
+                mode == STUCK,
+            )
             filled += 1
         if k == steps:
             break
@@ -177,7 +211,9 @@ def run_hybrid(
         u = effort(t + 0.5 * step, there, half, over, drives[segment])
         failed += rate(mode, half, middle, law, slope)
         state[0] = x + step * half
-        state[1] = v + step * _hybrid_acceleration(force, acceleration, mode, half, u, middle, laws, between)
+        state[1] = v + step * _hybrid_acceleration(
+            force, acceleration, mode, half, u, middle, laws, between
+        )
         w = _film_after(laws, w, v, state[1], step)
         rested += step if mode == STUCK else 0.0
         state[2] = q + step * (there - reference(t + 0.5 * step, drives[segment]))
@@ -191,14 +227,23 @@ def run_hybrid(
 
 @kernel
 def _band_force(
-    slip_force: SlipForce, breakaway: OfDirection, laws: Laws, width: float, x: float, v: float, u: float, rested: float
+    slip_force: SlipForce,
+    breakaway: OfDirection,
+    laws: Laws,
+    width: float,
+    x: float,
+    v: float,
+    u: float,
+    rested: float,
 ) -> float:
     """The friction of a law with a band."""
     stuck, table, law = abs(v) <= width, laws[2], laws[3]
     _hold(laws, x, v, u, stuck, rested)
     if stuck:
-        return held_force(u, breakaway(1.0, law), breakaway(-1.0, law))  # the effort's direction is the one that counts
-    added = knee_force(v, knees(table)) if table.shape[0] > 0 else 0.0
+        return sticking_force(
+            u, breakaway(1.0, law), breakaway(-1.0, law)
+        )  # the effort's direction is the one that counts
+    added = knee_force(v, regime_table(table)) if table.shape[0] > 0 else 0.0
     return slip_force(v, math.copysign(1.0, v), law) + added
 
 
@@ -219,7 +264,8 @@ def run_band(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """As `run_hybrid`, for a law whose velocities of at most `band` count as rest (2.32), (2.35)-(2.36)."""
+    """As `run_hybrid`, for a law whose velocities of at most `band` count as rest (2.32),
+    (2.35)-(2.36)."""
     steps, segment, filled, happened, stuck = round((ends[-1] - start) / step), 0, 0, 0, True
     law, rested = laws[3], 0.0
     width = band(law)

@@ -1,9 +1,12 @@
-"""One step of a Rosenbrock method of order 4 with its error of order 3 and its dense output, for contacts that relax in microseconds.
+"""One step of a Rosenbrock method of order 4 with its error of order 3 and its dense output, for
+contacts that relax in microseconds.
 
-    W k_i = f(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij k_j/h + h d_i f_t        W = I/(gamma h) - J
+    W k_i = f(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij k_j/h + h d_i f_t        W = I/(gamma h) -
+                                                                                   J
 
-L-stable: once the contact has relaxed the step follows the motion, and not the contact. Coefficients: RODAS, Hairer, Wanner, Solving
-Ordinary Differential Equations II, VI.4. y = (x, v, q, z...), and J has the shape of an arrow, for z_i' depends on z_i and v alone:
+L-stable: once the contact has relaxed the step follows the motion, and not the contact.
+Coefficients: RODAS, Hairer, Wanner, Solving Ordinary Differential Equations II, VI.4. y = (x, v, q,
+z...), and J has the shape of an arrow, for z_i' depends on z_i and v alone:
 
     x' = v        v' = (u(t, x, v, q) - F(v, z))/m        q' = x - r        z_i' = rate(z_i, v)
 """
@@ -13,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
@@ -38,13 +41,31 @@ C = np.array(
         (-2.430093356833875, -0.2063599157091915, 0.0, 0.0, 0.0),
         (-0.1073529058151375, -9.594562251023355, -20.47028614809616, 0.0, 0.0),
         (7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160, 0.0),
-        (8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054),
+        (
+            8.083246795921522,
+            -7.981132988064893,
+            -31.52159432874371,
+            16.31930543123136,
+            -6.058818238834054,
+        ),
     )
 )
 DENSE = np.array(
     (
-        (10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662),
-        (-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872),
+        (
+            10.12623508344586,
+            -7.487995877610167,
+            -34.80091861555747,
+            -7.992771707568823,
+            1.025137723295662,
+        ),
+        (
+            -0.6762803392801253,
+            6.087714651680015,
+            16.43084320892478,
+            24.76722511418386,
+            -6.594389125716872,
+        ),
     )
 )
 
@@ -60,10 +81,13 @@ def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> No
 
 
 @kernel
-def complete_stage(own: Vector, couplings: Vector, in_time: Vector, h: float, i: int, stages: Vector) -> None:
+def complete_stage(
+    own: Vector, couplings: Vector, in_time: Vector, h: float, i: int, stages: Vector
+) -> None:
     """Turns stage i, which holds the field at its point, into k_i.
 
-    own (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of each z that moves. in_time (3,): d(x', v', q')/dt.
+    own (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of each z that moves.
+    in_time (3,): d(x', v', q')/dt.
     """
     m, k, c = couplings.shape[1], stages[i], 1.0 / (GAMMA * h)
     for row in range(CONTACT + m):

@@ -1,10 +1,14 @@
-"""An axis under the controller that the bench ran while it was logged: what reference, position and effort would have been.
+"""An axis under the controller that the bench ran while it was logged: what reference, position and
+effort would have been.
 
-    error = reference - position;    effort = P error + integral + D d/dt (r reference - position);    integral' = I error
+    error = reference - position;    effort = P error + integral + D d/dt (r reference - position);
+                                     integral' = I error
 
-Sampled once a period; rates are backward differences. r = 1 differentiates the error, r = 0 the position alone (a cascade of a position
-gain k_p and a speed gain k_v is P = k_v k_p, D = k_v, r = 0). The effort acts at once and is held, through the drive's lag if there is one.
-No encoder lies in the loop: what it adds is noise of the log, and a simulation without it is a smooth function of the axis's parameters.
+Sampled once a period; rates are backward differences. r = 1 differentiates the error, r = 0 the
+position alone (a cascade of a position gain k_p and a speed gain k_v is P = k_v k_p, D = k_v, r =
+0). The effort acts at once and is held, through the drive's lag if there is one. No encoder lies in
+the loop: what it adds is noise of the log, and a simulation without it is a smooth function of the
+axis's parameters.
 """
 
 from __future__ import annotations
@@ -15,20 +19,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.axis import advance
-from frictool.engine.drive_lag import relaxed
-from frictool.engine.replay import period_coefficients, slides_on
+from frictool.engine.axis_motion import advance
+from frictool.engine.drive_lag import lagged_drive
+from frictool.engine.effort_replay import period_coefficients, slip_through_period
 from frictool.engine.status import NOT_FINITE, OK
-from frictool.kernels import kernel
 from frictool.plant.axis import DRIVE, LAG, POSITION, VELOCITY
-from frictool.plant.load import load_effort
+from frictool.plant.position_load import load_effort
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 PROPORTIONAL, INTEGRAL, DERIVATIVE, REFERENCE_RATE = 0, 1, 2, 3
 
 
-class Servo(NamedTuple):
-    """Gains from position to effort, SI: N/m, N/(m s), N s/m | N m/rad ...; `reference_rate` as r above; `limit` of the effort, N | N m."""
+class PositionServo(NamedTuple):
+    """Gains from position to effort, SI: N/m, N/(m s), N s/m | N m/rad ...; `reference_rate` as r
+    above; `limit` of the effort, N | N m."""
 
     proportional: float
     integral: float = 0.0
@@ -38,7 +43,7 @@ class Servo(NamedTuple):
 
 
 @kernel
-def serve(
+def follow_reference(
     p: Vector,
     load: Vector,
     state: Vector,
@@ -50,10 +55,12 @@ def serve(
     velocities: Vector,
     efforts: Vector,
 ) -> int:
-    """Follows `reference` (n,) from `state` (7,), which is changed; fills positions, velocities, efforts (n,). Returns engine/status.py.
+    """Follows `reference` (n,) from `state` (7,), which is changed; fills positions, velocities,
+    efforts (n,). Returns engine/status.py.
 
-    p: engine/replay.py `replayed`. load: plant/load.py. servo (5,): `Servo`. start: the first effort [N m | N], from which what the
-    integral holds at first follows where there is one.
+    p: engine/effort_replay.py `replayed`. load: plant/position_load.py. servo (5,): `Servo`. start:
+    the first effort [N m | N], from which what the integral holds at first follows where there is
+    one.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)
@@ -65,7 +72,11 @@ def serve(
         rate = (servo[REFERENCE_RATE] * (reference[k] - wanted_before) - (x - before)) / period
         error = reference[k] - x
         direct = servo[PROPORTIONAL] * error + servo[DERIVATIVE] * rate
-        held = held + servo[INTEGRAL] * error * period if k > 0 else (start - direct if servo[INTEGRAL] > 0.0 else 0.0)
+        held = (
+            held + servo[INTEGRAL] * error * period
+            if k > 0
+            else (start - direct if servo[INTEGRAL] > 0.0 else 0.0)
+        )
         before, wanted_before = x, reference[k]
         effort = min(max(direct + held, -servo[4]), servo[4])
         if not math.isfinite(effort):
@@ -74,8 +85,8 @@ def serve(
         opposing = load_effort(load, x + 0.5 * period * state[VELOCITY])
         command = effort - opposing
         first = command if p[LAG] == 0.0 else (start - opposing if k == 0 else state[DRIVE])
-        last = relaxed(first, command, p[LAG], period)
-        if slides_on(state, first, last, command, p, coefficients):
+        last = lagged_drive(first, command, p[LAG], period)
+        if slip_through_period(state, first, last, command, p, coefficients):
             state[DRIVE] = last
         else:
             state[DRIVE] = first

@@ -1,17 +1,24 @@
 """What a kernel of the engine returns.
 
-====  ==============  ===================================================================================================
+====  ==============
+===================================================================================================
 code  name            meaning
-====  ==============  ===================================================================================================
+====  ==============
+===================================================================================================
 0     OK              done
-1     TOO_MANY_EVENTS more than MAX_EVENTS stops, breakaways and contacts in one call: the state is that of the last event
-2     NOT_FINITE      the state, the command or the duration is not a finite number: the state is as it was
-3     EVENTS_FULL     the array for the events is full: the state is that at the event that found no room
+1     TOO_MANY_EVENTS more than MAX_EVENTS stops, breakaways and contacts in one call: the state is
+      that of the last event
+2     NOT_FINITE      the state, the command or the duration is not a finite number: the state is as
+      it was
+3     EVENTS_FULL     the array for the events is full: the state is that at the event that found no
+      room
 4     STEP_TOO_SMALL  the tolerance asks for a step that is lost in the rounding of the time
 5     LAW_FAILED      a kernel of the friction law returned a status of friction/status.py
-6     JAMMED          a link that its load cannot drive wedges: no acceleration satisfies its equations
+6     JAMMED          a link that its load cannot drive wedges: no acceleration satisfies its
+      equations
 7     UNRESOLVED      contacts and sticking parts change without end at one instant
-====  ==============  ===================================================================================================
+====  ==============
+===================================================================================================
 """
 
 from __future__ import annotations

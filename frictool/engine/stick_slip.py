@@ -1,15 +1,23 @@
-"""Moves a body with dry friction from event to event under drives that follow one another; exact but for one tolerance.
+"""Moves a body with dry friction from event to event under drives that follow one another; exact
+but for one tolerance.
 
-    at rest            x and v stay; the effort is a power series; breakaway where it reaches the threshold, solved to rounding
+    at rest            x and v stay; the effort is a power series; breakaway where it reaches the
+                       threshold, solved to rounding
     in the layer       Dormand-Prince with error control; events on its dense output
-    straight           power series to rounding: Coulomb and viscous friction of fixed sign (engine/series.py)
+    straight           power series to rounding: Coulomb and viscous friction of fixed sign
+                       (engine/power_series.py)
 
-The direction belongs to the phase: no integrator ever sees sign(v). Whatever would cycle without end (3.5) is resolved by rule:
-- an effort on the breakaway threshold to rounding counts as being on it, and breaks away only if it rises;
+The direction belongs to the phase: no integrator ever sees sign(v). Whatever would cycle without
+end (3.5) is resolved by rule:
+- an effort on the breakaway threshold to rounding counts as being on it, and breaks away only if it
+  rises;
 - a slip that starts with an acceleration of zero to rounding starts with zero;
-- a slip that ends at the instant at which it began leaves its direction asking for a trace more than the breakaway;
-- leaving the layer and entering it again are different speeds, both where the law is straight; so are the two sides of the knee;
-- a rebound from an end stop whose flight lasts less than SHORTEST_FLIGHT of the run rests there (event RESTS_AT_STOP).
+- a slip that ends at the instant at which it began leaves its direction asking for a trace more
+  than the breakaway;
+- leaving the layer and entering it again are different speeds, both where the law is straight; so
+  are the two sides of the knee;
+- a rebound from an end stop whose flight lasts less than SHORTEST_FLIGHT of the run rests there
+  (event RESTS_AT_STOP).
 What these do not resolve ends the call with a status, at the time that it returns.
 """
 
@@ -44,12 +52,12 @@ from frictool.engine.body import (
 )
 from frictool.engine.dormand_prince import STAGES, Force
 from frictool.engine.drive import DERIVATIVE, FREQUENCY, INTEGRAL, PROPORTIONAL, effort
-from frictool.engine.phases import friction, layer_piece, rest_piece, straight_piece
-from frictool.engine.polynomial import value
-from frictool.engine.series import TERMS
+from frictool.engine.motion_pieces import friction, layer_piece, rest_piece, straight_piece
+from frictool.engine.polynomial_events import value
+from frictool.engine.power_series import TERMS
+from frictool.engine.slip_events import arrive, region, slip_event
 from frictool.engine.status import EVENTS_FULL, NOT_FINITE, OK, TOO_MANY_EVENTS
-from frictool.engine.transitions import arrive, region, slip_event
-from frictool.kernels import bare_kernel, kernel
+from frictool.runtime.kernels import bare_kernel, kernel
 
 Vector = NDArray[np.float64]
 
@@ -59,10 +67,13 @@ STEPS_PER_EVENT = 1000.0
 
 @kernel
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
-    """A cap that no run should meet: it grows with the room for events, the fastest rate of the loop and, in an endless layer, the law."""
+    """A cap that no run should meet: it grows with the room for events, the fastest rate of the
+    loop and, in an endless layer, the law."""
     viscous = max(body[VISCOUS], body[VISCOUS + 1], body[VISCOUS_BEYOND], body[VISCOUS_BEYOND + 1])
     rate = (viscous + abs(drive[DERIVATIVE])) / body[MASS] + drive[FREQUENCY]
-    rate += math.sqrt(abs(drive[PROPORTIONAL]) / body[MASS]) + (abs(drive[INTEGRAL]) / body[MASS]) ** (1.0 / 3.0)
+    rate += math.sqrt(abs(drive[PROPORTIONAL]) / body[MASS]) + (
+        abs(drive[INTEGRAL]) / body[MASS]
+    ) ** (1.0 / 3.0)
     if body[LAYER] == math.inf:
         rate += 10.0 * max(body[COULOMB], body[COULOMB + 1]) / (body[MASS] * body[SPEED_SCALE])
     allowed: float = STEPS_PER_EVENT * (events + 1) + 100.0 * rate * span
@@ -83,13 +94,21 @@ def _fill(
     samples: Vector,
     filled: int,
 ) -> int:
-    """Fills the samples whose time is on a piece [t, until); returns how many are filled now. The state is that at t."""
+    """Fills the samples whose time is on a piece [t, until); returns how many are filled now. The
+    state is that at t."""
     while filled < times.shape[0] and times[filled] < until:
         ahead = times[filled] - t
         x, v, q = value(piece[0], ahead), value(piece[1], ahead), value(piece[2], ahead)
         row = samples[filled]
-        row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT] = x, v, effort(times[filled], x, v, q, drive)
-        row[SAMPLE_FRICTION], row[SAMPLE_MODE] = friction(force, law, body, state, v, row[SAMPLE_EFFORT]), state[DIRECTION]
+        row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT] = (
+            x,
+            v,
+            effort(times[filled], x, v, q, drive),
+        )
+        row[SAMPLE_FRICTION], row[SAMPLE_MODE] = (
+            friction(force, law, body, state, v, row[SAMPLE_EFFORT]),
+            state[DIRECTION],
+        )
         filled += 1
     return filled
 
@@ -109,7 +128,8 @@ def _advance_piece(
     slopes: Vector,
     pace: Vector,
 ) -> tuple[int, float, int, float, int]:
-    """Fills `piece` from t on; returns its terms, its length, the event that ends it, the direction that breaks away, a status."""
+    """Fills `piece` from t on; returns its terms, its length, the event that ends it, the direction
+    that breaks away, a status."""
     terms = TERMS
     if state[DIRECTION] == 0.0:
         spent, towards = rest_piece(state, body, drive, t, longest, refused, piece, probe)
@@ -129,7 +149,8 @@ def _advance_piece(
 
 @bare_kernel
 def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
-    """The state at the end of a piece; no views of its rows, whose references would be counted at every step."""
+    """The state at the end of a piece; no views of its rows, whose references would be counted at
+    every step."""
     for row in range(3):
         total = 0.0
         for k in range(terms - 1, -1, -1):
@@ -140,7 +161,12 @@ def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
 @kernel
 def record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
     """Writes one event; a breakaway at the instant of a stop is a reversal."""
-    if kind == BREAKS_AWAY and happened > 0 and events[happened - 1, 1] == STOPS and events[happened - 1, 0] == t:
+    if (
+        kind == BREAKS_AWAY
+        and happened > 0
+        and events[happened - 1, 1] == STOPS
+        and events[happened - 1, 0] == t
+    ):
         kind = SLIPS_BACK
     row = events[happened]
     row[0], row[1], row[2], row[3] = t, kind, x, v
@@ -162,8 +188,14 @@ def _segment(
     events: Vector,
     happened: int,
 ) -> tuple[int, float, int, int]:
-    """Under one drive up to `end`: status, the time reached, samples filled and events recorded so far."""
-    piece, probe, slopes, pace = np.zeros((4, TERMS)), np.zeros(TERMS), np.empty((3, STAGES)), np.zeros(3)
+    """Under one drive up to `end`: status, the time reached, samples filled and events recorded so
+    far."""
+    piece, probe, slopes, pace = (
+        np.zeros((4, TERMS)),
+        np.zeros(TERMS),
+        np.empty((3, STAGES)),
+        np.zeros(3),
+    )
     left = pieces_allowed(body, drive, end - t, events.shape[0])
     refused, began = 0.0, -math.inf
     while t < end:
@@ -175,7 +207,9 @@ def _segment(
             return status if status != OK else TOO_MANY_EVENTS, t, filled, happened
         later = t + spent if spent < end - t else end
         if filled < times.shape[0] and times[filled] < later:
-            filled = _fill(force, law, body, state, drive, t, later, piece[:, :terms], times, samples, filled)
+            filled = _fill(
+                force, law, body, state, drive, t, later, piece[:, :terms], times, samples, filled
+            )
         _move(state, piece, terms, spent)
         t = later
         if kind != NO_EVENT:
@@ -205,11 +239,13 @@ def run(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Moves `state` (5,), in place, from `start` [s] through segments that end at `ends` (s,) with `drives` (s, 10).
+    """Moves `state` (5,), in place, from `start` [s] through segments that end at `ends` (s,) with
+    `drives` (s, 10).
 
-    law (any,): parameters of `force(v, direction, law)`. body (16,): engine/body.py. times (n,), ascending, within the run; samples
-    (n, 5) and events (m, 4) are filled. Returns a status of engine/status.py, the time reached and the number of events; where the
-    status is not OK, samples after that time are left as they are.
+    law (any,): parameters of `force(v, direction, law)`. body (16,): engine/body.py. times (n,),
+    ascending, within the run; samples (n, 5) and events (m, 4) are filled. Returns a status of
+    engine/status.py, the time reached and the number of events; where the status is not OK, samples
+    after that time are left as they are.
     """
     t, filled, happened, span = start, 0, 0, ends[-1] - start
     if not (math.isfinite(span) and np.all(np.isfinite(state))):
@@ -217,7 +253,19 @@ def run(
     state[REGION] = region(body, abs(state[VELOCITY]))
     for k in range(ends.shape[0]):
         status, t, filled, happened = _segment(
-            force, law, body, state, drives[k], t, ends[k], span, times, samples, filled, events, happened
+            force,
+            law,
+            body,
+            state,
+            drives[k],
+            t,
+            ends[k],
+            span,
+            times,
+            samples,
+            filled,
+            events,
+            happened,
         )
         if status != OK:
             return status, t, happened

@@ -1,4 +1,5 @@
-"""A run of the exact engine from Python: a body, drives that follow one another, times to look at; samples and events come back."""
+"""A run of the exact engine from Python: a body, drives that follow one another, times to look at;
+samples and events come back."""
 
 from __future__ import annotations
 
@@ -19,29 +20,31 @@ from frictool.engine.body import (
     SAMPLE_SIZE,
     SAMPLE_VELOCITY,
     VELOCITY,
-    Body,
+    FrictionBody,
     at_rest,
 )
-from frictool.engine.drive import Drive
-from frictool.engine.extended import run_extended
-from frictool.engine.extended_phases import EXTENDED_SIZE
+from frictool.engine.drive import EffortFunction
+from frictool.engine.extended_motion_pieces import EXTENDED_SIZE
+from frictool.engine.extended_stick_slip import run_extended
 from frictool.engine.status import OK
 from frictool.engine.stick_slip import run
-from frictool.friction.signatures import SLIP_FORCE
-from frictool.kernels import pointer
+from frictool.friction.kernel_signatures import SLIP_FORCE
+from frictool.runtime.kernels import function_pointer
 
 Vector = NDArray[np.float64]
 
-Segments = Sequence[tuple[float, Drive]]
+Segments = Sequence[tuple[float, EffortFunction]]
 
 ROOM_FOR_EVENTS = 10_000
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What happened, SI. `samples` (n, 5) at `time` (n,); `events` (m, 4): time, kind, position, velocity (engine/body.py).
+    """What happened, SI. `samples` (n, 5) at `time` (n,); `events` (m, 4): time, kind, position,
+    velocity (engine/body.py).
 
-    Where `status` (engine/status.py) is not OK the run ended at `reached` [s] and later samples are not a number.
+    Where `status` (engine/status.py) is not OK the run ended at `reached` [s] and later samples are
+    not a number.
     """
 
     status: int
@@ -82,13 +85,18 @@ class Trajectory:
         return found
 
 
-def checked(segments: Segments, times: ArrayLike, start: float) -> tuple[Vector, Vector, Vector]:
-    """Arrays for the kernels: ends (s,), drives (s, 10), times (n,). ValueError where they are not in order."""
+def segment_arrays(
+    segments: Segments, times: ArrayLike, start: float
+) -> tuple[Vector, Vector, Vector]:
+    """Arrays for the kernels: ends (s,), drives (s, 10), times (n,). ValueError where they are not
+    in order."""
     asked = np.array(times, dtype=np.float64, ndmin=1)
     ends = np.array([end for end, _ in segments], dtype=np.float64)
     if not ends.size or not np.all(np.diff(np.concatenate([[start], ends])) > 0.0):
         raise ValueError(f"segments end one after another, after {start} s; found {ends.tolist()}")
-    if asked.size and not (np.all(np.diff(asked) >= 0.0) and start <= asked[0] and asked[-1] <= ends[-1]):
+    if asked.size and not (
+        np.all(np.diff(asked) >= 0.0) and start <= asked[0] and asked[-1] <= ends[-1]
+    ):
         raise ValueError(f"times ascend within {start} to {ends[-1]} s")
     return ends, np.stack([drive.as_array() for _, drive in segments]), asked
 
@@ -102,7 +110,7 @@ def _extended(state: Vector) -> Vector:
 
 
 def simulate(
-    body: Body,
+    body: FrictionBody,
     segments: Segments,
     times: ArrayLike,
     *,
@@ -110,23 +118,29 @@ def simulate(
     start: float = 0.0,
     room: int = ROOM_FOR_EVENTS,
 ) -> Trajectory:
-    """Runs from `start` [s] through `segments`, each (its end [s], its drive), sampled at `times` (n,).
+    """Runs from `start` [s] through `segments`, each (its end [s], its drive), sampled at `times`
+    (n,).
 
-    `state` (5,), at rest at 0 if not given, is not changed; an extended body (`Body.extension`) takes and returns one of (8,), with what
-    engine/extended.py adds, and from (5,) it begins with a rest of 0 s, or in slip as if after a long one, its film following.
-    `room`: for how many events; one more ends the run with EVENTS_FULL.
-    ValueError where the segments or the times are not in order, or where body or drive make no sense.
+    `state` (5,), at rest at 0 if not given, is not changed; an extended body (`Body.extension`)
+    takes and returns one of (8,), with what engine/extended_stick_slip.py adds, and from (5,) it
+    begins with a rest of 0 s, or in slip as if after a long one, its film following. `room`: for
+    how many events; one more ends the run with EVENTS_FULL. ValueError where the segments or the
+    times are not in order, or where body or drive make no sense.
     """
-    ends, drives, asked = checked(segments, times, start)
+    ends, drives, asked = segment_arrays(segments, times, start)
     now = np.array(at_rest() if state is None else state, dtype=np.float64)
     samples, events = np.full((asked.size, SAMPLE_SIZE), np.nan), np.zeros((room, EVENT_SIZE))
-    force, array = pointer(body.slip_force, SLIP_FORCE), body.as_array()
+    force, array = function_pointer(body.slip_force, SLIP_FORCE), body.as_array()
     if body.extension is None:
         law = np.array(body.law, dtype=np.float64)
-        status, reached, happened = run(force, law, array, now, start, ends, drives, asked, samples, events)
+        status, reached, happened = run(
+            force, law, array, now, start, ends, drives, asked, samples, events
+        )
     else:
         now = _extended(now)
-        outcome = run_extended(force, *body.extension, array, now, start, ends, drives, asked, samples, events)
+        outcome = run_extended(
+            force, *body.extension, array, now, start, ends, drives, asked, samples, events
+        )
         status, reached, happened = outcome
     if status != OK:
         samples[asked > reached] = np.nan

@@ -1,18 +1,19 @@
-"""Stage: the equations of a mechanism, derived from its description: symbols, sums of products, their dimensions, what is eliminated."""
+"""Stage: the equations of a mechanism, derived from its description: symbols, sums of products,
+their dimensions, what is eliminated."""
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from frictool.equations.derived import Equations as Equations
-    from frictool.equations.derived import equations as equations
+    from frictool.equations.mechanism_equations import Equations as Equations
+    from frictool.equations.mechanism_equations import equations as equations
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "Equations": "frictool.equations.derived",
-            "equations": "frictool.equations.derived",
+            "Equations": "frictool.equations.mechanism_equations",
+            "equations": "frictool.equations.mechanism_equations",
         },
     )
 

@@ -1,4 +1,5 @@
-"""Everything that follows from the description of a mechanism, in symbols, with the dimension of every term checked."""
+"""Everything that follows from the description of a mechanism, in symbols, with the dimension of
+every term checked."""
 
 from __future__ import annotations
 
@@ -6,34 +7,43 @@ from dataclasses import dataclass
 from typing import get_args
 
 from frictool.documents.mechanism import GROUND, Cam, FrictionOf, Mechanism, Spring, Stop
-from frictool.equations.acting import Acting, cam, friction, source, spring, stop
-from frictool.equations.bodies import Tree, free_body, holds
-from frictool.equations.dimension import check, check_sum
+from frictool.equations.dimension_check import check_equation, check_sum
+from frictool.equations.element_equations import (
+    ElementEquations,
+    cam,
+    friction,
+    source,
+    spring,
+    stop,
+)
 from frictool.equations.expression import Equation, Term
-from frictool.equations.notation import Notation, Parameter
-from frictool.equations.statement import Statement
-from frictool.equations.transmitting import Drawn, drawn
-from frictool.plant.mechanism.assembly import Assembled
-from frictool.plant.mechanism.links import Transmitting
+from frictool.equations.free_bodies import RigidTree, free_body, rest_condition
+from frictool.equations.link_equations import LinkEquations, link_equations
+from frictool.equations.notation import Notation, ParameterRow
+from frictool.equations.statement import Condition
+from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.transmissions import Transmitting
 
-Line = Equation | Statement
+Line = Equation | Condition
 ROUNDING = 1e-12  # relative; degrees, ratios and teeth are multiplied a few times
 
 
 @dataclass(frozen=True)
 class Derivation:
-    """sections: (title, lines), in the order of a textbook. checked: terms whose dimension was. said, notes: what to know beside."""
+    """sections: (title, lines), in the order of a textbook. checked: terms whose dimension was.
+    said, notes: what to know beside."""
 
     name: str
     sections: tuple[tuple[str, tuple[Line, ...]], ...]
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[ParameterRow, ...]
     said: tuple[str, ...]
     notes: tuple[str, ...]
     checked: int
 
 
-def derive(document: Mechanism, assembled: Assembled) -> Derivation:
-    """The equations of the mechanism. Raises WrongElement where the dimensions of a sum's terms differ."""
+def derive(document: Mechanism, assembled: AssembledMechanism) -> Derivation:
+    """The equations of the mechanism. Raises WrongElement where the dimensions of a sum's terms
+    differ."""
     notation = Notation(document)
     start = dict(zip(assembled.blocks, assembled.start.tolist(), strict=True))
     links = _links(document, assembled, notation, start)
@@ -50,51 +60,106 @@ def derive(document: Mechanism, assembled: Assembled) -> Derivation:
     bodies = [free_body(block, efforts, rigid, notation) for block in assembled.blocks]
     trees, modes = _trees(document, assembled, rigid, efforts, acting, notation)
     touching = [link for link in links if link.rigid]
-    own = {block: [term for one in acting for on, term in one.efforts if on == block] for block in assembled.blocks}
+    own = {
+        block: [term for one in acting for on, term in one.efforts if on == block]
+        for block in assembled.blocks
+    }
     soft = [link for link in links if not link.rigid]
     for link in soft:
         own[link.b].append(link.force)
         own[link.a] += link.on_first()
     alone = {tree.text for tree in trees}
-    closed = [tree for tree in _trees(document, assembled, touching, own, acting, notation)[0] if tree.text not in alone]
+    closed = [
+        tree
+        for tree in _trees(document, assembled, touching, own, acting, notation)[0]
+        if tree.text not in alone
+    ]
     sections: list[tuple[str, tuple[Line, ...]]] = [
-        ("Links", tuple(equation for link in links for equation in (*link.relations, *link.passed.equations))),
-        ("Efforts", (*(e for link in links for e in link.effort), *(e for one in acting for e in one.equations))),
+        (
+            "Links",
+            tuple(
+                equation for link in links for equation in (*link.relations, *link.passed.equations)
+            ),
+        ),
+        (
+            "Efforts",
+            (
+                *(e for link in links for e in link.effort),
+                *(e for one in acting for e in one.equations),
+            ),
+        ),
         ("Curves", tuple(curve for one in acting for curve in one.curves)),
         ("Free bodies", tuple(bodies)),
         ("Forces of rigid links eliminated", tuple(trees)),
         ("Forces of rigid links eliminated, every play taken up", tuple(closed)),
-        ("Modes", (*(m for link in links for m in link.modes), *(m for one in acting for m in one.modes), *modes)),
+        (
+            "Modes",
+            (
+                *(m for link in links for m in link.modes),
+                *(m for one in acting for m in one.modes),
+                *modes,
+            ),
+        ),
     ]
     sections = [(title, lines) for title, lines in sections if lines]
     checked = sum(_checked(line) for _, lines in sections for line in lines)
     said = tuple(link.passed.told for link in links if link.passed.told)
-    return Derivation(document.name, tuple(sections), tuple(notation.parameters.values()), said, assembled.notes, checked)
+    return Derivation(
+        document.name,
+        tuple(sections),
+        tuple(notation.parameters.values()),
+        said,
+        assembled.notes,
+        checked,
+    )
 
 
 def _checked(line: Line) -> int:
-    return check(line) if isinstance(line, Equation) else check_sum(list(line.terms), line.unit)
+    return (
+        check_equation(line)
+        if isinstance(line, Equation)
+        else check_sum(list(line.terms), line.unit)
+    )
 
 
-def _links(document: Mechanism, assembled: Assembled, notation: Notation, start: dict[str, float]) -> list[Drawn]:
+def _links(
+    document: Mechanism, assembled: AssembledMechanism, notation: Notation, start: dict[str, float]
+) -> list[LinkEquations]:
     """Those that the mechanism is made of: a redundant rigid one is not."""
-    ratios = {name: float(ratio) for name, ratio in zip(assembled.joints, assembled.packed.joints.ratio, strict=True)}
-    ratios |= {name: float(ratio) for name, ratio in zip(assembled.couplings, assembled.packed.couplings.ratio, strict=True)}
+    ratios = {
+        name: float(ratio)
+        for name, ratio in zip(assembled.joints, assembled.packed.joints.ratio, strict=True)
+    }
+    ratios |= {
+        name: float(ratio)
+        for name, ratio in zip(assembled.couplings, assembled.packed.couplings.ratio, strict=True)
+    }
     out = []
     for name, link in document.links.items():
         if isinstance(link, get_args(Transmitting)) and name in ratios:
             a, b = link.between
-            out.append(drawn(name, link, notation, _difference(start[b], ratios[name] * start[a])))
+            out.append(
+                link_equations(name, link, notation, _difference(start[b], ratios[name] * start[a]))
+            )
     return out
 
 
-def _acting(document: Mechanism, notation: Notation, start: dict[str, float]) -> list[Acting]:
+def _acting(
+    document: Mechanism, notation: Notation, start: dict[str, float]
+) -> list[ElementEquations]:
     out = [source(name, element, notation) for name, element in document.sources.items()]
     for name, element in document.links.items():
         match element:
             case Spring():
                 first, second = element.between
-                out.append(spring(name, element, notation, _difference(start[first], 0.0 if second == GROUND else start[second])))
+                out.append(
+                    spring(
+                        name,
+                        element,
+                        notation,
+                        _difference(start[first], 0.0 if second == GROUND else start[second]),
+                    )
+                )
             case Cam():
                 out.append(cam(name, element, notation))
             case FrictionOf():
@@ -105,20 +170,22 @@ def _acting(document: Mechanism, notation: Notation, start: dict[str, float]) ->
 
 
 def _difference(one: float, other: float) -> float:
-    """one - other, 0 where it is what rounding leaves of equal places: an offset that nobody wrote would stand in the equations."""
+    """one - other, 0 where it is what rounding leaves of equal places: an offset that nobody wrote
+    would stand in the equations."""
     found = one - other
     return found if abs(found) > ROUNDING * max(abs(one), abs(other)) else 0.0
 
 
 def _trees(
     document: Mechanism,
-    assembled: Assembled,
-    rigid: list[Drawn],
+    assembled: AssembledMechanism,
+    rigid: list[LinkEquations],
     efforts: dict[str, list[Term]],
-    acting: list[Acting],
+    acting: list[ElementEquations],
     notation: Notation,
-) -> tuple[list[Equation], list[Statement]]:
-    """One equation for several blocks that the links tie, seen from one that a source drives, and when what is tied stays at rest."""
+) -> tuple[list[Equation], list[Condition]]:
+    """One equation for several blocks that the links tie, seen from one that a source drives, and
+    when what is tied stays at rest."""
     driven = [element.on for element in document.sources.values()]
     dry: dict[str, list[Term]] = {}
     bears: dict[str, list[Term]] = {}
@@ -129,15 +196,15 @@ def _trees(
     equations, modes = [], []
     for names in _tied(assembled.blocks, rigid):
         root = next((block for block in driven if block in names), names[0])
-        tree = Tree(root, [link for link in rigid if link.a in names], notation)
+        tree = RigidTree(root, [link for link in rigid if link.a in names], notation)
         if len(names) > 1:
             equations.append(tree.equation(efforts))
-        if (stays := holds(tree, names, efforts, dry, bears, notation)) is not None:
+        if (stays := rest_condition(tree, names, efforts, dry, bears, notation)) is not None:
             modes.append(stays)
     return equations, modes
 
 
-def _tied(blocks: tuple[str, ...], links: list[Drawn]) -> list[list[str]]:
+def _tied(blocks: tuple[str, ...], links: list[LinkEquations]) -> list[list[str]]:
     """The blocks that the links tie together, in the document's order."""
     group = {block: [block] for block in blocks}
     for link in links:

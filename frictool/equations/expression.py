@@ -13,7 +13,8 @@ from dataclasses import dataclass, field, replace
 
 @dataclass(frozen=True)
 class Atom:
-    """unit: SI, as people write it; made: or the terms of the sum that it stands for. value: in SI, of a parameter."""
+    """unit: SI, as people write it; made: or the terms of the sum that it stands for. value: in SI,
+    of a parameter."""
 
     text: str
     latex: str
@@ -64,7 +65,9 @@ class Term:
     @property
     def text(self) -> str:
         """Without the sign."""
-        above = " ".join(_power(atom.text, power) for atom, power in self.factors if power > 0) or "1"
+        above = (
+            " ".join(_power(atom.text, power) for atom, power in self.factors if power > 0) or "1"
+        )
         below = [_power(atom.text, -power) for atom, power in self.factors if power < 0]
         return (
             above
@@ -77,14 +80,22 @@ class Term:
     @property
     def latex(self) -> str:
         """Without the sign."""
-        above = r"\,".join(_power(atom.latex, power, "^{%d}") for atom, power in self.factors if power > 0) or "1"
-        below = r"\,".join(_power(atom.latex, -power, "^{%d}") for atom, power in self.factors if power < 0)
+        above = (
+            r"\,".join(
+                _power(atom.latex, power, "^{%d}") for atom, power in self.factors if power > 0
+            )
+            or "1"
+        )
+        below = r"\,".join(
+            _power(atom.latex, -power, "^{%d}") for atom, power in self.factors if power < 0
+        )
         return rf"\frac{{{above}}}{{{below}}}" if below else above
 
 
 @dataclass(frozen=True)
 class Equation:
-    """(sum of `coefficients`) of = sum of `right`. unit: of every term. when: where it holds. source: the thesis's number."""
+    """(sum of `coefficients`) of = sum of `right`. unit: of every term. when: where it holds.
+    source: the thesis's number."""
 
     coefficients: tuple[Term, ...]
     of: Atom
@@ -97,15 +108,27 @@ class Equation:
     @property
     def text(self) -> str:
         many = len(self.coefficients) > 1
-        factor = f"({summed(self.coefficients)}) " if many else summed(self.coefficients) + " " if self.coefficients[0].factors else ""
-        return f"{factor}{self.of.text} = {summed(self.right)}"
+        factor = (
+            f"({sum_text(self.coefficients)}) "
+            if many
+            else sum_text(self.coefficients) + " "
+            if self.coefficients[0].factors
+            else ""
+        )
+        return f"{factor}{self.of.text} = {sum_text(self.right)}"
 
     @property
     def latex(self) -> str:
         many = len(self.coefficients) > 1
-        inner = summed_latex(self.coefficients)
-        factor = rf"\left({inner}\right)\," if many else inner + r"\," if self.coefficients[0].factors else ""
-        return f"{factor}{self.of.latex} = {summed_latex(self.right)}"
+        inner = sum_latex(self.coefficients)
+        factor = (
+            rf"\left({inner}\right)\,"
+            if many
+            else inner + r"\,"
+            if self.coefficients[0].factors
+            else ""
+        )
+        return f"{factor}{self.of.latex} = {sum_latex(self.right)}"
 
     @property
     def numbers(self) -> str:
@@ -127,12 +150,12 @@ def product(terms: Iterable[Term]) -> Term:
     return out
 
 
-def summed(terms: Sequence[Term]) -> str:
+def sum_text(terms: Sequence[Term]) -> str:
     """The text of a sum; 0 of none."""
     return _joined((term.sign < 0, term.text) for term in terms)
 
 
-def summed_latex(terms: Sequence[Term]) -> str:
+def sum_latex(terms: Sequence[Term]) -> str:
     """The same in LaTeX."""
     return _joined((term.sign < 0, term.latex) for term in terms)
 
@@ -164,5 +187,7 @@ def _joined(parts: Iterable[tuple[bool, str]]) -> str:
 def _power(base: str, power: int, form: str = "^%d") -> str:
     if power == 1:
         return base
-    single = " " not in base.partition("(")[0] and not base.startswith(("(", "|", r"\left"))  # a name, or a function of something
+    single = " " not in base.partition("(")[0] and not base.startswith(
+        ("(", "|", r"\left")
+    )  # a name, or a function of something
     return (base if single else f"({base})") + form % power

@@ -7,15 +7,19 @@ from dataclasses import dataclass
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.quantity import Axis, Quantity, si_unit
 from frictool.equations.expression import Atom, Term, symbol
-from frictool.plant.mechanism.ends import kind_of
+from frictool.plant.mechanism.block_references import axis_kind
 
-RATES: dict[Axis, tuple[str, str, str]] = {"rotary": ("rad", "rad/s", "rad/s^2"), "linear": ("m", "m/s", "m/s^2")}
+RATES: dict[Axis, tuple[str, str, str]] = {
+    "rotary": ("rad", "rad/s", "rad/s^2"),
+    "linear": ("m", "m/s", "m/s^2"),
+}
 HALF = symbol("2", "2", value=2.0).inverse()
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """A row of the table: SI; low, high: None without an interval. key: where the document has it."""
+class ParameterRow:
+    """A row of the table: SI; low, high: None without an interval. key: where the document has
+    it."""
 
     symbol: str
     latex: str
@@ -31,24 +35,41 @@ class Notation:
 
     def __init__(self, document: Mechanism) -> None:
         self.document = document
-        self.kinds: dict[str, Axis] = {name: kind_of(block) for name, block in document.blocks.items()}
-        self.parameters: dict[str, Parameter] = {}
+        self.kinds: dict[str, Axis] = {
+            name: axis_kind(block) for name, block in document.blocks.items()
+        }
+        self.parameters: dict[str, ParameterRow] = {}
 
     def position(self, block: str) -> Term:
         kind = self.kinds[block]
-        return _named("theta" if kind == "rotary" else "x", r"\theta" if kind == "rotary" else "x", block, RATES[kind][0])
+        return _named(
+            "theta" if kind == "rotary" else "x",
+            r"\theta" if kind == "rotary" else "x",
+            block,
+            RATES[kind][0],
+        )
 
     def speed(self, block: str) -> Term:
         kind = self.kinds[block]
-        return _named("omega" if kind == "rotary" else "v", r"\omega" if kind == "rotary" else "v", block, RATES[kind][1])
+        return _named(
+            "omega" if kind == "rotary" else "v",
+            r"\omega" if kind == "rotary" else "v",
+            block,
+            RATES[kind][1],
+        )
 
     def acceleration(self, block: str) -> Atom:
         kind = self.kinds[block]
         speed = self.speed(block).factors[0][0]
-        return Atom(f"{speed.text}'", rf"\dot{{{speed.latex.partition('_')[0]}}}_{speed.latex.partition('_')[2]}", RATES[kind][2])
+        return Atom(
+            f"{speed.text}'",
+            rf"\dot{{{speed.latex.partition('_')[0]}}}_{speed.latex.partition('_')[2]}",
+            RATES[kind][2],
+        )
 
     def inertia(self, block: str) -> Term:
-        """Its J or m; a term without value or factor is not made of a block without inertia: it is a parameter of 0."""
+        """Its J or m; a term without value or factor is not made of a block without inertia: it is
+        a parameter of 0."""
         stated = self.document.blocks[block]
         if stated.inertia is not None:
             return self.parameter("J", "J", block, stated.inertia, f"blocks.{block}.inertia")
@@ -59,7 +80,9 @@ class Notation:
         """A quantity of the document, in the unit that it has there (SI)."""
         term = _named(letter, latex, name, quantity.unit, quantity.value)
         atom = term.factors[0][0]
-        self.parameters[atom.text] = Parameter(atom.text, atom.latex, quantity.value, quantity.low, quantity.high, quantity.unit, key)
+        self.parameters[atom.text] = ParameterRow(
+            atom.text, atom.latex, quantity.value, quantity.low, quantity.high, quantity.unit, key
+        )
         return term.of(key)
 
     def number(self, letter: str, latex: str, name: str, value: float, key: str) -> Term:
@@ -75,15 +98,16 @@ class Notation:
         """A position difference and its rate."""
         place, rate, _ = RATES[kind]
         still = _named(letter, letter, name, place)
-        return still, symbol(f"{letter}_{name}'", indexed(rf"\dot{{{letter}}}", name), rate)
+        return still, symbol(f"{letter}_{name}'", indexed_latex(rf"\dot{{{letter}}}", name), rate)
 
 
 def _named(letter: str, latex: str, name: str, unit: str, value: float | None = None) -> Term:
-    return symbol(f"{letter}_{name}", indexed(latex, name), unit, value)
+    return symbol(f"{letter}_{name}", indexed_latex(latex, name), unit, value)
 
 
-def indexed(letter: str, name: str) -> str:
-    """LaTeX of a letter that belongs to an element, which may have an index of its own: `F_c` of brushes is F_{c,brushes}."""
+def indexed_latex(letter: str, name: str) -> str:
+    """LaTeX of a letter that belongs to an element, which may have an index of its own: `F_c` of
+    brushes is F_{c,brushes}."""
     base, _, index = letter.partition("_")
     return rf"{base}_{{{index + ',' if index else ''}\mathrm{{{_latex(name)}}}}}"
 
@@ -92,6 +116,13 @@ def _latex(name: str) -> str:
     return name.replace("_", r"\_")
 
 
-def function(name: str, latex: str, argument: str, argument_latex: str, unit: str = "", value: float | None = None) -> Term:
+def function(
+    name: str,
+    latex: str,
+    argument: str,
+    argument_latex: str,
+    unit: str = "",
+    value: float | None = None,
+) -> Term:
     """`name(argument)` as one symbol."""
     return symbol(f"{name}({argument})", rf"{latex}\left({argument_latex}\right)", unit, value)

@@ -1,4 +1,5 @@
-"""What an equation is not: a condition, or a law by its name. Its terms, which measure the same, are checked all the same."""
+"""What an equation is not: a condition, or a law by its name. Its terms, which measure the same,
+are checked all the same."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from frictool.equations.expression import Term
 
 
 @dataclass(frozen=True)
-class Statement:
+class Condition:
     """A sentence for people, and LaTeX of its formula. terms, unit: what has to be of one unit."""
 
     text: str

@@ -2,18 +2,18 @@
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from frictool.export.exported import Exported as Exported
-    from frictool.export.exported import export as export
+    from frictool.export.export_result import ExportResult as ExportResult
+    from frictool.export.export_result import export as export
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "Exported": "frictool.export.exported",
-            "export": "frictool.export.exported",
+            "ExportResult": "frictool.export.export_result",
+            "export": "frictool.export.export_result",
         },
     )
 
-__all__ = ["Exported", "export"]
+__all__ = ["ExportResult", "export"]

@@ -1,12 +1,17 @@
-"""Second-order sections as CMSIS-DSP's direct form I biquads keep them (arm_biquad_cascade_df1_f32, _q31, _q15).
+"""Second-order sections as CMSIS-DSP's direct form I biquads keep them (arm_biquad_cascade_df1_f32,
+_q31, _q15).
 
-    f32    y = b0 x + b1 x1 + b2 x2 + a1 y1 + a2 y2                  a1, a2 with the opposite sign of H = (b0 + ..)/(1 + a1/z + a2/z^2)
-    q31    acc = the same sum in 2.62, y = acc >> (31 - postShift)   wraps: the sum has to stay within +-2, y within +-1
+    f32    y = b0 x + b1 x1 + b2 x2 + a1 y1 + a2 y2                  a1, a2 with the opposite sign
+           of H = (b0 + ..)/(1 + a1/z + a2/z^2)
+    q31    acc = the same sum in 2.62, y = acc >> (31 - postShift)   wraps: the sum has to stay
+           within +-2, y within +-1
     q15    acc = the same sum in 34.30, y = acc >> (15 - postShift)  saturates y
 
-Fixed point keeps every coefficient times 2^-postShift. So that no stage wraps whatever enters, each stage's output is scaled to a quarter
-of the range by the sum of its impulse response, and what enters too: `input_scale`, `output_scale` are what one whole range stands for.
-Shifts round down: a bias of at most one count a stage, which 1/A of the stage and the stages behind amplify; its bound is `noise`.
+Fixed point keeps every coefficient times 2^-postShift. So that no stage wraps whatever enters, each
+stage's output is scaled to a quarter of the range by the sum of its impulse response, and what
+enters too: `input_scale`, `output_scale` are what one whole range stands for. Shifts round down: a
+bias of at most one count a stage, which 1/A of the stage and the stages behind amplify; its bound
+is `noise`.
 """
 
 from __future__ import annotations
@@ -18,20 +23,23 @@ import numpy as np
 
 from frictool.control.difference_equation import impulse_sums
 from frictool.control.fixed_point import BITS
-from frictool.control.sections import realised
+from frictool.control.second_order_sections import chain_state_space
 from frictool.documents.controller import Number
 from frictool.errors import NoSolutionError
 
-REACH = 0.25  # of the range, what each stage's signals are scaled to: two guard bits, as CMSIS-DSP asks for
+# of the range, what each stage's signals are scaled to: two guard bits, as CMSIS-DSP asks for
+REACH = 0.25
 Row = tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Biquads:
-    """stages: b0 b1 b2 a1 a2 as CMSIS has them (a with its sign), words in fixed point; post_shift: of all of them.
+    """stages: b0 b1 b2 a1 a2 as CMSIS has them (a with its sign), words in fixed point; post_shift:
+    of all of them.
 
-    One whole range of the input is input_scale, of the output output_scale (in the units of what enters and of the drive); noise: of the
-    output by rounding of the signals, at most. In float the scales are 1 and the noise is not bounded: nan.
+    One whole range of the input is input_scale, of the output output_scale (in the units of what
+    enters and of the drive); noise: of the output by rounding of the signals, at most. In float the
+    scales are 1 and the noise is not bounded: nan.
     """
 
     stages: tuple[tuple[float, ...] | tuple[int, ...], ...]
@@ -41,7 +49,8 @@ class Biquads:
     noise: float
 
     def sections(self, number: Number) -> tuple[Row, ...]:
-        """b0 b1 b2 a0 a1 a2 of what the stages do, in the units of what enters and leaves all of them."""
+        """b0 b1 b2 a0 a1 a2 of what the stages do, in the units of what enters and leaves all of
+        them."""
         unit = 1.0 if number == "float" else math.ldexp(1.0, self.post_shift - BITS[number])
         rows = [[unit * value for value in stage] for stage in self.stages]
         rows[-1][:3] = [value * self.output_scale / self.input_scale for value in rows[-1][:3]]
@@ -50,14 +59,18 @@ class Biquads:
 
 def float_biquads(sections: tuple[Row, ...]) -> Biquads:
     """Without scales: coefficients as the nearest floats, a1 and a2 with their sign changed."""
-    stages = tuple(tuple(float(np.float32(value)) for value in (b0, b1, b2, -a1, -a2)) for b0, b1, b2, _, a1, a2 in sections)
+    stages = tuple(
+        tuple(float(np.float32(value)) for value in (b0, b1, b2, -a1, -a2))
+        for b0, b1, b2, _, a1, a2 in sections
+    )
     return Biquads(stages, 0, 1.0, 1.0, math.nan)
 
 
 def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering: float) -> Biquads:
     """Scaled for |what enters| <= entering.
 
-    Raises NoSolutionError where a section is not stable by itself, or the rounded stages might wrap.
+    Raises NoSolutionError where a section is not stable by itself, or the rounded stages might
+    wrap.
     """
     bits = BITS[number]
     reach = [entering, *(entering * response_sum(sections[: k + 1]) for k in range(len(sections)))]
@@ -69,7 +82,9 @@ def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering
     scales = [one / REACH if one > 0.0 else 1.0 for one in reach]
     scaled = [
         (*(value * before / after for value in (b0, b1, b2)), -a1, -a2)
-        for (b0, b1, b2, _, a1, a2), before, after in zip(sections, scales[:-1], scales[1:], strict=True)
+        for (b0, b1, b2, _, a1, a2), before, after in zip(
+            sections, scales[:-1], scales[1:], strict=True
+        )
     ]
     largest = max(abs(value) for row in scaled for value in row)
     shift = max(math.frexp(largest)[1], 0)
@@ -82,8 +97,9 @@ def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering
 
 
 def response_sum(sections: tuple[Row, ...]) -> float:
-    """Sum of the absolute impulse response of a chain: how far it answers at most to what stays within +-1; inf where it is not stable."""
-    a, b, c, d = realised(sections)
+    """Sum of the absolute impulse response of a chain: how far it answers at most to what stays
+    within +-1; inf where it is not stable."""
+    a, b, c, d = chain_state_space(sections)
     n = len(b)
     whole = np.zeros((n + 1, n + 1))  # and what leaves, as one more state
     whole[:n, :n], whole[n, :n] = a, c
@@ -91,14 +107,18 @@ def response_sum(sections: tuple[Row, ...]) -> float:
 
 
 def _noise(name: str, made: Biquads, number: Number) -> float:
-    """Bound of the rounding at the output, in whole ranges. Raises NoSolutionError where a stage might wrap or saturate."""
+    """Bound of the rounding at the output, in whole ranges. Raises NoSolutionError where a stage
+    might wrap or saturate."""
     bits = BITS[number]
     unit, count = math.ldexp(1.0, made.post_shift - bits), math.ldexp(1.0, -bits)
     rows = [[unit * value for value in stage] for stage in made.stages]
     chain = [(b0, b1, b2, 1.0, -a1, -a2) for b0, b1, b2, a1, a2 in rows]
     noise, entered = 0.5 * count, REACH  # what enters is rounded to the nearest
     for k, (b0, b1, b2, a1, a2) in enumerate(rows):
-        noise = response_sum((tuple(chain[k]),)) * noise + response_sum(((1.0, 0.0, 0.0, 1.0, -a1, -a2),)) * count
+        noise = (
+            response_sum((tuple(chain[k]),)) * noise
+            + response_sum(((1.0, 0.0, 0.0, 1.0, -a1, -a2),)) * count
+        )
         left = REACH * response_sum(tuple(chain[: k + 1])) + noise
         total = (abs(b0) + abs(b1) + abs(b2)) * entered + (abs(a1) + abs(a2)) * left
         if not (left < 1.0 and (number == "q15" or math.ldexp(total, -made.post_shift) < 2.0)):

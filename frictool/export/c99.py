@@ -1,4 +1,5 @@
-"""A controller as C99: header, source, golden vectors, self-test, all from the program that the simulation runs."""
+"""A controller as C99: header, source, golden vectors, self-test, all from the program that the
+simulation runs."""
 
 from __future__ import annotations
 
@@ -10,24 +11,24 @@ from typing import Any
 import jinja2
 
 from frictool import __version__
-from frictool.control.band import BRAKE, REST, RUN
-from frictool.control.fixed_kernel import moved
 from frictool.control.fixed_point import BITS, FixedProgram, fixed_program
+from frictool.control.fixed_point_kernel import shift_rounded
 from frictool.control.measurement_guard import FAULT
-from frictool.control.program import Node, Program
+from frictool.control.program import Program, ProgramNode
+from frictool.control.target_band import BRAKE, REST, RUN
 from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit
-from frictool.export.fixed_numbers import FixedNumbers
-from frictool.export.identifier import c_identifier, comment_text
-from frictool.export.origin import Origin
-from frictool.export.program_names import Names, Table
-from frictool.export.proof_table import conversions, field_note, proof_lines
-from frictool.export.real_numbers import RealNumbers
+from frictool.export.c_fixed_point import FixedNumbers
+from frictool.export.c_identifier import c_identifier, comment_text
+from frictool.export.c_names import CNames, NamedArray
+from frictool.export.c_real_numbers import RealNumbers
+from frictool.export.c_statements import INDENT, NumberWriter, c_statements, operand, wrap_statement
+from frictool.export.export_origin import ExportOrigin
+from frictool.export.golden_vectors import GoldenVectors
+from frictool.export.mode_coverage import visit_conditions
+from frictool.export.proof_table import conversion_macros, field_note, proof_lines
 from frictool.export.rounded_loop import RoundedLoop
-from frictool.export.state_meanings import meaning
-from frictool.export.statements import INDENT, Numbers, operand, statements, wrapped
-from frictool.export.vectors import GoldenVectors
-from frictool.export.visits import visits_of
+from frictool.export.state_meanings import state_meaning
 
 FILES = {
     "{}.h": "controller.h.jinja",
@@ -35,32 +36,59 @@ FILES = {
     "{}_vectors.h": "vectors.h.jinja",
     "{}_selftest.c": "selftest.c.jinja",
 }
-HELPERS = ("is_valid", "shifted", "word", "raised", "bounded", "whole_root", "absolute", "smaller", "larger")
+HELPERS = (
+    "is_valid",
+    "shifted",
+    "word",
+    "raised",
+    "bounded",
+    "whole_root",
+    "absolute",
+    "smaller",
+    "larger",
+)
 FOLDER = Path(__file__).parent / "templates"
 
 
 def c_sources(
-    controller: Controller, program: Program, number: Number, vectors: GoldenVectors, loop: RoundedLoop, origin: Origin
+    controller: Controller,
+    program: Program,
+    number: Number,
+    vectors: GoldenVectors,
+    loop: RoundedLoop,
+    origin: ExportOrigin,
 ) -> dict[str, str]:
-    """File name -> text. `program` is the controller's, `vectors` those of the number format, `loop` what was verified of it.
+    """File name -> text. `program` is the controller's, `vectors` those of the number format,
+    `loop` what was verified of it.
 
-    Raises NoSolutionError where a coefficient is beyond the range of the format, DoesNotFit where fixed point cannot be scaled.
+    Raises NoSolutionError where a coefficient is beyond the range of the format, DoesNotFit where
+    fixed point cannot be scaled.
     """
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined, keep_trailing_newline=True, autoescape=False
+        loader=jinja2.FileSystemLoader(FOLDER),
+        undefined=jinja2.StrictUndefined,
+        keep_trailing_newline=True,
+        autoescape=False,
     )
     environment.globals["comment"] = comment_text
-    numbers = FixedNumbers(fixed_program(program, BITS[number])) if number in BITS else RealNumbers(number)
-    names = Names(program)
-    context = _about(controller, origin) | _code(names, numbers) | _vectors(program, vectors, numbers)
+    numbers = (
+        FixedNumbers(fixed_program(program, BITS[number]))
+        if number in BITS
+        else RealNumbers(number)
+    )
+    names = CNames(program)
+    context = (
+        _about(controller, origin) | _code(names, numbers) | _vectors(program, vectors, numbers)
+    )
     context |= _format(controller, names, numbers) | {"number": number, "loop": loop}
     return {
-        file.format(context["id"]): environment.get_template(template).render(context).rstrip("\n") + "\n"
+        file.format(context["id"]): environment.get_template(template).render(context).rstrip("\n")
+        + "\n"
         for file, template in FILES.items()
     }
 
 
-def _about(controller: Controller, origin: Origin) -> dict[str, Any]:
+def _about(controller: Controller, origin: ExportOrigin) -> dict[str, Any]:
     """What the header says of the controller."""
     name = c_identifier(controller.name)
     return {
@@ -78,16 +106,23 @@ def _about(controller: Controller, origin: Origin) -> dict[str, Any]:
     }
 
 
-def _code(names: Names, numbers: Numbers) -> dict[str, Any]:
+def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
     """The program in C: declarations, fields, statements."""
     program = names.program
     assert program.output is not None
-    entering = [line for name, node in program.inputs.items() if names.uses[node.index] for line in numbers.entering(node, name)]
-    body = [f"{INDENT}{line}" for line in entering] + statements(names, numbers)
+    entering = [
+        line
+        for name, node in program.inputs.items()
+        if names.uses[node.index]
+        for line in numbers.entering(node, name)
+    ]
+    body = [f"{INDENT}{line}" for line in entering] + c_statements(names, numbers)
     held = [node for node in program.states.values() if node.index not in program.updates]
     starts, writes = _starts(names, numbers), _writes(names, numbers)
     setters = [(program.names[node.index], numbers.stored(node, None, "value")) for node in held]
-    text = "\n".join([*body, *starts, *writes, *(stored for _, stored in setters), numbers.valid("position")])
+    text = "\n".join(
+        [*body, *starts, *writes, *(stored for _, stored in setters), numbers.valid("position")]
+    )
     helpers = [helper for helper in HELPERS if f"{helper}(" in text]
     return {
         "kind": numbers.kind,
@@ -104,14 +139,19 @@ def _code(names: Names, numbers: Numbers) -> dict[str, Any]:
         "inputs": list(program.inputs),
         "parameters": [numbers.parameter(name) for name in program.inputs],
         "unused": ["state"] * ("state->" not in "".join([*body, *writes]))
-        + [numbers.parameter(name) for name, node in program.inputs.items() if not names.uses[node.index]],
+        + [
+            numbers.parameter(name)
+            for name, node in program.inputs.items()
+            if not names.uses[node.index]
+        ],
         "held": setters,
         "helpers": [*helpers, "shifted"] if "word" in helpers else helpers,
     }
 
 
-def _format(controller: Controller, names: Names, numbers: Numbers) -> dict[str, Any]:
-    """What differs between numbers and words: limits, conversions, the proof, the struct's notes."""
+def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dict[str, Any]:
+    """What differs between numbers and words: limits, conversions, the proof, the struct's
+    notes."""
     program, scaled = names.program, numbers.scaled if isinstance(numbers, FixedNumbers) else None
     drive = program.output
     assert drive is not None
@@ -130,32 +170,43 @@ def _format(controller: Controller, names: Names, numbers: Numbers) -> dict[str,
     word = _words(scaled, mode) if mode is not None else []
     return {
         "fixed": True,
-        "fields": [_field(table, numbers, program, field_note(table, scaled)) for table in names.states],
+        "fields": [
+            _field(table, numbers, program, field_note(table, scaled)) for table in names.states
+        ],
         "period": repr(controller.sample_period_s),
         "drive_limit": _limit(scaled, drive),
         "per_count": repr(controller.bench.encoder.resolution),
         "modes": word,
-        "conversions": conversions(c_identifier(controller.name).upper(), scaled, controller.bench.encoder.resolution, drive),
+        "conversions": conversion_macros(
+            c_identifier(controller.name).upper(),
+            scaled,
+            controller.bench.encoder.resolution,
+            drive,
+        ),
         "proof": proof_lines(names, scaled),
         "longest": scaled.longest,
         "bits": scaled.bits,
     }
 
 
-def _limit(scaled: FixedProgram, drive: Node) -> int:
-    """The largest word of the drive: the limit's coefficient, rounded as the format keeps it, at the drive's fraction."""
+def _limit(scaled: FixedProgram, drive: ProgramNode) -> int:
+    """The largest word of the drive: the limit's coefficient, rounded as the format keeps it, at
+    the drive's fraction."""
     limit = next(index for index, name in scaled.program.names.items() if name == "drive_limit")
-    return moved(scaled.constants[limit], scaled.fractions[limit] - scaled.fractions[drive.index])
+    return shift_rounded(
+        scaled.constants[limit], scaled.fractions[limit] - scaled.fractions[drive.index]
+    )
 
 
-def _words(scaled: FixedProgram, mode: Node) -> list[int]:
+def _words(scaled: FixedProgram, mode: ProgramNode) -> list[int]:
     return [round(math.ldexp(value, scaled.fractions[mode.index])) for value in (RUN, BRAKE, REST)]
 
 
-def _constant(table: Table, numbers: Numbers) -> str:
-    """The declaration of a coefficient or of an array of them, row-major; an element that no value has is 0."""
+def _constant(table: NamedArray, numbers: NumberWriter) -> str:
+    """The declaration of a coefficient or of an array of them, row-major; an element that no value
+    has is 0."""
 
-    def element(node: Node | None) -> str:
+    def element(node: ProgramNode | None) -> str:
         return numbers.constant(node) if node is not None else "0"
 
     def filled(depth: int, start: tuple[int, ...]) -> str:
@@ -163,28 +214,41 @@ def _constant(table: Table, numbers: Numbers) -> str:
             return element(table.nodes.get(start))
         parts = [filled(depth + 1, (*start, k)) for k in range(table.shape[depth])]
         separator = ",\n    " if depth < len(table.shape) - 1 else ", "
-        return "{" + ("\n    " if "\n" in separator else "") + separator.join(parts) + ("\n" if "\n" in separator else "") + "}"
+        return (
+            "{"
+            + ("\n    " if "\n" in separator else "")
+            + separator.join(parts)
+            + ("\n" if "\n" in separator else "")
+            + "}"
+        )
 
     fractions = numbers.fractions(table)
-    declared = f"static const {numbers.constant_kind} {table.name}{table.brackets} = {filled(0, ())};"
+    declared = (
+        f"static const {numbers.constant_kind} {table.name}{table.brackets} = {filled(0, ())};"
+    )
     return declared + numbers.note(table.nodes[()]) if not table.shape else fractions + declared
 
 
-def _field(table: Table, numbers: Numbers, program: Program, note: str) -> tuple[str, str]:
+def _field(
+    table: NamedArray, numbers: NumberWriter, program: Program, note: str
+) -> tuple[str, str]:
     """A field of the state, and what it is."""
     held = all(node.index not in program.updates for node in table.nodes.values())
-    told = [text for text in (meaning(table.name, held), note) if text]
+    told = [text for text in (state_meaning(table.name, held), note) if text]
     return f"{numbers.kind} {table.name}{table.brackets};", "; ".join(told)
 
 
-def _starts(names: Names, numbers: Numbers) -> list[str]:
-    """Return the statements that set a new state to rest at the position, in the fault where the position is invalid."""
+def _starts(names: CNames, numbers: NumberWriter) -> list[str]:
+    """Return the statements that set a new state to rest at the position, in the fault where the
+    position is invalid."""
     program = names.program
     assert program.guard is not None
     lines = []
     for table in names.states:
         for node in table.nodes.values():
-            source = program.inputs[program.starts[node.index]] if node.index in program.starts else None
+            source = (
+                program.inputs[program.starts[node.index]] if node.index in program.starts else None
+            )
             start = numbers.started(node, source)
             if node is program.guard.left:
                 start = f"valid ? {start} : {numbers.started(replace(node, value=FAULT), None)}"
@@ -192,8 +256,9 @@ def _starts(names: Names, numbers: Numbers) -> list[str]:
     return lines
 
 
-def _writes(names: Names, numbers: Numbers) -> list[str]:
-    """The states move, once everything has been computed; what another state held is read before any is written."""
+def _writes(names: CNames, numbers: NumberWriter) -> list[str]:
+    """The states move, once everything has been computed; what another state held is read before
+    any is written."""
     program = names.program
     read: list[str] = []
     written: list[str] = []
@@ -203,18 +268,23 @@ def _writes(names: Names, numbers: Numbers) -> list[str]:
             name = f"held_{len(read)}"
             read.append(f"{INDENT}const {numbers.kind} {name} = {value};")
             value = name
-        written += wrapped(f"{names.text[state]} = {numbers.stored(program.nodes[state], source, value)};")
+        written += wrap_statement(
+            f"{names.text[state]} = {numbers.stored(program.nodes[state], source, value)};"
+        )
     return read + written
 
 
-def _vectors(program: Program, vectors: GoldenVectors, numbers: Numbers) -> dict[str, Any]:
+def _vectors(program: Program, vectors: GoldenVectors, numbers: NumberWriter) -> dict[str, Any]:
     """The golden vectors as the format writes them."""
-    visits = visits_of(program)
+    visits = visit_conditions(program)
     return {
         "vectors": vectors,
         "start": numbers.exact(vectors.start, program.inputs["position"]),
         "invalid": numbers.exact(math.nan, program.inputs["position"]),
-        "rows": [[numbers.exact(value, node) for value, node in zip(row, _columns(program), strict=True)] for row in vectors.rows],
+        "rows": [
+            [numbers.exact(value, node) for value, node in zip(row, _columns(program), strict=True)]
+            for row in vectors.rows
+        ],
         "counted": [f"{count} {visits[name].text}" for name, count in vectors.visits.items()],
         "printed": numbers.printed,
         "cast": numbers.cast,
@@ -222,7 +292,7 @@ def _vectors(program: Program, vectors: GoldenVectors, numbers: Numbers) -> dict
     }
 
 
-def _columns(program: Program) -> list[Node]:
+def _columns(program: Program) -> list[ProgramNode]:
     """The values that a row of the vectors holds."""
     assert program.output is not None
     held = [node for node in program.states.values() if node.index not in program.updates]

@@ -1,4 +1,5 @@
-"""The linear controller as arrays for CMSIS-DSP's biquads: one header. The blocks around it are in the exported C only."""
+"""The linear controller as arrays for CMSIS-DSP's biquads: one header. The blocks around it are in
+the exported C only."""
 
 from __future__ import annotations
 
@@ -10,15 +11,15 @@ import jinja2
 import msgspec
 
 from frictool import __version__
-from frictool.control.composition import controller_program
+from frictool.control.controller_composition import controller_program
 from frictool.control.fixed_point import BITS, fixed_program
 from frictool.documents.controller import Controller, LinearController, Number
 from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
 from frictool.export.biquads import Biquads, fixed_biquads, float_biquads
-from frictool.export.identifier import c_identifier, comment_text
-from frictool.export.origin import Origin
-from frictool.export.real_numbers import RealNumbers
+from frictool.export.c_identifier import c_identifier, comment_text
+from frictool.export.c_real_numbers import RealNumbers
+from frictool.export.export_origin import ExportOrigin
 
 FOLDER = Path(__file__).parent / "templates"
 KINDS = {"float": "float", "q31": "int32_t", "q15": "int16_t"}
@@ -26,19 +27,25 @@ KINDS = {"float": "float", "q31": "int32_t", "q15": "int16_t"}
 
 @dataclass(frozen=True)
 class CmsisArrays:
-    """The stages, and the linear controller that they are with their rounded coefficients, for another verification."""
+    """The stages, and the linear controller that they are with their rounded coefficients, for
+    another verification."""
 
     biquads: Biquads
     linear: LinearController
 
 
 def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
-    """Raises NoSolutionError where there are no sections, or they cannot be scaled; DoesNotFit where what enters has no bound."""
+    """Raises NoSolutionError where there are no sections, or they cannot be scaled; DoesNotFit
+    where what enters has no bound."""
     linear = controller.linear
     if controller.schedule is not None:
-        raise NoSolutionError(f"{controller.name}: scheduled coefficients are no constant arrays; use --lang c")
+        raise NoSolutionError(
+            f"{controller.name}: scheduled coefficients are no constant arrays; use --lang c"
+        )
     if not linear.sos:
-        raise NoSolutionError(f"{controller.name}: the document holds no second-order sections; use --lang c")
+        raise NoSolutionError(
+            f"{controller.name}: the document holds no second-order sections; use --lang c"
+        )
     if number == "float":
         found = float_biquads(linear.sos)
     else:
@@ -47,12 +54,21 @@ def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
     return CmsisArrays(found, _as_sections(linear, runs))
 
 
-def _as_sections(linear: LinearController, sections: tuple[tuple[float, ...], ...]) -> LinearController:
-    return msgspec.structs.replace(linear, form="sos", sos=sections, sos_anti_windup=(0.0,) * (2 * len(sections)), conditional=False)
+def _as_sections(
+    linear: LinearController, sections: tuple[tuple[float, ...], ...]
+) -> LinearController:
+    return msgspec.structs.replace(
+        linear,
+        form="sos",
+        sos=sections,
+        sos_anti_windup=(0.0,) * (2 * len(sections)),
+        conditional=False,
+    )
 
 
 def _entering(controller: Controller, number: Number) -> float:
-    """How large what enters the linear controller may be: the interval that the fixed-point program proves."""
+    """How large what enters the linear controller may be: the interval that the fixed-point program
+    proves."""
     program = controller_program(controller)
     scaled = fixed_program(program, BITS[number])
     places = {name: index for index, name in program.names.items()}
@@ -66,14 +82,23 @@ def _signal(controller: Controller) -> str:
     return "eta" if controller.linear.input == "eta" else "speed_error"
 
 
-def cmsis_header(controller: Controller, number: Number, arrays: CmsisArrays, margin: float, origin: Origin) -> dict[str, str]:
+def cmsis_header(
+    controller: Controller, number: Number, arrays: CmsisArrays, margin: float, origin: ExportOrigin
+) -> dict[str, str]:
     """File name -> text."""
     name, found = c_identifier(controller.name), arrays.biquads
     values = RealNumbers("float").literal if number == "float" else str
-    padded = [[*stage[:1], 0, *stage[1:]] if number == "q15" else list(stage) for stage in found.stages]
-    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined, autoescape=False)
+    padded = [
+        [*stage[:1], 0, *stage[1:]] if number == "q15" else list(stage) for stage in found.stages
+    ]
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined, autoescape=False
+    )
     environment.globals["comment"] = comment_text
-    position, drive = si_unit("position", controller.axis), si_unit(controller.drive, controller.axis)
+    position, drive = (
+        si_unit("position", controller.axis),
+        si_unit(controller.drive, controller.axis),
+    )
     signals = {
         "error": f"filtered reference - position, {position}",
         "eta": f"integral(speed reference) - position, {position}",

@@ -1,4 +1,5 @@
-"""The coefficients with their conventions: as JSON for other tools, and as variables of a MATLAB file."""
+"""The coefficients with their conventions: as JSON for other tools, and as variables of a MATLAB
+file."""
 
 from __future__ import annotations
 
@@ -11,18 +12,18 @@ import msgspec
 import numpy as np
 
 from frictool import __version__
-from frictool.control.composition import controller_program
+from frictool.control.controller_composition import controller_program
 from frictool.control.fixed_point import BITS, coefficient
-from frictool.control.program import Node, Program
+from frictool.control.program import Program, ProgramNode
 from frictool.documents.controller import Controller, Number
 from frictool.documents.observer import Observer
 from frictool.documents.quantity import si_unit
-from frictool.export.identifier import c_identifier
-from frictool.export.origin import Origin
-from frictool.export.program_names import Names, Table
+from frictool.export.c_identifier import c_identifier
+from frictool.export.c_names import CNames, NamedArray
+from frictool.export.export_origin import ExportOrigin
 from frictool.export.rounded_loop import RoundedLoop
 from frictool.logs.arrays.mat_writer import Value, pieces
-from frictool.verify.rounding import held, rounded_linear
+from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_linear
 
 FORMAT = "coefficients/1"
 CONVENTIONS = {
@@ -38,7 +39,9 @@ CONVENTIONS = {
 BLOCKS = ("position_law", "prefilter", "velocity", "limiter", "friction_compensation", "schedule")
 
 
-def json_file(controller: Controller, number: Number, loop: RoundedLoop, origin: Origin) -> dict[str, str]:
+def json_files(
+    controller: Controller, number: Number, loop: RoundedLoop, origin: ExportOrigin
+) -> dict[str, str]:
     """File name -> text: docs/formats.md says every key."""
     content = {
         "format": FORMAT,
@@ -50,17 +53,34 @@ def json_file(controller: Controller, number: Number, loop: RoundedLoop, origin:
         "axis": controller.axis,
         "structure": controller.structure,
         "drive": controller.drive,
-        "units": {"position": si_unit("position", controller.axis), "drive": si_unit(controller.drive, controller.axis)},
+        "units": {
+            "position": si_unit("position", controller.axis),
+            "drive": si_unit(controller.drive, controller.axis),
+        },
         "sample_period_s": controller.sample_period_s,
         "delay_samples": controller.delay_samples,
         "drive_limit": controller.drive_limit,
         "measurement_hold_samples": controller.measurement_hold_samples,
         "linear": _linear(controller, number),
-        "blocks": {name: _whole(block) for name in BLOCKS if (block := getattr(controller, name)) is not None},
+        "blocks": {
+            name: _whole(block)
+            for name in BLOCKS
+            if (block := getattr(controller, name)) is not None
+        },
         "program": _program(controller_program(controller), number),
-        "rounded": {"modulus_margin": loop.modulus_margin, "at": loop.at, "norm": loop.norm, "norm_at": loop.norm_at or None},
+        "rounded": {
+            "modulus_margin": loop.modulus_margin,
+            "at": loop.at,
+            "norm": loop.norm,
+            "norm_at": loop.norm_at or None,
+        },
     }
-    return {f"{c_identifier(controller.name)}.json": json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"}
+    return {
+        f"{c_identifier(controller.name)}.json": json.dumps(
+            content, indent=1, ensure_ascii=False, allow_nan=False
+        )
+        + "\n"
+    }
 
 
 def _whole(block: Any) -> Any:
@@ -74,18 +94,28 @@ def _whole(block: Any) -> Any:
 
 def _observer(observer: Observer) -> dict[str, Any]:
     """What of an observer runs, without its bench: the controller's is the same."""
-    found = {key: _whole(getattr(observer, key)) for key in ("sample_period_s", "inertia", "friction")}
-    return found | {"kind": observer.kind, **_whole(observer.tracking if observer.switched is None else observer.switched)}
+    found = {
+        key: _whole(getattr(observer, key)) for key in ("sample_period_s", "inertia", "friction")
+    }
+    return found | {
+        "kind": observer.kind,
+        **_whole(observer.tracking if observer.switched is None else observer.switched),
+    }
 
 
 def _entering(controller: Controller) -> str:
     if controller.structure == "position":
         return "filtered reference - position"
-    return "integral(speed reference) - position" if controller.linear.input == "eta" else "speed reference - speed"
+    return (
+        "integral(speed reference) - position"
+        if controller.linear.input == "eta"
+        else "speed reference - speed"
+    )
 
 
 def _linear(controller: Controller, number: Number) -> dict[str, Any]:
-    """The linear controller with its coefficients as the format keeps them; its continuous form does not run and is left out."""
+    """The linear controller with its coefficients as the format keeps them; its continuous form
+    does not run and is left out."""
     linear = rounded_linear(controller.linear, number)
     space = linear.discrete
     return {
@@ -103,13 +133,24 @@ def _linear(controller: Controller, number: Number) -> dict[str, Any]:
 
 
 def _program(program: Program, number: Number) -> dict[str, Any]:
-    """Every named coefficient of the program that runs, by the names of the exported C; in fixed point word and fraction, too."""
-    tables, hold = Names(program).constants, held(number)
-    found: dict[str, Any] = {"coefficients": {table.name: _nested(table, lambda node: hold(node.value), 0.0) for table in tables}}
+    """Every named coefficient of the program that runs, by the names of the exported C; in fixed
+    point word and fraction, too."""
+    tables, hold = CNames(program).constants, coefficient_rounder(number)
+    found: dict[str, Any] = {
+        "coefficients": {
+            table.name: _nested(table, lambda node: hold(node.value), 0.0) for table in tables
+        }
+    }
     if number in BITS:
         bits = BITS[number]
-        found["words"] = {table.name: _nested(table, lambda node: coefficient(node.value, bits)[0], 0) for table in tables}
-        found["fractions"] = {table.name: _nested(table, lambda node: coefficient(node.value, bits)[1], 0) for table in tables}
+        found["words"] = {
+            table.name: _nested(table, lambda node: coefficient(node.value, bits)[0], 0)
+            for table in tables
+        }
+        found["fractions"] = {
+            table.name: _nested(table, lambda node: coefficient(node.value, bits)[1], 0)
+            for table in tables
+        }
     found["states"] = {
         name: {
             "low": node.low if math.isfinite(node.low) else None,
@@ -122,7 +163,7 @@ def _program(program: Program, number: Number) -> dict[str, Any]:
     return found
 
 
-def _nested(table: Table, value: Callable[[Node], float], nothing: float) -> Any:
+def _nested(table: NamedArray, value: Callable[[ProgramNode], float], nothing: float) -> Any:
     """The table's values in lists of lists."""
     shape = table.shape
     if not shape:
@@ -133,7 +174,9 @@ def _nested(table: Table, value: Callable[[Node], float], nothing: float) -> Any
     return [flat[k : k + shape[1]] for k in range(0, len(flat), shape[1])]
 
 
-def matlab_file(controller: Controller, number: Number, loop: RoundedLoop, origin: Origin) -> dict[str, bytes]:
+def matlab_files(
+    controller: Controller, number: Number, loop: RoundedLoop, origin: ExportOrigin
+) -> dict[str, bytes]:
     """File name -> bytes of a MATLAB file of version 5. Variables: docs/formats.md."""
     linear = rounded_linear(controller.linear, number)
     space, n = linear.discrete, len(linear.discrete.a)
@@ -155,11 +198,24 @@ def matlab_file(controller: Controller, number: Number, loop: RoundedLoop, origi
             "controller": controller.name,
             "structure": controller.structure,
         },
-        "units": {"position": si_unit("position", controller.axis), "drive": si_unit(controller.drive, controller.axis)},
+        "units": {
+            "position": si_unit("position", controller.axis),
+            "drive": si_unit(controller.drive, controller.axis),
+        },
         "conventions": CONVENTIONS,
-        "notes": {"sha256": origin.sha256, "command": origin.command, "frictool": __version__, "number": number},
+        "notes": {
+            "sha256": origin.sha256,
+            "command": origin.command,
+            "frictool": __version__,
+            "number": number,
+        },
     }
-    for name, key in (("prefilter", "prefilter"), ("law", "position_law"), ("velocity", "velocity"), ("limiter", "limiter")):
+    for name, key in (
+        ("prefilter", "prefilter"),
+        ("law", "position_law"),
+        ("velocity", "velocity"),
+        ("limiter", "limiter"),
+    ):
         block = getattr(controller, key)
         if block is not None:
             values[name] = _variable(_whole(block))
@@ -169,7 +225,8 @@ def matlab_file(controller: Controller, number: Number, loop: RoundedLoop, origi
 
 
 def _variable(block: dict[str, Any]) -> Value:
-    """A block's numbers and words as a structure; what is absent is left out, and so is what an observer is made of."""
+    """A block's numbers and words as a structure; what is absent is left out, and so is what an
+    observer is made of."""
     return {
         key: np.array([[float(value)]]) if isinstance(value, int | float) else str(value)
         for key, value in block.items()

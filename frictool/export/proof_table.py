@@ -1,45 +1,64 @@
-"""Fixed point as the header tells it: the interval of every value, and how encoder counts become words."""
+"""Fixed point as the header tells it: the interval of every value, and how encoder counts become
+words."""
 
 from __future__ import annotations
 
 import math
 
 from frictool.control.fixed_point import FixedProgram
-from frictool.control.program import Node
-from frictool.export.program_names import Names, Table
+from frictool.control.program import ProgramNode
+from frictool.export.c_names import CNames, NamedArray
 
 MULTIPLIER_BITS = 31
 
 
-def proof_lines(names: Names, scaled: FixedProgram) -> list[str]:
+def proof_lines(names: CNames, scaled: FixedProgram) -> list[str]:
     """A line a value: its name, fraction, words, and what they are in SI."""
     lines = []
     for node in names.program.nodes:
-        if node.op == "constant" or node.is_logical or not (names.uses[node.index] or node.op == "state"):
+        if (
+            node.op == "constant"
+            or node.is_logical
+            or not (names.uses[node.index] or node.op == "state")
+        ):
             continue
-        called = names.text.get(node.index) or names.results.get(node.index) or f"value_{node.index} ({node.op})"
+        called = (
+            names.text.get(node.index)
+            or names.results.get(node.index)
+            or f"value_{node.index} ({node.op})"
+        )
         low, high = scaled.words[node.index]
         fraction = scaled.fractions[node.index]
         inside = f"{math.ldexp(low, -fraction):.6g} to {math.ldexp(high, -fraction):.6g}"
-        lines.append(f"{called.removeprefix('state->'):<28} {fraction:>8} {f'{low} to {high}':>24}   {inside}")
+        lines.append(
+            f"{called.removeprefix('state->'):<28} {fraction:>8} {f'{low} to {high}':>24}   {inside}"
+        )
     return lines
 
 
-def field_note(table: Table, scaled: FixedProgram) -> str:
+def field_note(table: NamedArray, scaled: FixedProgram) -> str:
     """Of a state: value and fraction of each element, those that are equal told once."""
     told = []
     for node in table.nodes.values():
-        low, high = (math.ldexp(word, -scaled.fractions[node.index]) for word in scaled.words[node.index])
+        low, high = (
+            math.ldexp(word, -scaled.fractions[node.index]) for word in scaled.words[node.index]
+        )
         told.append(f"2^{-scaled.fractions[node.index]}, {low:.4g} to {high:.4g}")
     return "; ".join(dict.fromkeys(told)) if len(set(told)) == 1 else "; ".join(told)
 
 
-def conversions(prefix: str, scaled: FixedProgram, step: float, drive: Node) -> list[str]:
+def conversion_macros(
+    prefix: str, scaled: FixedProgram, step: float, drive: ProgramNode
+) -> list[str]:
     """Macros of the inputs and the output. step: of the encoder, rad or m a count."""
     lines: list[str] = []
     program = scaled.program
     for name, node in [*program.inputs.items(), ("drive", drive)]:
-        upper, fraction, (low, high) = f"{prefix}_{name.upper()}", scaled.fractions[node.index], scaled.words[node.index]
+        upper, fraction, (low, high) = (
+            f"{prefix}_{name.upper()}",
+            scaled.fractions[node.index],
+            scaled.words[node.index],
+        )
         lines += [
             "",
             f"/* {name} = word 2^{-fraction}, {math.ldexp(low, -fraction):.6g} to {math.ldexp(high, -fraction):.6g} */",
@@ -53,15 +72,24 @@ def conversions(prefix: str, scaled: FixedProgram, step: float, drive: Node) -> 
                 f"#define {upper}(value) ((int32_t)((value) * {scale} + ((value) < 0 ? -0.5 : 0.5))) /* of a constant, at compile time */"
             )
     counts = _from_counts(step, scaled.fractions[program.inputs["position"].index])
-    lines += ["", f"/* The word of an encoder's counts, {step!r} a count. */", f"#define {prefix}_POSITION_FROM_COUNTS(counts) {counts}"]
+    lines += [
+        "",
+        f"/* The word of an encoder's counts, {step!r} a count. */",
+        f"#define {prefix}_POSITION_FROM_COUNTS(counts) {counts}",
+    ]
     fraction = scaled.fractions[drive.index]
     thousand = _rounded_quotient("(int64_t)(word) * 1000", "(word)", fraction)
-    lines += ["", "/* The drive in thousandths of its unit. */", f"#define {prefix}_DRIVE_IN_THOUSANDTHS(word) {thousand}"]
+    lines += [
+        "",
+        "/* The drive in thousandths of its unit. */",
+        f"#define {prefix}_DRIVE_IN_THOUSANDTHS(word) {thousand}",
+    ]
     return lines
 
 
 def multiplier(step: float, fraction: int) -> tuple[int, int]:
-    """(m, n): counts times m 2^-n are the position's word; m has MULTIPLIER_BITS bits where n > 0."""
+    """(m, n): counts times m 2^-n are the position's word; m has MULTIPLIER_BITS bits where n >
+    0."""
     n = max(MULTIPLIER_BITS - math.frexp(step)[1] - fraction, 0)
     return round(math.ldexp(step, fraction + n)), n
 

@@ -1,8 +1,11 @@
-"""The controller verified again with its coefficients as a number format of the target keeps them: synthesis's own check, on a document.
+"""The controller verified again with its coefficients as a number format of the target keeps them:
+synthesis's own check, on a document.
 
-At every vertex the sampled loops are rebuilt with the rounded coefficients: stable at every delay that the document names, the modulus
-margin at the bench's as specified, the norm within what is claimed where the document holds the weights that it is of. So is every corner
-of a schedule, around its own plant. What rounds the signals is not in it: the golden vectors measure that (vectors.py).
+At every vertex the sampled loops are rebuilt with the rounded coefficients: stable at every delay
+that the document names, the modulus margin at the bench's as specified, the norm within what is
+claimed where the document holds the weights that it is of. So is every corner of a schedule, around
+its own plant. What rounds the signals is not in it: the golden vectors measure that
+(golden_vectors.py).
 """
 
 from __future__ import annotations
@@ -16,23 +19,29 @@ import numpy as np
 from frictool.documents.controller import Controller, LinearController, Number
 from frictool.errors import NoSolutionError
 from frictool.plant.polytope import PlantPoint
-from frictool.ties import largest, smallest
-from frictool.verify.controller import check_feedback, loop_checks
-from frictool.verify.effective import feedbacks, running, virtual_friction
-from frictool.verify.figures import CLAIM, loops_of
+from frictool.presentation.ties import largest, smallest
+from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_linear
+from frictool.verify.document_check import check_feedback, loop_checks
+from frictool.verify.feedback_loops import feedbacks, running_form, virtual_friction
+from frictool.verify.loop_figures import CLAIM, loops_of
+from frictool.verify.messages import delay_words
 from frictool.verify.observer_loop import check_observer
-from frictool.verify.rounding import held, rounded_linear
 from frictool.verify.speed_loop import performance
 from frictool.verify.stored_forms import limited_radius
 from frictool.verify.vertices import vertex_points
-from frictool.verify.words import delay_words
 
-FINER = {"q15": "--number q31 or float", "q31": "--number float or double", "float": "--number double", "double": "another design"}
+FINER = {
+    "q15": "--number q31 or float",
+    "q31": "--number float or double",
+    "float": "--number double",
+    "double": "another design",
+}
 
 
 @dataclass(frozen=True)
 class RoundedLoop:
-    """The worst figures with rounded coefficients, and the vertices where they are. norm is None where the document holds no weights."""
+    """The worst figures with rounded coefficients, and the vertices where they are. norm is None
+    where the document holds no weights."""
 
     modulus_margin: float
     at: str
@@ -40,66 +49,129 @@ class RoundedLoop:
     norm_at: str
 
 
-def rounded_loop(controller: Controller, number: Number, biquads: LinearController | None = None) -> RoundedLoop:
-    """`biquads`: the linear controller of other, rounded coefficients that runs instead, without anti-windup.
+def rounded_loop(
+    controller: Controller, number: Number, biquads: LinearController | None = None
+) -> RoundedLoop:
+    """`biquads`: the linear controller of other, rounded coefficients that runs instead, without
+    anti-windup.
 
-    Raises NoSolutionError (exit 4) naming the vertex and its figure where the loop is unstable, its modulus margin below what is
-    specified or its norm above what is claimed, or where the rounded anti-windup is unstable.
+    Raises NoSolutionError (exit 4) naming the vertex and its figure where the loop is unstable, its
+    modulus margin below what is specified or its norm above what is claimed, or where the rounded
+    anti-windup is unstable.
     """
     if controller.velocity.observer is not None:
-        check_observer(controller.velocity.observer, held(number))
+        check_observer(controller.velocity.observer, coefficient_rounder(number))
     linear = biquads or rounded_linear(controller.linear, number)
     radius = limited_radius(linear, controller.sample_period_s)
     if biquads is None and radius >= 1.0:
-        raise _refused(controller, number, f"the anti-windup is unstable (spectral radius {radius:.6g} of a - l c)")
+        raise _refused(
+            controller,
+            number,
+            f"the anti-windup is unstable (spectral radius {radius:.6g} of a - l c)",
+        )
     try:
-        found = [(_margin(controller, number, one, point, delays), point.name) for one, point, delays in _loops(controller, linear, number)]
+        found = [
+            (_margin(controller, number, one, point, delays), point.name)
+            for one, point, delays in _loops(controller, linear, number)
+        ]
         _brake(controller, number)
         norms = _norms(controller, linear)
-    except (ValueError, np.linalg.LinAlgError, FloatingPointError):  # a rounded pole on the unit circle itself
+    except (
+        ValueError,
+        np.linalg.LinAlgError,
+        FloatingPointError,
+    ):  # a rounded pole on the unit circle itself
         raise _refused(controller, number, "a pole of the loop lies on the unit circle") from None
     margin, at = smallest(value for value, _ in found)
     worst, norm_at = largest(value for value, _ in norms) if norms else (None, 0)
     claimed = controller.verified.gamma_verified
     if worst is not None and not worst <= CLAIM * claimed:
-        raise _refused(controller, number, f"at vertex {norms[norm_at][1]} the norm is {worst:.4g}, {claimed:.4g} is claimed")
+        raise _refused(
+            controller,
+            number,
+            f"at vertex {norms[norm_at][1]} the norm is {worst:.4g}, {claimed:.4g} is claimed",
+        )
     return RoundedLoop(margin, found[at][1], worst, norms[norm_at][1] if norms else "")
 
 
 def _refused(controller: Controller, number: Number, why: str) -> NoSolutionError:
-    return NoSolutionError(f"{controller.name}: not verified with coefficients rounded to {number}: {why}; try {FINER[number]}")
+    return NoSolutionError(
+        f"{controller.name}: not verified with coefficients rounded to {number}: {why}; try {FINER[number]}"
+    )
 
 
 def _loops(
     controller: Controller, linear: LinearController, number: Number
 ) -> Iterator[tuple[LinearController, PlantPoint, tuple[int, ...]]]:
-    """Each linear controller with a plant that it is for, and the delays at which that has to be stable, the bench's first."""
+    """Each linear controller with a plant that it is for, and the delays at which that has to be
+    stable, the bench's first."""
     for vertex in controller.verified.vertices:
-        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
-        yield linear, point, tuple(dict.fromkeys((controller.delay_samples, *(check.delay_samples for check in vertex.checks))))
-    for index, corner in enumerate(controller.schedule.corners if controller.schedule is not None else ()):
-        own = msgspec.structs.replace(controller.linear, discrete=corner.discrete, anti_windup=corner.anti_windup)
+        point = PlantPoint(
+            vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
+        )
+        yield (
+            linear,
+            point,
+            tuple(
+                dict.fromkeys(
+                    (controller.delay_samples, *(check.delay_samples for check in vertex.checks))
+                )
+            ),
+        )
+    for index, corner in enumerate(
+        controller.schedule.corners if controller.schedule is not None else ()
+    ):
+        own = msgspec.structs.replace(
+            controller.linear, discrete=corner.discrete, anti_windup=corner.anti_windup
+        )
         there = rounded_linear(own, number)
-        point = PlantPoint(f"corner {index} of the schedule", corner.inertia, corner.viscous, corner.coulomb, corner.constant)
+        point = PlantPoint(
+            f"corner {index} of the schedule",
+            corner.inertia,
+            corner.viscous,
+            corner.coulomb,
+            corner.constant,
+        )
         radius = limited_radius(there, controller.sample_period_s)
         if radius >= 1.0:
-            raise _refused(controller, number, f"the anti-windup is unstable at {point.name} (spectral radius {radius:.6g} of a - l c)")
+            raise _refused(
+                controller,
+                number,
+                f"the anti-windup is unstable at {point.name} (spectral radius {radius:.6g} of a - l c)",
+            )
         yield there, point, (controller.delay_samples,)
 
 
-def _margin(controller: Controller, number: Number, linear: LinearController, point: PlantPoint, delays: tuple[int, ...]) -> float:
+def _margin(
+    controller: Controller,
+    number: Number,
+    linear: LinearController,
+    point: PlantPoint,
+    delays: tuple[int, ...],
+) -> float:
     """The modulus margin with the bench's delay."""
-    hold, lag = held(number), controller.bench.actuator.loop_time_constant_s
-    loops = feedbacks(controller.structure, linear, controller.position_law, controller.velocity, controller.sample_period_s, hold)
+    hold, lag = coefficient_rounder(number), controller.bench.actuator.loop_time_constant_s
+    loops = feedbacks(
+        controller.structure,
+        linear,
+        controller.position_law,
+        controller.velocity,
+        controller.sample_period_s,
+        hold,
+    )
     required = controller.verified.modulus_margin_specified
     checks = loop_checks(loops, point, lag, delays)
     for check in checks:
         if check.spectral_radius >= 1.0:
             why = f"at vertex {point.name} the loop is unstable with {delay_words(check.delay_samples)}"
-            raise _refused(controller, number, f"{why} (spectral radius {check.spectral_radius:.6g})")
+            raise _refused(
+                controller, number, f"{why} (spectral radius {check.spectral_radius:.6g})"
+            )
     if checks[0].modulus_margin < required:
         raise _refused(
-            controller, number, f"at vertex {point.name} the modulus margin is {checks[0].modulus_margin:.4g}, specified {required:g}"
+            controller,
+            number,
+            f"at vertex {point.name} the modulus margin is {checks[0].modulus_margin:.4g}, specified {required:g}",
         )
     return checks[0].modulus_margin
 
@@ -109,18 +181,27 @@ def _brake(controller: Controller, number: Number) -> None:
     limiter = controller.limiter
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return
-    hold, bench = held(number), controller.bench.actuator
+    hold, bench = coefficient_rounder(number), controller.bench.actuator
     slope = hold(limiter.virtual_coulomb / bench.constant.value) * hold(1.0 / limiter.virtual_speed)
     brake = virtual_friction(slope, controller.velocity, controller.sample_period_s)
     for _, point, delays in _loops(controller, controller.linear, number):
         lag = bench.loop_time_constant_s
-        if not all(check_feedback(one, point.rates, lag, delay).stable for one in brake for delay in delays):
-            raise _refused(controller, number, f"at vertex {point.name} the limiter's virtual friction is unstable at rest")
+        if not all(
+            check_feedback(one, point.rates, lag, delay).stable for one in brake for delay in delays
+        ):
+            raise _refused(
+                controller,
+                number,
+                f"at vertex {point.name} the limiter's virtual friction is unstable at rest",
+            )
 
 
 def _norms(controller: Controller, linear: LinearController) -> list[tuple[float, str]]:
     """The norm at each vertex, where the document holds the weights that it is of."""
     if controller.judged_by is None:
         return []
-    loops, runs = loops_of(controller, vertex_points(controller)), running(linear, controller.sample_period_s)
+    loops, runs = (
+        loops_of(controller, vertex_points(controller)),
+        running_form(linear, controller.sample_period_s),
+    )
     return [(performance(runs, loops.plant(point.rates)), point.name) for point in loops.points]

@@ -1,4 +1,5 @@
-"""What the states of the blocks in `control/` are, in a few words for the reader of the exported struct."""
+"""What the states of the blocks in `control/` are, in a few words for the reader of the exported
+struct."""
 
 from __future__ import annotations
 
@@ -31,6 +32,6 @@ MEANINGS = {
 }
 
 
-def meaning(state: str, held: bool) -> str:
+def state_meaning(state: str, held: bool) -> str:
     """Of a state; `held`: one that the program never changes."""
     return "scheduled parameter, set by the caller" if held else MEANINGS.get(state, "")

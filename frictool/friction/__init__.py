@@ -1,1 +1,2 @@
-"""One friction law or hysteresis operator per file: kernels on SI floats and arrays; `table.LAWS` lists the laws."""
+"""One friction law or hysteresis operator per file: kernels on SI floats and arrays; `table.LAWS`
+lists the laws."""

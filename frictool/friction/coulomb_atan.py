@@ -1,4 +1,5 @@
-"""Coulomb friction with sign(v) smoothed to (2/pi) atan(v/v_r) (2.4.2.1): an approximation, which creeps under any effort."""
+"""Coulomb friction with sign(v) smoothed to (2/pi) atan(v/v_r) (2.4.2.1): an approximation, which
+creeps under any effort."""
 
 from __future__ import annotations
 
@@ -10,8 +11,8 @@ from numpy.typing import NDArray
 from frictool.friction.coulomb_tanh import SMOOTHING_VELOCITY
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import COULOMB
-from frictool.friction.static import never_sticks, no_band, true_velocity
-from frictool.kernels import kernel
+from frictool.friction.static_kernels import never_sticks, no_band, true_velocity
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 

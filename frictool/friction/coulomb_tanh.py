@@ -1,4 +1,5 @@
-"""Coulomb friction with sign(v) smoothed to tanh(v/v_r) (2.4.2.1): an approximation, which creeps under any effort."""
+"""Coulomb friction with sign(v) smoothed to tanh(v/v_r) (2.4.2.1): an approximation, which creeps
+under any effort."""
 
 from __future__ import annotations
 
@@ -9,8 +10,8 @@ from numpy.typing import NDArray
 
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import COULOMB, LawParameter
-from frictool.friction.static import never_sticks, no_band, true_velocity
-from frictool.kernels import kernel
+from frictool.friction.static_kernels import never_sticks, no_band, true_velocity
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 SMOOTHING_VELOCITY = LawParameter("smoothing_velocity", "m/s", "rad/s", exclusive=True)  # v_r

@@ -2,7 +2,8 @@
 
     F = sigma z        z' = v |a|^i sign(a),   a = 1 - sigma z sign(v)/F_c
 
-For i = 1 this is z' = v (1 - sigma z sign(v)/F_c), (2.38). In steady slip |F| = F_c. Dissipates with the storage sigma z^2/2.
+For i = 1 this is z' = v (1 - sigma z sign(v)/F_c), (2.38). In steady slip |F| = F_c. Dissipates
+with the storage sigma z^2/2.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.dynamic import no_memory, scalar_reset
+from frictool.friction.dynamic_kernels import no_memory, scalar_reset
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import POSITIVE_COULOMB, STIFFNESS, LawParameter
 from frictool.friction.status import NOT_FINITE, OK
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 EXPONENT = LawParameter("exponent", "", "", exclusive=True, maximum=100.0, default=1.0)  # i

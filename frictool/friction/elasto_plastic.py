@@ -15,13 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.dynamic import no_memory, scalar_reset
+from frictool.friction.dynamic_kernels import no_memory, scalar_reset
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.lugre import SIGMA_0, force
 from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, STIFFNESS, Axis, LawParameter
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, curve
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 ELASTIC_LIMIT = LawParameter("elastic_limit", "m", "rad")  # z_ba
@@ -36,7 +36,9 @@ def plasticity(z: float, v: float, p: Vector) -> float:
         return 0.0
     if size >= yielded:
         return 1.0
-    return 0.5 * (math.sin(math.pi * (size - 0.5 * (yielded + p[Z_BA])) / (yielded - p[Z_BA])) + 1.0)
+    return 0.5 * (
+        math.sin(math.pi * (size - 0.5 * (yielded + p[Z_BA])) / (yielded - p[Z_BA])) + 1.0
+    )
 
 
 @kernel
@@ -50,10 +52,12 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 
 @dataclass(frozen=True)
-class ElastoPlastic(Law):
+class ElastoPlasticLaw(Law):
     """The law, with the relation between its parameters that single bounds do not tell."""
 
-    def pack(self, values: Mapping[str, float], axis: Axis = "linear", tail: Vector | None = None) -> Vector:
+    def pack(
+        self, values: Mapping[str, float], axis: Axis = "linear", tail: Vector | None = None
+    ) -> Vector:
         """As `Law.pack`; also raises ValueError where z_ba is not below z_max = F_s/sigma_0."""
         p = super().pack(values, axis, tail)
         yielded = p[BREAKAWAY] / p[SIGMA_0]
@@ -65,7 +69,7 @@ class ElastoPlastic(Law):
         return p
 
 
-LAW = ElastoPlastic(
+LAW = ElastoPlasticLaw(
     "elasto_plastic",
     "Elasto-plastic",
     "(2.43)-(2.48)",

@@ -1,11 +1,14 @@
-"""What any law takes on top: levels by direction, position and time at rest; speed regimes; a film between velocity and friction.
+"""What any law takes on top: levels by direction, position and time at rest; speed regimes; a film
+between velocity and friction.
 
-    F_c(x, direction)    = F_c(direction) position factor(x, direction)                      (4.41)-(4.44)
+    F_c(x, direction)    = F_c(direction) position factor(x, direction)
+                         (4.41)-(4.44)
     F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t)      3.4.2.3
     F                    = F_law(film velocity) + sigma_v (v - film velocity) + knee force(v)
 
-Before it asks a law, a driver writes the levels that hold now into the law's parameter array: the law's kernels stay as they are.
-A driver composes what adds to the force (friction/speed_knee.py) and what changes the velocity that the dry part sees (friction/film.py).
+Before it asks a law, a driver writes the levels that hold now into the law's parameter array: the
+law's kernels stay as they are. A driver composes what adds to the force (friction/speed_regimes.py)
+and what changes the velocity that the dry part sees (friction/lubricant_film.py).
 """
 
 from __future__ import annotations
@@ -18,13 +21,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.dwell import dwell_factor
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import Axis
-from frictool.friction.polynomial_least import least
+from frictool.friction.polynomial_minimum import minimum
 from frictool.friction.position_polynomial import position_factor
-from frictool.friction.speed_knee import regimes_from
-from frictool.kernels import kernel
+from frictool.friction.rising_breakaway import dwell_factor
+from frictool.friction.speed_regimes import regimes_from
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 CONSTANT: tuple[float, ...] = (1.0,)
@@ -34,8 +37,9 @@ BREAKAWAY_INDEX, VISCOUS_INDEX, FRESH, RISE_TIME, LOW, HIGH, LAG, BOUNDARY, DELA
 BACKWARD_START, KNEES_START, COEFFICIENTS = range(9, 12)
 
 
-class Packed(NamedTuple):
-    """An extension of a law for the kernels: the law's parameters in each direction, and the table laid out above; none: no extension."""
+class PackedExtension(NamedTuple):
+    """An extension of a law for the kernels: the law's parameters in each direction, and the table
+    laid out above; none: no extension."""
 
     forward: Vector
     backward: Vector
@@ -43,15 +47,18 @@ class Packed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Extension:
+class FrictionExtension:
     """What a law takes on top, SI; the default changes nothing.
 
-    forward, backward: coefficients of the position factors, lowest power first, over travel = (low, high) [m | rad], as
-    `position_polynomial.normalised` gives them. fresh in (0, 1], rise_time [s]: friction/dwell.py. regimes: (knee, slope) pairs of
-    friction/speed_knee.py. lag or delay [s], boundary [m/s | rad/s]: friction/film.py.
+    forward, backward: coefficients of the position factors, lowest power first, over travel = (low,
+    high) [m | rad], as `position_polynomial.normalised` gives them. fresh in (0, 1], rise_time [s]:
+    friction/rising_breakaway.py. regimes: (knee, slope) pairs of friction/speed_regimes.py. lag or
+    delay [s], boundary [m/s | rad/s]: friction/lubricant_film.py.
     """
 
-    backward_values: Mapping[str, float] = field(default_factory=dict)  # parameters that differ in the negative direction
+    backward_values: Mapping[str, float] = field(
+        default_factory=dict
+    )  # parameters that differ in the negative direction
     forward: tuple[float, ...] = CONSTANT
     backward: tuple[float, ...] = CONSTANT
     travel: tuple[float, float] = (0.0, 1.0)
@@ -67,47 +74,86 @@ class Extension:
         """Whether it changes nothing."""
         return self == NO_EXTENSION
 
-    def pack(self, law: Law, p: Vector, axis: Axis = "linear") -> Packed:
-        """For the kernels, on a law whose parameters are p: `law.pack(...)`. ValueError, one line, for what the law does not take."""
+    def pack(self, law: Law, p: Vector, axis: Axis = "linear") -> PackedExtension:
+        """For the kernels, on a law whose parameters are p: `law.pack(...)`. ValueError, one line,
+        for what the law does not take."""
         self._check_numbers()
         self._check_law(law)
         names = [parameter.name for parameter in law.parameters]
-        place, viscous, stiffness = (names.index(name) if name in names else -1 for name in ("breakaway", "viscous", "stiffness"))
+        place, viscous, stiffness = (
+            names.index(name) if name in names else -1
+            for name in ("breakaway", "viscous", "stiffness")
+        )
         backward = law.changed(p, self.backward_values, axis)
         for levels_of in (p, backward):
             if place >= 0 and self.rise_time > 0.0 and self.fresh * levels_of[place] < levels_of[0]:
                 low = self.fresh * levels_of[place]
-                raise ValueError(f"fresh is {self.fresh:g}: a fresh breakaway is {low:g}; allowed: >= coulomb, {levels_of[0]:g}")
+                raise ValueError(
+                    f"fresh is {self.fresh:g}: a fresh breakaway is {low:g}; allowed: >= coulomb, {levels_of[0]:g}"
+                )
             if "elastic_limit" in names:
-                self._check_elastic_limit(p[names.index("elastic_limit")], levels_of[place] / p[stiffness])
+                self._check_elastic_limit(
+                    p[names.index("elastic_limit")], levels_of[place] / p[stiffness]
+                )
         split = COEFFICIENTS + len(self.forward)
-        head = [place, viscous, self.fresh, self.rise_time, *self.travel, self.lag, self.boundary, self.delay]
+        head = [
+            place,
+            viscous,
+            self.fresh,
+            self.rise_time,
+            *self.travel,
+            self.lag,
+            self.boundary,
+            self.delay,
+        ]
         head += [split, split + len(self.backward)]
-        table = np.concatenate([head, self.forward, self.backward, regimes_from(list(self.regimes))])
-        return Packed(np.array(p, dtype=np.float64), backward, table)
+        table = np.concatenate(
+            [head, self.forward, self.backward, regimes_from(list(self.regimes))]
+        )
+        return PackedExtension(np.array(p, dtype=np.float64), backward, table)
 
     def _check_elastic_limit(self, elastic: float, yielded: float) -> None:
-        """ValueError where the presliding limit falls below z_ba: (2.46) would jump from elastic to plastic and back without end."""
-        smallest = yielded * min(least(self.forward, *self.travel)[1], least(self.backward, *self.travel)[1])
+        """ValueError where the presliding limit falls below z_ba: (2.46) would jump from elastic to
+        plastic and back without end."""
+        smallest = yielded * min(
+            minimum(self.forward, *self.travel)[1], minimum(self.backward, *self.travel)[1]
+        )
         if elastic >= smallest:
-            raise ValueError(f"elastic_limit is {elastic:g}; allowed: below the least breakaway/stiffness of the extension, {smallest:g}")
+            raise ValueError(
+                f"elastic_limit is {elastic:g}; allowed: below the least breakaway/stiffness of the extension, {smallest:g}"
+            )
 
     def _check_numbers(self) -> None:
         low, high = self.travel
-        if not self.forward or not self.backward or not np.all(np.isfinite([*self.forward, *self.backward, low, high])) or low >= high:
-            raise ValueError(f"position factors need finite coefficients and a travel low < high, found [{low:g}, {high:g}]")
+        if (
+            not self.forward
+            or not self.backward
+            or not np.all(np.isfinite([*self.forward, *self.backward, low, high]))
+            or low >= high
+        ):
+            raise ValueError(
+                f"position factors need finite coefficients and a travel low < high, found [{low:g}, {high:g}]"
+            )
         for name, coefficients in (("forward", self.forward), ("backward", self.backward)):
-            smallest = least(coefficients, low, high)[1]
+            smallest = minimum(coefficients, low, high)[1]
             if smallest <= 0.0:
-                raise ValueError(f"the {name} position factor falls to {smallest:g} within the travel; allowed: > 0 everywhere")
-        if not 0.0 < self.fresh <= 1.0 or not (math.isfinite(self.rise_time) and self.rise_time >= 0.0):
-            raise ValueError(f"fresh is {self.fresh:g}, rise_time {self.rise_time:g} s; allowed: fresh in (0, 1], rise_time >= 0")
+                raise ValueError(
+                    f"the {name} position factor falls to {smallest:g} within the travel; allowed: > 0 everywhere"
+                )
+        if not 0.0 < self.fresh <= 1.0 or not (
+            math.isfinite(self.rise_time) and self.rise_time >= 0.0
+        ):
+            raise ValueError(
+                f"fresh is {self.fresh:g}, rise_time {self.rise_time:g} s; allowed: fresh in (0, 1], rise_time >= 0"
+            )
         film = {"lag": self.lag, "delay": self.delay, "boundary": self.boundary}
         for name, value in film.items():
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} is {value:g}; allowed: a finite number >= 0")
         if self.lag > 0.0 and self.delay > 0.0:
-            raise ValueError(f"a film has a lag, {self.lag:g} s, or a delay, {self.delay:g} s, not both")
+            raise ValueError(
+                f"a film has a lag, {self.lag:g} s, or a delay, {self.delay:g} s, not both"
+            )
 
     def _check_law(self, law: Law) -> None:
         """ValueError where the law has no place for a part of the extension."""
@@ -119,17 +165,32 @@ class Extension:
             reason = "never rests" if dynamic else "has no breakaway"
             raise ValueError(f"{law.name} {reason}: nothing rises with the time at rest (dwell)")
         if stores and by_direction:
-            raise ValueError(f"{law.name} stores force in its contacts: levels that differ by direction would release more than was stored")
-        if (self.lag > 0.0 or self.delay > 0.0 or self.boundary > 0.0) and (dynamic or law.approximation):
-            raise ValueError(f"{law.name} has its own lag of friction behind velocity: it takes no film")
+            raise ValueError(
+                f"{law.name} stores force in its contacts: levels that differ by direction would release more than was stored"
+            )
+        if (self.lag > 0.0 or self.delay > 0.0 or self.boundary > 0.0) and (
+            dynamic or law.approximation
+        ):
+            raise ValueError(
+                f"{law.name} has its own lag of friction behind velocity: it takes no film"
+            )
 
 
-NO_EXTENSION = Extension()
+NO_EXTENSION = FrictionExtension()
 
 
 @kernel
-def levels(forward: Vector, backward: Vector, table: Vector, x: float, direction: float, dwell: float, out: Vector) -> float:
-    """Fills out with the law's parameters that hold at x [m | rad], in `direction`, after `dwell` [s] at rest.
+def levels(
+    forward: Vector,
+    backward: Vector,
+    table: Vector,
+    x: float,
+    direction: float,
+    dwell: float,
+    out: Vector,
+) -> float:
+    """Fills out with the law's parameters that hold at x [m | rad], in `direction`, after `dwell`
+    [s] at rest.
 
     Returns what the breakaway of the direction is multiplied by.
     """
@@ -145,13 +206,13 @@ def levels(forward: Vector, backward: Vector, table: Vector, x: float, direction
     return rested
 
 
-def unextended(p: Vector) -> Packed:
+def pack_plain_law(p: Vector) -> PackedExtension:
     """What a driver is given for a law alone."""
-    return Packed(p, p, np.zeros(0))
+    return PackedExtension(p, p, np.zeros(0))
 
 
 @kernel
-def knees(table: Vector) -> Vector:
-    """The speed regimes of a table, as friction/speed_knee.py takes them."""
+def regime_table(table: Vector) -> Vector:
+    """The speed regimes of a table, as friction/speed_regimes.py takes them."""
     regimes: Vector = table[int(table[KNEES_START]) :]
     return regimes

@@ -1,10 +1,12 @@
-"""Hybrid version A, without presliding (3.28)-(3.31). State z = [t_0], the time spent stuck, counted up to T_0.
+"""Hybrid version A, without presliding (3.28)-(3.31). State z = [t_0], the time spent stuck,
+counted up to T_0.
 
     mode 0   v' = -p0 v, F = u           C_{0->1}: |u| > F_s and (sign u = sign v or t_0 >= T_0)
     mode 1   Stribeck's law              C_{1->0}: (3.2)
 
-(3.30) prints t_0 > T_0 where (3.28) stops t_0 at T_0, which would never leave: >= is meant. T_0 = 0 is the simplified C_{0->1} of 3.6.
-Dissipates (3.42) with the storage m v^2/2 and the supply (u - F_sec) v.
+(3.30) prints t_0 > T_0 where (3.28) stops t_0 at T_0, which would never leave: >= is meant. T_0 = 0
+is the simplified C_{0->1} of 3.6. Dissipates (3.42) with the storage m v^2/2 and the supply (u -
+F_sec) v.
 """
 
 from __future__ import annotations
@@ -14,12 +16,19 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.hybrid import HYBRID, MASS, SLIPPING, STUCK, captured, sliding_force
+from frictool.friction.hybrid_kernels import (
+    HYBRID,
+    MASS,
+    SLIPPING,
+    STUCK,
+    is_captured,
+    sliding_force,
+)
 from frictool.friction.law import HybridKernels, Law
 from frictool.friction.parameter import LawParameter
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 CONVERGENCE_RATE = LawParameter("convergence_rate", "1/s", "1/s", exclusive=True)  # p0
@@ -31,7 +40,7 @@ RATE, HOLD = 7, 8
 def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
     """The mode that follows, (3.30)."""
     if mode == SLIPPING:
-        return STUCK if captured(v, u, p) else SLIPPING
+        return STUCK if is_captured(v, u, p) else SLIPPING
     return SLIPPING if abs(u) > p[BREAKAWAY] and (u * v > 0.0 or z[0] >= p[HOLD]) else STUCK
 
 

@@ -1,12 +1,14 @@
 """Hybrid version B, linear presliding (3.32)-(3.36). State z = [z], the presliding.
 
-    mode 0   z' = v, m v' = u - k1 z - k2 v     C_{0->1}: (z >= z_max, u > F_s, v >= 0) or (z <= -z_max, u < -F_s, v <= 0)
+    mode 0   z' = v, m v' = u - k1 z - k2 v     C_{0->1}: (z >= z_max, u > F_s, v >= 0) or (z <=
+             -z_max, u < -F_s, v <= 0)
     mode 1   Stribeck's law, z = +-z_max        C_{1->0}: (3.2)
     k1 = F_s/z_max, k2 = 2 sqrt(m F_s/z_max)    (3.35): F_s is borne at z_max, critically damped
 
-(3.12)-(3.13) print k1 and k2 in each other's place; (3.17), (3.32) have them as here. (3.13), (3.32) print x = x_{1->0} + z: x moves on
-from where the body was captured, x_{1->0} is x - z at the switch. A driver that integrates x' = v has it so. (3.34)
-has no condition on v: a body that springs back while u rises past F_s would leave and be captured at once, (3.27), at the wrong limit.
+(3.12)-(3.13) print k1 and k2 in each other's place; (3.17), (3.32) have them as here. (3.13),
+(3.32) print x = x_{1->0} + z: x moves on from where the body was captured, x_{1->0} is x - z at the
+switch. A driver that integrates x' = v has it so. (3.34) has no condition on v: a body that springs
+back while u rises past F_s would leave and be captured at once, (3.27), at the wrong limit.
 """
 
 from __future__ import annotations
@@ -16,13 +18,20 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.dynamic import scalar_reset
-from frictool.friction.hybrid import HYBRID, MASS, SLIPPING, STUCK, captured, sliding_force
+from frictool.friction.dynamic_kernels import scalar_reset
+from frictool.friction.hybrid_kernels import (
+    HYBRID,
+    MASS,
+    SLIPPING,
+    STUCK,
+    is_captured,
+    sliding_force,
+)
 from frictool.friction.law import HybridKernels, Law
 from frictool.friction.parameter import PRESLIDING_LIMIT
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 LIMIT = 7
@@ -44,14 +53,17 @@ def presliding_damping(p: Vector) -> float:
 def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
     """The mode that follows, (3.34): the contact is left outwards only."""
     if mode == SLIPPING:
-        return STUCK if captured(v, u, p) else SLIPPING
-    broken = (z[0] >= p[LIMIT] and u > p[BREAKAWAY] and v >= 0.0) or (z[0] <= -p[LIMIT] and u < -p[BREAKAWAY] and v <= 0.0)
+        return STUCK if is_captured(v, u, p) else SLIPPING
+    broken = (z[0] >= p[LIMIT] and u > p[BREAKAWAY] and v >= 0.0) or (
+        z[0] <= -p[LIMIT] and u < -p[BREAKAWAY] and v <= 0.0
+    )
     return SLIPPING if broken else STUCK
 
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Slip leaves the contact at its limit in the slip's direction, |z| = z_max (3.33). Returns friction/status.py."""
+    """Slip leaves the contact at its limit in the slip's direction, |z| = z_max (3.33). Returns
+    friction/status.py."""
     if mode == SLIPPING:
         z[0] = math.copysign(p[LIMIT], u)
     elif v != 0.0:

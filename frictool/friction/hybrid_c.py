@@ -1,9 +1,10 @@
-"""Hybrid version C, presliding by the Preisach operator (3.37)-(3.39). State: [z, memory of friction/reversals.py].
+"""Hybrid version C, presliding by the Preisach operator (3.37)-(3.39). State: [z, memory of
+friction/reversal_memory.py].
 
     mode 0   z' = v, m v' = u - Preisach(z) - k2 v      mode 1, C_{0->1}, C_{1->0}: as version B
 
-(3.37) prints no damping, with which the stuck body rings (small loops hardly dissipate): k2 is version B's (3.35).
-Slip saturates the operator: all reversals are forgotten.
+(3.37) prints no damping, with which the stuck body rings (small loops hardly dissipate): k2 is
+version B's (3.35). Slip saturates the operator: all reversals are forgotten.
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.friction import hybrid_b
-from frictool.friction.hybrid import HYBRID, MASS, STUCK, sliding_force
 from frictool.friction.hybrid_b import LIMIT, mode_after, presliding_damping, rate
+from frictool.friction.hybrid_kernels import HYBRID, MASS, STUCK, sliding_force
 from frictool.friction.law import HybridKernels, Law
 from frictool.friction.parameter import PRESLIDING_LIMIT
 from frictool.friction.preisach import preisach_force, preisach_move
 from frictool.friction.preisach_cycles import masing_everett
-from frictool.friction.reversals import COUNT, DEPTH, FIRST, FORCE, POSITION
+from frictool.friction.reversal_memory import COUNT, DEPTH, FIRST, FORCE, POSITION
 from frictool.friction.status import OK
 from frictool.friction.stribeck import BREAKAWAY
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 MEMORY, FIXED = 1, 8
@@ -42,7 +43,10 @@ def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
     """Friction [N | N m], (3.37), (3.38)."""
     if mode == STUCK:
-        return preisach_force(z[MEMORY:], z[0], p[FIXED:], p[BREAKAWAY], p[LIMIT]) + presliding_damping(p) * v
+        return (
+            preisach_force(z[MEMORY:], z[0], p[FIXED:], p[BREAKAWAY], p[LIMIT])
+            + presliding_damping(p) * v
+        )
     return sliding_force(v, u, p)
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction import coulomb
+from frictool.friction import coulomb_viscous
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import COULOMB
-from frictool.friction.static import coulomb_breakaway, no_band, true_velocity
-from frictool.kernels import kernel
+from frictool.friction.static_kernels import coulomb_breakaway, no_band, true_velocity
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ Vector = NDArray[np.float64]
 @kernel
 def slip_force(v: float, direction: float, p: Vector) -> float:
     """Friction [N | N m] that opposes a motion in `direction`."""
-    return coulomb.slip_force(v, direction, p[0], 0.0)
+    return coulomb_viscous.slip_force(v, direction, p[0], 0.0)
 
 
 @kernel

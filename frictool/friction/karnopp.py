@@ -1,7 +1,9 @@
-"""Karnopp's law (2.35)-(2.36): SVC with a band in which the velocity that is reported, v_m, is zero.
+"""Karnopp's law (2.35)-(2.36): SVC with a band in which the velocity that is reported, v_m, is
+zero.
 
-Inside the band m v' = u - held_force(u): the momentum goes on being integrated while v_m = 0 stops the position, hence no drift.
-Outside, m v' = u - F_c sign(v) - sigma_0 v: (2.36) prints + sigma_0 v, which would drive the body.
+Inside the band m v' = u - held_force(u): the momentum goes on being integrated while v_m = 0 stops
+the position, hence no drift. Outside, m v' = u - F_c sign(v) - sigma_0 v: (2.36) prints + sigma_0
+v, which would drive the body.
 """
 
 from __future__ import annotations
@@ -11,10 +13,10 @@ from numpy.typing import NDArray
 
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS
-from frictool.friction.static import breakaway_level
+from frictool.friction.static_kernels import breakaway_level
 from frictool.friction.svc import slip_force, slip_slope
 from frictool.friction.svc_band import BAND, band
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 

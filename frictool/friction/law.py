@@ -1,14 +1,18 @@
 """What a friction law is: its parameters, and the kernels that one driver per kind runs.
 
     kind     state                            driver
-    static   none                             engine: slips with a fixed direction, sticks up to the breakaway
-    dynamic  z, integrated, and a memory      integrates `rate`, calls `commit` after each accepted step
-    hybrid   mode, z and a memory             the same, and asks `mode_after` at each step, `enter` at each switch
+    static   none                             engine: slips with a fixed direction, sticks up to the
+             breakaway
+    dynamic  z, integrated, and a memory      integrates `rate`, calls `commit` after each accepted
+                                              step
+    hybrid   mode, z and a memory             the same, and asks `mode_after` at each step, `enter`
+             at each switch
 
-Kernels of a kind have one signature (friction/signatures.py), so that a compiled driver takes them as arguments.
-In the parameter array p the fixed parameters come first, in the order of `parameters`, then the law's tail where it has one
-(elements of a Maxwell bank, Everett table), in units of breakaway and presliding limit.
-p[0] is the Coulomb force in every law; p[1] the breakaway in every law that has one.
+Kernels of a kind have one signature (friction/kernel_signatures.py), so that a compiled driver
+takes them as arguments. In the parameter array p the fixed parameters come first, in the order of
+`parameters`, then the law's tail where it has one (elements of a Maxwell bank, Everett table), in
+units of breakaway and presliding limit. p[0] is the Coulomb force in every law; p[1] the breakaway
+in every law that has one.
 """
 
 from __future__ import annotations
@@ -47,7 +51,7 @@ class DynamicKernels(NamedTuple):
 
 
 class HybridKernels(NamedTuple):
-    """Two modes (friction/hybrid.py) that see the effort u as well as the velocity."""
+    """Two modes (friction/hybrid_kernels.py) that see the effort u as well as the velocity."""
 
     mode_after: Kernel  # (mode, v, u, z, p) -> mode
     enter: Kernel  # (mode, v, u, z, p) -> status; prepares z, in place, for the mode just entered
@@ -60,7 +64,8 @@ class HybridKernels(NamedTuple):
 
 @dataclass(frozen=True)
 class Law:
-    """A friction law. `equations`: numbers in the thesis. `approximation`: it replaces another law and does not stick.
+    """A friction law. `equations`: numbers in the thesis. `approximation`: it replaces another law
+    and does not stick.
 
     `tail`: the default of what follows the fixed parameters in p; None where nothing follows.
     """
@@ -88,10 +93,14 @@ class Law:
         hint = f"; did you mean {near[0]}?" if near else f"; allowed: {', '.join(names)}"
         raise ValueError(f"{self.name} has no parameter {name}{hint}")
 
-    def pack(self, values: Mapping[str, float], axis: Axis = "linear", tail: Vector | None = None) -> Vector:
-        """The kernels' array p from SI values by name. Raises ValueError, one line: unknown, missing or out of range.
+    def pack(
+        self, values: Mapping[str, float], axis: Axis = "linear", tail: Vector | None = None
+    ) -> Vector:
+        """The kernels' array p from SI values by name. Raises ValueError, one line: unknown,
+        missing or out of range.
 
-        `tail` replaces the default tail: `maxwell_bank.bank_tail` or `preisach_cycles.everett_tail` make one from measurements.
+        `tail` replaces the default tail: `maxwell_bank.bank_tail` or `preisach_cycles.everett_tail`
+        make one from measurements.
         """
         for name in values:
             self.index(name)
@@ -103,11 +112,14 @@ class Law:
             return fixed
         table = self.tail() if tail is None else np.asarray(tail, dtype=np.float64)
         if table.ndim != 1 or not np.all(np.isfinite(table)):
-            raise ValueError(f"the table of {self.name} has shape {table.shape}; allowed: one row of finite numbers")
+            raise ValueError(
+                f"the table of {self.name} has shape {table.shape}; allowed: one row of finite numbers"
+            )
         return np.concatenate([fixed, table])
 
     def changed(self, p: Vector, values: Mapping[str, float], axis: Axis = "linear") -> Vector:
-        """A copy of p with these parameters, SI values by name, in place of its own. Raises ValueError as `pack` does."""
+        """A copy of p with these parameters, SI values by name, in place of its own. Raises
+        ValueError as `pack` does."""
         out = np.array(p, dtype=np.float64)
         for name, value in values.items():
             place = self.index(name)
@@ -128,4 +140,6 @@ class Law:
             bound = fixed[self.index(parameter.at_least)]
             if value < bound:
                 unit = f" {parameter.unit(axis)}".rstrip()
-                raise ValueError(f"{parameter.name} is {value:g}{unit}; allowed: >= {parameter.at_least}, {bound:g}{unit}")
+                raise ValueError(
+                    f"{parameter.name} is {value:g}{unit}; allowed: >= {parameter.at_least}, {bound:g}{unit}"
+                )

@@ -2,8 +2,9 @@
 
     z' = v (1 - sign(a) |a|^i),  a = F_h(z) sign(v)/g(v)        F = F_h(z) + sigma_1 z' + sigma_v v
 
-(2.49) prints a without sign(v): z would then run away for v < 0. In [8], [9] g carries the sign of the velocity, and so it is here.
-State: [z, z at the last accepted step, deflections of the elements]; within a step the bank is evaluated from its last accepted place.
+(2.49) prints a without sign(v): z would then run away for v < 0. In [8], [9] g carries the sign of
+the velocity, and so it is here. State: [z, z at the last accepted step, deflections of the
+elements]; within a step the bank is evaluated from its last accepted place.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from frictool.friction.maxwell_bank import bank_force, bank_move, parabolic_bank
 from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, PRESLIDING_LIMIT, LawParameter
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 EXPONENT = LawParameter("exponent", "", "", exclusive=True, maximum=100.0, default=1.0)  # i
@@ -41,7 +42,8 @@ def hysteresis_force(z: Vector, p: Vector) -> float:
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Fills out with z' [m/s | rad/s] in its first place and 0 behind: the memory moves in `commit`. Returns friction/status.py."""
+    """Fills out with z' [m/s | rad/s] in its first place and 0 behind: the memory moves in
+    `commit`. Returns friction/status.py."""
     slipped = presliding_rate(hysteresis_force(z, p), v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE

@@ -1,6 +1,7 @@
-"""The Leuven law (2.49)-(2.51) with Masing's hysteresis as its force F_h: friction/leuven.py with another memory.
+"""The Leuven law (2.49)-(2.51) with Masing's hysteresis as its force F_h: friction/leuven.py with
+another memory.
 
-State: [z, memory of friction/reversals.py].
+State: [z, memory of friction/reversal_memory.py].
 """
 
 from __future__ import annotations
@@ -14,10 +15,10 @@ from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.leuven import EXPONENT, LIMIT, SIGMA_1, presliding_rate
 from frictool.friction.masing import masing_force, masing_move
 from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, PRESLIDING_LIMIT
-from frictool.friction.reversals import DEPTH, FIRST
+from frictool.friction.reversal_memory import DEPTH, FIRST
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 Z, MEMORY = 0, 1
@@ -25,7 +26,8 @@ Z, MEMORY = 0, 1
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Fills out with z' [m/s | rad/s] in its first place and 0 behind: the memory moves in `commit`. Returns friction/status.py."""
+    """Fills out with z' [m/s | rad/s] in its first place and 0 behind: the memory moves in
+    `commit`. Returns friction/status.py."""
     slipped = presliding_rate(masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT]), v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE
@@ -37,7 +39,11 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 @kernel
 def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
     """Friction [N | N m], (2.51)."""
-    return float(masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT]) + p[SIGMA_1] * zdot[Z] + p[VISCOUS] * v)
+    return float(
+        masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT])
+        + p[SIGMA_1] * zdot[Z]
+        + p[VISCOUS] * v
+    )
 
 
 @kernel

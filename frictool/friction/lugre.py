@@ -2,8 +2,8 @@
 
     z' = v - sigma_0 |v| z/g(v)        F = sigma_0 z + sigma_1 z' + sigma_v v
 
-g is the curve of friction/stribeck.py: steady slip follows Stribeck's law. Dissipates, with the storage sigma_0 z^2/2, as long as
-sigma_1 |v| <= 4 g(v); drifts under any effort (table 3.2).
+g is the curve of friction/stribeck.py: steady slip follows Stribeck's law. Dissipates, with the
+storage sigma_0 z^2/2, as long as sigma_1 |v| <= 4 g(v); drifts under any effort (table 3.2).
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.dynamic import no_memory, scalar_reset
+from frictool.friction.dynamic_kernels import no_memory, scalar_reset
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, STIFFNESS
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import VISCOUS, curve
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 SIGMA_0, SIGMA_1 = 5, 6

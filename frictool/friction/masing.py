@@ -1,9 +1,11 @@
-"""Masing's hysteresis with non-local memory (annex A, rules I and II) on the virgin curve of friction/virgin_curve.py.
+"""Masing's hysteresis with non-local memory (annex A, rules I and II) on the virgin curve of
+friction/virgin_curve.py.
 
     rule I    F = f(z)                              no reversal in memory
-    rule II   F = F_m + 2 f((z - z_m)/2)            on the branch that leaves the reversal (z_m, F_m)
+    rule II   F = F_m + 2 f((z - z_m)/2)            on the branch that leaves the reversal (z_m,
+              F_m)
 
-The memory is that of friction/reversals.py. Inner loops close where they were opened.
+The memory is that of friction/reversal_memory.py. Inner loops close where they were opened.
 """
 
 from __future__ import annotations
@@ -11,9 +13,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.reversals import branch_start, remember
+from frictool.friction.reversal_memory import branch_start, remember
 from frictool.friction.virgin_curve import virgin_force
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
@@ -29,5 +31,6 @@ def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> fl
 
 @kernel
 def masing_move(memory: Vector, z: float, breakaway: float, limit: float) -> int:
-    """Moves straight to z: the memory takes it in, its second entry is the force. Returns friction/status.py."""
+    """Moves straight to z: the memory takes it in, its second entry is the force. Returns
+    friction/status.py."""
     return remember(memory, z, masing_force(memory, z, breakaway, limit))

@@ -1,9 +1,12 @@
-"""A bank of Maxwell-slip elements: massless springs in parallel, each of which slips at its own force (annex A, [9]).
+"""A bank of Maxwell-slip elements: massless springs in parallel, each of which slips at its own
+force (annex A, [9]).
 
-    F = sum_i w_i F_s clip(delta_i/d_i, -1, 1)        delta_i follows the body and stops at +-d_i z_max
+    F = sum_i w_i F_s clip(delta_i/d_i, -1, 1)        delta_i follows the body and stops at +-d_i
+                                                      z_max
 
-tail = [d_1 .. d_N, w_1 .. w_N]: yield displacement in units of z_max, force in units of F_s, sum w = 1. The bank is the Masing
-hysteresis of its own piecewise linear virgin curve: N points of memory, no overflow, for a loss of precision.
+tail = [d_1 .. d_N, w_1 .. w_N]: yield displacement in units of z_max, force in units of F_s, sum w
+= 1. The bank is the Masing hysteresis of its own piecewise linear virgin curve: N points of memory,
+no overflow, for a loss of precision.
 """
 
 from __future__ import annotations
@@ -12,26 +15,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.friction.virgin_curve import virgin_force
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 ELEMENTS = 10
 
 
 def bank_tail(displacements: Vector, forces: Vector) -> Vector:
-    """Elements (2 N,) whose virgin curve runs through (0, 0) and the points (displacements (N,), forces (N,)), in any units.
+    """Elements (2 N,) whose virgin curve runs through (0, 0) and the points (displacements (N,),
+    forces (N,)), in any units.
 
-    Raises ValueError where displacements do not increase from 0, or the curve is not increasing and concave up to its last point.
+    Raises ValueError where displacements do not increase from 0, or the curve is not increasing and
+    concave up to its last point.
     """
     z = np.concatenate([[0.0], np.asarray(displacements, dtype=np.float64)])
     f = np.concatenate([[0.0], np.asarray(forces, dtype=np.float64)])
-    if z.shape != f.shape or z.size < 2 or not np.all(np.isfinite([z, f])) or np.any(np.diff(z) <= 0.0):
-        raise ValueError("a virgin curve needs as many finite forces as displacements, and displacements that increase from 0")
+    if (
+        z.shape != f.shape
+        or z.size < 2
+        or not np.all(np.isfinite([z, f]))
+        or np.any(np.diff(z) <= 0.0)
+    ):
+        raise ValueError(
+            "a virgin curve needs as many finite forces as displacements, and displacements that increase from 0"
+        )
     slopes = np.append(np.diff(f) / np.diff(z), 0.0)
     stiffness = -np.diff(slopes)
     if slopes[0] <= 0.0 or np.any(slopes < 0.0) or np.any(stiffness < -1e-12 * slopes[0]):
         steps = ", ".join(f"{slope:g}" for slope in slopes[:-1])
-        raise ValueError(f"slopes of the virgin curve are {steps}; allowed: none negative, and falling from point to point")
+        raise ValueError(
+            f"slopes of the virgin curve are {steps}; allowed: none negative, and falling from point to point"
+        )
     weights = np.maximum(stiffness, 0.0) * z[1:]
     return np.concatenate([z[1:] / z[-1], weights / weights.sum()])
 
@@ -43,8 +57,11 @@ def parabolic_bank() -> Vector:
 
 
 @kernel
-def bank_force(deflections: Vector, moved: float, tail: Vector, breakaway: float, limit: float) -> float:
-    """Force [N | N m] after a straight movement by `moved` [m | rad]; the deflections (N,) stay as they are."""
+def bank_force(
+    deflections: Vector, moved: float, tail: Vector, breakaway: float, limit: float
+) -> float:
+    """Force [N | N m] after a straight movement by `moved` [m | rad]; the deflections (N,) stay as
+    they are."""
     count = deflections.shape[0]
     total = 0.0
     for i in range(count):
@@ -55,7 +72,8 @@ def bank_force(deflections: Vector, moved: float, tail: Vector, breakaway: float
 
 @kernel
 def bank_move(deflections: Vector, moved: float, tail: Vector, limit: float) -> None:
-    """Moves straight by `moved`: the deflections (N,) follow, in place, as far as each element holds."""
+    """Moves straight by `moved`: the deflections (N,) follow, in place, as far as each element
+    holds."""
     for i in range(deflections.shape[0]):
         bound = tail[i] * limit
         deflections[i] = min(max(deflections[i] + moved, -bound), bound)

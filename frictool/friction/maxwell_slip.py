@@ -1,12 +1,13 @@
-"""The generalised Maxwell-slip law ([29] of the thesis, named in 2.4.3.1): elements in parallel, each sticking or slipping.
+"""The generalised Maxwell-slip law ([29] of the thesis, named in 2.4.3.1): elements in parallel,
+each sticking or slipping.
 
     sticking   F_i' = k_i v                                       until |F_i| reaches w_i g(v)
     slipping   F_i' = C (w_i sign(v) - F_i/g(v))                  until the velocity changes sign
     F = sum F_i + sigma_v v
 
-C [N/s] is how fast slipping friction follows Stribeck's curve g: frictional memory, with the time constant g/C.
-State: [F_1 .. F_N, mode_1 .. mode_N], mode 0 sticking, +-1 slipping in that direction; `commit` remembers them. Within a step an element
-slips as soon as it is loaded enough.
+C [N/s] is how fast slipping friction follows Stribeck's curve g: frictional memory, with the time
+constant g/C. State: [F_1 .. F_N, mode_1 .. mode_N], mode 0 sticking, +-1 slipping in that
+direction; `commit` remembers them. Within a step an element slips as soon as it is loaded enough.
 Elements as in friction/maxwell_bank.py: k_i = w_i F_s/(d_i z_max).
 """
 
@@ -22,7 +23,7 @@ from frictool.friction.maxwell_bank import parabolic_bank
 from frictool.friction.parameter import POSITIVE_STRIBECK, PRESLIDING_LIMIT, LawParameter
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 ATTRACTION = LawParameter("attraction", "N/s", "N m/s", exclusive=True)  # C

@@ -1,6 +1,7 @@
 """Parameters of friction laws: name, units and bounds; those that several laws share.
 
-SI throughout, linear | rotary. What opposes the motion is a force on a linear axis and a torque on a rotary one.
+SI throughout, linear | rotary. What opposes the motion is a force on a linear axis and a torque on
+a rotary one.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ Axis = Literal["linear", "rotary"]
 
 @dataclass(frozen=True)
 class LawParameter:
-    """One parameter. `exclusive`: the minimum itself is refused. `at_least`: another parameter that this one may not fall below."""
+    """One parameter. `exclusive`: the minimum itself is refused. `at_least`: another parameter that
+    this one may not fall below."""
 
     name: str
     unit_linear: str
@@ -44,9 +46,15 @@ COULOMB = LawParameter("coulomb", "N", "N m")  # F_c
 BREAKAWAY = LawParameter("breakaway", "N", "N m", at_least="coulomb")  # F_s
 VISCOUS = LawParameter("viscous", "N s/m", "N m s/rad")  # sigma_v; sigma_0 in (2.31)-(2.36)
 STRIBECK_VELOCITY = LawParameter("stribeck_velocity", "m/s", "rad/s", exclusive=True)  # v_s
-STRIBECK_EXPONENT = LawParameter("stribeck_exponent", "", "", exclusive=True, maximum=100.0, default=2.0)  # delta_s
-POSITIVE_COULOMB = LawParameter("coulomb", "N", "N m", exclusive=True)  # where a state is measured against it
-STIFFNESS = LawParameter("stiffness", "N/m", "N m/rad", exclusive=True)  # sigma_0 of the dynamic laws
+STRIBECK_EXPONENT = LawParameter(
+    "stribeck_exponent", "", "", exclusive=True, maximum=100.0, default=2.0
+)  # delta_s
+POSITIVE_COULOMB = LawParameter(
+    "coulomb", "N", "N m", exclusive=True
+)  # where a state is measured against it
+STIFFNESS = LawParameter(
+    "stiffness", "N/m", "N m/rad", exclusive=True
+)  # sigma_0 of the dynamic laws
 DAMPING = LawParameter("damping", "N s/m", "N m s/rad")  # sigma_1
 PRESLIDING_LIMIT = LawParameter("presliding_limit", "m", "rad", exclusive=True)  # z_max
 

@@ -2,8 +2,9 @@
 
     C_s(x, direction) = b_n x^n + .. + b_0          C_r = (mean C_r/mean C_s) C_s
 
-A law keeps its mean values; the polynomial, divided by its mean, is a factor of F_c and F_s. Outside the travel the factor is that of
-its end: a cubic fitted on 0..63 rad says nothing beyond. coefficients: lowest power first.
+A law keeps its mean values; the polynomial, divided by its mean, is a factor of F_c and F_s.
+Outside the travel the factor is that of its end: a cubic fitted on 0..63 rad says nothing beyond.
+coefficients: lowest power first.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.polynomial_least import least
-from frictool.kernels import kernel
+from frictool.friction.polynomial_minimum import minimum
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
@@ -35,34 +36,53 @@ def position_factor(coefficients: Vector, low: float, high: float, x: float) -> 
     return max(0.0, polynomial(coefficients, min(max(x, low), high)))
 
 
-def normalised(coefficients: Vector, low: float, high: float) -> tuple[Vector, float]:
-    """The polynomial divided by its mean over [low, high], and that mean. Raises ValueError where the mean is not positive."""
+def normalise(coefficients: Vector, low: float, high: float) -> tuple[Vector, float]:
+    """The polynomial divided by its mean over [low, high], and that mean. Raises ValueError where
+    the mean is not positive."""
     b = np.asarray(coefficients, dtype=np.float64)
-    if b.ndim != 1 or b.size == 0 or not np.all(np.isfinite(b)) or not np.isfinite([low, high]).all() or low >= high:
-        raise ValueError(f"a polynomial of position needs finite coefficients and a travel low < high, found [{low:g}, {high:g}]")
+    if (
+        b.ndim != 1
+        or b.size == 0
+        or not np.all(np.isfinite(b))
+        or not np.isfinite([low, high]).all()
+        or low >= high
+    ):
+        raise ValueError(
+            f"a polynomial of position needs finite coefficients and a travel low < high, found [{low:g}, {high:g}]"
+        )
     powers = np.arange(1, b.size + 1)
     mean = float(np.sum(b * (high**powers - low**powers) / powers) / (high - low))
     if mean <= 0.0:
-        raise ValueError(f"the polynomial's mean over [{low:g}, {high:g}] is {mean:g}; allowed: > 0")
+        raise ValueError(
+            f"the polynomial's mean over [{low:g}, {high:g}] is {mean:g}; allowed: > 0"
+        )
     return b / mean, mean
 
 
 @lru_cache(maxsize=64)
-def factors(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, ...]:
-    """The first of `normalised`, found once: every plant that is drawn from a model has its map. Raises ValueError as that."""
-    return tuple(map(float, normalised(np.array(coefficients), low, high)[0]))
+def normalised_coefficients(
+    coefficients: tuple[float, ...], low: float, high: float
+) -> tuple[float, ...]:
+    """The first of `normalised`, found once: every plant that is drawn from a model has its map.
+    Raises ValueError as that."""
+    return tuple(map(float, normalise(np.array(coefficients), low, high)[0]))
 
 
-def mean_over(coefficients: Sequence[float] | Vector, low: float, high: float, first: float, last: float) -> float:
-    """The mean over [first, last] of a polynomial that outside [low, high] is what it is at the end; first < last."""
+def mean_over(
+    coefficients: Sequence[float] | Vector, low: float, high: float, first: float, last: float
+) -> float:
+    """The mean over [first, last] of a polynomial that outside [low, high] is what it is at the
+    end; first < last."""
     curve = np.polynomial.Polynomial(coefficients)
     whole = curve.integ()
     start, end = min(max(first, low), high), min(max(last, low), high)
     below, above = max(0.0, min(last, low) - first), max(0.0, last - max(first, high))
-    return float(below * curve(low) + whole(end) - whole(start) + above * curve(high)) / (last - first)
+    return float(below * curve(low) + whole(end) - whole(start) + above * curve(high)) / (
+        last - first
+    )
 
 
 @lru_cache(maxsize=64)
 def least_factor(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, float]:
     """Where in [low, high] `factors` are least, and their value there; found once."""
-    return least(factors(coefficients, low, high), low, high)
+    return minimum(normalised_coefficients(coefficients, low, high), low, high)

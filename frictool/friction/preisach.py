@@ -1,15 +1,19 @@
 """The Preisach operator in Everett form (3.18), on a triangle of n x n cells (3.4.3, 3.7.1).
 
-    F = int_S+ mu - int_S- mu          S+, S-: relays (alpha, beta), alpha >= beta, that are up, down
-    E(alpha, beta) = int of mu over the triangle between beta and alpha: half the change of F from a reversal at beta to alpha
+    F = int_S+ mu - int_S- mu          S+, S-: relays (alpha, beta), alpha >= beta, that are up,
+                                       down
+    E(alpha, beta) = int of mu over the triangle between beta and alpha: half the change of F from a
+    reversal at beta to alpha
 
     virgin (demagnetised)     F = sign(z) E(|z|, -|z|)
     after a reversal (z_m)    F = F_m +- 2 E(max(z, z_m), min(z, z_m))
 
-The integral needs the reversals that are not wiped out (friction/reversals.py) and not the relays. table: E at the nodes
--1, -1 + 2/n .. 1, shape ((n+1)^2,), row alpha, column beta; displacement in units of z_max, force in units of F_s. Between nodes E is
-bilinear, and linear in alpha - beta in the cells on the diagonal: a density mu uniform in each cell off the diagonal, and on the
-diagonal relays of no width, the elastic part. Friction loops run clockwise: off the diagonal mu is negative.
+The integral needs the reversals that are not wiped out (friction/reversal_memory.py) and not the
+relays. table: E at the nodes -1, -1 + 2/n .. 1, shape ((n+1)^2,), row alpha, column beta;
+displacement in units of z_max, force in units of F_s. Between nodes E is bilinear, and linear in
+alpha - beta in the cells on the diagonal: a density mu uniform in each cell off the diagonal, and
+on the diagonal relays of no width, the elastic part. Friction loops run clockwise: off the diagonal
+mu is negative.
 """
 
 from __future__ import annotations
@@ -19,8 +23,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.reversals import branch_start, remember
-from frictool.kernels import kernel
+from frictool.friction.reversal_memory import branch_start, remember
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
@@ -41,7 +45,9 @@ def everett(table: Vector, upper: float, lower: float) -> float:
 
 
 @kernel
-def preisach_force(memory: Vector, z: float, table: Vector, breakaway: float, limit: float) -> float:
+def preisach_force(
+    memory: Vector, z: float, table: Vector, breakaway: float, limit: float
+) -> float:
     """Force [N | N m] after a straight movement to z [m | rad]; the memory stays as it is."""
     return breakaway * _unit_force(memory, min(max(z / limit, -1.0), 1.0), table)
 
@@ -60,6 +66,7 @@ def _unit_force(memory: Vector, z: float, table: Vector) -> float:
 
 @kernel
 def preisach_move(memory: Vector, z: float, table: Vector, limit: float) -> int:
-    """Moves straight to z: the memory, in units of z_max and F_s, takes it in. Returns friction/status.py."""
+    """Moves straight to z: the memory, in units of z_max and F_s, takes it in. Returns
+    friction/status.py."""
     place = min(max(z / limit, -1.0), 1.0)
     return remember(memory, place, _unit_force(memory, place, table))

@@ -1,8 +1,9 @@
 """The distribution of a Preisach operator from centred cycles (3.4.3, 3.7.1, figure 3.8).
 
-A centred cycle of amplitude a runs from a down to -a and back. Its descending branch gives E(a, beta) = (F(a) - F(beta))/2 for every
-beta in [-a, a]; the hysteresis being odd, E(alpha, -a) = E(a, -alpha) gives the rest. n/2 cycles whose amplitudes lie on the
-grid's nodes fill the triangle of n x n cells: n = 20 and 10 cycles in 3.7.1.
+A centred cycle of amplitude a runs from a down to -a and back. Its descending branch gives E(a,
+beta) = (F(a) - F(beta))/2 for every beta in [-a, a]; the hysteresis being odd, E(alpha, -a) = E(a,
+-alpha) gives the rest. n/2 cycles whose amplitudes lie on the grid's nodes fill the triangle of n x
+n cells: n = 20 and 10 cycles in 3.7.1.
 """
 
 from __future__ import annotations
@@ -22,39 +23,55 @@ PLACED = 1e-6  # how far from its amplitude a cycle may end, relative
 def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     """The table of friction/preisach.py, shape ((n+1)^2,) with n = 2 len(cycles).
 
-    cycles: descending branches, one per amplitude k z_max/len(cycles), k = 1, 2 ..: (positions falling from a to -a, forces), in any
-    units; between the positions forces are interpolated. Raises ValueError where a branch does not cover its amplitude.
+    cycles: descending branches, one per amplitude k z_max/len(cycles), k = 1, 2 ..: (positions
+    falling from a to -a, forces), in any units; between the positions forces are interpolated.
+    Raises ValueError where a branch does not cover its amplitude.
     """
     count = len(cycles)
     if count == 0:
-        raise ValueError("no centred cycle was given; allowed: one per amplitude k z_max/K, k = 1 .. K")
+        raise ValueError(
+            "no centred cycle was given; allowed: one per amplitude k z_max/K, k = 1 .. K"
+        )
     branches = [_checked(*cycle) for cycle in cycles]
     limit = float(branches[-1][0][0])
     table = np.zeros((2 * count + 1, 2 * count + 1))
     for k, (positions, forces) in enumerate(branches, start=1):
         amplitude = k * limit / count
         if max(abs(positions[0] - amplitude), abs(positions[-1] + amplitude)) > PLACED * amplitude:
-            raise ValueError(f"cycle {k} runs from {positions[0]:g} to {positions[-1]:g}; allowed: +-{amplitude:g}")
+            raise ValueError(
+                f"cycle {k} runs from {positions[0]:g} to {positions[-1]:g}; allowed: +-{amplitude:g}"
+            )
         nodes = np.arange(-k, k + 1)
         halves = 0.5 * (forces[0] - np.interp(nodes * limit / count, positions[::-1], forces[::-1]))
         table[count + k, count + nodes] = halves
         table[count - nodes, count - k] = halves
     saturation = table[-1, 0]
     if saturation <= 0.0:
-        raise ValueError(f"the largest cycle falls by {2 * saturation:g}; allowed: a force that falls with the position")
+        raise ValueError(
+            f"the largest cycle falls by {2 * saturation:g}; allowed: a force that falls with the position"
+        )
     normal: Vector = (table / saturation).ravel()
     return normal
 
 
 def _checked(positions: Vector, forces: Vector) -> tuple[Vector, Vector]:
     z, f = np.asarray(positions, dtype=np.float64), np.asarray(forces, dtype=np.float64)
-    if z.ndim != 1 or z.size < 2 or z.shape != f.shape or not np.all(np.isfinite([z, f])) or np.any(np.diff(z) >= 0.0):
-        raise ValueError("a descending branch needs as many finite forces as positions, and positions that fall")
+    if (
+        z.ndim != 1
+        or z.size < 2
+        or z.shape != f.shape
+        or not np.all(np.isfinite([z, f]))
+        or np.any(np.diff(z) >= 0.0)
+    ):
+        raise ValueError(
+            "a descending branch needs as many finite forces as positions, and positions that fall"
+        )
     return z, f
 
 
 def masing_cycles(cells: int = CELLS) -> list[tuple[Vector, Vector]]:
-    """Centred cycles of the Masing hysteresis on the unit virgin curve: the numerical data of figure 3.8. `cells` is even."""
+    """Centred cycles of the Masing hysteresis on the unit virgin curve: the numerical data of
+    figure 3.8. `cells` is even."""
     if cells < 2 or cells % 2:
         raise ValueError(f"cells is {cells}; allowed: an even number >= 2")
     count = cells // 2
@@ -62,7 +79,9 @@ def masing_cycles(cells: int = CELLS) -> list[tuple[Vector, Vector]]:
     for k in range(1, count + 1):
         z = np.arange(k, -k - 1, -1) / count
         top = virgin_force(k / count, 1.0, 1.0)
-        cycles.append((z, np.array([top + 2.0 * virgin_force(0.5 * (point - z[0]), 1.0, 1.0) for point in z])))
+        cycles.append(
+            (z, np.array([top + 2.0 * virgin_force(0.5 * (point - z[0]), 1.0, 1.0) for point in z]))
+        )
     return cycles
 
 
@@ -72,7 +91,8 @@ def masing_everett() -> Vector:
 
 
 def cell_weights(table: Vector) -> NDArray[np.float64]:
-    """Integral of mu over each cell, shape (n, n), row alpha, column beta: figure 3.9. Sums to 1; on the diagonal the elastic part."""
+    """Integral of mu over each cell, shape (n, n), row alpha, column beta: figure 3.9. Sums to 1;
+    on the diagonal the elastic part."""
     nodes = round(float(np.sqrt(table.size)))
     e = np.tril(table.reshape(nodes, nodes))
     weights = e[1:, :-1] - e[:-1, :-1] - e[1:, 1:] + e[:-1, 1:]

@@ -1,9 +1,12 @@
-"""Stribeck's law (2.33)-(2.34), and the curve g(v) that the dynamic and hybrid laws take from it, (2.39), (3.4).
+"""Stribeck's law (2.33)-(2.34), and the curve g(v) that the dynamic and hybrid laws take from it,
+(2.39), (3.4).
 
-    g(v) = F_c + (F_s - F_c) exp(-|v/v_s|^delta)            the friction in slip without its viscous part
+    g(v) = F_c + (F_s - F_c) exp(-|v/v_s|^delta)            the friction in slip without its viscous
+                                                            part
     F(v) = g(v) sign(v) + sigma_v v
 
-(2.39) prints (v/v_s)^delta without the modulus: |v/v_s| as in (2.34) is meant, or an odd or broken delta makes no sense for v < 0.
+(2.39) prints (v/v_s)^delta without the modulus: |v/v_s| as in (2.34) is meant, or an odd or broken
+delta makes no sense for v < 0.
 """
 
 from __future__ import annotations
@@ -15,8 +18,8 @@ from numpy.typing import NDArray
 
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import STRIBECK
-from frictool.friction.static import breakaway_level, no_band, true_velocity
-from frictool.kernels import kernel
+from frictool.friction.static_kernels import breakaway_level, no_band, true_velocity
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
@@ -64,7 +67,10 @@ def slip_slope(v: float, direction: float, p: Vector) -> float:
     fall = _power(ratio, exponent)
     if fall > FALLEN:
         return float(p[VISCOUS])
-    return float(p[VISCOUS] - drop * exponent / p[STRIBECK_VELOCITY] * _power(ratio, exponent - 1.0) * math.exp(-fall))
+    return float(
+        p[VISCOUS]
+        - drop * exponent / p[STRIBECK_VELOCITY] * _power(ratio, exponent - 1.0) * math.exp(-fall)
+    )
 
 
 LAW = Law(

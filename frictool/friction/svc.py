@@ -1,15 +1,16 @@
-"""Static, viscous and Coulomb friction (2.31): F = F_c sign(v) + sigma_v v in slip, F = u up to F_s at rest."""
+"""Static, viscous and Coulomb friction (2.31): F = F_c sign(v) + sigma_v v in slip, F = u up to F_s
+at rest."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction import coulomb
+from frictool.friction import coulomb_viscous
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS
-from frictool.friction.static import breakaway_level, no_band, true_velocity
-from frictool.kernels import kernel
+from frictool.friction.static_kernels import breakaway_level, no_band, true_velocity
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
@@ -17,7 +18,7 @@ Vector = NDArray[np.float64]
 @kernel
 def slip_force(v: float, direction: float, p: Vector) -> float:
     """Friction [N | N m] that opposes a motion at v in `direction`."""
-    return coulomb.slip_force(v, direction, p[0], p[2])
+    return coulomb_viscous.slip_force(v, direction, p[0], p[2])
 
 
 @kernel

@@ -1,4 +1,5 @@
-"""SVC with a band (2.32): velocities of at most dv count as rest, so that the body drifts in it by up to dv."""
+"""SVC with a band (2.32): velocities of at most dv count as rest, so that the body drifts in it by
+up to dv."""
 
 from __future__ import annotations
 
@@ -7,9 +8,9 @@ from numpy.typing import NDArray
 
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS, LawParameter
-from frictool.friction.static import breakaway_level, true_velocity
+from frictool.friction.static_kernels import breakaway_level, true_velocity
 from frictool.friction.svc import slip_force, slip_slope
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 BAND = LawParameter("band", "m/s", "rad/s", exclusive=True)  # dv

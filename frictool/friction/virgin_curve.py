@@ -1,4 +1,5 @@
-"""The virgin curve of presliding: force over displacement of a contact that never moved (annex A, rule I; figure 3.8).
+"""The virgin curve of presliding: force over displacement of a contact that never moved (annex A,
+rule I; figure 3.8).
 
     f(z) = F_s (1 - (1 - z/z_max)^2)    for 0 <= z <= z_max,  F_s beyond,  f(-z) = -f(z)
 
@@ -9,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 
 @kernel

@@ -2,24 +2,24 @@
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from frictool.identify.from_logs import Identified as Identified
+    from frictool.identify.from_logs import IdentifiedModel as IdentifiedModel
     from frictool.identify.from_logs import identify as identify
     from frictool.identify.identification import NothingIdentified as NothingIdentified
     from frictool.identify.methods import METHODS as METHODS
-    from frictool.identify.methods import Settings as Settings
+    from frictool.identify.methods import IdentificationSettings as IdentificationSettings
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "Identified": "frictool.identify.from_logs",
+            "IdentifiedModel": "frictool.identify.from_logs",
             "METHODS": "frictool.identify.methods",
             "NothingIdentified": "frictool.identify.identification",
-            "Settings": "frictool.identify.methods",
+            "IdentificationSettings": "frictool.identify.methods",
             "identify": "frictool.identify.from_logs",
         },
     )
 
-__all__ = ["METHODS", "Identified", "NothingIdentified", "Settings", "identify"]
+__all__ = ["METHODS", "IdentificationSettings", "IdentifiedModel", "NothingIdentified", "identify"]

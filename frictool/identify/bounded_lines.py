@@ -17,5 +17,7 @@ def bounded(lines: Iterable[str]) -> str:
             broken.append(line)
             continue
         indent = " " * (len(line) - len(line.lstrip()) + INDENT)
-        broken += textwrap.wrap(line, LONGEST, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+        broken += textwrap.wrap(
+            line, LONGEST, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+        )
     return "\n".join(broken)

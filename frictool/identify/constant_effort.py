@@ -1,15 +1,18 @@
-"""Find strokes whose logged effort is constant although the motion is not: a saturated sensor, or a command in place of a measurement.
+"""Find strokes whose logged effort is constant although the motion is not: a saturated sensor, or a
+command in place of a measurement.
 
-A constant effort is explained by Coulomb friction and an offset of its own size, with next to no residual, whatever the axis is. Inertia
-and viscous friction then come out near zero in narrow intervals. A constant effort is evidence of the axis only
+A constant effort is explained by Coulomb friction and an offset of its own size, with next to no
+residual, whatever the axis is. Inertia and viscous friction then come out near zero in narrow
+intervals. A constant effort is evidence of the axis only
 
     at constant speed                 nothing changes that the effort would have to follow
-    at several levels                 an open-loop test: the axis explains what the levels have in common
+    at several levels                 an open-loop test: the axis explains what the levels have in
+                                      common
     at zero                           the axis coasts
 
-A stroke is proved constant if the effort stays within a band for most of its motion although the change of acceleration there, with the
-least inertia of the bench, needs several times the band. If the proved strokes of a direction share one level, every stroke
-at that level is constant.
+A stroke is proved constant if the effort stays within a band for most of its motion although the
+change of acceleration there, with the least inertia of the bench, needs several times the band. If
+the proved strokes of a direction share one level, every stroke at that level is constant.
 """
 
 from __future__ import annotations
@@ -22,8 +25,8 @@ from numpy.polynomial.legendre import legfit
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
-from frictool.identify.outcome import NothingUsable
-from frictool.identify.record import Record, Vector
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.rows.strokes import find_strokes
 
 ENDS = 0.05  # of a stroke's travel at either end, where the axis may rest
@@ -33,13 +36,16 @@ LEAST_BAND = 0.2  # width of the band relative to the level, as wide as the torq
 IN_BAND = 0.8  # share of a stroke's motion that the band holds
 DEMAND = 2.0  # least effort that the change of acceleration needs, in widths of the band
 SURE = 3.0  # standard deviations of the encoder's counts
-ONE_LEVEL = 0.75  # share of the proved strokes of a direction that lie within a band of their median
+ONE_LEVEL = (
+    0.75  # share of the proved strokes of a direction that lie within a band of their median
+)
 MOST = 0.5  # share of the motion above which a record is refused
 
 
 @dataclass(frozen=True)
 class ConstantStretch:
-    """Effort within one band in the samples [start, end) of a stroke: `level` and width of the `band` in N m | N, `direction` +-1.
+    """Effort within one band in the samples [start, end) of a stroke: `level` and width of the
+    `band` in N m | N, `direction` +-1.
 
     proved: the acceleration needs an effort that changes there.
     """
@@ -52,8 +58,11 @@ class ConstantStretch:
     proved: bool
 
 
-def without_constant_effort(records: list[Record], bench: Bench) -> tuple[list[Record], list[str]]:
-    """Return the records without their constant stretches, and a warning for each record that lost some.
+def without_constant_effort(
+    records: list[MotionRecord], bench: Bench
+) -> tuple[list[MotionRecord], list[str]]:
+    """Return the records without their constant stretches, and a warning for each record that lost
+    some.
 
     Raises
     ------
@@ -67,19 +76,24 @@ def without_constant_effort(records: list[Record], bench: Bench) -> tuple[list[R
         if not lost:
             kept.append(record)
             continue
-        first, unit = min(stretches, key=lambda stretch: stretch.start), si_unit("effort", bench.axis)
+        first, unit = (
+            min(stretches, key=lambda stretch: stretch.start),
+            si_unit("effort", bench.axis),
+        )
         found = (
             f"{Path(record.name).name}: the effort stays near {first.level:.4g} {unit} for {100.0 * lost / moving:.0f} % of the motion, "
             f"from {record.time[first.start]:.6g} s on, while the axis changes its speed: a saturated measurement, or a command"
         )
         if lost > MOST * moving:
-            raise NothingUsable(f"{found}; log the measured current with a range that it does not leave, or more than one level of effort")
+            raise UnusableLogs(
+                f"{found}; log the measured current with a range that it does not leave, or more than one level of effort"
+            )
         warnings.append(f"{found}; these samples are left out")
         kept.append(_without(record, stretches))
     return kept, warnings
 
 
-def constant_stretches(record: Record, bench: Bench) -> tuple[list[ConstantStretch], int]:
+def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[ConstantStretch], int]:
     """Return the stretches of constant effort, and the number of samples in motion."""
     strokes = find_strokes(record)
     edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1) != 0)
@@ -89,7 +103,10 @@ def constant_stretches(record: Record, bench: Bench) -> tuple[list[ConstantStret
         travel = float(strokes.advance[end - 1])
         if strokes.sign[start] == 0.0 or travel <= 0.0:
             continue
-        first, last = np.searchsorted(np.maximum.accumulate(strokes.advance[start:end]), [ENDS * travel, (1.0 - ENDS) * travel])
+        first, last = np.searchsorted(
+            np.maximum.accumulate(strokes.advance[start:end]),
+            [ENDS * travel, (1.0 - ENDS) * travel],
+        )
         part = slice(start + int(first), start + int(last))
         moving += part.stop - part.start
         if part.stop - part.start < SHORTEST:
@@ -97,16 +114,28 @@ def constant_stretches(record: Record, bench: Bench) -> tuple[list[ConstantStret
         stretch = _stretch(record, part, noise, inertia, float(strokes.sign[start]))
         if stretch is not None and abs(stretch.level) > stretch.band:
             found.append(stretch)
-    return [one for side in (1.0, -1.0) for one in _of_one_level([s for s in found if s.direction == side])], moving
+    return [
+        one
+        for side in (1.0, -1.0)
+        for one in _of_one_level([s for s in found if s.direction == side])
+    ], moving
 
 
 def _noise(effort: Vector) -> float:
-    """Return the standard deviation of the noise of an effort (n,), from its second differences; a few large ones do not count."""
-    return float(np.median(np.abs(np.diff(effort, 2)))) / (0.6745 * np.sqrt(6.0)) if effort.size > 2 else 0.0
+    """Return the standard deviation of the noise of an effort (n,), from its second differences; a
+    few large ones do not count."""
+    return (
+        float(np.median(np.abs(np.diff(effort, 2)))) / (0.6745 * np.sqrt(6.0))
+        if effort.size > 2
+        else 0.0
+    )
 
 
-def _stretch(record: Record, part: slice, noise: float, inertia: float, direction: float) -> ConstantStretch | None:
-    """Return the part of a stroke whose effort is within one band, if that is most of its motion."""
+def _stretch(
+    record: MotionRecord, part: slice, noise: float, inertia: float, direction: float
+) -> ConstantStretch | None:
+    """Return the part of a stroke whose effort is within one band, if that is most of its
+    motion."""
     effort = record.effort[part]
     band = max(noise, LEAST_BAND * abs(float(np.median(effort))))
     level = _densest(effort, band)
@@ -116,8 +145,12 @@ def _stretch(record: Record, part: slice, noise: float, inertia: float, directio
     first, last = part.start + int(inside[0]), part.start + int(inside[-1]) + 1
     position, duration = record.position[first:last], (last - first) * record.period
     cubic = legfit(np.linspace(-1.0, 1.0, position.size), position, 3)[3]
-    counts = record.resolution / np.sqrt(12.0) * np.sqrt(7.0 / position.size)  # standard deviation of the acceleration by the counts
-    change = 120.0 * max(abs(float(cubic)) - SURE * counts, 0.0) / duration**2  # change of the acceleration over the stretch
+    counts = (
+        record.resolution / np.sqrt(12.0) * np.sqrt(7.0 / position.size)
+    )  # standard deviation of the acceleration by the counts
+    change = (
+        120.0 * max(abs(float(cubic)) - SURE * counts, 0.0) / duration**2
+    )  # change of the acceleration over the stretch
     return ConstantStretch(first, last, level, band, direction, inertia * change > DEMAND * band)
 
 
@@ -130,7 +163,8 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches of a direction at the level that the proved ones share, or none if these have several levels."""
+    """Return the stretches of a direction at the level that the proved ones share, or none if these
+    have several levels."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []
@@ -139,13 +173,16 @@ def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
     return same if sum(stretch.proved for stretch in same) >= ONE_LEVEL * len(proved) else []
 
 
-def _without(record: Record, stretches: list[ConstantStretch]) -> Record:
+def _without(record: MotionRecord, stretches: list[ConstantStretch]) -> MotionRecord:
     """Return the record without the stretches; a new piece begins after each gap."""
     keep = np.ones(record.time.size, dtype=np.bool_)
     for stretch in stretches:
         keep[stretch.start : stretch.end] = False
     index = np.flatnonzero(keep)
-    piece = np.cumsum((np.diff(index, prepend=index[0]) > 1) | (np.diff(record.piece[index], prepend=record.piece[index[0]]) > 0))
+    piece = np.cumsum(
+        (np.diff(index, prepend=index[0]) > 1)
+        | (np.diff(record.piece[index], prepend=record.piece[index[0]]) > 0)
+    )
     return replace(
         record,
         time=record.time[index],

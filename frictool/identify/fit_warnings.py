@@ -1,4 +1,5 @@
-"""Warnings about an identified model: it contradicts the bench, bench values make it worse, or it leaves much of the effort unexplained."""
+"""Warnings about an identified model: it contradicts the bench, bench values make it worse, or it
+leaves much of the effort unexplained."""
 
 from __future__ import annotations
 
@@ -6,15 +7,19 @@ from collections.abc import Mapping
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
-from frictool.identify.informative import contradicts
-from frictool.identify.outcome import SLIDING, Fit, Interval
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
+from frictool.identify.interval_checks import contradicts
 
-DOUBTFUL_FORCE_ERROR = 0.2  # above it the effort is noisy, or something in it is not in the model, of which no interval knows
-WORSE = 1.5  # force error with values of the bench, relative to that of the log's own values, above which a warning is given
+# above it the effort is noisy, or something in it is not in the model, of which no interval knows
+DOUBTFUL_FORCE_ERROR = 0.2
+# force error with values of the bench, relative to that of the log's own values, above which a
+# warning is given
+WORSE = 1.5
 
 
 def contradiction_warnings(found: Mapping[str, Interval], bench: Bench) -> list[str]:
-    """Return a warning for each identified parameter whose interval has no value in common with the bench's."""
+    """Return a warning for each identified parameter whose interval has no value in common with the
+    bench's."""
     out = []
     for name, interval in found.items():
         known: Quantity | None = getattr(bench.mechanics, name, None)
@@ -28,29 +33,45 @@ def contradiction_warnings(found: Mapping[str, Interval], bench: Bench) -> list[
     return out
 
 
-def replacement_warnings(free: Fit, final: Fit, found: Mapping[str, Interval]) -> list[str]:
+def replacement_warnings(
+    free: SlidingFit, final: SlidingFit, found: Mapping[str, Interval]
+) -> list[str]:
     """Return a warning if values of the bench in place of the log's raise the force error.
 
-    free: the fit in which the log gives all parameters that the method can give. final: the fit behind the model.
+    free: the fit in which the log gives all parameters that the method can give. final: the fit
+    behind the model.
     """
     replaced = [name for name in SLIDING if name in free.parameters and name not in found]
-    if not replaced or not free.force_error or final.force_error is None or final.force_error <= WORSE * free.force_error:
+    if (
+        not replaced
+        or not free.force_error
+        or final.force_error is None
+        or final.force_error <= WORSE * free.force_error
+    ):
         return []
-    values = ", ".join(f"{name} {(one := free.parameters[name]).value:.4g} [{one.low:.4g}, {one.high:.4g}]" for name in replaced)
+    values = ", ".join(
+        f"{name} {(one := free.parameters[name]).value:.4g} [{one.low:.4g}, {one.high:.4g}]"
+        for name in replaced
+    )
     return [
         f"the bench's values replace {values} of the log, and raise the force error from {100 * free.force_error:.3g} % to "
         f"{100 * final.force_error:.3g} %; correct them in the bench, or record a log that tells them"
     ]
 
 
-def doubt_warnings(fit: Fit, method: str) -> list[str]:
-    """Return a warning if the model, or the method in its own equations, leaves a large part of the effort unexplained."""
+def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
+    """Return a warning if the model, or the method in its own equations, leaves a large part of the
+    effort unexplained."""
     shown, left = "force error", fit.force_error or 0.0
     if left <= DOUBTFUL_FORCE_ERROR:
         shown, left = "residual of the method's own equations", fit.residual
     if left <= DOUBTFUL_FORCE_ERROR:
         return []
-    advice = "look at frictool validate" if method == "auto" else "look at frictool validate, or use --method auto"
+    advice = (
+        "look at frictool validate"
+        if method == "auto"
+        else "look at frictool validate, or use --method auto"
+    )
     return [
         f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, or something acts that is not in the "
         f"model, and the intervals do not hold that; {advice}"

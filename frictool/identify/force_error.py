@@ -1,11 +1,14 @@
-"""Force error of a model along a measured motion: one definition for every method, for the gates and for `validate`.
+"""Force error of a model along a measured motion: one definition for every method, for the gates
+and for `validate`.
 
-    force error = rms(g * u - (inertia c * x + friction(g * dx, x) + offset + g * load(x))) / rms(g * u)
+    force error = rms(g * u - (inertia c * x + friction(g * dx, x) + offset + g * load(x))) / rms(g
+    * u)
 
-The sums run over the single samples that certainly slip (`rows/slip.py`). Every signal is smoothed by the same zero-phase kernel
-(`rows/smoothing.py`), so that only the band of the motion counts. The window reduces the encoder's noise to 0.75 % of the acceleration,
-but is at most a sixth of a stroke. It is halved until at least one sample slips over the whole window. The window depends on
-the log alone, not on the method, so that the figures of two methods can be compared.
+The sums run over the single samples that certainly slip (`rows/slip_mask.py`). Every signal is
+smoothed by the same zero-phase kernel (`rows/smoothing.py`), so that only the band of the motion
+counts. The window reduces the encoder's noise to 0.75 % of the acceleration, but is at most a sixth
+of a stroke. It is halved until at least one sample slips over the whole window. The window depends
+on the log alone, not on the method, so that the figures of two methods can be compared.
 """
 
 from __future__ import annotations
@@ -19,22 +22,25 @@ from numpy.typing import NDArray
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Polynomial
 from frictool.documents.quantity import Quantity
-from frictool.friction.position_polynomial import factors
-from frictool.identify.record import Record, Vector
-from frictool.identify.rows.slip import slip_mask
-from frictool.identify.rows.slipping import SMALLEST_SHARE, full_backlash, stroke_samples
+from frictool.friction.position_polynomial import normalised_coefficients
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, full_backlash, stroke_samples
+from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.smoothing import SHORTEST, bump, choose_window, smoothed
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.axis_model import load_law
 
 MOST_SAMPLES, PARTS = 500_000, 20  # number of evenly spaced parts that are used of longer logs
 
-Values = Mapping[str, float]  # the four sliding parameters in SI, and breakaway and stribeck_velocity where the law has them
+Values = Mapping[
+    str, float
+]  # the four sliding parameters in SI, and breakaway and stribeck_velocity where the law has them
 
 
 @dataclass(frozen=True)
 class SlipRows:
-    """Smoothed signals (m,) in SI of the samples `index` (m,) of a record that are certain to slip."""
+    """Smoothed signals (m,) in SI of the samples `index` (m,) of a record that are certain to
+    slip."""
 
     index: NDArray[np.int64]
     position: Vector
@@ -44,13 +50,17 @@ class SlipRows:
 
     def modelled_effort(self, values: Values, laws: Laws | None) -> Vector:
         """Return the effort (m,) of a model for the measured motion, N m | N."""
-        effort = values["inertia"] * self.acceleration + values["offset"] + friction_in_slip(values, laws, self.position, self.velocity)
+        effort = (
+            values["inertia"] * self.acceleration
+            + values["offset"]
+            + friction_in_slip(values, laws, self.position, self.velocity)
+        )
         if laws is not None and laws.load is not None:
             effort = effort + load_law(laws.load).at(self.position)
         return np.asarray(effort)
 
 
-def slip_rows(record: Record, bench: Bench) -> SlipRows | None:
+def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
     """Return the slipping samples of a record, or None if there are none."""
     length = stroke_samples(record)
     if length == 0.0:
@@ -68,21 +78,25 @@ def slip_rows(record: Record, bench: Bench) -> SlipRows | None:
     return SlipRows(index, position[index], velocity[index], acceleration[index], effort[index])
 
 
-def motion_rows(records: Sequence[Record], bench: Bench) -> list[SlipRows]:
-    """Return the slipping samples of all records, of evenly spaced parts if they are longer than MOST_SAMPLES together."""
+def motion_rows(records: Sequence[MotionRecord], bench: Bench) -> list[SlipRows]:
+    """Return the slipping samples of all records, of evenly spaced parts if they are longer than
+    MOST_SAMPLES together."""
     share = MOST_SAMPLES / sum(record.position.size for record in records) if records else 1.0
     parts = (part for record in records for part in _parts(record, share))
     found = (slip_rows(part, bench) for part in parts)
     return [rows for rows in found if rows is not None]
 
 
-def _parts(record: Record, share: float) -> list[Record]:
+def _parts(record: MotionRecord, share: float) -> list[MotionRecord]:
     """Return the record, or evenly spaced parts that hold this share of it."""
     if share >= 1.0:
         return [record]
     size = record.position.size
     length = max(int(share * size / PARTS), 1)
-    return [record.part(slice(first, first + length)) for first in np.linspace(0, size - length, PARTS).astype(int).tolist()]
+    return [
+        record.part(slice(first, first + length))
+        for first in np.linspace(0, size - length, PARTS).astype(int).tolist()
+    ]
 
 
 def force_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> float | None:
@@ -92,15 +106,22 @@ def force_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> 
     return float(np.sqrt(left / size)) if size > 0.0 else None
 
 
-def friction_in_slip(values: Values, laws: Laws | None, position: Vector, velocity: Vector) -> Vector:
-    """Return the friction (n,) against the motion, N m | N, at positions and velocities (n,) in slip."""
+def friction_in_slip(
+    values: Values, laws: Laws | None, position: Vector, velocity: Vector
+) -> Vector:
+    """Return the friction (n,) against the motion, N m | N, at positions and velocities (n,) in
+    slip."""
     out = np.empty(velocity.size)
     for side, chosen in ((1.0, velocity >= 0.0), (-1.0, velocity < 0.0)):
-        out[chosen] = side * _one_way(values, laws, side, position[chosen], np.abs(velocity[chosen]))
+        out[chosen] = side * _one_way(
+            values, laws, side, position[chosen], np.abs(velocity[chosen])
+        )
     return out
 
 
-def _one_way(values: Values, laws: Laws | None, side: float, position: Vector, speed: Vector) -> Vector:
+def _one_way(
+    values: Values, laws: Laws | None, side: float, position: Vector, speed: Vector
+) -> Vector:
     """Return the friction (n,) at speeds (n,) >= 0 in one direction."""
     own = laws.backward if laws is not None and side < 0.0 else None
 
@@ -114,7 +135,10 @@ def _one_way(values: Values, laws: Laws | None, side: float, position: Vector, s
         above = ((regime.backward if side < 0.0 else None) or regime.viscous).value
         viscous = viscous + (above - slope) * np.maximum(speed - regime.above.value, 0.0)
         slope = above
-    fall = np.full(speed.size, max(level("breakaway") - coulomb, 0.0) if values.get("stribeck_velocity") else 0.0)
+    fall = np.full(
+        speed.size,
+        max(level("breakaway") - coulomb, 0.0) if values.get("stribeck_velocity") else 0.0,
+    )
     if laws is not None and laws.position is not None:
         over, slip = laws.position.over, laws.position.coulomb
         dry = dry * _factor(slip, side, over.low, over.high, position)
@@ -125,8 +149,12 @@ def _one_way(values: Values, laws: Laws | None, side: float, position: Vector, s
     return np.asarray(dry + viscous)
 
 
-def _factor(polynomial: Polynomial, side: float, low: float, high: float, position: Vector) -> Vector:
+def _factor(
+    polynomial: Polynomial, side: float, low: float, high: float, position: Vector
+) -> Vector:
     """Return the factor (n,) of a level of friction at positions (n,) in rad | m."""
     terms = polynomial.forward if side > 0.0 else polynomial.backward or polynomial.forward
-    curve = np.polynomial.polynomial.polyval(np.clip(position, low, high), factors(tuple(terms), low, high))
+    curve = np.polynomial.polynomial.polyval(
+        np.clip(position, low, high), normalised_coefficients(tuple(terms), low, high)
+    )
     return np.asarray(np.maximum(curve, 0.0))

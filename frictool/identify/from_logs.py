@@ -8,27 +8,28 @@ from pathlib import Path
 
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
-from frictool.documents.provenance import Provenance, called
-from frictool.identify.from_files import Currents, taken, with_measurement
+from frictool.documents.provenance import Provenance, provenance_of_call
+from frictool.identify.duplicate_logs import refuse_duplicates
+from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import Identification, NothingIdentified
 from frictool.identify.identification import identify as identified
-from frictool.identify.methods import DEFAULT, Settings
-from frictool.identify.model import bench_model, model_of
-from frictool.identify.outcome import NothingUsable
-from frictool.identify.plausible import repeats_plausibility_warning
-from frictool.identify.presliding.document import with_presliding
-from frictool.identify.record import Record
-from frictool.identify.twice import refuse_twice
+from frictool.identify.identification_logs import Currents, prepare_log, with_measurement
+from frictool.identify.methods import DEFAULT, IdentificationSettings
+from frictool.identify.model_document import bench_model, model_of
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.presliding.presliding_laws import with_presliding
+from frictool.identify.record_plausibility import repeats_plausibility_warning
 from frictool.logs.log import Log
 
 
 @dataclass(frozen=True)
-class Identified:
-    """model: the document. result: what was found and refused, and why. records: of the `logs` that were given."""
+class IdentifiedModel:
+    """model: the document. result: what was found and refused, and why. records: of the `logs` that
+    were given."""
 
     model: Model
     result: Identification
-    records: tuple[Record, ...]
+    records: tuple[MotionRecord, ...]
 
 
 def identify(
@@ -39,27 +40,31 @@ def identify(
     loops: Sequence[Log] = (),
     measurement: bool = False,
     method: str = DEFAULT,
-    settings: Settings | None = None,
+    settings: IdentificationSettings | None = None,
     keep_bench_values: bool = False,
     provenance: Provenance | None = None,
     tell: Callable[[str], None] = lambda _: None,
-) -> Identified:
+) -> IdentifiedModel:
     """Identify the axis of the bench from logs; return the model, each parameter with its interval.
 
-    logs: logs of motion or of breakaway ramps; the kind is recognised. ramps: logs known to be breakaway ramps. loops: slow loops of the
-    effort below the breakaway, for presliding. measurement: whether to estimate properties of the bench, too. method: a key of METHODS.
-    keep_bench_values: if the logs give neither inertia nor friction, return a model of the bench's values, marked as such, instead of
-    raising NothingIdentified. tell: callback for warnings about the logs.
-    Raises NothingIdentified (a NothingUsable) with the reasons where the logs give neither inertia nor friction; LogError where a log is
-    given twice, or cannot be one of this bench.
+    logs: logs of motion or of breakaway ramps; the kind is recognised. ramps: logs known to be
+    breakaway ramps. loops: slow loops of the effort below the breakaway, for presliding.
+    measurement: whether to estimate properties of the bench, too. method: a key of METHODS.
+    keep_bench_values: if the logs give neither inertia nor friction, return a model of the bench's
+    values, marked as such, instead of raising NothingIdentified. tell: callback for warnings about
+    the logs. Raises NothingIdentified (a NothingUsable) with the reasons where the logs give
+    neither inertia nor friction; LogError where a log is given twice, or cannot be one of this
+    bench.
     """
     currents: list[Currents] = []
-    records, slopes, slow = (_records(group, bench, currents, tell) for group in (logs, ramps, loops))
-    refuse_twice([*records, *slopes, *slow])
+    records, slopes, slow = (
+        _records(group, bench, currents, tell) for group in (logs, ramps, loops)
+    )
+    refuse_duplicates([*records, *slopes, *slow])
     alone = not (logs or ramps)
-    origin = provenance or called("frictool.identify.identify", bench=bench)
+    origin = provenance or provenance_of_call("frictool.identify.identify", bench=bench)
     try:
-        result = identified(records, slopes, bench, method, settings or Settings())
+        result = identified(records, slopes, bench, method, settings or IdentificationSettings())
         model = model_of(result, bench, origin)
     except NothingIdentified as error:
         result = error.result
@@ -72,18 +77,21 @@ def identify(
     if loops:
         model = with_presliding(model, slow)
         if alone and model.presliding is None:
-            raise NothingUsable(f"presliding: {model.not_identified['presliding']}")
+            raise UnusableLogs(f"presliding: {model.not_identified['presliding']}")
         result = replace(result, refused=model.not_identified)
     if measurement:
         model = with_measurement(model, result, [*records, *slopes], currents)
-    return Identified(model, result, tuple(records))
+    return IdentifiedModel(model, result, tuple(records))
 
 
-def _records(logs: Sequence[Log], bench: Bench, currents: list[Currents], tell: Callable[[str], None]) -> list[Record]:
-    """The logs as records; where one holds commanded and measured current, both are added to `currents`."""
+def _records(
+    logs: Sequence[Log], bench: Bench, currents: list[Currents], tell: Callable[[str], None]
+) -> list[MotionRecord]:
+    """The logs as records; where one holds commanded and measured current, both are added to
+    `currents`."""
     found = []
     for given in logs:
-        one = taken(given, bench)
+        one = prepare_log(given, bench)
         for warning in one.log.warnings:
             if not repeats_plausibility_warning(warning, bench):
                 tell(f"{Path(one.log.source).name}: {warning}")

@@ -1,12 +1,16 @@
-"""Find a logged effort that is a slow sample: it changes far less often than the position is logged, and acted differently in between.
+"""Find a logged effort that is a slow sample: it changes far less often than the position is
+logged, and acted differently in between.
 
-A current that is read at 20 Hz, or a set point that is held, repeats its value in many rows of a log at 1 kHz. On average it is late by
-half of the time between two updates, so that inertia and viscous friction come out wrong by tens of per cent, in narrow intervals.
+A current that is read at 20 Hz, or a set point that is held, repeats its value in many rows of a
+log at 1 kHz. On average it is late by half of the time between two updates, so that inertia and
+viscous friction come out wrong by tens of per cent, in narrow intervals.
 
-A drive may really hold its effort between two updates of a slow controller. Both look alike in the effort, and differ in the motion: with
-y(t) for the effort that the motion needs, y_held(t) for its value at the last update, and the residual share b,
+A drive may really hold its effort between two updates of a slow controller. Both look alike in the
+effort, and differ in the motion: with y(t) for the effort that the motion needs, y_held(t) for its
+value at the last update, and the residual share b,
 
-    logged effort = (inertia a + viscous v + coulomb sign(v) + offset + declared loads) + b (y_held - y)
+    logged effort = (inertia a + viscous v + coulomb sign(v) + offset + declared loads) + b (y_held
+    - y)
 
 b is 1 for a slow sample and 0 for an effort that acted as it was logged.
 """
@@ -21,21 +25,23 @@ from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import NothingUsable
-from frictool.identify.record import Record, Vector
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.regression.clusters import clusters
-from frictool.identify.regression.regression import Singular, solve
+from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.load_columns import load_columns
-from frictool.identify.rows.samples import Samples, parameters_of
-from frictool.identify.rows.slipping import SMALLEST_SHARE, slipping
+from frictool.identify.rows.regression_samples import RegressionSamples, parameters_of
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
 
 FEWEST_UPDATES = 20
 SHORTEST_HOLD = 3  # samples between two updates; shorter ones change little
 EARLY = 0.1  # share of the updates that may follow each other faster than the hold
-COARSE = 3.0  # median change of the effort, in its smallest ones, of a signal that is held and not only coarsely quantised
+# median change of the effort, in its smallest ones, of a signal that is held and not only coarsely
+# quantised
+COARSE = 3.0
 LEAST_EFFECT = 0.02  # of the parameters: smaller ones do not matter
 MIXED = 1e-9  # weight of rows of another stroke in a smoothed row
 SLOW = 0.5  # share b above which the effort is a slow sample
@@ -44,10 +50,11 @@ MOST_SAMPLES = 200_000  # of a record that are looked at
 
 @dataclass(frozen=True)
 class HeldEffort:
-    """Time between two updates in samples, interval of the share b, and inertia as logged and as interpolated between the updates.
+    """Time between two updates in samples, interval of the share b, and inertia as logged and as
+    interpolated between the updates.
 
-    effect: how much the parameters differ between the two: the inertia relative to itself, the others in effort relative to the whole
-    effort (rms).
+    effect: how much the parameters differ between the two: the inertia relative to itself, the
+    others in effort relative to the whole effort (rms).
     """
 
     hold: int
@@ -58,7 +65,9 @@ class HeldEffort:
     effect: float
 
 
-def slow_effort_warnings(records: list[Record], bench: Bench, settings: Settings) -> list[str]:
+def slow_effort_warnings(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> list[str]:
     """Return a warning for each record whose effort may be a slow sample.
 
     Raises
@@ -75,7 +84,7 @@ def slow_effort_warnings(records: list[Record], bench: Bench, settings: Settings
         unit = si_unit("inertia", bench.axis)
         advice = "log the current as often as the position, and not a set point"
         if found.low > SLOW:
-            raise NothingUsable(
+            raise UnusableLogs(
                 f"{Path(record.name).name}: the effort {rates}, and is not what acted in between: the inertia would be "
                 f"{found.logged:.4g} {unit} instead of {found.interpolated:.4g} {unit} or so; {advice}"
             )
@@ -87,7 +96,8 @@ def slow_effort_warnings(records: list[Record], bench: Bench, settings: Settings
 
 
 def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
-    """Return the time between two updates of an effort (n,) in samples, and the indices of the updates; None if it is not held."""
+    """Return the time between two updates of an effort (n,) in samples, and the indices of the
+    updates; None if it is not held."""
     change = np.diff(effort)
     updates = np.flatnonzero(change) + 1
     if updates.size < FEWEST_UPDATES:
@@ -99,8 +109,11 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
     return hold, updates
 
 
-def held_effort(record: Record, bench: Bench, settings: Settings) -> HeldEffort | None:
-    """Return what the motion tells of an effort that is held; None if it is not, or if the motion tells nothing."""
+def held_effort(
+    record: MotionRecord, bench: Bench, settings: IdentificationSettings
+) -> HeldEffort | None:
+    """Return what the motion tells of an effort that is held; None if it is not, or if the motion
+    tells nothing."""
     record = record.part(slice(0, MOST_SAMPLES))
     held = hold_of(record.effort)
     if held is None:
@@ -113,33 +126,45 @@ def held_effort(record: Record, bench: Bench, settings: Settings) -> HeldEffort 
         cluster = clusters(logged.stroke, logged.sign, logged.counts, 3 * max(window, held[0]))
         values = solve(_columns(start), start.effort, np.ones(start.sign.size), cluster).value
         needed = _needed(record, bench, window, values, logged.one_direction)
-        last = np.maximum.accumulate(np.where(_updated(record.effort.size, *held), np.arange(record.effort.size), 0))
+        last = np.maximum.accumulate(
+            np.where(_updated(record.effort.size, *held), np.arange(record.effort.size), 0)
+        )
         number = find_strokes(record).number
-        before = (number[last] != number).astype(np.float64)  # the last update was in another stroke, maybe at rest
+        before = (number[last] != number).astype(
+            np.float64
+        )  # the last update was in another stroke, maybe at rest
         late, mixed = (
-            slipping([replace(record, effort=signal)], bench, SMALLEST_SHARE, settings.window)[0].effort
+            slipping([replace(record, effort=signal)], bench, SMALLEST_SHARE, settings.window)[
+                0
+            ].effort
             for signal in (needed[last] - needed, before)
         )
         kept = np.abs(mixed) < MIXED
         columns, effort, weight = _columns(logged), logged.effort, np.ones(logged.effort.size)
         plain = solve(columns, effort, weight, cluster).value
-        both = solve(np.column_stack((columns, late))[kept], effort[kept], weight[kept], cluster[kept])
-    except (NothingUsable, Singular):
+        both = solve(
+            np.column_stack((columns, late))[kept], effort[kept], weight[kept], cluster[kept]
+        )
+    except (UnusableLogs, SingularRegressors):
         return None
     share, half = float(both.value[-1]), float(both.half_width(settings.confidence)[-1])
     change = np.abs(plain - values) * np.sqrt(np.mean(columns**2, axis=0) / np.mean(effort**2))
     effect = max(abs(float(plain[0] / values[0] - 1.0)), float(np.max(change[1:])))
-    return HeldEffort(held[0], share - half, share + half, float(plain[0]), float(values[0]), effect)
+    return HeldEffort(
+        held[0], share - half, share + half, float(plain[0]), float(values[0]), effect
+    )
 
 
 def interpolated(effort: Vector, hold: int, updates: NDArray[np.int64]) -> Vector:
-    """Return the effort (n,) on straight lines between its updates, as if each value had been read at the first row that shows it."""
+    """Return the effort (n,) on straight lines between its updates, as if each value had been read
+    at the first row that shows it."""
     at = np.flatnonzero(_updated(effort.size, hold, updates))
     return np.asarray(np.interp(np.arange(effort.size), at, effort[at]))
 
 
 def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which rows (n,) are updates; a value that stays for longer was read again a hold before it changes."""
+    """Return which rows (n,) are updates; a value that stays for longer was read again a hold
+    before it changes."""
     out = np.zeros(size, dtype=np.bool_)
     out[[0, *updates.tolist()]] = True
     before = updates - hold
@@ -147,13 +172,17 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
     return out
 
 
-def _columns(rows: Samples) -> Vector:
+def _columns(rows: RegressionSamples) -> Vector:
     """Return the regressors (n, p); the offset is left out if the motion is in one direction."""
     constant = () if rows.one_direction else (np.ones(rows.sign.size),)
-    return np.column_stack((rows.acceleration, rows.velocity, rows.sign, *constant, *rows.loads.values()))
+    return np.column_stack(
+        (rows.acceleration, rows.velocity, rows.sign, *constant, *rows.loads.values())
+    )
 
 
-def _needed(record: Record, bench: Bench, window: int, values: Vector, one_direction: bool) -> Vector:
+def _needed(
+    record: MotionRecord, bench: Bench, window: int, values: Vector, one_direction: bool
+) -> Vector:
     """Return the effort (n,) that the motion needs, by the values of `_columns`."""
     acceleration, velocity, _ = smoothed(record, window)
     sign = find_strokes(record).sign

@@ -1,4 +1,5 @@
-"""From logs to what they give: sliding parameters from logs of motion, breakaway from logs of ramps, and a reason for all the rest."""
+"""From logs to what they give: sliding parameters from logs of motion, breakaway from logs of
+ramps, and a reason for all the rest."""
 
 from __future__ import annotations
 
@@ -15,25 +16,45 @@ from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify import methods
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
 from frictool.identify.constant_effort import without_constant_effort
+from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.estimators.auto import inertia_over_position
-from frictool.identify.fit_warnings import contradiction_warnings, doubt_warnings, replacement_warnings
+from frictool.identify.fit_result import (
+    CURVE,
+    PARAMETERS,
+    SLIDING,
+    Interval,
+    SlidingFit,
+    UnusableLogs,
+)
+from frictool.identify.fit_warnings import (
+    contradiction_warnings,
+    doubt_warnings,
+    replacement_warnings,
+)
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.held_effort import slow_effort_warnings
-from frictool.identify.informative import NEVER_NEGATIVE, below_coulomb, why_uninformative, without_negative
+from frictool.identify.interval_checks import (
+    NEVER_NEGATIVE,
+    below_coulomb,
+    why_uninformative,
+    without_negative,
+)
+from frictool.identify.measurement_faults import refuse_self_explained, refuse_unmeasured
 from frictool.identify.method_check import method_warnings
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.orientation import negative_effort, opposite_signs, reversed_sign
-from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
-from frictool.identify.plausible import implausible
 from frictool.identify.pooling import pooling_warnings
-from frictool.identify.record import Record
+from frictool.identify.record_plausibility import implausible
 from frictool.identify.refit import CANNOT, fixed_parameters, refit
-from frictool.identify.refusals import refuse_self_explained, refuse_unmeasured
-from frictool.identify.twice import refuse_twice
 from frictool.plant.axis_model import load_law
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
-PHYSICAL = frozenset(NEVER_NEGATIVE)  # at least one of them is in every model that `identify` writes
-LARGEST_FORCE_ERROR = 0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
+PHYSICAL = frozenset(
+    NEVER_NEGATIVE
+)  # at least one of them is in every model that `identify` writes
+LARGEST_FORCE_ERROR = (
+    0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
+)
 POSITION_HIDES_INERTIA = (
     "friction varies with the position, which goes with the acceleration along a stroke: what one does is taken for the other; "
     "the bench's value is kept. The weak form (auto, weak) gives friction over the position columns of its own where it shows in slip"
@@ -42,9 +63,11 @@ POSITION_HIDES_INERTIA = (
 
 @dataclass(frozen=True)
 class Identification:
-    """kinds: log -> `sliding` or `ramp`. identified: name -> interval in SI. refused: name -> reason, for every other parameter.
+    """kinds: log -> `sliding` or `ramp`. identified: name -> interval in SI. refused: name ->
+    reason, for every other parameter.
 
-    warnings: what is odd about the logs or about what they give, and let pass. laws: friction beyond the parameters.
+    warnings: what is odd about the logs or about what they give, and let pass. laws: friction
+    beyond the parameters.
     """
 
     method: str
@@ -52,31 +75,45 @@ class Identification:
     kinds: dict[str, str]
     identified: dict[str, Interval]
     refused: dict[str, str]
-    fit: Fit | None
+    fit: SlidingFit | None
     ramp: Breakaway | None
     warnings: tuple[str, ...] = ()
     laws: Laws | None = None
 
 
-class NothingIdentified(NothingUsable):
+class NothingIdentified(UnusableLogs):
     """The logs give neither inertia nor friction; `result` holds the reason for each parameter.
 
-    exit_code: 1 where no fit was possible; 4 where a fit gave neither, or where position and drive have opposite signs.
+    exit_code: 1 where no fit was possible; 4 where a fit gave neither, or where position and drive
+    have opposite signs.
     """
 
     def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:
         self.result = result
         self.exit_code = exit_code
-        super().__init__("; ".join(f"{', '.join(names)}: {reason}" for reason, names in _by_reason(result.refused).items()))
+        super().__init__(
+            "; ".join(
+                f"{', '.join(names)}: {reason}"
+                for reason, names in _by_reason(result.refused).items()
+            )
+        )
 
 
-def identify(records: list[Record], ramps: list[Record], bench: Bench, method: str, settings: methods.Settings) -> Identification:
-    """Identify the axis of `bench` from `records`, whose kind is recognised, and `ramps`, known to be breakaway ramps.
+def identify(
+    records: list[MotionRecord],
+    ramps: list[MotionRecord],
+    bench: Bench,
+    method: str,
+    settings: methods.IdentificationSettings,
+) -> Identification:
+    """Identify the axis of `bench` from `records`, whose kind is recognised, and `ramps`, known to
+    be breakaway ramps.
 
-    Raises NothingIdentified with the reasons where they give neither inertia nor friction, or where position and drive have opposite
-    signs; LogError where a log is given twice, or cannot be one of this axis.
+    Raises NothingIdentified with the reasons where they give neither inertia nor friction, or where
+    position and drive have opposite signs; LogError where a log is given twice, or cannot be one of
+    this axis.
     """
-    refuse_twice([*records, *ramps])
+    refuse_duplicates([*records, *ramps])
     given = ramps
     odd = [warning for record in [*records, *ramps] for warning in implausible(record, bench)]
     ramp_like = [record for record in records if record.velocity is None and is_ramp(record, bench)]
@@ -90,14 +127,16 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     try:
         sliding, doubts = _measured(sliding, bench, settings)
         odd += doubts
-    except NothingUsable as error:
+    except UnusableLogs as error:
         sliding, unmeasured = [], str(error)
     rows = motion_rows(sliding, bench)
     try:
         free = _slide(sliding, rows, bench, method, settings)
         _accept(free.parameters, free.refused, bench, found, refused)
-        fit = _settled(sliding, bench, settings, replace(free, method=free.method or method), found, refused)
-    except NothingUsable as error:
+        fit = _settled(
+            sliding, bench, settings, replace(free, method=free.method or method), found, refused
+        )
+    except UnusableLogs as error:
         refused.update(dict.fromkeys(SLIDING, unmeasured or str(error)))
     if not {"viscous", "coulomb"} <= found.keys() or _any_negative(fit):
         reason = reversed_sign(sliding, bench, settings)
@@ -111,20 +150,38 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
             shown = f"the breakaway is in [{onsets.interval.low:.4g}, {onsets.interval.high:.4g}]"
             raise _reversed(opposite_signs(ramps, shown, bench), method, settings, kinds, odd)
         _accept({"breakaway": onsets.interval}, {}, bench, found, refused)
-    except NothingUsable as error:
+    except UnusableLogs as error:
         if "breakaway" not in found and (ramps or "breakaway" not in refused):
             refused["breakaway"] = str(error)
     laws = None if fit is None else fit.laws
-    if onsets is not None and onsets.by_position is not None and laws is not None and laws.load is not None and bench.load is None:
+    if (
+        onsets is not None
+        and onsets.by_position is not None
+        and laws is not None
+        and laws.load is not None
+        and bench.load is None
+    ):
         # a load that nobody has named is what friction over the position looks like where it slips
-        return identify(records, given, msgspec.structs.replace(bench, load=LoadTerms(("offset",))), method, settings)
+        return identify(
+            records,
+            given,
+            msgspec.structs.replace(bench, load=LoadTerms(("offset",))),
+            method,
+            settings,
+        )
     if onsets is not None and onsets.by_position is not None:
-        fit, onsets, laws = _by_position(sliding, ramps, fit, onsets, bench, method, settings, found, refused)
+        fit, onsets, laws = _by_position(
+            sliding, ramps, fit, onsets, bench, method, settings, found, refused
+        )
     elif onsets is not None and onsets.rising is not None:
         laws = _rising(onsets, bench, found, laws)
     if fit is not None:
         fit = with_force_error(replace(fit, laws=laws), rows, found, bench)
-    if onsets is not None and onsets.by_position is None and {"breakaway", "coulomb"} <= found.keys():
+    if (
+        onsets is not None
+        and onsets.by_position is None
+        and {"breakaway", "coulomb"} <= found.keys()
+    ):
         impossible = below_coulomb(found["breakaway"], found["coulomb"])
         if impossible is not None:
             refused["breakaway"] = impossible
@@ -133,144 +190,207 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     warnings = [*odd, *contradiction_warnings(ordered, bench)]
     if fit is not None and free is not None:
         warnings += [*replacement_warnings(free, fit, found), *doubt_warnings(fit, method)]
-        warnings += pooling_warnings(sliding, bench, settings, replace(free, method=free.method or method))
+        warnings += pooling_warnings(
+            sliding, bench, settings, replace(free, method=free.method or method)
+        )
         if method != methods.DEFAULT:
             warnings += method_warnings(sliding, rows, bench, settings, fit)
     used = (fit and fit.method) or method
-    result = Identification(used, settings.confidence, kinds, ordered, refused, fit, onsets, tuple(warnings), laws)
+    result = Identification(
+        used, settings.confidence, kinds, ordered, refused, fit, onsets, tuple(warnings), laws
+    )
     if not PHYSICAL & found.keys():
         reason = negative_effort([*sliding, *ramps], bench, settings.confidence)
         if reason is not None:
             raise _reversed(reason, method, settings, kinds, odd)
         if "offset" in found:
-            refused["offset"] = f"the fit gives {found['offset'].value:.4g} and neither inertia nor friction"
+            refused["offset"] = (
+                f"the fit gives {found['offset'].value:.4g} and neither inertia nor friction"
+            )
         result = replace(result, identified={})
         raise NothingIdentified(result, EXIT_NO if fit is None else EXIT_NO_SOLUTION)
     return result
 
 
-def _measured(records: list[Record], bench: Bench, settings: methods.Settings) -> tuple[list[Record], list[str]]:
-    """Return the records without samples whose effort was not measured, and warnings. Raises NothingUsable if a record tells nothing."""
+def _measured(
+    records: list[MotionRecord], bench: Bench, settings: methods.IdentificationSettings
+) -> tuple[list[MotionRecord], list[str]]:
+    """Return the records without samples whose effort was not measured, and warnings. Raises
+    UnusableLogs if a record tells nothing."""
     refuse_unmeasured(records, bench)
     slow = slow_effort_warnings(records, bench, settings)
     kept, left_out = without_constant_effort(records, bench)
     return kept, [*slow, *left_out]
 
 
-def _any_negative(fit: Fit | None) -> bool:
+def _any_negative(fit: SlidingFit | None) -> bool:
     """Return whether a parameter that cannot be negative is."""
-    return fit is not None and any(name in NEVER_NEGATIVE and interval.value < 0.0 for name, interval in fit.parameters.items())
+    return fit is not None and any(
+        name in NEVER_NEGATIVE and interval.value < 0.0 for name, interval in fit.parameters.items()
+    )
 
 
-def _reversed(reason: str, method: str, settings: methods.Settings, kinds: dict[str, str], warnings: list[str]) -> NothingIdentified:
+def _reversed(
+    reason: str,
+    method: str,
+    settings: methods.IdentificationSettings,
+    kinds: dict[str, str],
+    warnings: list[str],
+) -> NothingIdentified:
     """Return the error for a log whose position or drive is negated: no parameter is identified."""
     refused = dict.fromkeys(PARAMETERS, reason)
-    result = Identification(method, settings.confidence, kinds, {}, refused, None, None, tuple(warnings))
+    result = Identification(
+        method, settings.confidence, kinds, {}, refused, None, None, tuple(warnings)
+    )
     return NothingIdentified(result, EXIT_NO_SOLUTION)
 
 
-def _slide(records: list[Record], rows: Sequence[SlipRows], bench: Bench, method: str, settings: methods.Settings) -> Fit:
-    """Return the fit of one method with its force error. Raises NothingUsable without a fit that explains enough."""
+def _slide(
+    records: list[MotionRecord],
+    rows: Sequence[SlipRows],
+    bench: Bench,
+    method: str,
+    settings: methods.IdentificationSettings,
+) -> SlidingFit:
+    """Return the fit of one method with its force error. Raises UnusableLogs without a fit that
+    explains enough."""
     if not records:
-        raise NothingUsable("no log of sliding motion was given")
+        raise UnusableLogs("no log of sliding motion was given")
     fit = methods.run(method, records, bench, settings)
     refuse_self_explained(fit, records)
     fit = with_force_error(fit, rows, fit.parameters, bench)
     if fit.force_error is not None and fit.force_error > LARGEST_FORCE_ERROR:
         allowed = f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
-        raise NothingUsable(
+        raise UnusableLogs(
             f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % {allowed}; is it of this motion?"
         )
     return fit
 
 
 def _settled(
-    records: list[Record],
+    records: list[MotionRecord],
     bench: Bench,
-    settings: methods.Settings,
-    fit: Fit,
+    settings: methods.IdentificationSettings,
+    fit: SlidingFit,
     found: dict[str, Interval],
     refused: dict[str, str],
-) -> Fit:
-    """Return the fit whose refused parameters are fixed at the bench's values; `found` and `refused` follow it (`refit.py`)."""
+) -> SlidingFit:
+    """Return the fit whose refused parameters are fixed at the bench's values; `found` and
+    `refused` follow it (`refit.py`)."""
     if fit.method in CANNOT or _any_negative(fit):
         return fit
     fixed: dict[str, Interval] = {}
-    while (more := fixed_parameters(fit, found, bench)).keys() - fixed.keys() and found.keys() - {"offset"}:
+    while (more := fixed_parameters(fit, found, bench)).keys() - fixed.keys() and found.keys() - {
+        "offset"
+    }:
         fixed |= more
         try:
             fit = refit(records, bench, settings, fit, fixed)
-        except NothingUsable:
+        except UnusableLogs:
             break
         for name in SLIDING:
             found.pop(name, None)
-        _accept(fit.parameters, {name: reason for name, reason in fit.refused.items() if name not in refused}, bench, found, refused)
+        _accept(
+            fit.parameters,
+            {name: reason for name, reason in fit.refused.items() if name not in refused},
+            bench,
+            found,
+            refused,
+        )
     return fit
 
 
-def with_force_error(fit: Fit, rows: Sequence[SlipRows], found: Mapping[str, Interval], bench: Bench) -> Fit:
-    """Return the fit with the force error of a model that has the values `found`, and for the others the bench's."""
+def with_force_error(
+    fit: SlidingFit, rows: Sequence[SlipRows], found: Mapping[str, Interval], bench: Bench
+) -> SlidingFit:
+    """Return the fit with the force error of a model that has the values `found`, and for the
+    others the bench's."""
     values = {name: (found.get(name) or prior(bench, name)).value for name in SLIDING}
     values |= {name: interval.value for name, interval in found.items()}
     return replace(fit, force_error=force_error(rows, values, fit.laws))
 
 
-def _break_away(ramps: list[Record], bench: Bench, found: Mapping[str, Interval], confidence: float) -> Breakaway:
+def _break_away(
+    ramps: list[MotionRecord], bench: Bench, found: Mapping[str, Interval], confidence: float
+) -> Breakaway:
     if not ramps:
-        raise NothingUsable("no log of breakaway ramps was given")
+        raise UnusableLogs("no log of breakaway ramps was given")
     for ramp in ramps:
         if ramp.velocity is not None:
-            raise NothingUsable(f"{ramp.name} has a velocity and no position, whose counts tell when the axis breaks away")
+            raise UnusableLogs(
+                f"{ramp.name} has a velocity and no position, whose counts tell when the axis breaks away"
+            )
     axis = {name: found.get(name) or prior(bench, name) for name in SLIDING}
     onsets = breakaway(ramps, bench, axis, confidence, found.get("stribeck_velocity"))
-    if not (onsets.forward > 0.0 and onsets.backward > 0.0) and "offset" not in found and bench.mechanics.offset is None:
-        raise NothingUsable("breakaways in one direction only, which an offset shifts, and neither a log nor the bench gives the offset")
+    if (
+        not (onsets.forward > 0.0 and onsets.backward > 0.0)
+        and "offset" not in found
+        and bench.mechanics.offset is None
+    ):
+        raise UnusableLogs(
+            "breakaways in one direction only, which an offset shifts, and neither a log nor the bench gives the offset"
+        )
     return onsets
 
 
 def _by_position(
-    sliding: list[Record],
-    ramps: list[Record],
-    fit: Fit | None,
+    sliding: list[MotionRecord],
+    ramps: list[MotionRecord],
+    fit: SlidingFit | None,
     onsets: Breakaway,
     bench: Bench,
     method: str,
-    settings: methods.Settings,
+    settings: methods.IdentificationSettings,
     found: dict[str, Interval],
     refused: dict[str, str],
-) -> tuple[Fit | None, Breakaway, Laws]:
-    """Breakaway varies with position: what friction in slip is of the friction map replaces what a constant friction was fitted to.
+) -> tuple[SlidingFit | None, Breakaway, Laws]:
+    """Breakaway varies with position: what friction in slip is of the friction map replaces what a
+    constant friction was fitted to.
 
-    Returns the fit, the breakaway that agrees with it, and the laws; without strokes that tell it, the breakaway alone has laws.
+    Returns the fit, the breakaway that agrees with it, and the laws; without strokes that tell it,
+    the breakaway alone has laws.
     """
     from frictool.identify.breakaway.friction_map import breakaway_laws, friction_map
 
-    if fit is not None and fit.laws is not None and (fit.laws.load or fit.laws.backward):  # which the map does not know
+    if (
+        fit is not None and fit.laws is not None and (fit.laws.load or fit.laws.backward)
+    ):  # which the map does not know
         return fit, onsets, breakaway_laws(onsets, bench, found, fit.laws)
-    why = None if fit is None else _inertia_over_position(sliding, fit, bench, method, settings, found, refused)
-    axis = {name: found.get(name) or prior(bench, name) for name in SLIDING} | {"offset": prior(bench, "offset")}
+    why = (
+        None
+        if fit is None
+        else _inertia_over_position(sliding, fit, bench, method, settings, found, refused)
+    )
+    axis = {name: found.get(name) or prior(bench, name) for name in SLIDING} | {
+        "offset": prior(bench, "offset")
+    }
     try:
         mapped = friction_map(sliding, ramps, onsets, axis, bench, settings)
-    except NothingUsable:
+    except UnusableLogs:
         return fit, onsets, breakaway_laws(onsets, bench, found)
     for name in ("viscous", "coulomb", "offset"):
         found.pop(name, None)
         refused.pop(name, None)
     _accept(mapped.fit.parameters, mapped.fit.refused, bench, found, refused)
     assert mapped.fit.laws is not None
-    return replace(mapped.fit, why=why), mapped.ramp, breakaway_laws(mapped.ramp, bench, found, mapped.fit.laws)
+    return (
+        replace(mapped.fit, why=why),
+        mapped.ramp,
+        breakaway_laws(mapped.ramp, bench, found, mapped.fit.laws),
+    )
 
 
 def _inertia_over_position(
-    sliding: list[Record],
-    fit: Fit,
+    sliding: list[MotionRecord],
+    fit: SlidingFit,
     bench: Bench,
     method: str,
-    settings: methods.Settings,
+    settings: methods.IdentificationSettings,
     found: dict[str, Interval],
     refused: dict[str, str],
 ) -> str | None:
-    """Refuses an inertia that was fitted to a constant friction, or takes that of the weak form with friction over the position.
+    """Refuses an inertia that was fitted to a constant friction, or takes that of the weak form
+    with friction over the position.
 
     Returns why it is to be had, or None.
     """
@@ -294,7 +414,7 @@ def _rising(onsets: Breakaway, bench: Bench, found: dict[str, Interval], laws: L
     return breakaway_laws(onsets, bench, found, laws)
 
 
-def without_load(record: Record, laws: Laws) -> Record:
+def without_load(record: MotionRecord, laws: Laws) -> MotionRecord:
     """The record with the effort that is left for friction: less the load at each position."""
     if laws.load is None or record.velocity is not None:
         return record
@@ -308,7 +428,11 @@ def prior(bench: Bench, name: str) -> Interval:
 
 
 def _accept(
-    offered: Mapping[str, Interval], reasons: Mapping[str, str], bench: Bench, found: dict[str, Interval], refused: dict[str, str]
+    offered: Mapping[str, Interval],
+    reasons: Mapping[str, str],
+    bench: Bench,
+    found: dict[str, Interval],
+    refused: dict[str, str],
 ) -> None:
     """Sorts what a method offers into what is identified and what is not."""
     refused.update(reasons)

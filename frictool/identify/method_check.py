@@ -1,8 +1,10 @@
-"""Warn of a requested method whose model predicts much worse than that of least squares, as `auto` would find.
+"""Warn of a requested method whose model predicts much worse than that of least squares, as `auto`
+would find.
 
-Both methods are fitted to each half of the logs and predict the other half (`comparison`): the simulated position and the force error. If
-the logs are too short for halves, or a half does not suit the method, they are compared on the logs themselves. Parameters that are
-fixed in the model are fixed for both methods.
+Both methods are fitted to each half of the logs and predict the other half (`comparison`): the
+simulated position and the force error. If the logs are too short for halves, or a half does not
+suit the method, they are compared on the logs themselves. Parameters that are fixed in the model
+are fixed for both methods.
 """
 
 from __future__ import annotations
@@ -14,47 +16,86 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
-from frictool.identify.estimators.comparison import ComparedData, PredictionScore, Rows, regression_scores
-from frictool.identify.estimators.held_out import Sides, halves
+from frictool.identify.estimators.method_comparison import (
+    ComparedData,
+    PredictionScore,
+    Rows,
+    regression_scores,
+)
 from frictool.identify.estimators.output_error import start_values
+from frictool.identify.estimators.structure_selection import Sides, halves
+from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit, NothingUsable
-from frictool.identify.record import Record
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.refit import refit, with_held
-from frictool.identify.regression.alternatives import beyond_chance
+from frictool.identify.regression.term_selection import beyond_chance
 
 REFERENCE = "least-squares"
-OWN_CURVE = ("stribeck-curve", "friction-force")  # for runs at constant speed or one stroke, whose inertia is the bench's
+OWN_CURVE = (
+    "stribeck-curve",
+    "friction-force",
+)  # for runs at constant speed or one stroke, whose inertia is the bench's
 WORSE = 2.0  # error relative to that of least squares above which a warning is given
-NEGLIGIBLE = 0.02  # position error relative to the travel, and force error, below which no warning is given
+NEGLIGIBLE = (
+    0.02  # position error relative to the travel, and force error, below which no warning is given
+)
 
 
-def method_warnings(records: list[Record], rows: Sequence[SlipRows], bench: Bench, settings: Settings, fit: Fit) -> list[str]:
+def method_warnings(
+    records: list[MotionRecord],
+    rows: Sequence[SlipRows],
+    bench: Bench,
+    settings: IdentificationSettings,
+    fit: SlidingFit,
+) -> list[str]:
     """Return a warning if least squares predict the logs much better than the method of the fit.
 
     rows: the slipping samples of the logs (`motion_rows`).
     """
-    if fit.method in (None, REFERENCE, *OWN_CURVE) or any(record.velocity is not None for record in records):
+    if fit.method in (None, REFERENCE, *OWN_CURVE) or any(
+        record.velocity is not None for record in records
+    ):
         return []
-    if fit.method == "output-error":  # it minimises the position error, and a search for each half would take long
-        return _warning(fit, "the logs", _force_line(fit.force_error, _reference_force(records, rows, bench, settings, fit)))
+    if (
+        fit.method == "output-error"
+    ):  # it minimises the position error, and a search for each half would take long
+        return _warning(
+            fit,
+            "the logs",
+            _force_line(fit.force_error, _reference_force(records, rows, bench, settings, fit)),
+        )
     scores, how = _scores(records, rows, bench, settings, fit)
     if scores is None:
         return []
     requested, reference = scores
     lines = _force_line(requested.force, reference.force)
-    least = max(WORSE * reference.position, NEGLIGIBLE * max(float(np.ptp(record.position)) for record in records))
+    least = max(
+        WORSE * reference.position,
+        NEGLIGIBLE * max(float(np.ptp(record.position)) for record in records),
+    )
     certain = beyond_chance(reference.squares, requested.squares, settings.confidence)
-    if certain and requested.position > least and (fit.laws is None or not (fit.laws.regimes or fit.laws.position)):
+    if (
+        certain
+        and requested.position > least
+        and (fit.laws is None or not (fit.laws.regimes or fit.laws.position))
+    ):
         unit = si_unit("position", bench.axis)
-        lines += [f"the simulated position is off by {requested.position:.3g} {unit} (rms), not by {reference.position:.3g} {unit}"]
+        lines += [
+            f"the simulated position is off by {requested.position:.3g} {unit} (rms), not by {reference.position:.3g} {unit}"
+        ]
     return _warning(fit, how, lines)
 
 
-def _warning(fit: Fit, how: str, lines: list[str]) -> list[str]:
+def _warning(fit: SlidingFit, how: str, lines: list[str]) -> list[str]:
     """Return the warning that holds these lines, or none without lines."""
-    return [f"{fit.method} predicts {how} worse than {REFERENCE}: {', and '.join(lines)}; use --method auto"] if lines else []
+    return (
+        [
+            f"{fit.method} predicts {how} worse than {REFERENCE}: {', and '.join(lines)}; use --method auto"
+        ]
+        if lines
+        else []
+    )
 
 
 def _force_line(requested: float | None, reference: float | None) -> list[str]:
@@ -64,24 +105,38 @@ def _force_line(requested: float | None, reference: float | None) -> list[str]:
     return [f"the force error is {100 * requested:.3g} %, not {100 * reference:.3g} %"]
 
 
-def _reference_force(records: list[Record], rows: Sequence[SlipRows], bench: Bench, settings: Settings, fit: Fit) -> float | None:
-    """Return the force error of least squares with the load terms of the fit, None if they do not suit the logs."""
+def _reference_force(
+    records: list[MotionRecord],
+    rows: Sequence[SlipRows],
+    bench: Bench,
+    settings: IdentificationSettings,
+    fit: SlidingFit,
+) -> float | None:
+    """Return the force error of least squares with the load terms of the fit, None if they do not
+    suit the logs."""
     try:
         reference = refit(records, bench, settings, replace(fit, method=REFERENCE), fit.fixed)
-    except NothingUsable:
+    except UnusableLogs:
         return None
     return force_error(rows, start_values(reference, bench), reference.laws)
 
 
 def _scores(
-    records: list[Record], rows: Sequence[SlipRows], bench: Bench, settings: Settings, fit: Fit
+    records: list[MotionRecord],
+    rows: Sequence[SlipRows],
+    bench: Bench,
+    settings: IdentificationSettings,
+    fit: SlidingFit,
 ) -> tuple[tuple[PredictionScore, PredictionScore] | None, str]:
-    """Return the scores of the method and of least squares, None if one does not suit the logs, and what was predicted."""
+    """Return the scores of the method and of least squares, None if one does not suit the logs, and
+    what was predicted."""
     fits, held = [fit, replace(fit, method=REFERENCE)], with_held(settings, fit, fit.fixed)
     sides = halves(records)
     choices: list[tuple[Sides, Rows, str]] = [((records, records), [rows, rows], "the logs")]
     if sides is not None:
-        choices.insert(0, (sides, [motion_rows(side, bench) for side in sides], "strokes that were not seen"))
+        choices.insert(
+            0, (sides, [motion_rows(side, bench) for side in sides], "strokes that were not seen")
+        )
     for compared, rows_of, how in choices:
         scores = regression_scores(compared, rows_of, ComparedData(records, bench, held, fits))
         if len(scores) == len(fits):

@@ -1,4 +1,5 @@
-"""The methods by name, and when each is right. Nothing heavy is imported until one is run, so that `--help` can show the table."""
+"""The methods by name, and when each is right. Nothing heavy is imported until one is run, so that
+`--help` can show the table."""
 
 from __future__ import annotations
 
@@ -9,18 +10,19 @@ from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
-    from frictool.identify.outcome import Fit, Interval
-    from frictool.identify.record import Record
+    from frictool.identify.fit_result import Interval, SlidingFit
+    from frictool.identify.motion_record import MotionRecord
 
 DEFAULT = "auto"
 
 
 @dataclass(frozen=True)
-class Method:
-    """`what` it does and `when` it is right, for people. It is the function of its name in the module of its name, with _ for -.
+class IdentificationMethod:
+    """`what` it does and `when` it is right, for people. It is the function of its name in the
+    module of its name, with _ for -.
 
-    options: which of `Settings` it looks at beside the confidence. velocity: it makes do with a measured velocity and no position.
-    load: it knows the terms of `load` of the bench.
+    options: which of `Settings` it looks at beside the confidence. velocity: it makes do with a
+    measured velocity and no position. load: it knows the terms of `load` of the bench.
     """
 
     what: str
@@ -30,94 +32,94 @@ class Method:
     load: bool = False
 
 
-METHODS: dict[str, Method] = {
-    "auto": Method(
+METHODS: dict[str, IdentificationMethod] = {
+    "auto": IdentificationMethod(
         "least squares, the power balance, sines or output error: by what encoder and motion allow (figure 4.4), and says why",
         "any log; drops a term that does not help to predict strokes that the fit has not seen",
         ("window",),
         velocity=True,
         load=True,
     ),
-    "least-squares": Method(
+    "least-squares": IdentificationMethod(
         "least squares (4.11): zero-phase Savitzky-Golay, only samples certain to slip, QR",
         "any encoder, sticks and backlash; refuses the inertia that quantisation hides",
         ("window",),
         velocity=True,
         load=True,
     ),
-    "power-balance": Method(
+    "power-balance": IdentificationMethod(
         "the power balance (4.23): the same, weighted by velocity; with --time-constant on filtered differences, all samples",
         "friction that falls over speed beyond the slowest samples (Stribeck)",
         ("window", "time_constant"),
         velocity=True,
         load=True,
     ),
-    "weighted": Method(
+    "weighted": IdentificationMethod(
         "the same, weighted by the inverse variance of the measurement errors, found over speed (4.2.5.1)",
         "an encoder or a friction that is worse at some speeds than at others",
         ("window",),
         velocity=True,
         load=True,
     ),
-    "conditioned": Method(
+    "conditioned": IdentificationMethod(
         "the power balance scaled by sqrt(2)/V (4.31), with the condition of (4.29) before and after",
         "very high or low speeds in SI units",
         ("window",),
         velocity=True,
         load=True,
     ),
-    "weak": Method(
+    "weak": IdentificationMethod(
         "the weak (integral) form: windows of (1 - s^2)^3, nothing differentiated",
         "a coarse encoder; closest to what it can give of the inertia",
         ("window",),
     ),
-    "instrumental": Method(
+    "instrumental": IdentificationMethod(
         "instrumental variables from the logged reference",
         "a noisy position and a reference that the axis followed",
         ("window",),
     ),
-    "total-least-squares": Method(
+    "total-least-squares": IdentificationMethod(
         "total least squares: the encoder's noise in the regressors is accounted for",
         "short windows, an encoder much noisier than the effort",
         ("window",),
     ),
-    "recursive": Method(
+    "recursive": IdentificationMethod(
         "recursive least squares (4.16) in square-root form: the last of the log counts most",
         "parameters that drift along the log (warming up, wear)",
         ("window", "forgetting"),
         velocity=True,
     ),
-    "ordinary": Method(
+    "ordinary": IdentificationMethod(
         "plain least squares on differences (4.2), every sample alike",
         "comparison with tables 4.2 and 4.3",
         ("time_constant",),
     ),
-    "threshold": Method(
+    "threshold": IdentificationMethod(
         "least squares on differences, only samples faster than a threshold (4.18)",
         "comparison; a fine encoder and a known Stribeck velocity",
         ("time_constant", "threshold"),
     ),
-    "sines": Method(
+    "sines": IdentificationMethod(
         "sines (4.34)-(4.39): mean effort over mean speed of each stroke's middle; finds the knees of friction over speed",
         "any encoder, strokes at several speeds; friction only, the inertia is the bench's",
         velocity=True,
     ),
-    "output-error": Method(
+    "output-error": IdentificationMethod(
         "simulation error: the axis that, driven by the measured effort, goes where the measured one went; load terms by held-out halves",
         "a model that has to simulate; several strokes, and an effort that was measured",
         load=True,
     ),
-    "stribeck-curve": Method(
+    "stribeck-curve": IdentificationMethod(
         "the Stribeck curve (2.34): mean effort over runs at constant speeds",
         "runs at constant speeds, slow ones too; gives the breakaway and the Stribeck velocity where friction falls with speed",
     ),
-    "friction-force": Method(
+    "friction-force": IdentificationMethod(
         "the friction force of a known inertia, causal filter, and its curve over speed, as published for a rack-and-pinion stage",
         "one stroke, one direction, an inertia that was weighed; to compare with published values",
         ("cutoff_hz", "filter_order"),
         velocity=True,
     ),
-    "inverse-dynamic": Method(
+    "inverse-dynamic": IdentificationMethod(
         "the published EMPS pipeline: Butterworth, central differences, decimation, ordinary least squares",
         "a fine encoder, no backlash, long strokes; to compare with published values",
         ("pipeline",),
@@ -126,8 +128,9 @@ METHODS: dict[str, Method] = {
 
 
 @dataclass(frozen=True)
-class Pipeline:
-    """The filters of the published methods, inverse-dynamic and friction-force; the values are the published ones of the former."""
+class PublishedFilters:
+    """The filters of the published methods, inverse-dynamic and friction-force; the values are the
+    published ones of the former."""
 
     cutoff_hz: float = 100.0
     filter_order: int = 4
@@ -140,12 +143,13 @@ class Pipeline:
 
 
 @dataclass(frozen=True)
-class Settings:
+class IdentificationSettings:
     """What a user may set; None is the method's own choice.
 
-    window [samples, odd] of the smoothing; time_constant [s] of the filter on differences; threshold [rad/s | m/s] of (4.18);
-    forgetting, the weight of a square one stroke back, in ]0, 1]; pipeline of inverse-dynamic. fixed: sliding parameters that are held
-    at the interval of the bench (name -> interval) in a second fit, because the first one could not give them.
+    window [samples, odd] of the smoothing; time_constant [s] of the filter on differences;
+    threshold [rad/s | m/s] of (4.18); forgetting, the weight of a square one stroke back, in ]0,
+    1]; pipeline of inverse-dynamic. fixed: sliding parameters that are held at the interval of the
+    bench (name -> interval) in a second fit, because the first one could not give them.
     """
 
     confidence: float = 0.95
@@ -153,25 +157,38 @@ class Settings:
     time_constant: float | None = None
     threshold: float | None = None
     forgetting: float | None = None
-    pipeline: Pipeline | None = None
+    pipeline: PublishedFilters | None = None
     fixed: Mapping[str, Interval] = field(default_factory=dict)
 
 
-def run(method: str, records: list[Record], bench: Bench, settings: Settings) -> Fit:
-    """The sliding parameters by the method called `method`. Raises NothingUsable where the records do not give any."""
+def run(
+    method: str, records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
+    """The sliding parameters by the method called `method`. Raises NothingUsable where the records
+    do not give any."""
     _check(method, records, bench)
     name = method.replace("-", "_")
-    return cast("Fit", getattr(import_module(f"frictool.identify.estimators.{name}"), name)(records, bench, settings))
+    return cast(
+        "SlidingFit",
+        getattr(import_module(f"frictool.identify.estimators.{name}"), name)(
+            records, bench, settings
+        ),
+    )
 
 
-def _check(method: str, records: list[Record], bench: Bench) -> None:
-    """Raises NothingUsable where the method needs a position that was not measured, or does not know the bench's load."""
-    from frictool.identify.outcome import NothingUsable
+def _check(method: str, records: list[MotionRecord], bench: Bench) -> None:
+    """Raises NothingUsable where the method needs a position that was not measured, or does not
+    know the bench's load."""
+    from frictool.identify.fit_result import UnusableLogs
 
     blind = next((record.name for record in records if record.velocity is not None), None)
     if blind is not None and not METHODS[method].velocity:
         able = ", ".join(name for name, row in METHODS.items() if row.velocity)
-        raise NothingUsable(f"{blind} has a velocity and no position, which {method} needs; these do without: {able}")
+        raise UnusableLogs(
+            f"{blind} has a velocity and no position, which {method} needs; these do without: {able}"
+        )
     if bench.load is not None and bench.load.terms != ("offset",) and not METHODS[method].load:
         able = ", ".join(name for name, row in METHODS.items() if row.load)
-        raise NothingUsable(f"{method} does not know load.terms of the bench, {', '.join(bench.load.terms) or 'none'}; these do: {able}")
+        raise UnusableLogs(
+            f"{method} does not know load.terms of the bench, {', '.join(bench.load.terms) or 'none'}; these do: {able}"
+        )

@@ -1,10 +1,13 @@
 """What identification found of friction, as an SVG: over speed, over position, and over both.
 
-over speed       mean |effort| of each stroke's middle over its mean speed, less what its places add to the mean friction where the
-                 friction depends on position, and the law (figures 4.9, 4.10); a stroke that holds speeds on both sides of a
-                 knee lies above the law at its mean speed
-over position    each breakaway, and the polynomials with the intervals of their levels (figure 4.12); where there are ramps
-over both        friction in slip (figure 4.13); where friction depends on position and strokes tell its level
+over speed       mean |effort| of each stroke's middle over its mean speed, less what its places add
+                 to the mean friction where the
+                 friction depends on position, and the law (figures 4.9, 4.10); a stroke that holds
+                 speeds on both sides of a knee lies above the law at its mean speed
+over position    each breakaway, and the polynomials with the intervals of their levels (figure
+                 4.12); where there are ramps
+over both        friction in slip (figure 4.13); where friction depends on position and strokes tell
+                 its level
 """
 
 from __future__ import annotations
@@ -19,37 +22,48 @@ from matplotlib.ticker import MaxNLocator
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
-from frictool.friction.speed_knee import knee_force, regimes_from
+from frictool.friction.speed_regimes import knee_force, regimes_from
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.breakaway.friction_map import shape_along
-from frictool.identify.estimators.sines import Rows, stroke_rows
+from frictool.identify.estimators.sines import StrokeRows, stroke_rows
+from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import Identification, without_load
-from frictool.identify.outcome import NothingUsable
-from frictool.identify.record import Record, Vector
-from frictool.svg import drawing, render
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.presentation.svg import drawing, render
 
 FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
 SIDES = ((1.0, FORWARD, "forward"), (-1.0, BACKWARD, "backward"))
 WIDTH, HEIGHT = 7.0, 3.2  # inches; of each axes
-POINTS, LEVELS, TICKS = 201, 15, 8  # of a curve, of colours, of the scale beside them (intervals, at most)
+POINTS, LEVELS, TICKS = (
+    201,
+    15,
+    8,
+)  # of a curve, of colours, of the scale beside them (intervals, at most)
 REACH = 1.1  # of the speeds drawn over the fastest stroke's
 
 
-def picture_of(model: Model, result: Identification, records: Sequence[Record], bench: Bench) -> str:
-    """The strokes of the logs that can be averaged and the breakaways, with the laws that were found."""
+def picture_of(
+    model: Model, result: Identification, records: Sequence[MotionRecord], bench: Bench
+) -> str:
+    """The strokes of the logs that can be averaged and the breakaways, with the laws that were
+    found."""
     sliding = [record for record in records if result.kinds[record.name] != "ramp"]
     if result.laws is not None:
         sliding = [without_load(record, result.laws) for record in sliding]
     try:
         rows = stroke_rows(sliding, bench)
-    except NothingUsable:
+    except UnusableLogs:
         rows = None  # no stroke is long enough: the law alone is drawn
     return picture(model, rows, result.ramp)
 
 
-def picture(model: Model, rows: Rows | None, ramp: Breakaway | None) -> str:
+def picture(model: Model, rows: StrokeRows | None, ramp: Breakaway | None) -> str:
     """The `<svg>` element, the same bytes for the same identification."""
-    mapped = model.laws is not None and model.laws.position is not None and model.parameters.coulomb.source == "identified"
+    mapped = (
+        model.laws is not None
+        and model.laws.position is not None
+        and model.parameters.coulomb.source == "identified"
+    )
     with drawing("identify"):
         count = 1 + (ramp is not None) + mapped
         figure = Figure(figsize=(WIDTH, HEIGHT * count), layout="constrained")
@@ -63,7 +77,8 @@ def picture(model: Model, rows: Rows | None, ramp: Breakaway | None) -> str:
 
 
 def friction_over_speed(model: Model, speed: Vector, direction: float) -> Vector:
-    """The mean friction in slip (n,), N m | N, at speeds (n,) >= 0 in a direction, +1 or -1; a fall at low speeds left out."""
+    """The mean friction in slip (n,), N m | N, at speeds (n,) >= 0 in a direction, +1 or -1; a fall
+    at low speeds left out."""
     today, laws = model.parameters, model.laws
     own = None if laws is None or direction > 0.0 else laws.backward
     coulomb = (own.coulomb if own is not None else None) or today.coulomb
@@ -74,10 +89,15 @@ def friction_over_speed(model: Model, speed: Vector, direction: float) -> Vector
         knees.append((regime.above.value, slope - before))
         before = slope
     kinks = regimes_from(knees)
-    return np.asarray(coulomb.value + first.value * speed + np.array([knee_force(float(v), kinks) for v in speed]), dtype=np.float64)
+    return np.asarray(
+        coulomb.value
+        + first.value * speed
+        + np.array([knee_force(float(v), kinks) for v in speed]),
+        dtype=np.float64,
+    )
 
 
-def _fastest(model: Model, rows: Rows | None) -> float:
+def _fastest(model: Model, rows: StrokeRows | None) -> float:
     """The speed that the pictures go to."""
     if rows is not None:
         return REACH * float(rows.means.mean(rows.means.speed).max())
@@ -85,19 +105,32 @@ def _fastest(model: Model, rows: Rows | None) -> float:
     return top.value if top is not None else 1.0
 
 
-def _over_speed(ax: Axes, model: Model, rows: Rows | None, ramp: Breakaway | None) -> None:
+def _over_speed(ax: Axes, model: Model, rows: StrokeRows | None, ramp: Breakaway | None) -> None:
     speed, effort, velocity = (
         np.linspace(0.0, _fastest(model, rows), POINTS),
         si_unit("effort", model.axis),
         si_unit("velocity", model.axis),
     )
     for side, colour, name in SIDES:
-        ax.plot(speed, friction_over_speed(model, speed, side), color=colour, linewidth=1.2, label=name)
+        ax.plot(
+            speed, friction_over_speed(model, speed, side), color=colour, linewidth=1.2, label=name
+        )
         if rows is not None:
             chosen = rows.means.sign == side
-            inertial = model.parameters.inertia.value * rows.acceleration + model.parameters.offset.value
-            measured = side * (rows.means.effort - inertial) - _beside_the_mean(model, rows, ramp, side)
-            ax.plot(rows.means.mean(rows.means.speed)[chosen], measured[chosen], "x", color=colour, markersize=4, alpha=0.6)
+            inertial = (
+                model.parameters.inertia.value * rows.acceleration + model.parameters.offset.value
+            )
+            measured = side * (rows.means.effort - inertial) - _beside_the_mean(
+                model, rows, ramp, side
+            )
+            ax.plot(
+                rows.means.mean(rows.means.speed)[chosen],
+                measured[chosen],
+                "x",
+                color=colour,
+                markersize=4,
+                alpha=0.6,
+            )
     ax.set_xlabel(f"speed, {velocity}")
     ax.set_ylabel(f"friction in slip, {effort}")
     ax.set_ylim(bottom=0.0)
@@ -105,9 +138,17 @@ def _over_speed(ax: Axes, model: Model, rows: Rows | None, ramp: Breakaway | Non
     ax.legend(loc="lower right")
 
 
-def _beside_the_mean(model: Model, rows: Rows, ramp: Breakaway | None, side: float) -> Vector | float:
-    """By how much friction at the places that each stroke passes (m,) is above its mean over the travel."""
-    if ramp is None or ramp.by_position is None or model.laws is None or model.laws.position is None:
+def _beside_the_mean(
+    model: Model, rows: StrokeRows, ramp: Breakaway | None, side: float
+) -> Vector | float:
+    """By how much friction at the places that each stroke passes (m,) is above its mean over the
+    travel."""
+    if (
+        ramp is None
+        or ramp.by_position is None
+        or model.laws is None
+        or model.laws.position is None
+    ):
         return 0.0
     level = float(friction_over_speed(model, np.zeros(1), side)[0])
     return level * (rows.means.mean(shape_along(rows, ramp.by_position)) - 1.0)
@@ -117,15 +158,33 @@ def _over_position(ax: Axes, model: Model, ramp: Breakaway) -> None:
     law = ramp.by_position
     for index, (side, colour, name) in enumerate(SIDES):
         chosen = ramp.direction == side
-        ax.plot(ramp.position[chosen], ramp.friction[chosen], "x", color=colour, markersize=4, label=f"breakaways {name}")
+        ax.plot(
+            ramp.position[chosen],
+            ramp.friction[chosen],
+            "x",
+            color=colour,
+            markersize=4,
+            label=f"breakaways {name}",
+        )
         if law is None:
-            level, curve, x = ramp.interval, np.ones(2), np.array([ramp.position.min(), ramp.position.max()])
+            level, curve, x = (
+                ramp.interval,
+                np.ones(2),
+                np.array([ramp.position.min(), ramp.position.max()]),
+            )
             curve = level.value * curve
         else:
             level, x = (law.forward, law.backward)[index], np.linspace(law.low, law.high, POINTS)
             curve = np.polynomial.polynomial.polyval(x, np.array(law.powers[index]))
         ax.plot(x, curve, color=colour, linewidth=1.2)
-        ax.fill_between(x, curve * level.low / level.value, curve * level.high / level.value, color=colour, alpha=0.25, linewidth=0.0)
+        ax.fill_between(
+            x,
+            curve * level.low / level.value,
+            curve * level.high / level.value,
+            color=colour,
+            alpha=0.25,
+            linewidth=0.0,
+        )
     ax.set_xlabel(f"position, {si_unit('position', model.axis)}")
     ax.set_ylabel(f"breakaway, {si_unit('effort', model.axis)}")
     ax.set_ylim(bottom=0.0)
@@ -133,20 +192,32 @@ def _over_position(ax: Axes, model: Model, ramp: Breakaway) -> None:
     ax.legend(loc="lower right")
 
 
-def _over_both(figure: Figure, ax: Axes, model: Model, rows: Rows | None) -> None:
-    """Friction in slip against the motion, over position and signed speed: the level over speed times the shape over position."""
+def _over_both(figure: Figure, ax: Axes, model: Model, rows: StrokeRows | None) -> None:
+    """Friction in slip against the motion, over position and signed speed: the level over speed
+    times the shape over position."""
     assert model.laws is not None
     assert model.laws.position is not None
     law, fastest = model.laws.position, _fastest(model, rows)
     x, speed = np.linspace(law.over.low, law.over.high, POINTS), np.linspace(0.0, fastest, POINTS)
     parts = []
-    for side, powers in ((-1.0, law.coulomb.backward or law.coulomb.forward), (1.0, law.coulomb.forward)):
+    for side, powers in (
+        (-1.0, law.coulomb.backward or law.coulomb.forward),
+        (1.0, law.coulomb.forward),
+    ):
         curve = np.polynomial.polynomial.polyval(x, np.array(powers))
         level = friction_over_speed(model, speed, side)
         parts.append(level[0] * (curve / np.mean(curve))[None, :] + (level - level[0])[:, None])
     lowest, highest = min(part.min() for part in parts), max(part.max() for part in parts)
     colours = np.linspace(lowest, highest, LEVELS)
-    drawn = [ax.contourf(x, side * speed, part, levels=colours) for side, part in zip((-1.0, 1.0), parts, strict=True)]
-    figure.colorbar(drawn[0], ax=ax, ticks=MaxNLocator(TICKS), label=f"friction in slip, {si_unit('effort', model.axis)}")
+    drawn = [
+        ax.contourf(x, side * speed, part, levels=colours)
+        for side, part in zip((-1.0, 1.0), parts, strict=True)
+    ]
+    figure.colorbar(
+        drawn[0],
+        ax=ax,
+        ticks=MaxNLocator(TICKS),
+        label=f"friction in slip, {si_unit('effort', model.axis)}",
+    )
     ax.set_xlabel(f"position, {si_unit('position', model.axis)}")
     ax.set_ylabel(f"velocity, {si_unit('velocity', model.axis)}")

@@ -1,8 +1,10 @@
-"""Second fit, in which the parameters that the first one could not give are fixed at the bench's values.
+"""Second fit, in which the parameters that the first one could not give are fixed at the bench's
+values.
 
-A model carries the bench's value for each refused parameter. The other parameters were fitted jointly with another value of it, and would
-not explain the log together with the bench's. They are therefore fitted again with the bench's value fixed. Their intervals are widened by
-the bench's interval of the fixed parameter.
+A model carries the bench's value for each refused parameter. The other parameters were fitted
+jointly with another value of it, and would not explain the log together with the bench's. They are
+therefore fitted again with the bench's value fixed. Their intervals are widened by the bench's
+interval of the fixed parameter.
 """
 
 from __future__ import annotations
@@ -15,30 +17,50 @@ import msgspec
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.identify import methods
-from frictool.identify.outcome import SLIDING, Fit, Interval
-from frictool.identify.record import Record
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.load_terms import bench_with_terms, terms_of
 
-CANNOT = ("stribeck-curve", "friction-force")  # methods that give no inertia, and either all parameters of their curve or none
+CANNOT = (
+    "stribeck-curve",
+    "friction-force",
+)  # methods that give no inertia, and either all parameters of their curve or none
 
 
-def fixed_parameters(fit: Fit, found: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
+def fixed_parameters(
+    fit: SlidingFit, found: Mapping[str, Interval], bench: Bench
+) -> dict[str, Interval]:
     """Return the bench's intervals of the parameters that the fit gave and that were refused.
 
-    An inertia that the encoder's resolution hides stays free: its column is noise and nearly orthogonal to the others (4.27).
-    Parameters that the motion cannot distinguish are not fixed either.
+    An inertia that the encoder's resolution hides stays free: its column is noise and nearly
+    orthogonal to the others (4.27). Parameters that the motion cannot distinguish are not fixed
+    either.
     """
-    split = bench.load is not None and "coulomb_by_direction" in bench.load.terms  # coulomb and offset are then two Coulomb frictions
+    split = (
+        bench.load is not None and "coulomb_by_direction" in bench.load.terms
+    )  # coulomb and offset are then two Coulomb frictions
     out = {}
     for name in SLIDING[:2] if split else SLIDING:
         known: Quantity | None = getattr(bench.mechanics, name)
-        if name in fit.parameters and name not in found and known is not None and known.low is not None:
+        if (
+            name in fit.parameters
+            and name not in found
+            and known is not None
+            and known.low is not None
+        ):
             out[name] = Interval(known.value, *known.interval)
     return out
 
 
-def refit(records: list[Record], bench: Bench, settings: methods.Settings, fit: Fit, fixed: Mapping[str, Interval]) -> Fit:
-    """Return the fit by the same method and structure with these parameters fixed. Raises NothingUsable as the method does.
+def refit(
+    records: list[MotionRecord],
+    bench: Bench,
+    settings: methods.IdentificationSettings,
+    fit: SlidingFit,
+    fixed: Mapping[str, Interval],
+) -> SlidingFit:
+    """Return the fit by the same method and structure with these parameters fixed. Raises
+    NothingUsable as the method does.
 
     A parameter that `auto` set to 0 stays 0, and an inertia that it took from another method stays.
     """
@@ -47,25 +69,56 @@ def refit(records: list[Record], bench: Bench, settings: methods.Settings, fit: 
     inertia = fit.parameters.get("inertia")
     if fit.method == "sines" and inertia is not None and "inertia" not in fixed:
         known = Quantity(inertia.value, inertia.low, inertia.high, bench.mechanics.inertia.unit)
-        bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, inertia=known))
+        bench = msgspec.structs.replace(
+            bench, mechanics=msgspec.structs.replace(bench.mechanics, inertia=known)
+        )
     again = refit_same_structure(records, bench, held, fit)
     kept = {"inertia": inertia} if inertia is not None and "inertia" not in fixed else {}
-    parameters = {**kept, **{name: one for name, one in held.fixed.items() if name not in fixed}, **again.parameters}
-    details = {**fit.details, **again.details, **{f"fixed_{name}": interval.value for name, interval in fixed.items()}}
-    return replace(again, parameters=parameters, details=details, method=fit.method, why=fit.why, dropped=fit.dropped, fixed=dict(fixed))
+    parameters = {
+        **kept,
+        **{name: one for name, one in held.fixed.items() if name not in fixed},
+        **again.parameters,
+    }
+    details = {
+        **fit.details,
+        **again.details,
+        **{f"fixed_{name}": interval.value for name, interval in fixed.items()},
+    }
+    return replace(
+        again,
+        parameters=parameters,
+        details=details,
+        method=fit.method,
+        why=fit.why,
+        dropped=fit.dropped,
+        fixed=dict(fixed),
+    )
 
 
-def with_held(settings: methods.Settings, fit: Fit, fixed: Mapping[str, Interval]) -> methods.Settings:
-    """Return the settings in which these parameters are fixed, and those that the fit dropped stay 0."""
+def with_held(
+    settings: methods.IdentificationSettings, fit: SlidingFit, fixed: Mapping[str, Interval]
+) -> methods.IdentificationSettings:
+    """Return the settings in which these parameters are fixed, and those that the fit dropped stay
+    0."""
     dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters}
     return replace(settings, fixed={**dropped, **fixed})
 
 
-def refit_same_structure(records: list[Record], bench: Bench, settings: methods.Settings, fit: Fit) -> Fit:
+def refit_same_structure(
+    records: list[MotionRecord],
+    bench: Bench,
+    settings: methods.IdentificationSettings,
+    fit: SlidingFit,
+) -> SlidingFit:
     """Return the fit of the same method and the same terms."""
     terms = terms_of(fit.laws)
     if fit.method == "output-error":
         from frictool.identify.estimators.output_error import simulation_error
 
         return simulation_error(records, bench, settings, terms)
-    return methods.run(fit.method or methods.DEFAULT, records, bench_with_terms(bench, terms) if terms else bench, settings)
+    return methods.run(
+        fit.method or methods.DEFAULT,
+        records,
+        bench_with_terms(bench, terms) if terms else bench,
+        settings,
+    )

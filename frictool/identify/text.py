@@ -9,10 +9,10 @@ from frictool.documents.laws import Load
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
 from frictool.identify.bounded_lines import bounded
-from frictool.identify.breakaway.fall import Fall
+from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
+from frictool.identify.fit_result import CURVE, PARAMETERS
 from frictool.identify.identification import Identification
 from frictool.identify.methods import METHODS
-from frictool.identify.outcome import CURVE, PARAMETERS
 
 
 def law_lines(model: Model) -> list[str]:
@@ -28,18 +28,31 @@ def law_lines(model: Model) -> list[str]:
         )
     if laws.position is not None:
         over, curve = laws.position.over, laws.position.coulomb
-        orders = f"{len(curve.forward) - 1} forward, {len(curve.backward or curve.forward) - 1} backward"
-        lines.append(f"friction over {over.low:.4g} to {over.high:.4g} {over.unit} as polynomials of order {orders} (4.44)")
-        for side, powers in (("forward", curve.forward), ("backward", curve.backward or curve.forward)):
-            lines.append(f"  breakaway {side}, b0 first: {', '.join(f'{power:.5g}' for power in powers)}")
+        orders = (
+            f"{len(curve.forward) - 1} forward, {len(curve.backward or curve.forward) - 1} backward"
+        )
+        lines.append(
+            f"friction over {over.low:.4g} to {over.high:.4g} {over.unit} as polynomials of order {orders} (4.44)"
+        )
+        for side, powers in (
+            ("forward", curve.forward),
+            ("backward", curve.backward or curve.forward),
+        ):
+            lines.append(
+                f"  breakaway {side}, b0 first: {', '.join(f'{power:.5g}' for power in powers)}"
+            )
     if laws.backward is not None:
         own = {name: getattr(laws.backward, name) for name in ("viscous", "coulomb", "breakaway")}
         own = {name: found for name, found in own.items() if found is not None}
-        lines.append(f"backward: {', '.join(shown(name, found) for name, found in own.items())}; {', '.join(own)} above: forward")
+        lines.append(
+            f"backward: {', '.join(shown(name, found) for name, found in own.items())}; {', '.join(own)} above: forward"
+        )
     if laws.load is not None:
         lines.append(f"load beside friction: {load_line(laws.load)}")
     if laws.position is not None and today.coulomb.value > 0.0:
-        lines.append(f"beta, breakaway over friction in slip (4.42): {today.breakaway.value / today.coulomb.value:.4g}")
+        lines.append(
+            f"beta, breakaway over friction in slip (4.42): {today.breakaway.value / today.coulomb.value:.4g}"
+        )
     return lines
 
 
@@ -53,11 +66,16 @@ def load_line(load: Load) -> str:
     """What acts beside friction."""
     parts = [] if load.stiffness is None else [shown("spring", load.stiffness)]
     if load.gravity is not None:
-        parts += [shown("gravity sine", load.gravity.sine), shown("gravity cosine", load.gravity.cosine)]
+        parts += [
+            shown("gravity sine", load.gravity.sine),
+            shown("gravity cosine", load.gravity.cosine),
+        ]
     if load.ripple is not None:
         cycles, per = load.ripple.cycles, load.ripple.per
         parts += [
-            shown(f"ripple of {cycles:g} cycles per {per.value:.5g} {per.unit} sine", load.ripple.sine),
+            shown(
+                f"ripple of {cycles:g} cycles per {per.value:.5g} {per.unit} sine", load.ripple.sine
+            ),
             shown("cosine", load.ripple.cosine),
         ]
     return ", ".join(parts)
@@ -81,26 +99,37 @@ def presliding_lines(model: Model) -> list[str]:
     found = model.presliding
     if found is None:
         return []
-    lines = [f"presliding, by {found.law} which predicts best: {shown('z_max', found.limit)}, {shown('stiffness', found.stiffness)}"]
+    lines = [
+        f"presliding, by {found.law} which predicts best: {shown('z_max', found.limit)}, {shown('stiffness', found.stiffness)}"
+    ]
     for name in ("lugre", "elasto_plastic", "maxwell_slip"):
         law = getattr(found, name)
         if law is not None:
-            elastic = "" if name != "elasto_plastic" else f", {shown('elastic limit', law.elastic_limit)}"
+            elastic = (
+                "" if name != "elasto_plastic" else f", {shown('elastic limit', law.elastic_limit)}"
+            )
             unseen = f"off by {100.0 * law.held_out:.3g} % of the breakaway on branches not seen"
             lines.append(f"  {name}: {shown('stiffness', law.stiffness)}{elastic}; {unseen}")
     if found.preisach is not None:
         size = found.preisach
-        lines.append(f"  preisach: {len(size.table) // 2} amplitudes, {shown('up to', size.limit)}, {shown('saturation', size.saturation)}")
+        lines.append(
+            f"  preisach: {len(size.table) // 2} amplitudes, {shown('up to', size.limit)}, {shown('saturation', size.saturation)}"
+        )
     return lines + [f"  {name}: not told: {reason}" for name, reason in found.refused.items()]
 
 
 def force_line(error: float | None) -> str:
     """Return the line on the force error."""
-    return "force error unknown: no sample is certain to slip" if error is None else f"force error {100 * error:.3g} %"
+    return (
+        "force error unknown: no sample is certain to slip"
+        if error is None
+        else f"force error {100 * error:.3g} %"
+    )
 
 
-def fall_line(fall: Fall, unit: str) -> str:
-    """Return over which speeds friction may fall after the onset, and what would narrow the breakaway's interval."""
+def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
+    """Return over which speeds friction may fall after the onset, and what would narrow the
+    breakaway's interval."""
     if fall.known:
         return f"its interval holds the fit's Stribeck velocity, [{fall.low:.3g}, {fall.high:.3g}] {unit}"
     upper = f"up to {fall.high:.2g} {unit}" if isfinite(fall.high) else "of any size"
@@ -119,21 +148,35 @@ def table(result: Identification, model: Model) -> str:
     lines.append(f"  chosen: {chosen}" if chosen else f"  right for {METHODS[result.method].when}")
     rows = [name for name in (*PARAMETERS, *CURVE) if getattr(model.parameters, name) is not None]
     width = max(map(len, rows)) + 2
-    lines.append(f"{'parameter':<{width}}{'value':>12}  {f'interval at {100 * result.confidence:g} %':<28}{'unit':<12}source")
+    lines.append(
+        f"{'parameter':<{width}}{'value':>12}  {f'interval at {100 * result.confidence:g} %':<28}{'unit':<12}source"
+    )
     for name in rows:
         estimate = getattr(model.parameters, name)
         known = estimate.low is not None and estimate.high is not None
         interval = f"[{estimate.low:.5g}, {estimate.high:.5g}]" if known else "unknown"
-        lines.append(f"{name:<{width}}{estimate.value:>12.5g}  {interval:<28}{estimate.unit:<12}{estimate.source}")
+        lines.append(
+            f"{name:<{width}}{estimate.value:>12.5g}  {interval:<28}{estimate.unit:<12}{estimate.source}"
+        )
     if result.fit is not None:
-        lines.append(f"{force_line(result.fit.force_error)}; condition {result.fit.condition:.3g}; {result.fit.samples} samples")
+        lines.append(
+            f"{force_line(result.fit.force_error)}; condition {result.fit.condition:.3g}; {result.fit.samples} samples"
+        )
     if result.ramp is not None:
         unit = model.parameters.breakaway.unit
-        lines.append(f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)")
+        lines.append(
+            f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)"
+        )
         lines.append(fall_line(result.ramp.fall, si_unit("velocity", model.axis)))
     if result.fit is not None and result.fit.dropped:
-        lines.append(f"taken to be 0, unseen strokes are predicted no worse without: {', '.join(result.fit.dropped)}")
+        lines.append(
+            f"taken to be 0, unseen strokes are predicted no worse without: {', '.join(result.fit.dropped)}"
+        )
     lines += law_lines(model) + presliding_lines(model) + measurement_lines(model)
     ordered = dict.fromkeys((*PARAMETERS, *result.refused))
-    lines += [f"not identified: {name}: {result.refused[name]}" for name in ordered if name in result.refused]
+    lines += [
+        f"not identified: {name}: {result.refused[name]}"
+        for name in ordered
+        if name in result.refused
+    ]
     return bounded(lines)

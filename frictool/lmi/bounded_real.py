@@ -1,18 +1,25 @@
-"""The eliminated bounded-real inequalities of a set of plants with one pair (R, S), in continuous and in discrete time.
+"""The eliminated bounded-real inequalities of a set of plants with one pair (R, S), in continuous
+and in discrete time.
 
-Vocabulary: R, S the two blocks of the Lyapunov matrix (X, Y in (5.61)); gamma the bound on the norm from w to z; N_R, N_S bases of the
-null spaces of [B2' D12'] and [C2 D21]. A controller exists for every plant exactly when (Gahinet and Apkarian, 1994)
+Vocabulary: R, S the two blocks of the Lyapunov matrix (X, Y in (5.61)); gamma the bound on the norm
+from w to z; N_R, N_S bases of the null spaces of [B2' D12'] and [C2 D21]. A controller exists for
+every plant exactly when (Gahinet and Apkarian, 1994)
 
-    [N_R 0]' [ L(R)     M(R)'            B1      ] [N_R 0]          continuous  L = A R + R A'     M = C1 R      Q = 0
-    [0   I]  [ M(R)     Q(R) - gamma I   D11     ] [0   I] < 0      discrete    L = A R A' - R     M = C1 R A'   Q = C1 R C1'
+    [N_R 0]' [ L(R)     M(R)'            B1      ] [N_R 0]          continuous  L = A R + R A'     M
+                        = C1 R      Q = 0
+    [0   I]  [ M(R)     Q(R) - gamma I   D11     ] [0   I] < 0      discrete    L = A R A' - R     M
+         = C1 R A'   Q = C1 R C1'
              [ B1'      D11'            -gamma I ]
 
-and its dual in S hold, and [R I; I S] >= 0. With P = [A; C1], E = [I; 0] the upper left corner is P R E' + E R P' in continuous and
-P R P' - E R E' in discrete time: the two domains differ in the signs of three products only.
+and its dual in S hold, and [R I; I S] >= 0. With P = [A; C1], E = [I; 0] the upper left corner is P
+R E' + E R P' in continuous and P R P' - E R E' in discrete time: the two domains differ in the
+signs of three products only.
 
-The solver gets them smaller: a Schur complement takes out the last block row, and all is divided by gamma. With R' = R/gamma, S' = S/gamma
+The solver gets them smaller: a Schur complement takes out the last block row, and all is divided by
+gamma. With R' = R/gamma, S' = S/gamma
 
-    N_R' [ L(R')   M(R')'     ] N_R + m N_R' [B1; D11] [B1; D11]' N_R < 0,    m >= d^2,   [R' dI; dI S'] >= 0,     d = 1/gamma -> max
+    N_R' [ L(R')   M(R')'     ] N_R + m N_R' [B1; D11] [B1; D11]' N_R < 0,    m >= d^2,   [R' dI; dI
+                   S'] >= 0,     d = 1/gamma -> max
          [ M(R')   Q(R') - I  ]
 """
 
@@ -25,8 +32,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, null_space
 
-from frictool.lmi.sdp import Assembled, symmetric, upper_triangle
-from frictool.plant.generalised import GeneralisedPlant
+from frictool.lmi.sdp import AffineConstraint, symmetric, upper_triangle
+from frictool.plant.generalised_plant import GeneralisedPlant
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
@@ -34,8 +41,9 @@ ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
-class Side:
-    """One inequality of one plant, projected: level(gamma) - p v q' ... > 0 in the block v, which is R or S."""
+class ProjectedInequality:
+    """One inequality of one plant, projected: level(gamma) - p v q' ... > 0 in the block v, which
+    is R or S."""
 
     p: Matrix
     e: Matrix
@@ -44,8 +52,11 @@ class Side:
     disc: bool
 
     @staticmethod
-    def of(a: Matrix, b: Matrix, c: Matrix, d: Matrix, null: Matrix, disc: bool) -> Side:
-        """Of x' = a x + b w, z = c x + d w with the basis `null` of what the controller does not reach."""
+    def of(
+        a: Matrix, b: Matrix, c: Matrix, d: Matrix, null: Matrix, disc: bool
+    ) -> ProjectedInequality:
+        """Of x' = a x + b w, z = c x + d w with the basis `null` of what the controller does not
+        reach."""
         n, n_z, n_w = len(a), len(c), b.shape[1]
         outer = block_diag(null, np.eye(n_w)).T
         fixed = np.zeros((n + n_z + n_w,) * 2)
@@ -53,12 +64,20 @@ class Side:
         level = np.diag(np.concatenate([np.zeros(n), np.ones(n_z + n_w)]))
         stacked = np.vstack([a, c, np.zeros((n_w, n))])
         picked = np.vstack([np.eye(n), np.zeros((n_z + n_w, n))])
-        return Side(outer @ stacked, outer @ picked, -outer @ (fixed + fixed.T) @ outer.T, outer @ level @ outer.T, disc)
+        return ProjectedInequality(
+            outer @ stacked,
+            outer @ picked,
+            -outer @ (fixed + fixed.T) @ outer.T,
+            outer @ level @ outer.T,
+            disc,
+        )
 
     def at(self, v: Matrix, gamma: float) -> Matrix:
         """The matrix that must be positive."""
         if self.disc:
-            return np.asarray(self.fixed + gamma * self.level - self.p @ v @ self.p.T + self.e @ v @ self.e.T)
+            return np.asarray(
+                self.fixed + gamma * self.level - self.p @ v @ self.p.T + self.e @ v @ self.e.T
+            )
         crossed = self.p @ v @ self.e.T
         return np.asarray(self.fixed + gamma * self.level - crossed - crossed.T)
 
@@ -68,7 +87,8 @@ class Side:
         return _columns(self.p, self.e, self.disc)
 
     def reduced(self, n_w: int) -> tuple[Matrix, Matrix, Matrix]:
-        """fixed, columns, entering: over gamma and without its last `n_w` rows the matrix is fixed + F(v/gamma) - entering/gamma^2."""
+        """fixed, columns, entering: over gamma and without its last `n_w` rows the matrix is fixed
+        + F(v/gamma) - entering/gamma^2."""
         k = len(self.p) - n_w
         side = self.fixed[:k, k:]
         return self.level[:k, :k], _columns(self.p[:k], self.e[:k], self.disc), side @ side.T
@@ -85,36 +105,54 @@ def _columns(p: Matrix, e: Matrix, disc: bool) -> Matrix:
 
 
 def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Matrix:
-    """Upper triangles of the coefficients of left v right' with respect to the upper triangle of the symmetric v."""
+    """Upper triangles of the coefficients of left v right' with respect to the upper triangle of
+    the symmetric v."""
     up, down, i, j = left[rows[0]], right[rows[1]], *pairs
     both = up[:, i] * down[:, j]
     both[:, i != j] += up[:, j[i != j]] * down[:, i[i != j]]
     return np.asarray(both)
 
 
-class Inequalities:
-    """All inequalities in one set of coordinates; decision vectors begin with the upper triangles of R' and S'."""
+class BoundedRealInequalities:
+    """All inequalities in one set of coordinates; decision vectors begin with the upper triangles
+    of R' and S'."""
 
     def __init__(self, plants: Sequence[GeneralisedPlant]) -> None:
         first = plants[0]
         for plant in plants[1:]:
-            pairs = ((plant.b2, first.b2), (plant.c2, first.c2), (plant.d12, first.d12), (plant.d21, first.d21))
+            pairs = (
+                (plant.b2, first.b2),
+                (plant.c2, first.c2),
+                (plant.d12, first.d12),
+                (plant.d21, first.d21),
+            )
             if not all(np.allclose(p, q) for p, q in pairs):
                 raise ValueError("B2, C2, D12 and D21 must be the same at every vertex (5.61)")
         self.n = len(first.a)
         self.half = self.n * (self.n + 1) // 2
-        null_r, null_s = null_space(np.hstack([first.b2.T, first.d12.T])), null_space(np.hstack([first.c2, first.d21]))
+        null_r, null_s = (
+            null_space(np.hstack([first.b2.T, first.d12.T])),
+            null_space(np.hstack([first.c2, first.d21])),
+        )
         disc = first.period > 0.0
-        self.sides_r = [Side.of(p.a, p.b1, p.c1, p.d11, null_r, disc) for p in plants]
-        self.sides_s = [Side.of(p.a.T, p.c1.T, p.b1.T, p.d11.T, null_s, disc) for p in plants]
+        self.sides_r = [
+            ProjectedInequality.of(p.a, p.b1, p.c1, p.d11, null_r, disc) for p in plants
+        ]
+        self.sides_s = [
+            ProjectedInequality.of(p.a.T, p.c1.T, p.b1.T, p.d11.T, null_s, disc) for p in plants
+        ]
         n_z, n_w = first.d11.shape
-        self.reduced = [(0, side.reduced(n_w)) for side in self.sides_r] + [(self.half, side.reduced(n_z)) for side in self.sides_s]
+        self.reduced = [(0, side.reduced(n_w)) for side in self.sides_r] + [
+            (self.half, side.reduced(n_z)) for side in self.sides_s
+        ]
 
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
         """R and S of a decision vector."""
-        return gamma * symmetric(x[: self.half], self.n), gamma * symmetric(x[self.half : 2 * self.half], self.n)
+        return gamma * symmetric(x[: self.half], self.n), gamma * symmetric(
+            x[self.half : 2 * self.half], self.n
+        )
 
-    def free(self) -> list[Assembled]:
+    def free(self) -> list[AffineConstraint]:
         """The inequalities with gamma free; the decision vector is (R', S', d, m)."""
         count = 2 * self.half + 2
         found = [self._coupling(count, None)]
@@ -122,22 +160,25 @@ class Inequalities:
             columns = np.zeros((len(own), count))
             columns[:, start : start + self.half] = own
             columns[:, -1] = -entering[upper_triangle(len(entering))]
-            found.append(Assembled(fixed, columns))
+            found.append(AffineConstraint(fixed, columns))
         cone = np.zeros((3, count))
         cone[1, -2] = cone[0, -1] = 1.0  # [m d; d 1]
-        return [*found, Assembled(np.diag([0.0, 1.0]), cone)]
+        return [*found, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
-    def at(self, gamma: float, b: float | None, margin: float) -> list[Assembled]:
-        """The inequalities at one gamma, by a margin, and [R bI; bI S] >= 0. The vector is (R', S'), or (R', S', b/gamma) for b None."""
+    def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
+        """The inequalities at one gamma, by a margin, and [R bI; bI S] >= 0. The vector is (R',
+        S'), or (R', S', b/gamma) for b None."""
         count = 2 * self.half + (b is None)
         found = [self._coupling(count, None if b is None else b / gamma)]
         for start, (fixed, own, entering) in self.reduced:
             columns = np.zeros((len(own), count))
             columns[:, start : start + self.half] = own
-            found.append(Assembled(fixed - entering / gamma**2 - margin * np.eye(len(fixed)), columns))
+            found.append(
+                AffineConstraint(fixed - entering / gamma**2 - margin * np.eye(len(fixed)), columns)
+            )
         return found
 
-    def _coupling(self, count: int, b: float | None) -> Assembled:
+    def _coupling(self, count: int, b: float | None) -> AffineConstraint:
         """[R' bI; bI S']; with `b` None it is the decision vector's entry after R' and S'."""
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
@@ -146,12 +187,15 @@ class Inequalities:
         columns[i >= n, self.half + np.arange(self.half)] = 1.0
         if b is None:
             columns[:, 2 * self.half] = side[i, j]
-        return Assembled(np.zeros((2 * n, 2 * n)) if b is None else b * side, columns)
+        return AffineConstraint(np.zeros((2 * n, 2 * n)) if b is None else b * side, columns)
 
     def hold(self, r: Matrix, s: Matrix, gamma: float) -> bool:
-        """Whether every inequality is strictly satisfied, evaluated from the plants and not from what the solver was given."""
+        """Whether every inequality is strictly satisfied, evaluated from the plants and not from
+        what the solver was given."""
         n = self.n
-        matrices = [side.at(r, gamma) for side in self.sides_r] + [side.at(s, gamma) for side in self.sides_s]
+        matrices = [side.at(r, gamma) for side in self.sides_r] + [
+            side.at(s, gamma) for side in self.sides_s
+        ]
         matrices.append(np.block([[r, np.eye(n)], [np.eye(n), s]]))
         return all(bool(np.all(np.isfinite(m))) and _positive(m) for m in matrices)
 

@@ -1,14 +1,20 @@
-"""The eliminated inequalities of (5.62) at points of a grid, with X and Y that depend on the scheduled parameters.
+"""The eliminated inequalities of (5.62) at points of a grid, with X and Y that depend on the
+scheduled parameters.
 
-    N_X' [ A X + X A' - X'   X C1'      B1     ]            N_Y' [ Y A + A' Y + Y'   Y B1      C1'    ]
-         [ C1 X              -gamma I   D11    ] N_X < 0         [ B1' Y             -gamma I  D11'   ] N_Y < 0        [X I; I Y] > 0
-         [ B1'               D11'      -gamma I]                 [ C1                D11      -gamma I]
+    N_X' [ A X + X A' - X'   X C1'      B1     ]            N_Y' [ Y A + A' Y + Y'   Y B1      C1'
+                             ]
+         [ C1 X              -gamma I   D11    ] N_X < 0         [ B1' Y             -gamma I  D11'
+                             ] N_Y < 0        [X I; I Y] > 0
+         [ B1'               D11'      -gamma I]                 [ C1                D11      -gamma
+                             I]
 
-at every r and at every corner of the rates, X' = sum r_j' dX/dr_j (Wu, 1995; Apkarian and Adams, 1998). (5.62) prints + for both
-derivatives; that of X is negative, X being a block of an inverse; with symmetric rates the conditions are the same. In discrete time
-the derivative is a step: A X(r) A' - X(r + step), A' Y(r + step) A - Y(r).
+at every r and at every corner of the rates, X' = sum r_j' dX/dr_j (Wu, 1995; Apkarian and Adams,
+1998). (5.62) prints + for both derivatives; that of X is negative, X being a block of an inverse;
+with symmetric rates the conditions are the same. In discrete time the derivative is a step: A X(r)
+A' - X(r + step), A' Y(r + step) A - Y(r).
 
-The solver gets them as lmi/bounded_real.py says: without the last block row (Schur), and in X' = X/gamma, Y' = Y/gamma.
+The solver gets them as lmi/bounded_real.py says: without the last block row (Schur), and in X' =
+X/gamma, Y' = Y/gamma.
 """
 
 from __future__ import annotations
@@ -21,9 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from frictool.lmi.bounded_real import Side
-from frictool.lmi.sdp import Assembled, symmetric, upper_triangle
-from frictool.plant.generalised import GeneralisedPlant
+from frictool.lmi.bounded_real import ProjectedInequality
+from frictool.lmi.sdp import AffineConstraint, symmetric, upper_triangle
+from frictool.plant.generalised_plant import GeneralisedPlant
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
@@ -31,7 +37,7 @@ Values = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Basis:
+class ParameterBasis:
     """Of X or Y in the parameters `on`: 1 (degree 0), and r_j (1), and r_i r_j (2)."""
 
     degree: int
@@ -39,33 +45,49 @@ class Basis:
 
     @property
     def terms(self) -> tuple[tuple[int, ...], ...]:
-        return tuple(term for d in range(self.degree + 1) for term in combinations_with_replacement(self.on, d))
+        return tuple(
+            term
+            for d in range(self.degree + 1)
+            for term in combinations_with_replacement(self.on, d)
+        )
 
     def at(self, values: Sequence[float]) -> Vector:
         """(terms,) at one r."""
-        return np.array([np.prod([values[j] for j in term]) for term in self.terms], dtype=np.float64)
+        return np.array(
+            [np.prod([values[j] for j in term]) for term in self.terms], dtype=np.float64
+        )
 
     def along(self, values: Sequence[float], motion: Sequence[float]) -> Vector:
         """(terms,) derivatives along a motion."""
         found = []
         for term in self.terms:
-            others = [np.prod([values[j] for k, j in enumerate(term) if k != place]) for place in range(len(term))]
+            others = [
+                np.prod([values[j] for k, j in enumerate(term) if k != place])
+                for place in range(len(term))
+            ]
             found.append(sum(motion[j] * other for j, other in zip(term, others, strict=True)))
         return np.array(found, dtype=np.float64)
 
 
 @dataclass(frozen=True)
-class Cell:
-    """The plants at one r, all of one domain with the same B2, D12, C2, D21, in balanced coordinates."""
+class GridPlants:
+    """The plants at one r, all of one domain with the same B2, D12, C2, D21, in balanced
+    coordinates."""
 
     values: Values
     plants: tuple[GeneralisedPlant, ...]
 
 
 class GridInequalities:
-    """All inequalities; decision vectors begin with the upper triangles of the terms of X', then of Y'."""
+    """All inequalities; decision vectors begin with the upper triangles of the terms of X', then of
+    Y'."""
 
-    def __init__(self, cells: Sequence[Cell], bases: tuple[Basis, Basis], motions: Sequence[Values]) -> None:
+    def __init__(
+        self,
+        cells: Sequence[GridPlants],
+        bases: tuple[ParameterBasis, ParameterBasis],
+        motions: Sequence[Values],
+    ) -> None:
         first = cells[0].plants[0]
         self.cells, self.bases, self.motions = cells, bases, motions
         self.n, self.disc = len(first.a), first.period > 0.0
@@ -76,8 +98,14 @@ class GridInequalities:
         null_y = null_space(np.hstack([first.c2, first.d21]))
         self.sides = [
             (
-                [Side.of(p.a, p.b1, p.c1, p.d11, null_x, self.disc) for p in cell.plants],
-                [Side.of(p.a.T, p.c1.T, p.b1.T, p.d11.T, null_y, self.disc) for p in cell.plants],
+                [
+                    ProjectedInequality.of(p.a, p.b1, p.c1, p.d11, null_x, self.disc)
+                    for p in cell.plants
+                ],
+                [
+                    ProjectedInequality.of(p.a.T, p.c1.T, p.b1.T, p.d11.T, null_y, self.disc)
+                    for p in cell.plants
+                ],
             )
             for cell in cells
         ]
@@ -90,9 +118,11 @@ class GridInequalities:
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
         """(terms, n, n) of X and of Y."""
         first, second = x[: self.sizes[0]], x[self.sizes[0] : self.unknowns]
-        return gamma * symmetric(first.reshape(-1, self.half), self.n), gamma * symmetric(second.reshape(-1, self.half), self.n)
+        return gamma * symmetric(first.reshape(-1, self.half), self.n), gamma * symmetric(
+            second.reshape(-1, self.half), self.n
+        )
 
-    def free(self) -> list[Assembled]:
+    def free(self) -> list[AffineConstraint]:
         """With gamma free; the decision vector is (X', Y', d, m), d = 1/gamma, m >= d^2."""
         count = self.unknowns + 2
         found = self.coupling(count, None)
@@ -100,23 +130,27 @@ class GridInequalities:
             columns = np.zeros((len(own), count))
             columns[:, : self.unknowns] = own
             columns[:, -1] = -entering[upper_triangle(len(entering))]
-            found.append(Assembled(fixed, columns))
+            found.append(AffineConstraint(fixed, columns))
         cone = np.zeros((3, count))
         cone[1, -2] = cone[0, -1] = 1.0  # [m d; d 1]
-        return [*found, Assembled(np.diag([0.0, 1.0]), cone)]
+        return [*found, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
-    def at(self, gamma: float, b: float | None, margin: float) -> list[Assembled]:
-        """At one gamma, by a margin, and [X bI; bI Y] >= 0. The vector is (X', Y'), or (X', Y', b/gamma) for b None."""
+    def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
+        """At one gamma, by a margin, and [X bI; bI Y] >= 0. The vector is (X', Y'), or (X', Y',
+        b/gamma) for b None."""
         count = self.unknowns + (b is None)
         found = self.coupling(count, None if b is None else b / gamma)
         for fixed, own, entering in self.reduced():
             columns = np.zeros((len(own), count))
             columns[:, : self.unknowns] = own
-            found.append(Assembled(fixed - entering / gamma**2 - margin * np.eye(len(fixed)), columns))
+            found.append(
+                AffineConstraint(fixed - entering / gamma**2 - margin * np.eye(len(fixed)), columns)
+            )
         return found
 
     def reduced(self) -> Iterator[tuple[Matrix, Matrix, Matrix]]:
-        """fixed, columns, entering of every cell, plant and motion: fixed + F(X', Y') - entering/gamma^2 > 0."""
+        """fixed, columns, entering of every cell, plant and motion: fixed + F(X', Y') -
+        entering/gamma^2 > 0."""
         for cell, sides in zip(self.cells, self.sides, strict=True):
             for block in (0, 1):
                 start = block * self.sizes[0]
@@ -132,9 +166,11 @@ class GridInequalities:
                         yield fixed, columns, entering
 
     def weights(self, block: int, values: Values) -> list[tuple[Vector, Vector]]:
-        """For every motion that tells on X (block 0) or Y (1): weights of the terms in the flow, and in e v e'.
+        """For every motion that tells on X (block 0) or Y (1): weights of the terms in the flow,
+        and in e v e'.
 
-        Continuous: flow v, then +v' of X or -v' of Y. Discrete: -p v p' of what is mapped, + e v e' of what it is compared with.
+        Continuous: flow v, then +v' of X or -v' of Y. Discrete: -p v p' of what is mapped, + e v e'
+        of what it is compared with.
         """
         basis, found = self.bases[block], []
         for motion in self.motions:
@@ -147,8 +183,9 @@ class GridInequalities:
         unique = {(tuple(a.tolist()), tuple(b.tolist())): (a, b) for a, b in found}
         return list(unique.values())
 
-    def coupling(self, count: int, b: float | None) -> list[Assembled]:
-        """[X' bI; bI Y'] at every cell; with `b` None it is the decision vector's entry after X' and Y'."""
+    def coupling(self, count: int, b: float | None) -> list[AffineConstraint]:
+        """[X' bI; bI Y'] at every cell; with `b` None it is the decision vector's entry after X'
+        and Y'."""
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
         found = []
@@ -156,33 +193,44 @@ class GridInequalities:
             columns = np.zeros((len(i), count))
             for block, rows in ((0, np.flatnonzero(j < n)), (1, np.flatnonzero(i >= n))):
                 for k, weight in enumerate(self.bases[block].at(cell.values)):
-                    columns[rows, block * self.sizes[0] + k * self.half + np.arange(self.half)] = weight
+                    columns[rows, block * self.sizes[0] + k * self.half + np.arange(self.half)] = (
+                        weight
+                    )
             if b is None:
                 columns[:, self.unknowns] = side[i, j]
-            found.append(Assembled(np.zeros((2 * n, 2 * n)) if b is None else b * side, columns))
+            found.append(
+                AffineConstraint(np.zeros((2 * n, 2 * n)) if b is None else b * side, columns)
+            )
         return found
 
     def margins(self, x: Matrix, y: Matrix, gamma: float) -> Vector:
-        """(cells,) the smallest eigenvalue of each cell's inequalities over the largest: positive where all hold. No solver takes part."""
+        """(cells,) the smallest eigenvalue of each cell's inequalities over the largest: positive
+        where all hold. No solver takes part."""
         found = []
         for cell, sides in zip(self.cells, self.sides, strict=True):
             values = []
             for block, v in ((0, x), (1, y)):
                 for own, moved in self.weights(block, cell.values):
                     flow, drift = np.tensordot(own, v, 1), np.tensordot(moved, v, 1)
-                    values += [_least(_flowing(side).at(flow, gamma) + side.e @ drift @ side.e.T) for side in sides[block]]
-            here = [np.tensordot(basis.at(cell.values), v, 1) for basis, v in zip(self.bases, (x, y), strict=True)]
+                    values += [
+                        _least(_flowing(side).at(flow, gamma) + side.e @ drift @ side.e.T)
+                        for side in sides[block]
+                    ]
+            here = [
+                np.tensordot(basis.at(cell.values), v, 1)
+                for basis, v in zip(self.bases, (x, y), strict=True)
+            ]
             values.append(_least(np.block([[here[0], np.eye(self.n)], [np.eye(self.n), here[1]]])))
             found.append(min(values))
         return np.array(found)
 
 
-def _flowing(side: Side) -> Side:
+def _flowing(side: ProjectedInequality) -> ProjectedInequality:
     """Of the product with the plant; in discrete time -p v p' alone."""
     return replace(side, e=np.zeros_like(side.e)) if side.disc else side
 
 
-def _compared(side: Side) -> Side:
+def _compared(side: ProjectedInequality) -> ProjectedInequality:
     """Of e v e' alone."""
     return replace(side, p=np.zeros_like(side.p), disc=True)
 

@@ -1,23 +1,28 @@
-"""Upper bounds of the worst norm (5.53) of a family of closed loops, by a Lyapunov matrix: what holds while the parameters move.
+"""Upper bounds of the worst norm (5.53) of a family of closed loops, by a Lyapunov matrix: what
+holds while the parameters move.
 
-    x' = A x + B w,  z = C x + D w      in the parameters r, a box of normalised ones in [0, 1], the loop is multi-affine
+    x' = A x + B w,  z = C x + D w      in the parameters r, a box of normalised ones in [0, 1], the
+                                        loop is multi-affine
 
-    common               one P: any motion of r, as fast as it likes (Boyd et al., 1994); the vertices decide, for all of their hull
+    common               one P: any motion of r, as fast as it likes (Boyd et al., 1994); the
+                         vertices decide, for all of their hull
     parameter dependent  P(r) multi-affine in r: r constant, or |r'| bounded
 
-With P(r) the bounded-real inequality is of degree two in each parameter. It is written in Bernstein's basis, (1-r)^2, 2 r (1-r), r^2 in
-each, where it is negative on the whole box if every one of its 3^r coefficient matrices is: sufficient, no grid, and linear in P. A
-coefficient is the mean over the pairs of corners that meet there of P at one with the loop at the other. The motion adds the sum of
-r_j' dP/dr_j, at every corner of the box of rates; in discrete time a step moves P(r) to P+ = P(r + step), and Schur's complement keeps
-A' P+ A linear:
+With P(r) the bounded-real inequality is of degree two in each parameter. It is written in
+Bernstein's basis, (1-r)^2, 2 r (1-r), r^2 in each, where it is negative on the whole box if every
+one of its 3^r coefficient matrices is: sufficient, no grid, and linear in P. A coefficient is the
+mean over the pairs of corners that meet there of P at one with the loop at the other. The motion
+adds the sum of r_j' dP/dr_j, at every corner of the box of rates; in discrete time a step moves
+P(r) to P+ = P(r + step), and Schur's complement keeps A' P+ A linear:
 
     [-P  A'P+  0  C'; P+A  -P+  P+B  0; 0  B'P+  -gamma  D'; C  0  D  -gamma] < 0.
 
-Samples of a continuous plant are not multi-affine in its parameters, only nearly: for sampled loops the bound is of the interpolation
-between the corners, and `at` tells what the P found proves of any other loop.
+Samples of a continuous plant are not multi-affine in its parameters, only nearly: for sampled loops
+the bound is of the interpolation between the corners, and `at` tells what the P found proves of any
+other loop.
 
-The solver's gamma is not used. For the P found the smallest gamma of each inequality is the largest eigenvalue of a matrix in closed
-form (Schur's complement), evaluated here.
+The solver's gamma is not used. For the P found the smallest gamma of each inequality is the largest
+eigenvalue of a matrix in closed form (Schur's complement), evaluated here.
 """
 
 from __future__ import annotations
@@ -31,8 +36,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cholesky
 
-from frictool.lmi.coordinates import osborne
 from frictool.lmi.sdp import Affine, solve, symmetric
+from frictool.lmi.state_balancing import osborne
 from frictool.plant.lti import Lti
 
 Matrix = NDArray[np.float64]
@@ -43,8 +48,8 @@ PASSES = 3  # of balancing: coordinates in which the mean P of the last one is t
 class LyapunovBound:
     """`gamma` bounds |z|/|w|; infinite where no Lyapunov matrix was found.
 
-    p: P, or P at each corner, in coordinates x = t x_balanced and, in continuous time, in time units of `unit` [s]. In SI the decrease of
-    x' P x is lost in rounding.
+    p: P, or P at each corner, in coordinates x = t x_balanced and, in continuous time, in time
+    units of `unit` [s]. In SI the decrease of x' P x is lost in rounding.
     """
 
     gamma: float
@@ -53,45 +58,68 @@ class LyapunovBound:
     unit: float = 1.0
 
     def at(self, loop: Lti, values: Sequence[float] = ()) -> float:
-        """The gamma that P at normalised `values` (r,) proves of one constant loop; infinite where it proves nothing."""
+        """The gamma that P at normalised `values` (r,) proves of one constant loop; infinite where
+        it proves nothing."""
         if not self.p:
             return np.inf
         corners = product((0, 1), repeat=len(values))
-        weights = [np.prod([value if bit else 1.0 - value for bit, value in zip(corner, values, strict=True)]) for corner in corners]
-        p = sum((weight * part for weight, part in zip(weights, self.p, strict=True)), start=np.zeros_like(self.p[0]))
+        weights = [
+            np.prod(
+                [value if bit else 1.0 - value for bit, value in zip(corner, values, strict=True)]
+            )
+            for corner in corners
+        ]
+        p = sum(
+            (weight * part for weight, part in zip(weights, self.p, strict=True)),
+            start=np.zeros_like(self.p[0]),
+        )
         if np.linalg.eigvalsh(p)[0] <= 0.0:
             return np.inf
         posed = _timed(loop, self.unit).transformed(self.t)
-        return _smallest_gamma(_inequality(posed, p[None], p[None], np.zeros_like(p)[None])[0], loop)
+        return _smallest_gamma(
+            _inequality(posed, p[None], p[None], np.zeros_like(p)[None])[0], loop
+        )
 
 
 def common_bound(loops: Sequence[Lti]) -> LyapunovBound:
-    """One Lyapunov matrix for the hull of `loops` (same states, inputs and outputs, one domain): arbitrarily fast motion inside it."""
+    """One Lyapunov matrix for the hull of `loops` (same states, inputs and outputs, one domain):
+    arbitrarily fast motion inside it."""
     return _bound(loops, 0, [[(0, k)] for k in range(len(loops))], np.zeros((1, 0)))
 
 
-def parameter_dependent_bound(loops: Sequence[Lti], rates: ArrayLike | None = None) -> LyapunovBound:
+def parameter_dependent_bound(
+    loops: Sequence[Lti], rates: ArrayLike | None = None
+) -> LyapunovBound:
     """P multi-affine in r parameters.
 
-    `loops`: the 2^r corners in the order of itertools.product, the last parameter quickest. `rates` (r,): bounds of the parameters' speeds,
-    in widths of their intervals per s (per sample for sampled loops, where more than 1 means 1); zero, constant, where absent. Where one is
-    infinite, or nothing is found with P(r), it is `common_bound`. Raises ValueError where the loops are not 2^r.
+    `loops`: the 2^r corners in the order of itertools.product, the last parameter quickest. `rates`
+    (r,): bounds of the parameters' speeds, in widths of their intervals per s (per sample for
+    sampled loops, where more than 1 means 1); zero, constant, where absent. Where one is infinite,
+    or nothing is found with P(r), it is `common_bound`. Raises ValueError where the loops are not
+    2^r.
     """
     count = len(loops).bit_length() - 1
     if len(loops) != 1 << count:
-        raise ValueError(f"{len(loops)} loops are not the corners of a box; there must be 2, 4, 8 ...")
+        raise ValueError(
+            f"{len(loops)} loops are not the corners of a box; there must be 2, 4, 8 ..."
+        )
     speeds = np.zeros(count) if rates is None else np.asarray(rates, dtype=np.float64)
     if loops[0].period:
         speeds = np.minimum(speeds, 1.0)
     motions = np.array(
-        list(product(*((-speed, speed) if speed > 0.0 else (0.0,) for speed in speeds))), dtype=np.float64
+        list(product(*((-speed, speed) if speed > 0.0 else (0.0,) for speed in speeds))),
+        dtype=np.float64,
     )  # (k, r); (1, 0) of one plant
     corners = list(product((0, 1), repeat=count))
     meeting: dict[tuple[int, ...], list[tuple[int, int]]] = {}
     for i, first in enumerate(corners):
         for j, second in enumerate(corners):
             meeting.setdefault(tuple(np.add(first, second).tolist()), []).append((i, j))
-    found = _bound(loops, count, list(meeting.values()), motions) if np.all(np.isfinite(speeds)) else LyapunovBound(np.inf)
+    found = (
+        _bound(loops, count, list(meeting.values()), motions)
+        if np.all(np.isfinite(speeds))
+        else LyapunovBound(np.inf)
+    )
     if np.isfinite(found.gamma):
         return found
     common = common_bound(loops)
@@ -101,15 +129,23 @@ def parameter_dependent_bound(loops: Sequence[Lti], rates: ArrayLike | None = No
 Pairs = Sequence[tuple[int, int]]  # (corner of P, loop)
 
 
-def _bound(loops: Sequence[Lti], count: int, coefficients: Sequence[Pairs], motions: Matrix) -> LyapunovBound:
+def _bound(
+    loops: Sequence[Lti], count: int, coefficients: Sequence[Pairs], motions: Matrix
+) -> LyapunovBound:
     best = LyapunovBound(np.inf)
     if any(not loop.stable for loop in loops):
         return best
-    unit = 1.0 if loops[0].period else 1.0 / float(np.median([np.max(np.abs(np.linalg.eigvals(loop.a))) for loop in loops]))
+    unit = (
+        1.0
+        if loops[0].period
+        else 1.0 / float(np.median([np.max(np.abs(np.linalg.eigvals(loop.a))) for loop in loops]))
+    )
     posed = [_timed(loop, unit) for loop in loops]
     t = osborne([np.block([[loop.a, loop.b], [loop.c, loop.d]]) for loop in posed], posed[0].order)
     for _ in range(PASSES):
-        problem = _Problem([loop.transformed(t) for loop in posed], count, coefficients, unit * motions)
+        problem = _BoundProblem(
+            [loop.transformed(t) for loop in posed], count, coefficients, unit * motions
+        )
         gamma, p = problem.solved()
         if not np.isfinite(gamma):
             break
@@ -121,13 +157,19 @@ def _bound(loops: Sequence[Lti], count: int, coefficients: Sequence[Pairs], moti
 
 def _timed(loop: Lti, unit: float) -> Lti:
     """A continuous loop with time in `unit` s, in which P is the same."""
-    return loop if loop.period else replace(loop, a=unit * loop.a, b=np.sqrt(unit) * loop.b, c=np.sqrt(unit) * loop.c)
+    return (
+        loop
+        if loop.period
+        else replace(loop, a=unit * loop.a, b=np.sqrt(unit) * loop.b, c=np.sqrt(unit) * loop.c)
+    )
 
 
-class _Problem:
+class _BoundProblem:
     """The inequalities in one set of coordinates; unknowns: P of each corner, then gamma."""
 
-    def __init__(self, loops: Sequence[Lti], count: int, coefficients: Sequence[Pairs], motions: Matrix) -> None:
+    def __init__(
+        self, loops: Sequence[Lti], count: int, coefficients: Sequence[Pairs], motions: Matrix
+    ) -> None:
         self.loops, self.coefficients, self.motions = loops, coefficients, motions
         self.n = loops[0].order
         self.half = self.n * (self.n + 1) // 2
@@ -135,16 +177,25 @@ class _Problem:
         self.unknowns = len(self.corners) * self.half + 1
 
     def solved(self) -> tuple[float, tuple[Matrix, ...]]:
-        """The smallest gamma that our own evaluation gives for what the solver returns (infinite: none), and P of each corner."""
-        constraints: list[Affine] = [partial(self.p, corner=corner) for corner in range(len(self.corners))]
-        constraints += [partial(self.positive, pairs=pairs, motion=motion) for pairs, motion in self.inequalities()]
+        """The smallest gamma that our own evaluation gives for what the solver returns (infinite:
+        none), and P of each corner."""
+        constraints: list[Affine] = [
+            partial(self.p, corner=corner) for corner in range(len(self.corners))
+        ]
+        constraints += [
+            partial(self.positive, pairs=pairs, motion=motion)
+            for pairs, motion in self.inequalities()
+        ]
         x = solve(np.eye(self.unknowns)[-1], constraints).x
         if not np.all(np.isfinite(x)):
             return np.inf, ()
         p = tuple(self.p(x[None], corner)[0] for corner in range(len(self.corners)))
         if min(np.linalg.eigvalsh(part)[0] for part in p) <= 0.0:
             return np.inf, ()
-        return max(_smallest_gamma(self.whole(x[None], pairs, motion)[0], self.loops[0]) for pairs, motion in self.inequalities()), p
+        return max(
+            _smallest_gamma(self.whole(x[None], pairs, motion)[0], self.loops[0])
+            for pairs, motion in self.inequalities()
+        ), p
 
     def inequalities(self) -> Iterator[tuple[Pairs, Matrix]]:
         return product(self.coefficients, self.motions)
@@ -162,25 +213,39 @@ class _Problem:
 
     def whole(self, x: Matrix, pairs: Pairs, motion: Matrix) -> Matrix:
         """A coefficient of the inequality without gamma."""
-        found = [_inequality(self.loops[j], self.p(x, i), self.moved(x, i, motion), self.drift(x, i, motion)) for i, j in pairs]
+        found = [
+            _inequality(
+                self.loops[j], self.p(x, i), self.moved(x, i, motion), self.drift(x, i, motion)
+            )
+            for i, j in pairs
+        ]
         return np.asarray(np.mean(found, axis=0))
 
     def drift(self, x: Matrix, corner: int, motion: Matrix) -> Matrix:
         """sum r_j' dP/dr_j at a corner, of P multi-affine."""
         return sum(
-            (speed * self.slope(x, corner, axis) for axis, speed in enumerate(motion) if speed), start=np.zeros((len(x), self.n, self.n))
+            (speed * self.slope(x, corner, axis) for axis, speed in enumerate(motion) if speed),
+            start=np.zeros((len(x), self.n, self.n)),
         )
 
     def slope(self, x: Matrix, corner: int, axis: int) -> Matrix:
         low, high = list(self.corners[corner]), list(self.corners[corner])
         low[axis], high[axis] = 0, 1
-        return self.p(x, self.corners.index(tuple(high))) - self.p(x, self.corners.index(tuple(low)))
+        return self.p(x, self.corners.index(tuple(high))) - self.p(
+            x, self.corners.index(tuple(low))
+        )
 
     def moved(self, x: Matrix, corner: int, motion: Matrix) -> Matrix:
         """P(corner + step): multi-affine, so that it is extrapolated exactly."""
         values = np.add(self.corners[corner], motion)
-        weights = [np.prod([v if bit else 1.0 - v for bit, v in zip(other, values, strict=True)]) for other in self.corners]
-        return sum((weight * self.p(x, k) for k, weight in enumerate(weights) if weight), start=np.zeros((len(x), self.n, self.n)))
+        weights = [
+            np.prod([v if bit else 1.0 - v for bit, v in zip(other, values, strict=True)])
+            for other in self.corners
+        ]
+        return sum(
+            (weight * self.p(x, k) for k, weight in enumerate(weights) if weight),
+            start=np.zeros((len(x), self.n, self.n)),
+        )
 
 
 def _ports(loop: Lti) -> int:
@@ -188,7 +253,8 @@ def _ports(loop: Lti) -> int:
 
 
 def _inequality(loop: Lti, p: Matrix, moved: Matrix, drift: Matrix) -> Matrix:
-    """The bounded-real inequality without its gamma, for P, P after a step and the drift of P, (k, n, n) each."""
+    """The bounded-real inequality without its gamma, for P, P after a step and the drift of P, (k,
+    n, n) each."""
     n, w = loop.b.shape
     inner = 2 * n if loop.period else n
     whole = np.zeros((len(p), inner + w + len(loop.c), inner + w + len(loop.c)))
@@ -202,7 +268,8 @@ def _inequality(loop: Lti, p: Matrix, moved: Matrix, drift: Matrix) -> Matrix:
 
 
 def _smallest_gamma(whole: Matrix, loop: Lti) -> float:
-    """The smallest gamma with whole - diag(0, gamma I) < 0; infinite where the part without gamma is not negative."""
+    """The smallest gamma with whole - diag(0, gamma I) < 0; infinite where the part without gamma
+    is not negative."""
     inner = len(whole) - _ports(loop)
     decrease, cross, rest = -whole[:inner, :inner], whole[inner:, :inner], whole[inner:, inner:]
     if np.linalg.eigvalsh(decrease)[0] <= 0.0:

@@ -1,8 +1,10 @@
-"""Linear matrix inequalities handed to Clarabel directly: minimise c'x subject to F_j(x) = F_j0 + sum x_k F_jk >= 0.
+"""Linear matrix inequalities handed to Clarabel directly: minimise c'x subject to F_j(x) = F_j0 +
+sum x_k F_jk >= 0.
 
-A constraint comes assembled, as its fixed matrix and the upper triangles of its coefficients, or as a function of the decision vector
-for many vectors at once; being affine, the latter is assembled exactly from its values at zero and at the unit vectors. Nothing here
-knows what the inequalities mean.
+A constraint comes assembled, as its fixed matrix and the upper triangles of its coefficients, or as
+a function of the decision vector for many vectors at once; being affine, the latter is assembled
+exactly from its values at zero and at the unit vectors. Nothing here knows what the inequalities
+mean.
 """
 
 from __future__ import annotations
@@ -23,8 +25,9 @@ TOLERANCE = 1e-7  # of a constraint's own scale
 
 
 @dataclass(frozen=True)
-class Assembled:
-    """fixed (m, m) + sum x_k F_k; `columns` (m (m + 1)/2, count) are the upper triangles of the F_k, column by column."""
+class AffineConstraint:
+    """fixed (m, m) + sum x_k F_k; `columns` (m (m + 1)/2, count) are the upper triangles of the
+    F_k, column by column."""
 
     fixed: Matrix
     columns: Matrix
@@ -35,8 +38,9 @@ class Assembled:
 
 
 @dataclass(frozen=True)
-class Solution:
-    """The decision vector; `holds` is our own check of the constraints there, the solver's `status` is only told."""
+class SdpSolution:
+    """The decision vector; `holds` is our own check of the constraints there, the solver's `status`
+    is only told."""
 
     x: Vector
     status: str
@@ -44,7 +48,8 @@ class Solution:
 
 
 def symmetric(x: Matrix, size: int) -> Matrix:
-    """The symmetric matrices (..., size, size) whose upper triangles, column by column, are `x` (..., size (size + 1)/2)."""
+    """The symmetric matrices (..., size, size) whose upper triangles, column by column, are `x`
+    (..., size (size + 1)/2)."""
     out = np.zeros((*x.shape[:-1], size, size))
     rows, columns = upper_triangle(size)
     out[..., rows, columns] = x
@@ -60,19 +65,24 @@ def upper_triangle(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return rows, columns
 
 
-def assembled(constraint: Affine, count: int) -> Assembled:
+def assemble(constraint: Affine, count: int) -> AffineConstraint:
     """The constraint from its values at zero and at the `count` unit vectors."""
     base, *moved = constraint(np.vstack([np.zeros(count), np.eye(count)]))
     rows, columns = upper_triangle(len(base))
-    return Assembled(base, (np.array(moved) - base)[:, rows, columns].T)
+    return AffineConstraint(base, (np.array(moved) - base)[:, rows, columns].T)
 
 
-def solve(objective: Vector, constraints: Sequence[Affine | Assembled], *, iterations: int = 200) -> Solution:
+def solve(
+    objective: Vector, constraints: Sequence[Affine | AffineConstraint], *, iterations: int = 200
+) -> SdpSolution:
     """Minimises objective @ x with every constraint positive semidefinite."""
     import clarabel
 
     count = objective.shape[0]
-    given = [constraint if isinstance(constraint, Assembled) else assembled(constraint, count) for constraint in constraints]
+    given = [
+        constraint if isinstance(constraint, AffineConstraint) else assemble(constraint, count)
+        for constraint in constraints
+    ]
     rows, offsets, cones = [], [], []
     for constraint in given:
         upper = upper_triangle(len(constraint.fixed))
@@ -85,15 +95,28 @@ def solve(objective: Vector, constraints: Sequence[Affine | Assembled], *, itera
     settings.max_iter = iterations
     settings.max_threads = 1  # the same bytes on every machine
     quadratic = sparse.csc_matrix((count, count))
-    solver = clarabel.DefaultSolver(quadratic, objective, sparse.csc_matrix(np.vstack(rows)), np.concatenate(offsets), cones, settings)
+    solver = clarabel.DefaultSolver(
+        quadratic,
+        objective,
+        sparse.csc_matrix(np.vstack(rows)),
+        np.concatenate(offsets),
+        cones,
+        settings,
+    )
     try:
         found = solver.solve()
     except BaseException as error:
-        if type(error).__name__ != "PanicException":  # pyo3's, which is no Exception: an eigenvalue routine inside that gave up
+        if (
+            type(error).__name__ != "PanicException"
+        ):  # pyo3's, which is no Exception: an eigenvalue routine inside that gave up
             raise
-        return Solution(np.full(count, np.nan), "Panicked", False)
+        return SdpSolution(np.full(count, np.nan), "Panicked", False)
     x = np.asarray(found.x, dtype=np.float64)
-    return Solution(x, str(found.status), bool(np.all(np.isfinite(x))) and all(_positive(constraint.at(x)) for constraint in given))
+    return SdpSolution(
+        x,
+        str(found.status),
+        bool(np.all(np.isfinite(x))) and all(_positive(constraint.at(x)) for constraint in given),
+    )
 
 
 def _positive(matrix: Matrix) -> bool:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from frictool.logs.in_memory import log_of as log_of
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from frictool.logs.log import Stream as Stream
     from frictool.logs.reading import read_log as read_log
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
             "Log": "frictool.logs.log",

@@ -1,6 +1,8 @@
-"""Files of one rig to one log, stream by stream and without holding it: opened, dated alike, cut, resampled, written.
+"""Files of one rig to one log, stream by stream and without holding it: opened, dated alike, cut,
+resampled, written.
 
-files ──▶ Flows ──dated──▶ cut ──▶ resampled where asked ──▶ chunks in the order of time ──▶ CanonicalWriter
+files ──▶ Flows ──dated──▶ cut ──▶ resampled where asked ──▶ chunks in the order of time ──▶
+CanonicalWriter
 """
 
 from __future__ import annotations
@@ -14,65 +16,82 @@ from typing import BinaryIO, NamedTuple
 from frictool.documents.bench import Bench
 from frictool.documents.provenance import readable
 from frictool.errors import LogError
-from frictool.logs.canonical.chunks import chunked, joined
-from frictool.logs.canonical.mcap_layout import COLUMNS, EPOCH_KEY, KIND, NS, TIME, Head, message_path
+from frictool.logs.canonical.mcap_layout import (
+    COLUMNS,
+    EPOCH_KEY,
+    KIND,
+    NS,
+    TIME,
+    StreamHeader,
+    message_path,
+)
 from frictool.logs.canonical.mcap_reader import is_canonical, open_mcap
 from frictool.logs.canonical.mcap_writer import CanonicalWriter, Notes, write_streams
-from frictool.logs.channels.binding import bind, topic_for
+from frictool.logs.canonical.sample_chunks import chunked, join_blocks
+from frictool.logs.channels.column_binding import bind, topic_for
 from frictool.logs.channels.instruments import view_of
 from frictool.logs.channels.mapping import EFFORT
-from frictool.logs.channels.prepared import Findings, prepared
+from frictool.logs.channels.table_preparation import FindingTexts, prepare_tables
 from frictool.logs.clocks.alignment import CLOCK_OFFSET, aligned
-from frictool.logs.clocks.intervals import Intervals
 from frictool.logs.clocks.resampling import RESAMPLED, grid, resampled
-from frictool.logs.flow import Flow, Samples
-from frictool.logs.formats import opened, refuse_document
+from frictool.logs.clocks.sample_intervals import SampleIntervals
+from frictool.logs.formats import open_tables, refuse_document
 from frictool.logs.log import Log, Stream
-from frictool.logs.losses import LOST, Losses, losses_of, record_of
-from frictool.logs.quality.quality import TimeBase
-from frictool.logs.recordings.parts import sources
-from frictool.logs.source import head_of
-from frictool.logs.table import LAYOUT, Loss, Table, Told
+from frictool.logs.losses import LOST, LossList, losses_of, record_of
+from frictool.logs.open_file import head_of
+from frictool.logs.quality.time_base import TimeBase
+from frictool.logs.recordings.recording_files import sources
+from frictool.logs.stream_source import SampleBlock, StreamSource
+from frictool.logs.table import LAYOUT, DataLoss, DetectedLayout, RawTable
 
 
-class Window(NamedTuple):
+class TimeWindow(NamedTuple):
     """From when to when of the log's time, in ns; None is its start, its end. Both are within."""
 
     start: int | None = None
     end: int | None = None
 
-    def cut(self, pieces: Iterator[Samples]) -> Iterator[Samples]:
+    def cut(self, pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
         """The samples of a stream that lie within; what follows is not read."""
         for piece in pieces:
             low = 0 if self.start is None else int(piece.time.searchsorted(self.start))
-            high = piece.time.size if self.end is None else int(piece.time.searchsorted(self.end, side="right"))
+            high = (
+                piece.time.size
+                if self.end is None
+                else int(piece.time.searchsorted(self.end, side="right"))
+            )
             if low < high:
                 yield piece.part(low, high)
             if high < piece.time.size:
                 return
 
     def __str__(self) -> str:
-        return " ".join(f"{word} {at / NS:.9g} s" for word, at in (("from", self.start), ("to", self.end)) if at is not None)
+        return " ".join(
+            f"{word} {at / NS:.9g} s"
+            for word, at in (("from", self.start), ("to", self.end))
+            if at is not None
+        )
 
 
-EVERYTHING = Window()
+EVERYTHING = TimeWindow()
 
 
 @dataclass
-class Assembly:
+class LogAssembly:
     """What is to become one log.
 
-    notes: metadata records. lost: what was found on opening; told: what an earlier salvage lost. origin: of the clocks, in ns, where it is
-    known before the first sample. ahead: topic -> how far its instrument's clock is ahead, in ns. findings: of tables, what was odd.
+    notes: metadata records. lost: what was found on opening; told: what an earlier salvage lost.
+    origin: of the clocks, in ns, where it is known before the first sample. ahead: topic -> how far
+    its instrument's clock is ahead, in ns. findings: of tables, what was odd.
     """
 
-    flows: list[Flow] = field(default_factory=list)
+    flows: list[StreamSource] = field(default_factory=list)
     notes: Notes = field(default_factory=dict)
-    lost: list[Loss] = field(default_factory=list)
-    told: list[Loss] = field(default_factory=list)
+    lost: list[DataLoss] = field(default_factory=list)
+    told: list[DataLoss] = field(default_factory=list)
     origin: int | None = None
     ahead: dict[str, int] = field(default_factory=dict)
-    findings: list[Findings] = field(default_factory=list)
+    findings: list[FindingTexts] = field(default_factory=list)
     salvage: bool = False
 
     @property
@@ -84,33 +103,44 @@ class Assembly:
     def warnings(self) -> tuple[str, ...]:
         """What was odd about the samples; complete when they have been read."""
         several = len({flow.source for flow in self.flows}) > 1
-        odd = tuple((f"{Path(flow.source).name}: " if several else "") + text for flow in self.flows for text in flow.warnings)
+        odd = tuple(
+            (f"{Path(flow.source).name}: " if several else "") + text
+            for flow in self.flows
+            for text in flow.warnings
+        )
         return (*odd, *(text for one in self.findings for text in one()))
 
-    def start(self, flow: Flow) -> int:
+    def start(self, flow: StreamSource) -> int:
         """What a stream's times are counted from, in ns."""
-        return (self.origin or 0 if flow.clock is not None else 0) + self.ahead.get(flow.head.topic, 0)
+        return (self.origin or 0 if flow.clock is not None else 0) + self.ahead.get(
+            flow.head.topic, 0
+        )
 
     @property
-    def losses(self) -> list[Loss]:
-        """What this reading has lost, in the log's time; complete when the samples have been read."""
-        found = Losses()
+    def losses(self) -> list[DataLoss]:
+        """What this reading has lost, in the log's time; complete when the samples have been
+        read."""
+        found = LossList()
         for loss in self.lost:
             found.append(loss)
         for flow in self.flows:
             origin = self.start(flow) / NS
             for loss in flow.losses:
-                start, end = (None if at is None else round(at - origin, 9) for at in (loss.start_s, loss.end_s))
+                start, end = (
+                    None if at is None else round(at - origin, 9)
+                    for at in (loss.start_s, loss.end_s)
+                )
                 found.append(replace(loss, start_s=start, end_s=end))
         return found
 
 
-def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) -> Assembly:
-    """The streams of the files: of the first as they are, of each further one as `/axis/STEM`, `/axis/STEM_NAME`.
+def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) -> LogAssembly:
+    """The streams of the files: of the first as they are, of each further one as `/axis/STEM`,
+    `/axis/STEM_NAME`.
 
     Raises LogError where a file cannot be read or mapped, and where a raw one has no bench.
     """
-    made = Assembly(salvage=salvage)
+    made = LogAssembly(salvage=salvage)
     for parts in sources(paths):
         path = parts[0]
         stem = path.stem if made.flows else ""
@@ -123,19 +153,31 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
             raise LogError(path, missing)
         view = view_of(path, bench)
         layout = view.bench.layout
-        tables = opened(parts, layout)
+        tables = open_tables(parts, layout)
         _describe(made, path, tables)
         add_tables(made, tables, view.bench, (view.name or stem) if stem else "", view.ahead_ns)
         if view.estimate is not None:
             reference, flow = made.flows[0], made.flows[-1]
-            _set_ahead(made, [flow], *aligned(reference, flow, view.estimate, made.ahead.get(reference.head.topic, 0)))
+            _set_ahead(
+                made,
+                [flow],
+                *aligned(reference, flow, view.estimate, made.ahead.get(reference.head.topic, 0)),
+            )
     return made
 
 
-def add_tables(made: Assembly, tables: Sequence[Table], bench: Bench, stem: str = "", ahead_ns: int = 0) -> None:
+def add_tables(
+    made: LogAssembly, tables: Sequence[RawTable], bench: Bench, stem: str = "", ahead_ns: int = 0
+) -> None:
     """The streams of a raw file, whose clock is ahead so much. Raises LogError as `bind` does."""
-    ready, findings = prepared(tables, bench)
-    flows = bind(ready, bench, stem, [flow.head.topic for flow in made.flows], made.lost if made.salvage else None)
+    ready, findings = prepare_tables(tables, bench)
+    flows = bind(
+        ready,
+        bench,
+        stem,
+        [flow.head.topic for flow in made.flows],
+        made.lost if made.salvage else None,
+    )
     made.flows += flows
     made.findings += findings
     if ahead_ns:
@@ -143,72 +185,80 @@ def add_tables(made: Assembly, tables: Sequence[Table], bench: Bench, stem: str 
     made.notes.setdefault(KIND, {"kind": "measured", "bench": bench.name, "axis": bench.axis})
 
 
-def _describe(made: Assembly, path: Path, tables: Sequence[Table]) -> None:
+def _describe(made: LogAssembly, path: Path, tables: Sequence[RawTable]) -> None:
     """Keeps how a file was found to be laid out."""
     for table in tables:
-        if isinstance(table, Told):
+        if isinstance(table, DetectedLayout):
             made.notes.setdefault(LAYOUT, {})[readable(path.name)] = table.told
 
 
-def _set_ahead(made: Assembly, flows: Sequence[Flow], ahead_ns: int, how: str) -> None:
+def _set_ahead(made: LogAssembly, flows: Sequence[StreamSource], ahead_ns: int, how: str) -> None:
     for flow in flows:
         made.ahead[flow.head.topic] = ahead_ns
         made.notes.setdefault(CLOCK_OFFSET, {})[flow.head.topic] = f"{ahead_ns / NS:.9g} s, {how}"
 
 
-def _add_canonical(made: Assembly, path: Path, stem: str) -> None:
+def _add_canonical(made: LogAssembly, path: Path, stem: str) -> None:
     streams, notes, lost = open_mcap(path, made.salvage)
     taken = [flow.head.topic for flow in made.flows]
     renamed = {}
     for number, stream in enumerate(streams):
         topic = stream.head.topic
         if stem:
-            topic = topic_for(stem, stream.head.topic.removeprefix("/axis") if number else "", taken)
+            topic = topic_for(
+                stem, stream.head.topic.removeprefix("/axis") if number else "", taken
+            )
         taken.append(topic)
         renamed[stream.head.topic] = topic
         made.flows.append(replace(stream, head=replace(stream.head, topic=topic)))
     if not stem:
-        made.notes = {name: entries for name, entries in notes.items() if name not in (LOST, COLUMNS, TIME)}
+        made.notes = {
+            name: entries for name, entries in notes.items() if name not in (LOST, COLUMNS, TIME)
+        }
         made.origin = streams[0].epoch
     made.lost += [_renamed(loss, renamed) for loss in lost]
     made.told += [_renamed(loss, renamed) for loss in losses_of(notes, path)]
 
 
-def _renamed(loss: Loss, topics: dict[str, str]) -> Loss:
+def _renamed(loss: DataLoss, topics: dict[str, str]) -> DataLoss:
     paths = [path.rpartition(".") for path in loss.channels]
-    return replace(loss, channels=tuple(message_path(topics.get(topic, topic), name) for topic, _, name in paths))
+    return replace(
+        loss,
+        channels=tuple(message_path(topics.get(topic, topic), name) for topic, _, name in paths),
+    )
 
 
 @dataclass
-class Ready:
+class PendingStream:
     """A stream that is ready to be written: its samples begin at `first` ns of the log."""
 
-    head: Head
-    samples: Iterator[Samples]
+    head: StreamHeader
+    samples: Iterator[SampleBlock]
     first: int
-    intervals: Intervals = field(default_factory=Intervals)
+    intervals: SampleIntervals = field(default_factory=SampleIntervals)
 
-    def seen(self) -> Iterator[Samples]:
+    def seen(self) -> Iterator[SampleBlock]:
         for piece in self.samples:
             self.intervals.add(piece.time)
             yield piece
 
 
 def write(
-    made: Assembly,
+    made: LogAssembly,
     stream: BinaryIO,
     notes: Notes,
-    window: Window = EVERYTHING,
+    window: TimeWindow = EVERYTHING,
     period_ns: int | None = None,
     tick: Callable[[float], None] = lambda part: None,
-) -> list[tuple[Head, TimeBase]]:
-    """Writes the log: all streams within the window, on one grid where a period is given; returns what was written.
+) -> list[tuple[StreamHeader, TimeBase]]:
+    """Writes the log: all streams within the window, on one grid where a period is given; returns
+    what was written.
 
     notes: further metadata records. tick: is told the part that has been worked through.
 
     Raises LogError where a sample cannot be read, or where none is left.
     """
-    ready = begun(made, window)
+    ready = start_streams(made, window)
     records = {**made.notes, **origins(made, [one.head.topic for one in ready]), **notes}
     if period_ns is not None:
         ready, records[RESAMPLED] = _on_grid(made, ready, period_ns)
@@ -223,18 +273,20 @@ def write(
     return [(one.head, one.intervals.base()) for one in ready]
 
 
-def _ticking(pieces: Iterator[Samples], made: Assembly, tick: Callable[[float], None]) -> Iterator[Samples]:
+def _ticking(
+    pieces: Iterator[SampleBlock], made: LogAssembly, tick: Callable[[float], None]
+) -> Iterator[SampleBlock]:
     for piece in pieces:
         tick(made.progress)
         yield piece
 
 
-def whole(made: Assembly) -> Log:
+def assemble_log(made: LogAssembly) -> Log:
     """The log in memory. Raises LogError as `write` does."""
-    ready = begun(made)
+    ready = start_streams(made)
     streams = []
     for one in ready:
-        samples = joined([*one.samples])
+        samples = join_blocks([*one.samples])
         signals = dict(zip(one.head.fields, samples.values, strict=True))
         units = dict(zip(one.head.fields, one.head.units, strict=True))
         streams.append(Stream(one.head.topic, samples.time / NS, signals, units))
@@ -242,8 +294,9 @@ def whole(made: Assembly) -> Log:
     return Log(tuple(streams), notes, made.flows[0].source, made.warnings)
 
 
-def begun(made: Assembly, window: Window = EVERYTHING) -> list[Ready]:
-    """The streams with a sample in the window; the first sample of every file is read, as the clocks count from the earliest."""
+def start_streams(made: LogAssembly, window: TimeWindow = EVERYTHING) -> list[PendingStream]:
+    """The streams with a sample in the window; the first sample of every file is read, as the
+    clocks count from the earliest."""
     begun = []
     for flow in made.flows:
         pieces = flow.samples(made.salvage)
@@ -251,45 +304,64 @@ def begun(made: Assembly, window: Window = EVERYTHING) -> list[Ready]:
         if first is not None:
             begun.append((flow, chain([first], pieces), int(first.time[0])))
     if made.origin is None:
-        clocked = (first - made.ahead.get(flow.head.topic, 0) for flow, _, first in begun if flow.clock is not None)
+        clocked = (
+            first - made.ahead.get(flow.head.topic, 0)
+            for flow, _, first in begun
+            if flow.clock is not None
+        )
         made.origin = min(clocked, default=None)
     ready = []
     for flow, pieces, _ in begun:
         cut = window.cut(_since(pieces, made.start(flow)))
         first = next(cut, None)
         if first is not None:
-            ready.append(Ready(flow.head, chain([first], cut), int(first.time[0])))
+            ready.append(PendingStream(flow.head, chain([first], cut), int(first.time[0])))
     if not ready:
         raise LogError(made.flows[0].source, f"has no samples {window}".rstrip())
     return ready
 
 
-def _since(pieces: Iterator[Samples], origin: int) -> Iterator[Samples]:
+def _since(pieces: Iterator[SampleBlock], origin: int) -> Iterator[SampleBlock]:
     for piece in pieces:
-        yield Samples(piece.time - origin, piece.values) if origin else piece
+        yield SampleBlock(piece.time - origin, piece.values) if origin else piece
 
 
-def origins(made: Assembly, topics: list[str]) -> Notes:
+def origins(made: LogAssembly, topics: list[str]) -> Notes:
     """What the samples were made from and what dates them."""
     flows = [flow for flow in made.flows if flow.head.topic in topics]
-    columns = {message_path(flow.head.topic, name): text for flow in flows for name, text in flow.columns.items()}
+    columns = {
+        message_path(flow.head.topic, name): text
+        for flow in flows
+        for name, text in flow.columns.items()
+    }
     clocks = {flow.head.topic: flow.clock for flow in flows if flow.clock is not None}
     records = {COLUMNS: columns, TIME: {EPOCH_KEY: str(made.origin), **clocks} if clocks else {}}
     return {name: entries for name, entries in records.items() if entries}
 
 
-def _on_grid(made: Assembly, ready: list[Ready], period_ns: int) -> tuple[list[Ready], dict[str, str]]:
-    """All streams as one. Raises LogError where they have no time in common, or less than a period of it."""
-    derived = [flow.head.topic for flow in made.flows if EFFORT in flow.head.fields and EFFORT not in flow.columns]
+def _on_grid(
+    made: LogAssembly, ready: list[PendingStream], period_ns: int
+) -> tuple[list[PendingStream], dict[str, str]]:
+    """All streams as one. Raises LogError where they have no time in common, or less than a period
+    of it."""
+    derived = [
+        flow.head.topic
+        for flow in made.flows
+        if EFFORT in flow.head.fields and EFFORT not in flow.columns
+    ]
     on = grid([one.head for one in ready], derived, period_ns)
     samples = resampled([one.samples for one in ready], on)
     first = next(samples, None)
     if first is None:
-        raise LogError(made.flows[0].source, "its streams have no time in common, so that nothing can be resampled")
+        raise LogError(
+            made.flows[0].source,
+            "its streams have no time in common, so that nothing can be resampled",
+        )
     following = next(samples, None)
     if following is None and first.time.size < 2:
         raise LogError(
-            made.flows[0].source, f"is shorter than a period of {period_ns / NS:g} s, so that one sample is left; resample to less"
+            made.flows[0].source,
+            f"is shorter than a period of {period_ns / NS:g} s, so that one sample is left; resample to less",
         )
     begin = [first] if following is None else [first, following]
-    return [Ready(on.head, chain(begin, samples), int(first.time[0]))], on.note
+    return [PendingStream(on.head, chain(begin, samples), int(first.time[0]))], on.note

@@ -14,7 +14,8 @@ DAY = 86_400 * NS  # ns
 
 
 class DayClock:
-    """The clock of one reading, block after block. Stamps with a date, which are days from 1970-01-01, pass as they are."""
+    """The clock of one reading, block after block. Stamps with a date, which are days from
+    1970-01-01, pass as they are."""
 
     def __init__(self) -> None:
         self._last: int | None = None  # as it stands in the file

@@ -1,7 +1,8 @@
 """The formats of raw bench files, and which of them a file has: its content tells, never its name.
 
-A format is one module, imported when it is asked: `sniff(head, path)` says whether the file is one of its own by the first HEAD_BYTES,
-and `tables(path, layout)` opens it: a table for each of its time bases, nothing of their rows read yet.
+A format is one module, imported when it is asked: `sniff(head, path)` says whether the file is one
+of its own by the first HEAD_BYTES, and `tables(path, layout)` opens it: a table for each of its
+time bases, nothing of their rows read yet.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from typing import NamedTuple, Protocol, cast
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
+from frictool.logs.open_file import head_of
 from frictool.logs.recordings.recording_format import tables_of_parts
-from frictool.logs.source import head_of
-from frictool.logs.table import Table
+from frictool.logs.table import RawTable
 
 
 class Format(NamedTuple):
@@ -48,16 +49,19 @@ PACKED = {
     b"TDSm": "is a TDMS file of LabVIEW; export it as CSV or MATLAB",
 }
 # what text is no table: a document of ours by its first key, a page
-DOCUMENT = re.compile(rb"^format: *['\"]?((?:bench|model|spec|design|controller|scenario|friction|observer|mechanism)/\d+)\b", re.MULTILINE)
+DOCUMENT = re.compile(
+    rb"^format: *['\"]?((?:bench|model|spec|design|controller|scenario|friction|observer|mechanism)/\d+)\b",
+    re.MULTILINE,
+)
 PAGE = re.compile(rb"\s*<(?:!doctype|html)\b", re.IGNORECASE)
 
 
-class Reader(Protocol):
+class FormatReader(Protocol):
     """What the module of a format has."""
 
     def sniff(self, head: bytes, path: Path) -> bool: ...
 
-    def tables(self, path: Path, layout: Layout | None) -> tuple[Table, ...]: ...
+    def tables(self, path: Path, layout: Layout | None) -> tuple[RawTable, ...]: ...
 
 
 def format_of(path: Path) -> Format:
@@ -70,11 +74,14 @@ def format_of(path: Path) -> Format:
     for signature, what in PACKED.items():
         if head.startswith(signature):
             raise LogError(path, what)
-    raise LogError(path, f"is binary and no known format; allowed: {', '.join(one.name for one in FORMATS)}")
+    raise LogError(
+        path, f"is binary and no known format; allowed: {', '.join(one.name for one in FORMATS)}"
+    )
 
 
 def refuse_document(path: Path, head: bytes) -> None:
-    """Raises LogError where text is no table that any column could be of: a document, a page. head: the file's first bytes."""
+    """Raises LogError where text is no table that any column could be of: a document, a page. head:
+    the file's first bytes."""
     if b"\0" not in head and (document := DOCUMENT.search(head)):
         raise LogError(path, f"is a document ({document[1].decode()}); a log file is expected")
     if PAGE.match(head):
@@ -82,23 +89,29 @@ def refuse_document(path: Path, head: bytes) -> None:
 
 
 def refuse_swapped(document: Path, log: Path) -> None:
-    """Raise LogError where a log stands in the place of a document, and a document in the place of a log."""
+    """Raise LogError where a log stands in the place of a document, and a document in the place of
+    a log."""
     if not document.is_file() or not log.is_file():
         return
     given = DOCUMENT.search(head_of(log)) if log.stat().st_size else None
     if given and document.stat().st_size and not DOCUMENT.search(head_of(document)):
-        raise LogError(log, f"is a document ({given[1].decode()}), and {document.name} is none; write the document first, then the log")
+        raise LogError(
+            log,
+            f"is a document ({given[1].decode()}), and {document.name} is none; write the document first, then the log",
+        )
 
 
-def tables_of(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
-    """The tables of a raw file. Raises LogError where it cannot be read or is no file of its format."""
+def tables_of(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
+    """The tables of a raw file. Raises LogError where it cannot be read or is no file of its
+    format."""
     return _reader(format_of(path)).tables(path, layout)
 
 
-def opened(parts: Sequence[Path], layout: Layout | None = None) -> tuple[Table, ...]:
-    """The tables of a raw file, or of the parts of one recording. Raises LogError as `tables_of` does."""
+def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[RawTable, ...]:
+    """The tables of a raw file, or of the parts of one recording. Raises LogError as `tables_of`
+    does."""
     return tables_of(parts[0], layout) if len(parts) == 1 else tables_of_parts(parts, layout)
 
 
-def _reader(one: Format) -> Reader:
-    return cast(Reader, importlib.import_module(one.module))
+def _reader(one: Format) -> FormatReader:
+    return cast(FormatReader, importlib.import_module(one.module))

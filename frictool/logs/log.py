@@ -1,7 +1,8 @@
 """A log in memory.
 
-A `Log` holds one `Stream` per time base: `/axis`, and `/axis/NAME` for a further instrument or a further simulated variant. A stream
-is a time vector [s] and signals of the same length, each in SI, named as in the canonical MCAP: `position`, `reference`, `current`, ...
+A `Log` holds one `Stream` per time base: `/axis`, and `/axis/NAME` for a further instrument or a
+further simulated variant. A stream is a time vector [s] and signals of the same length, each in SI,
+named as in the canonical MCAP: `position`, `reference`, `current`, ...
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ EXCITATION = "excitation"  # metadata record of a test of `frictool excite`: kin
 
 @dataclass(frozen=True)
 class Stream:
-    """One time base: `time` (n,) in s, strictly increasing; `signals[name]` (n,) in SI; `units[name]` the SI unit."""
+    """One time base: `time` (n,) in s, strictly increasing; `signals[name]` (n,) in SI;
+    `units[name]` the SI unit."""
 
     topic: str
     time: Vector
@@ -31,7 +33,9 @@ class Stream:
     def __post_init__(self) -> None:
         for name, values in self.signals.items():
             if values.shape != self.time.shape:
-                raise ValueError(f"signal {name!r} has {values.shape[0]} samples, time has {self.time.shape[0]}")
+                raise ValueError(
+                    f"signal {name!r} has {values.shape[0]} samples, time has {self.time.shape[0]}"
+                )
 
     @property
     def period(self) -> float:
@@ -41,9 +45,11 @@ class Stream:
 
 @dataclass(frozen=True)
 class Log:
-    """Streams in the order of the file, and metadata records (name -> key -> text) such as `provenance`; units are in the streams.
+    """Streams in the order of the file, and metadata records (name -> key -> text) such as
+    `provenance`; units are in the streams.
 
-    warnings: what reading a raw file noticed and let pass; they are told to the user and not stored.
+    warnings: what reading a raw file noticed and let pass; they are told to the user and not
+    stored.
     """
 
     streams: tuple[Stream, ...]
@@ -64,11 +70,18 @@ class Log:
                 return stream
         if len(self.streams) == 1:
             return self.streams[0]
-        raise LogError(self.source, f"has no stream {MAIN_TOPIC}; found: {', '.join(s.topic for s in self.streams) or 'nothing'}")
+        raise LogError(
+            self.source,
+            f"has no stream {MAIN_TOPIC}; found: {', '.join(s.topic for s in self.streams) or 'nothing'}",
+        )
 
     def require(self, stream: Stream, *names: str) -> tuple[Vector, ...]:
-        """The named signals of a stream. Raises LogError that lists what is missing and what the log has."""
+        """The named signals of a stream. Raises LogError that lists what is missing and what the
+        log has."""
         missing = [name for name in names if name not in stream.signals]
         if missing:
-            raise LogError(self.source, f"stream {stream.topic} has no {' and no '.join(missing)}; found: {', '.join(stream.signals)}")
+            raise LogError(
+                self.source,
+                f"stream {stream.topic} has no {' and no '.join(missing)}; found: {', '.join(stream.signals)}",
+            )
         return tuple(stream.signals[name] for name in names)

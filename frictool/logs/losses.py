@@ -1,4 +1,5 @@
-"""What was lost on the way into a log: gathered while reading, kept in the canonical log's metadata record `lost`, told by `info`."""
+"""What was lost on the way into a log: gathered while reading, kept in the canonical log's metadata
+record `lost`, told by `info`."""
 
 from __future__ import annotations
 
@@ -9,22 +10,26 @@ from typing import Any
 import msgspec
 
 from frictool.errors import LogError
-from frictool.logs.table import Loss
+from frictool.logs.table import DataLoss
 
 LOST = "lost"  # metadata record: number -> a Loss as JSON
-MOST_OF_A_KIND = 100  # losses of the same channels for the same reason; further ones are told together with the last
+# losses of the same channels for the same reason; further ones are told together with the last
+MOST_OF_A_KIND = 100
 MOST = 1000
 
 
-class Losses(list[Loss]):
-    """Losses as they are appended, in a bounded number: a log of hours may be damaged in every row."""
+class LossList(list[DataLoss]):
+    """Losses as they are appended, in a bounded number: a log of hours may be damaged in every
+    row."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._kinds: dict[tuple[tuple[str, ...], str], tuple[int, int]] = {}  # -> how many, the place of the last
+        self._kinds: dict[
+            tuple[tuple[str, ...], str], tuple[int, int]
+        ] = {}  # -> how many, the place of the last
         self.settled = 0  # how many have got their span
 
-    def append(self, loss: Loss) -> None:
+    def append(self, loss: DataLoss) -> None:
         kind = (loss.channels, loss.reason if len(self) < MOST else "")
         count, last = self._kinds.get(kind, (0, 0))
         if count >= MOST_OF_A_KIND or (count and len(self) >= MOST):
@@ -34,44 +39,67 @@ class Losses(list[Loss]):
         super().append(loss)
 
 
-def _joined(one: Loss, other: Loss) -> Loss:
+def _joined(one: DataLoss, other: DataLoss) -> DataLoss:
     """Both in one: from the start of the first to the end of the second."""
     samples = None if one.samples is None or other.samples is None else one.samples + other.samples
     return replace(one, end_s=other.end_s, samples=samples)
 
 
-def record_of(losses: list[Loss]) -> dict[str, str]:
+def record_of(losses: list[DataLoss]) -> dict[str, str]:
     """The entries of the metadata record."""
-    return {str(number): msgspec.json.encode(asdict(loss)).decode() for number, loss in enumerate(losses, start=1)}
+    return {
+        str(number): msgspec.json.encode(asdict(loss)).decode()
+        for number, loss in enumerate(losses, start=1)
+    }
 
 
-def losses_of(metadata: dict[str, dict[str, str]], source: Path | str = "the log") -> list[Loss]:
-    """The losses that a canonical log tells of. Raises LogError about `source` where the record is none that frictool writes."""
+def losses_of(
+    metadata: dict[str, dict[str, str]], source: Path | str = "the log"
+) -> list[DataLoss]:
+    """The losses that a canonical log tells of. Raises LogError about `source` where the record is
+    none that frictool writes."""
     try:
-        return [msgspec.json.decode(text, type=Loss) for text in metadata.get(LOST, {}).values()]
+        return [
+            msgspec.json.decode(text, type=DataLoss) for text in metadata.get(LOST, {}).values()
+        ]
     except ValueError as error:
-        raise LogError(source, f"metadata {LOST!r} does not tell losses as frictool writes them: {error}") from None
+        raise LogError(
+            source, f"metadata {LOST!r} does not tell losses as frictool writes them: {error}"
+        ) from None
 
 
-def as_rows(losses: list[Loss]) -> list[dict[str, Any]]:
+def as_rows(losses: list[DataLoss]) -> list[dict[str, Any]]:
     """The machine's view."""
     return [asdict(loss) for loss in losses]
 
 
-def counted(losses: list[Loss]) -> str:
+def loss_count_text(losses: list[DataLoss]) -> str:
     """How much, in words."""
     samples = sum(loss.samples or 0 for loss in losses)
-    known, places = f"{samples} sample{'s' * (samples != 1)}", f"in {len(losses)} place{'s' * (len(losses) != 1)}"
+    known, places = (
+        f"{samples} sample{'s' * (samples != 1)}",
+        f"in {len(losses)} place{'s' * (len(losses) != 1)}",
+    )
     if all(loss.samples is not None for loss in losses):
         return f"{known} {places}"
-    return f"{known} and more that nobody can count, {places}" if samples else f"samples that nobody can count, {places}"
+    return (
+        f"{known} and more that nobody can count, {places}"
+        if samples
+        else f"samples that nobody can count, {places}"
+    )
 
 
-def shown(loss: Loss) -> str:
+def loss_text(loss: DataLoss) -> str:
     """The same for people, in one line."""
-    samples = "samples" if loss.samples is None else f"{loss.samples} sample{'s' if loss.samples != 1 else ''}"
+    samples = (
+        "samples"
+        if loss.samples is None
+        else f"{loss.samples} sample{'s' if loss.samples != 1 else ''}"
+    )
     channels = f" of {', '.join(loss.channels)}" if loss.channels else ""
-    return f"{samples}{channels} {_span(loss.start_s, loss.end_s)}: {loss.reason}".replace("  ", " ")
+    return f"{samples}{channels} {_span(loss.start_s, loss.end_s)}: {loss.reason}".replace(
+        "  ", " "
+    )
 
 
 def _span(start: float | None, end: float | None) -> str:

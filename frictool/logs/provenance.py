@@ -12,7 +12,10 @@ PROVENANCE = "provenance"  # metadata record: command, frictool, input_1, input_
 
 def provenance_record(provenance: Provenance) -> dict[str, str]:
     """The entries of the metadata record."""
-    inputs = {f"input_{number}": f"{one.name} sha256:{one.sha256}" for number, one in enumerate(provenance.inputs, start=1)}
+    inputs = {
+        f"input_{number}": f"{one.name} sha256:{one.sha256}"
+        for number, one in enumerate(provenance.inputs, start=1)
+    }
     return {"command": provenance.command, "frictool": provenance.frictool, **inputs}
 
 

@@ -9,9 +9,11 @@ from frictool.metrics.median import median
 
 
 def energy(time: NDArray[np.float64], drive: NDArray[np.float64], window: float) -> float | None:
-    """(T_e / t_int) sum i^2 over the first `window` = t_int [s] of a step: the mean square of the drive (n,), A^2 or V^2.
+    """(T_e / t_int) sum i^2 over the first `window` = t_int [s] of a step: the mean square of the
+    drive (n,), A^2 or V^2.
 
-    Each sample holds until the next, so that an uneven rate does not weigh. None where the hold is shorter than the window.
+    Each sample holds until the next, so that an uneven rate does not weigh. None where the hold is
+    shorter than the window.
     """
     period = median(np.diff(time))
     if float(time[-1] - time[0]) + 1.5 * period < window:

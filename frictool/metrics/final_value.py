@@ -14,5 +14,6 @@ def tail_samples(count: int) -> int:
 
 
 def final_value(position: NDArray[np.float64]) -> float:
-    """Mean position [rad or m] over the last tenth of a hold (n,), at least its last ten samples."""
+    """Mean position [rad or m] over the last tenth of a hold (n,), at least its last ten
+    samples."""
     return float(np.mean(position[-tail_samples(position.size) :]))

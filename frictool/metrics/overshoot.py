@@ -6,8 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def overshoot_percent(position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0) -> float:
-    """How far `position` (n,) passes the reference in the step's direction, in % of the step's amplitude; 0 where it does not.
+def overshoot_percent(
+    position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0
+) -> float:
+    """How far `position` (n,) passes the reference in the step's direction, in % of the step's
+    amplitude; 0 where it does not.
 
     An excess of at most one sensor step counts as none: the sensor rounds to one side by as much.
     """

@@ -13,17 +13,24 @@ ZONE = 0.05  # of the step's amplitude
 
 
 def zone_half_width(origin: float, target: float, resolution: float) -> float:
-    """5 % of the step, rad or m; never below the sensor's step, within which a final value cannot be told."""
+    """5 % of the step, rad or m; never below the sensor's step, within which a final value cannot
+    be told."""
     return max(ZONE * abs(target - origin), resolution)
 
 
 def response_time_95(
-    time: NDArray[np.float64], position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0
+    time: NDArray[np.float64],
+    position: NDArray[np.float64],
+    origin: float,
+    target: float,
+    resolution: float = 0.0,
 ) -> float:
-    """Time [s] from the step to the first sample from which `position` stays within 5 % of the step's amplitude around its final value.
+    """Time [s] from the step to the first sample from which `position` stays within 5 % of the
+    step's amplitude around its final value.
 
-    `time`, `position` (n,): the hold, from the step's sample on. Infinite where the axis does not settle (it still leaves the zone in
-    the last tenth of the hold) or stops short of half of the step.
+    `time`, `position` (n,): the hold, from the step's sample on. Infinite where the axis does not
+    settle (it still leaves the zone in the last tenth of the hold) or stops short of half of the
+    step.
     """
     final = final_value(position)
     if abs(target - final) > 0.5 * abs(target - origin):

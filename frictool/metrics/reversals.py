@@ -1,7 +1,7 @@
 """Reversals of the motion after a step has arrived.
 
-A *reversal* is a turn of the motion, after the position has first entered the 95 % zone, from which it moves back by more than two
-sensor steps and more than 1 % of the step.
+A *reversal* is a turn of the motion, after the position has first entered the 95 % zone, from which
+it moves back by more than two sensor steps and more than 1 % of the step.
 """
 
 from __future__ import annotations
@@ -18,10 +18,14 @@ LEAST_RETURN = 0.01  # of the step
 LEAST_SENSOR_STEPS = 2.0
 
 
-def turning_points(position: NDArray[np.float64], threshold: float, direction: float = 0.0) -> list[int]:
-    """The samples at which `position` (n,) turns, each followed by a way back of more than `threshold` [rad or m].
+def turning_points(
+    position: NDArray[np.float64], threshold: float, direction: float = 0.0
+) -> list[int]:
+    """The samples at which `position` (n,) turns, each followed by a way back of more than
+    `threshold` [rad or m].
 
-    direction: 1 or -1 where it is known which way the motion starts; 0 where its first move beyond the threshold tells.
+    direction: 1 or -1 where it is known which way the motion starts; 0 where its first move beyond
+    the threshold tells.
     """
     increments = np.diff(position)
     moving = np.flatnonzero(increments)
@@ -31,7 +35,10 @@ def turning_points(position: NDArray[np.float64], threshold: float, direction: f
     for sample in [*turns.tolist(), position.size - 1]:
         value = position[sample]
         if direction == 0.0:
-            low, high = (sample if value < position[low] else low), (sample if value > position[high] else high)
+            low, high = (
+                (sample if value < position[low] else low),
+                (sample if value > position[high] else high),
+            )
             if position[high] - position[low] > threshold:
                 direction, extreme = (1.0, high) if high > low else (-1.0, low)
         elif direction * (value - position[extreme]) > 0.0:
@@ -42,10 +49,17 @@ def turning_points(position: NDArray[np.float64], threshold: float, direction: f
     return found
 
 
-def reversals(position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0) -> int:
-    """Number of reversals of `position` (n,) after a step; 0 where the 95 % zone around the final value is not reached."""
-    inside = np.flatnonzero(np.abs(position - final_value(position)) <= zone_half_width(origin, target, resolution))
+def reversals(
+    position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0
+) -> int:
+    """Number of reversals of `position` (n,) after a step; 0 where the 95 % zone around the final
+    value is not reached."""
+    inside = np.flatnonzero(
+        np.abs(position - final_value(position)) <= zone_half_width(origin, target, resolution)
+    )
     if inside.size == 0:
         return 0
     threshold = max(LEAST_SENSOR_STEPS * resolution, LEAST_RETURN * abs(target - origin))
-    return len(turning_points(position[inside[0] :], threshold, math.copysign(1.0, target - origin)))
+    return len(
+        turning_points(position[inside[0] :], threshold, math.copysign(1.0, target - origin))
+    )

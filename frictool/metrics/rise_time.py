@@ -13,11 +13,15 @@ FROM, TO = 0.1, 0.9  # of the way that the axis goes
 LEAST_WAY = 0.01  # of the step: an axis that goes less stood there already
 
 
-def rise_time(time: NDArray[np.float64], position: NDArray[np.float64], origin: float, target: float) -> float:
-    """Time [s] between the first passages through 10 and 90 % of the way from where the axis stood at the step to its final value.
+def rise_time(
+    time: NDArray[np.float64], position: NDArray[np.float64], origin: float, target: float
+) -> float:
+    """Time [s] between the first passages through 10 and 90 % of the way from where the axis stood
+    at the step to its final value.
 
-    `time`, `position` (n,): the hold, from the step's sample on; between samples the passage is interpolated. Infinite where the axis stops
-    short of half of the step, 0 where it stood there before.
+    `time`, `position` (n,): the hold, from the step's sample on; between samples the passage is
+    interpolated. Infinite where the axis stops short of half of the step, 0 where it stood there
+    before.
     """
     final, start, step = final_value(position), float(position[0]), abs(target - origin)
     if abs(target - final) > 0.5 * step:

@@ -1,23 +1,24 @@
-"""Velocity, friction and wear from a running actuator: observers designed, and logs that they run along."""
+"""Velocity, friction and wear from a running actuator: observers designed, and logs that they run
+along."""
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from frictool.observe.design.any_kind import design_observer as design_observer
-    from frictool.observe.observation import Observed as Observed
+    from frictool.observe.design.observer_design import design_observer as design_observer
+    from frictool.observe.observation import LogObservation as LogObservation
     from frictool.observe.observation import observe as observe
-    from frictool.observe.outcome import Outcome as Outcome
+    from frictool.observe.observation_outcome import ObservationOutcome as ObservationOutcome
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "Observed": "frictool.observe.observation",
-            "Outcome": "frictool.observe.outcome",
-            "design_observer": "frictool.observe.design.any_kind",
+            "LogObservation": "frictool.observe.observation",
+            "ObservationOutcome": "frictool.observe.observation_outcome",
+            "design_observer": "frictool.observe.design.observer_design",
             "observe": "frictool.observe.observation",
         },
     )
 
-__all__ = ["Observed", "Outcome", "design_observer", "observe"]
+__all__ = ["LogObservation", "ObservationOutcome", "design_observer", "observe"]

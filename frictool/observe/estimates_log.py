@@ -8,33 +8,53 @@ from itertools import chain, tee
 from typing import BinaryIO
 
 from frictool.logs.assembly import origins
-from frictool.logs.canonical.chunks import chunked
-from frictool.logs.canonical.mcap_layout import KIND, NS, TIME, Head
+from frictool.logs.canonical.mcap_layout import KIND, NS, TIME, StreamHeader
 from frictool.logs.canonical.mcap_writer import CanonicalWriter, Notes, write_streams
-from frictool.logs.flow import Samples
+from frictool.logs.canonical.sample_chunks import chunked
 from frictool.logs.log import MAIN_TOPIC
 from frictool.logs.losses import LOST, record_of
-from frictool.observe.beside import samples_of
-from frictool.observe.one_log import OneLog
-from frictool.observe.run import Part, head
+from frictool.logs.stream_source import SampleBlock
+from frictool.observe.estimation import EstimateBlock, head
+from frictool.observe.log_observer import LogObserver
+from frictool.observe.second_observer import samples_of
 
 ESTIMATE = "estimate"  # metadata record: what was known in the end, key by key as JSON
 
 
-def write(one: OneLog, parts: Iterator[Part], stream: BinaryIO, notes: Notes) -> None:
-    """Writes the estimates of a log; `parts` are its own, perhaps looked at on the way. notes: further metadata records."""
+def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, notes: Notes) -> None:
+    """Writes the estimates of a log; `parts` are its own, perhaps looked at on the way. notes:
+    further metadata records."""
     first = next(parts)
     shift = max(0, -round(float(first.piece.time[0]) * NS))
     made = one.feed.made
     dated = origins(made, [one.feed.topic]).get(TIME)
-    kept = {} if dated is None else {TIME: {MAIN_TOPIC if key == one.feed.topic else key: text for key, text in dated.items()}}
+    kept = (
+        {}
+        if dated is None
+        else {
+            TIME: {
+                MAIN_TOPIC if key == one.feed.topic else key: text for key, text in dated.items()
+            }
+        }
+    )
     kind = {**made.notes.get(KIND, {}), "kind": "estimated", "model": one.model.name}
-    own, other = tee(chain([first], parts))  # one is ahead of the other by a piece, where both are written
-    streams: list[tuple[Head, Iterator[Samples]]] = [(head(one.model), (part.samples() for part in own))]
+    own, other = tee(
+        chain([first], parts)
+    )  # one is ahead of the other by a piece, where both are written
+    streams: list[tuple[StreamHeader, Iterator[SampleBlock]]] = [
+        (head(one.model), (part.samples() for part in own))
+    ]
     if one.beside is not None:
-        streams.append((one.beside.head, (samples_of(part.beside) for part in other if part.beside is not None)))
+        streams.append(
+            (
+                one.beside.head,
+                (samples_of(part.beside) for part in other if part.beside is not None),
+            )
+        )
     del other
-    writer = CanonicalWriter(stream, tuple(each for each, _ in streams), {**kept, KIND: kind, **notes}, shift)
+    writer = CanonicalWriter(
+        stream, tuple(each for each, _ in streams), {**kept, KIND: kind, **notes}, shift
+    )
 
     def last() -> Notes:
         facts = one.wear.estimate.as_json()

@@ -8,22 +8,23 @@ from pathlib import Path
 
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
-from frictool.documents.provenance import Provenance, called
+from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.in_memory import write_log
 from frictool.logs.log import Log
 from frictool.logs.provenance import PROVENANCE, provenance_record
 from frictool.observe.commissioning import Commissioning
 from frictool.observe.estimates_log import write
-from frictool.observe.one_log import OneLog, Settings
-from frictool.observe.outcome import Outcome, judged
+from frictool.observe.log_observer import LogObserver, ObservationSettings
+from frictool.observe.observation_outcome import ObservationOutcome, with_verdict
 
 
 @dataclass(frozen=True)
-class Observed:
-    """outcome: wear, velocity and verdict in the end. estimates: a log of what was known at every sample, with intervals."""
+class LogObservation:
+    """outcome: wear, velocity and verdict in the end. estimates: a log of what was known at every
+    sample, with intervals."""
 
-    outcome: Outcome
+    outcome: ObservationOutcome
     estimates: Log
 
 
@@ -34,15 +35,19 @@ def observe(
     wear_limit: float | None = None,
     commissioning: Commissioning | None = None,
     observer: Observer | None = None,
-    settings: Settings | None = None,
+    settings: ObservationSettings | None = None,
     provenance: Provenance | None = None,
-) -> Observed:
-    """Velocity, friction and wear along a log, each from what was known at its sample; `log` in memory or at a path.
+) -> LogObservation:
+    """Velocity, friction and wear along a log, each from what was known at its sample; `log` in
+    memory or at a path.
 
-    wear_limit: of the wear, or of its ratio to `commissioning`. observer: a further one beside. The estimates are held in memory: of many
-    hours, `observe.one_log.OneLog` gives them part by part. Raises LogError where the log is not of the model's bench.
+    wear_limit: of the wear, or of its ratio to `commissioning`. observer: a further one beside. The
+    estimates are held in memory: of many hours, `observe.one_log.OneLog` gives them part by part.
+    Raises LogError where the log is not of the model's bench.
     """
-    origin = provenance or called("frictool.observe.observe", model=model, observer=observer)
+    origin = provenance or provenance_of_call(
+        "frictool.observe.observe", model=model, observer=observer
+    )
     with tempfile.TemporaryDirectory() as temporary:
         path, found = Path(temporary, "log.mcap"), Path(temporary, "estimates.mcap")
         if isinstance(log, Log):
@@ -50,7 +55,9 @@ def observe(
         else:
             path = Path(log)
         beside = None if observer is None else (Path("observer"), observer)
-        one = OneLog(path, model, settings or Settings(), observer=beside)
+        one = LogObserver(path, model, settings or ObservationSettings(), observer=beside)
         with found.open("wb") as stream:
             write(one, one.parts(), stream, {PROVENANCE: provenance_record(origin)})
-        return Observed(judged(one.outcome(), wear_limit, commissioning), read_mcap(found))
+        return LogObservation(
+            with_verdict(one.outcome(), wear_limit, commissioning), read_mcap(found)
+        )

@@ -1,4 +1,5 @@
-"""A page with the picture, the verdict and the figures, of one log or of a fleet; every text from a file is escaped by the template."""
+"""A page with the picture, the verdict and the figures, of one log or of a fleet; every text from a
+file is escaped by the template."""
 
 from __future__ import annotations
 
@@ -10,15 +11,18 @@ from markupsafe import Markup
 
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
-from frictool.observe.outcome import Outcome, facts, heading
-from frictool.observe.table import Row, headline, shown
-from frictool.page import filled
+from frictool.observe.fleet_table import FleetRow, headline, table_texts
+from frictool.observe.observation_outcome import ObservationOutcome, facts, heading
+from frictool.presentation.page import render_page
 
 TONES = {True: "broken", False: "met", None: "open"}
 
 
-def page_of_log(outcome: Outcome, model: Model, picture: str, provenance: Provenance) -> str:
-    """The HTML text; the same inputs give the same bytes. picture: the `<svg>` element of the log."""
+def page_of_log(
+    outcome: ObservationOutcome, model: Model, picture: str, provenance: Provenance
+) -> str:
+    """The HTML text; the same inputs give the same bytes. picture: the `<svg>` element of the
+    log."""
     verdict = outcome.verdict
     return _page(
         title=heading(outcome),
@@ -34,14 +38,20 @@ def page_of_log(outcome: Outcome, model: Model, picture: str, provenance: Proven
     )
 
 
-def page_of_fleet(table: Sequence[Row], limit: float | None, picture: str, provenance: Provenance) -> str:
+def page_of_fleet(
+    table: Sequence[FleetRow], limit: float | None, picture: str, provenance: Provenance
+) -> str:
     """The same of a fleet. picture: the trend."""
-    headings, rows = shown(table)
+    headings, rows = table_texts(table)
     alarm = any(row.alarm for row in table)
     return _page(
         title="Wear of a fleet",
         banner=headline(table, limit),
-        tone="broken" if alarm else "open" if limit is None or any(row.alarm is None for row in table) else "met",
+        tone="broken"
+        if alarm
+        else "open"
+        if limit is None or any(row.alarm is None for row in table)
+        else "met",
         picture=picture,
         caption="Each log with its interval. The limit is dashed.",
         facts=[],
@@ -53,4 +63,4 @@ def page_of_fleet(table: Sequence[Row], limit: float | None, picture: str, prove
 
 
 def _page(picture: str, provenance: Provenance, **texts: Any) -> str:
-    return filled(Path(__file__).parent, provenance, picture=Markup(picture), **texts)
+    return render_page(Path(__file__).parent, provenance, picture=Markup(picture), **texts)

@@ -1,11 +1,15 @@
-"""The velocity along a log with its interval, from the encoder and the drive, as a target would find it at each sample.
+"""The velocity along a log with its interval, from the encoder and the drive, as a target would
+find it at each sample.
 
-    Piece ──mean effort of each period──▶ tracking observer (control/tracking_observer.py) ──▶ velocity
-                                                     └──kernels/velocity_interval.py────────▶ low, high
-                                                     └──velocity_figures.py─────────────────▶ rms, beside (5.70)
+    Piece ──mean effort of each period──▶ tracking observer (control/tracking_observer.py) ──▶
+    velocity
+                                                     └──kernels/velocity_interval.py────────▶ low,
+                                                     high └──velocity_errors.py─────────────────▶
+                                                     rms, beside (5.70)
 
-A drive with a lag is the mean of two samples over the period between them, so that the last sample of a piece moves the observer when the
-next piece is there; a drive without one holds its value. Nothing comes from later than the sample.
+A drive with a lag is the mean of two samples over the period between them, so that the last sample
+of a piece moves the observer when the next piece is there; a drive without one holds its value.
+Nothing comes from later than the sample.
 """
 
 from __future__ import annotations
@@ -21,55 +25,79 @@ from frictool import __version__
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
-from frictool.observe.along import Along, ObserverRun
 from frictool.observe.design.error_gains import error_gains
 from frictool.observe.design.tracking import design_tracking, spread
-from frictool.observe.kernels.velocity_interval import STATE_SIZE, IntervalSizes, velocity_interval
-from frictool.observe.samples import Piece, Vector
-from frictool.observe.velocity_figures import VelocityFigures
+from frictool.observe.kernels.velocity_interval import (
+    STATE_SIZE,
+    VelocityIntervalConstants,
+    velocity_interval,
+)
+from frictool.observe.motion_block import MotionBlock, Vector
+from frictool.observe.observer_run import ObserverOutput, ObserverRun
+from frictool.observe.velocity_errors import VelocityErrors
 
 Matrix = NDArray[np.float64]
 CALIBRATED = NormalDist().inv_cdf(0.975)  # kernels/velocity_interval.py is for 95 %
 
 
 class VelocityEstimator:
-    """Follows the velocity from piece to piece. confidence: of its intervals; observer: in place of the model's own."""
+    """Follows the velocity from piece to piece. confidence: of its intervals; observer: in place of
+    the model's own."""
 
-    def __init__(self, model: Model, confidence: float = 0.95, observer: Observer | None = None) -> None:
-        self.observer = observer or design_tracking(model, Provenance("frictool observe run", __version__))
+    def __init__(
+        self, model: Model, confidence: float = 0.95, observer: Observer | None = None
+    ) -> None:
+        self.observer = observer or design_tracking(
+            model, Provenance("frictool observe run", __version__)
+        )
         tracking = self.observer.tracking
         if tracking is None:
             raise ValueError("the velocity's interval is that of a tracking observer")
         self._run = ObserverRun(self.observer)
         self._lagged = model.bench.actuator.loop_time_constant_s > 0.0
-        self._bandwidth, inertia, period = tracking.bandwidth_rad_s, self.observer.inertia.value, self.observer.sample_period_s
+        self._bandwidth, inertia, period = (
+            tracking.bandwidth_rad_s,
+            self.observer.inertia.value,
+            self.observer.sample_period_s,
+        )
         unsure, friction = spread(model)
         step, passed = model.bench.encoder.resolution, error_gains(tracking.gains, inertia, period)
-        self._sizes = IntervalSizes(unsure, friction / inertia, step, tracking.cell, self._bandwidth, period, *passed)
+        self._sizes = VelocityIntervalConstants(
+            unsure, friction / inertia, step, tracking.cell, self._bandwidth, period, *passed
+        )
         self._widening = NormalDist().inv_cdf(0.5 + 0.5 * confidence) / CALIBRATED
-        self._figures = VelocityFigures(self._bandwidth / (2.0 * math.pi), self.observer.sample_period_s)
+        self._figures = VelocityErrors(
+            self._bandwidth / (2.0 * math.pi), self.observer.sample_period_s
+        )
         self._state = np.zeros(STATE_SIZE)
-        self._waiting: tuple[Piece, Vector] | None = None
+        self._waiting: tuple[MotionBlock, Vector] | None = None
 
-    def take(self, piece: Piece) -> Matrix:
-        """(3, n): value, low, high [rad/s | m/s] at each sample of a piece, which is at least one."""
+    def take(self, piece: MotionBlock) -> Matrix:
+        """(3, n): value, low, high [rad/s | m/s] at each sample of a piece, which is at least
+        one."""
         found = self._along(piece)
         half = self._half(piece, found)
         self._figures.take(piece.position, found.velocity, piece.velocity, piece.follows)
         return np.stack([found.velocity, found.velocity - half, found.velocity + half])
 
     def figures(self) -> dict[str, Any]:
-        """By name, SI, over all pieces so far; after them no other is taken. The observer's bandwidth among them."""
+        """By name, SI, over all pieces so far; after them no other is taken. The observer's
+        bandwidth among them."""
         return self._figures.figures() | {"observer_bandwidth_rad_s": self._bandwidth}
 
-    def _along(self, piece: Piece) -> Along:
+    def _along(self, piece: MotionBlock) -> ObserverOutput:
         if not self._lagged:
             return self._run.take(piece)
-        if self._waiting is not None and piece.follows:  # the period between the pieces, now that both of its ends are known
+        if (
+            self._waiting is not None and piece.follows
+        ):  # the period between the pieces, now that both of its ends are known
             last, before = self._waiting
             self._run.machine.real[:] = before
             self._run.take(_with_effort(last, 0.5 * (last.effort + piece.effort[:1])))
-        ahead, last = _part(piece, slice(0, -1)), _part(piece, slice(-1, None), follows=True if piece.time.size > 1 else piece.follows)
+        ahead, last = (
+            _part(piece, slice(0, -1)),
+            _part(piece, slice(-1, None), follows=True if piece.time.size > 1 else piece.follows),
+        )
         middle = 0.5 * (piece.effort[:-1] + piece.effort[1:])
         parts = [self._run.take(_with_effort(ahead, middle))] if ahead.time.size else []
         before = self._run.machine.real.copy()
@@ -77,29 +105,41 @@ class VelocityEstimator:
         self._waiting = _part(last, slice(None), follows=True), before
         return _joined(parts)
 
-    def _half(self, piece: Piece, found: Along) -> Vector:
+    def _half(self, piece: MotionBlock, found: ObserverOutput) -> Vector:
         """Half of the interval's width (n,)."""
         if not piece.follows:
             self._state[:] = 0.0
-        acceleration = np.where(found.velocity != 0.0, (piece.effort - found.friction) / self.observer.inertia.value, 0.0)
+        acceleration = np.where(
+            found.velocity != 0.0,
+            (piece.effort - found.friction) / self.observer.inertia.value,
+            0.0,
+        )
         half = np.empty(piece.time.size)
         assert found.miss is not None
-        velocity_interval(found.velocity, acceleration, piece.position, found.miss, self._sizes, self._state, half)
+        velocity_interval(
+            found.velocity, acceleration, piece.position, found.miss, self._sizes, self._state, half
+        )
         return self._widening * half
 
 
-def _part(piece: Piece, part: slice, follows: bool | None = None) -> Piece:
-    return Piece(piece.time[part], piece.position[part], piece.effort[part], piece.follows if follows is None else follows)
+def _part(piece: MotionBlock, part: slice, follows: bool | None = None) -> MotionBlock:
+    return MotionBlock(
+        piece.time[part],
+        piece.position[part],
+        piece.effort[part],
+        piece.follows if follows is None else follows,
+    )
 
 
-def _with_effort(piece: Piece, effort: Vector) -> Piece:
-    return Piece(piece.time, piece.position, effort, piece.follows)
+def _with_effort(piece: MotionBlock, effort: Vector) -> MotionBlock:
+    return MotionBlock(piece.time, piece.position, effort, piece.follows)
 
 
-def _joined(parts: list[Along]) -> Along:
+def _joined(parts: list[ObserverOutput]) -> ObserverOutput:
     if len(parts) == 1:
         return parts[0]
     time, position, velocity, friction, miss = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "position", "velocity", "friction", "miss")
+        np.concatenate([getattr(part, name) for part in parts])
+        for name in ("time", "position", "velocity", "friction", "miss")
     )
-    return Along(time, position, velocity, friction, None, miss)
+    return ObserverOutput(time, position, velocity, friction, None, miss)

@@ -1,1 +1,2 @@
-"""What surrounds the friction: drive, encoder, backlash; and the plant in the forms that synthesis needs."""
+"""What surrounds the friction: drive, encoder, backlash; and the plant in the forms that synthesis
+needs."""

@@ -12,17 +12,25 @@ from frictool.documents.laws import Polynomial
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.plant.axis import BACKLASH_BREAKAWAY_RATIO, AxisParameters
-from frictool.plant.axis_laws import Laws, Levels, Regime, Shape, Sides
+from frictool.plant.axis_friction_laws import (
+    AxisFrictionLevels,
+    AxisLaws,
+    FrictionPositionShape,
+    Sides,
+    ViscousRegime,
+)
 from frictool.plant.friction_levels import coulomb_factor, viscous_factor
-from frictool.plant.load import Harmonic, Load
+from frictool.plant.position_load import LoadHarmonic, PositionLoad
 
 
 def axis_of(model: Model, **overrides: float) -> AxisParameters:
-    """The model's axis in SI, its end stops those of the bench's travel; `overrides` replaces fields of AxisParameters.
+    """The model's axis in SI, its end stops those of the bench's travel; `overrides` replaces
+    fields of AxisParameters.
 
-    A Coulomb or viscous friction that is overridden multiplies the model's friction as plant/friction_levels.py says; a breakaway that is
-    given too stays as given. Friction inside the backlash is a part of the axis's friction (motor and brushes, thesis 4.4.4) and never
-    above it; where the bench does not say, it is all of it. Raises ValueError naming what is out of range.
+    A Coulomb or viscous friction that is overridden multiplies the model's friction as
+    plant/friction_levels.py says; a breakaway that is given too stays as given. Friction inside the
+    backlash is a part of the axis's friction (motor and brushes, thesis 4.4.4) and never above it;
+    where the bench does not say, it is all of it. Raises ValueError naming what is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {
@@ -46,7 +54,10 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     backward = laws.backward
     ratio = today.breakaway.value / today.coulomb.value if today.coulomb.value > 0.0 else 0.0
     values.setdefault("breakaway", ratio * values["coulomb"] if ratio else today.breakaway.value)
-    loose, least = bench.mechanics.backlash_coulomb, min(values["coulomb"], backward.coulomb if backward else values["coulomb"])
+    loose, least = (
+        bench.mechanics.backlash_coulomb,
+        min(values["coulomb"], backward.coulomb if backward else values["coulomb"]),
+    )
     values.setdefault("backlash_coulomb", min(dry * loose.value, least) if loose else least)
     values.setdefault("backlash_breakaway", BACKLASH_BREAKAWAY_RATIO * values["backlash_coulomb"])
     axis = AxisParameters(**values, laws=laws)
@@ -69,22 +80,36 @@ def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float
     return (lambda value: wanted) if factor is None else (lambda value: factor * value)
 
 
-def load_of(model: Model) -> Load:
+def load_of(model: Model) -> PositionLoad:
     """What loads the model's axis beside friction; `axis_of` does not hold it."""
-    return Load() if model.laws is None or model.laws.load is None else load_law(model.laws.load)
+    return (
+        PositionLoad()
+        if model.laws is None or model.laws.load is None
+        else load_law(model.laws.load)
+    )
 
 
-def load_law(document: LoadDocument) -> Load:
+def load_law(document: LoadDocument) -> PositionLoad:
     """The same from the document's laws."""
     gravity, ripple, harmonics = document.gravity, document.ripple, []
     if gravity is not None:
-        harmonics.append(Harmonic(1.0, gravity.sine.value, gravity.cosine.value))
+        harmonics.append(LoadHarmonic(1.0, gravity.sine.value, gravity.cosine.value))
     if ripple is not None:
-        harmonics.append(Harmonic(2.0 * math.pi * ripple.cycles / ripple.per.value, ripple.sine.value, ripple.cosine.value))
-    return Load(document.stiffness.value if document.stiffness is not None else 0.0, tuple(harmonics))
+        harmonics.append(
+            LoadHarmonic(
+                2.0 * math.pi * ripple.cycles / ripple.per.value,
+                ripple.sine.value,
+                ripple.cosine.value,
+            )
+        )
+    return PositionLoad(
+        document.stiffness.value if document.stiffness is not None else 0.0, tuple(harmonics)
+    )
 
 
-def _backward(model: Model, dry: float, slope: Callable[[float], float]) -> Levels | None:
+def _backward(
+    model: Model, dry: float, slope: Callable[[float], float]
+) -> AxisFrictionLevels | None:
     """The levels of the negative direction, where the model has its own, scaled."""
     given = model.laws.backward if model.laws else None
     if given is None:
@@ -94,26 +119,44 @@ def _backward(model: Model, dry: float, slope: Callable[[float], float]) -> Leve
     def level(own: Quantity | None, common: Quantity) -> float:
         return (own or common).value
 
-    coulomb, breakaway = level(given.coulomb, today.coulomb), level(given.breakaway, today.breakaway)
-    return Levels(slope(level(given.viscous, today.viscous)), dry * coulomb, dry * breakaway)
+    coulomb, breakaway = (
+        level(given.coulomb, today.coulomb),
+        level(given.breakaway, today.breakaway),
+    )
+    return AxisFrictionLevels(
+        slope(level(given.viscous, today.viscous)), dry * coulomb, dry * breakaway
+    )
 
 
-def _laws(model: Model, dry: float, slope: Callable[[float], float]) -> Laws:
+def _laws(model: Model, dry: float, slope: Callable[[float], float]) -> AxisLaws:
     travel, velocity = model.bench.mechanics.travel, model.parameters.stribeck_velocity
-    laws = Laws(backward=_backward(model, dry, slope), stribeck_velocity=velocity.value if velocity else 0.0)
+    laws = AxisLaws(
+        backward=_backward(model, dry, slope), stribeck_velocity=velocity.value if velocity else 0.0
+    )
     if travel is not None:
         laws = laws._replace(stops=(travel.low, travel.high))
     document = model.laws
     if document is None:
         return laws
-    slopes = [(r.above.value, r.viscous.value, (r.backward or r.viscous).value) for r in document.regimes]
-    laws = laws._replace(regimes=tuple(Regime(above, slope(forward), slope(backward)) for above, forward, backward in slopes))
+    slopes = [
+        (r.above.value, r.viscous.value, (r.backward or r.viscous).value) for r in document.regimes
+    ]
+    laws = laws._replace(
+        regimes=tuple(
+            ViscousRegime(above, slope(forward), slope(backward))
+            for above, forward, backward in slopes
+        )
+    )
     if document.dwell is not None:
         laws = laws._replace(fresh=document.dwell.fresh, rise_time=document.dwell.rise_time_s)
-    return laws._replace(shape=_shape(document), stribeck_exponent=document.stribeck_exponent, restitution=document.restitution)
+    return laws._replace(
+        shape=_shape(document),
+        stribeck_exponent=document.stribeck_exponent,
+        restitution=document.restitution,
+    )
 
 
-def _shape(document: LawsDocument) -> Shape | None:
+def _shape(document: LawsDocument) -> FrictionPositionShape | None:
     position = document.position
     if position is None:
         return None
@@ -121,4 +164,9 @@ def _shape(document: LawsDocument) -> Shape | None:
     def sides(polynomial: Polynomial) -> Sides:
         return polynomial.forward, polynomial.backward or polynomial.forward
 
-    return Shape(position.over.low, position.over.high, sides(position.coulomb), sides(position.breakaway or position.coulomb))
+    return FrictionPositionShape(
+        position.over.low,
+        position.over.high,
+        sides(position.coulomb),
+        sides(position.breakaway or position.coulomb),
+    )

@@ -1,12 +1,15 @@
-"""The axis (5.48) as a linear system: drive lag, inertia and viscous friction; what is not linear of the friction enters as an effort.
+"""The axis (5.48) as a linear system: drive lag, inertia and viscous friction; what is not linear
+of the friction enters as an effort.
 
     tau i' = u - i          v' = k i - s v - f w + p w_D          x' = v          eta' = v_c - v
 
-    inputs   u commanded drive [A or V], v_c speed reference, w friction in [-1, 1], w_D effort of the uncertainty channel
+    inputs   u commanded drive [A or V], v_c speed reference, w friction in [-1, 1], w_D effort of
+             the uncertainty channel
     outputs  i drive, v speed, eta = integral of v_c - position
 
-k = K/J, s = sigma_v/J, f = F_c/J and p = d/J are the axis's rates, so that the linearised plant (5.49) is the same system with other
-numbers. Without a lag the drive is the command itself. Sampled, the inputs are held (exact zero-order hold).
+k = K/J, s = sigma_v/J, f = F_c/J and p = d/J are the axis's rates, so that the linearised plant
+(5.49) is the same system with other numbers. Without a lag the drive is the command itself.
+Sampled, the inputs are held (exact zero-order hold).
 """
 
 from __future__ import annotations
@@ -15,16 +18,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.plant.connect import Block
-from frictool.plant.lti import Lti, held
+from frictool.plant.block_diagram import DiagramBlock
+from frictool.plant.lti import Lti, zero_order_hold
 
 INPUTS = ("command", "speed_reference", "friction", "uncertain_effort")
 OUTPUTS = ("drive", "speed", "eta")
 
 
 @dataclass(frozen=True)
-class Rates:
-    """k [rad/s^2 or m/s^2 per A or V], s [1/s], f [rad/s^2 or m/s^2], p [rad/s^2 or m/s^2 per unit of the uncertainty channel]."""
+class AxisRates:
+    """k [rad/s^2 or m/s^2 per A or V], s [1/s], f [rad/s^2 or m/s^2], p [rad/s^2 or m/s^2 per unit
+    of the uncertainty channel]."""
 
     drive: float
     viscous: float
@@ -32,11 +36,14 @@ class Rates:
     push: float = 0.0
 
 
-def linear_axis(rates: Rates, lag: float, period: float, resonance: Lti | None = None) -> Block:
+def linear_axis(
+    rates: AxisRates, lag: float, period: float, resonance: Lti | None = None
+) -> DiagramBlock:
     """The axis with the drive's time constant `lag` [s], held at `period` [s] or continuous (0).
 
-    resonance: a continuous filter of gain 1 at rest between the drive's effort and the axis (plant/resonance.py). States: [drive,] [those
-    of the filter,] speed, eta. Ports: INPUTS, OUTPUTS.
+    resonance: a continuous filter of gain 1 at rest between the drive's effort and the axis
+    (plant/resonance_filter.py). States: [drive,] [those of the filter,] speed, eta. Ports: INPUTS,
+    OUTPUTS.
     """
     k, s, f, p = rates.drive, rates.viscous, rates.friction, rates.push
     if lag > 0.0:
@@ -51,11 +58,12 @@ def linear_axis(rates: Rates, lag: float, period: float, resonance: Lti | None =
     system = Lti(a, b, c, d, 0.0)
     if resonance is not None:
         system = _resonant(system, rates, resonance)
-    return Block(held(system, period) if period else system, INPUTS, OUTPUTS)
+    return DiagramBlock(zero_order_hold(system, period) if period else system, INPUTS, OUTPUTS)
 
 
-def _resonant(axis: Lti, rates: Rates, resonance: Lti) -> Lti:
-    """The continuous axis whose speed answers to the filtered drive; the filter's states before speed and eta."""
+def _resonant(axis: Lti, rates: AxisRates, resonance: Lti) -> Lti:
+    """The continuous axis whose speed answers to the filtered drive; the filter's states before
+    speed and eta."""
     head, m = axis.order - 2, resonance.order  # 1 with a lag
     a, b = np.zeros((head + m + 2, head + m + 2)), np.zeros((head + m + 2, len(INPUTS)))
     old = [*range(head), head + m, head + m + 1]

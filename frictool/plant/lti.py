@@ -31,12 +31,18 @@ class Lti:
     def of(document: StateSpace, period: float) -> Lti:
         """A stored state space, one input and one output."""
         n = len(document.a)
-        a, b, c, d = (np.array(rows, dtype=np.float64) for rows in (document.a, document.b, document.c, document.d))
+        a, b, c, d = (
+            np.array(rows, dtype=np.float64)
+            for rows in (document.a, document.b, document.c, document.d)
+        )
         return Lti(a.reshape(n, n), b.reshape(n, 1), c.reshape(1, n), d, period)
 
     def document(self) -> StateSpace:
         """As it is stored."""
-        a, b, c, d = (tuple(tuple(float(value) for value in row) for row in matrix) for matrix in (self.a, self.b, self.c, self.d))
+        a, b, c, d = (
+            tuple(tuple(float(value) for value in row) for row in matrix)
+            for matrix in (self.a, self.b, self.c, self.d)
+        )
         return StateSpace(a, b, c, d)
 
     @property
@@ -53,7 +59,10 @@ class Lti:
         w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
         point = np.exp(1j * w * self.period) if self.period else 1j * w
         inner = point[:, None, None] * np.eye(self.order) - self.a
-        return np.asarray(self.c @ np.linalg.solve(inner, np.broadcast_to(self.b, (len(w), *self.b.shape))) + self.d)
+        return np.asarray(
+            self.c @ np.linalg.solve(inner, np.broadcast_to(self.b, (len(w), *self.b.shape)))
+            + self.d
+        )
 
     @property
     def stable(self) -> bool:
@@ -68,7 +77,7 @@ def gain(value: ArrayLike, period: float) -> Lti:
     return Lti(np.zeros((0, 0)), np.zeros((0, d.shape[1])), np.zeros((d.shape[0], 0)), d, period)
 
 
-def beside(first: Lti, second: Lti) -> Lti:
+def parallel_sum(first: Lti, second: Lti) -> Lti:
     """The sum of two systems of one domain; the states of `first` come first."""
     return Lti(
         block_diag(first.a, second.a),
@@ -79,7 +88,7 @@ def beside(first: Lti, second: Lti) -> Lti:
     )
 
 
-def held(system: Lti, period: float) -> Lti:
+def zero_order_hold(system: Lti, period: float) -> Lti:
     """The zero-order-hold equivalent of a continuous system at `period` [s], exact."""
     n, m = system.b.shape
     whole = expm(np.block([[system.a, system.b], [np.zeros((m, n + m))]]) * period)
@@ -87,12 +96,15 @@ def held(system: Lti, period: float) -> Lti:
 
 
 def tustin(system: Lti, period: float, prewarp: float = 0.0) -> Lti:
-    """The bilinear equivalent at `period` [s]; exact at the angular frequency `prewarp` [rad/s], or at 0.
+    """The bilinear equivalent at `period` [s]; exact at the angular frequency `prewarp` [rad/s], or
+    at 0.
 
     Raises ValueError where the prewarping frequency is not below half the sampling frequency.
     """
     if prewarp * period >= np.pi:
-        raise ValueError(f"the prewarping frequency {prewarp:g} rad/s is not below half the sampling frequency, {np.pi / period:g} rad/s")
+        raise ValueError(
+            f"the prewarping frequency {prewarp:g} rad/s is not below half the sampling frequency, {np.pi / period:g} rad/s"
+        )
     half = np.tan(0.5 * prewarp * period) / prewarp if prewarp else 0.5 * period
     identity = np.eye(system.order)
     inverse = np.linalg.inv(identity - half * system.a)
@@ -107,7 +119,8 @@ def tustin(system: Lti, period: float, prewarp: float = 0.0) -> Lti:
 
 
 def inverse_tustin(system: Lti) -> Lti:
-    """The continuous system whose Tustin equivalent without prewarping is `system`: z = (1 + s T/2)/(1 - s T/2)."""
+    """The continuous system whose Tustin equivalent without prewarping is `system`: z = (1 + s
+    T/2)/(1 - s T/2)."""
     identity = np.eye(system.order)
     inverse = np.linalg.inv(system.a + identity)
     period = system.period

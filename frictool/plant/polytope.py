@@ -1,10 +1,14 @@
-"""The polytope of plants (5.51), (5.68): the corners of the intervals of the parameters that are scheduled.
+"""The polytope of plants (5.51), (5.68): the corners of the intervals of the parameters that are
+scheduled.
 
-p0 = (J, viscous, coulomb, K)      centre: the middle of each interval; a parameter that is not scheduled stays there
-vertices: 2^l corners in the order of itertools.product, J slowest; equal corners (an interval of no width) are listed once
+p0 = (J, viscous, coulomb, K)      centre: the middle of each interval; a parameter that is not
+                                   scheduled stays there
+vertices: 2^l corners in the order of itertools.product, J slowest; equal corners (an interval of no
+width) are listed once
 
-With the regimes of speed scheduled, annex (30)-(32), viscous and coulomb are the tangent of each regime (plant/regimes.py): two vertices
-for one knee, times those of the other parameters, 2^5 = 32 with all of them. The centre is then the middle of the tangents.
+With the regimes of speed scheduled, annex (30)-(32), viscous and coulomb are the tangent of each
+regime (plant/regime_tangents.py): two vertices for one knee, times those of the other parameters,
+2^5 = 32 with all of them. The centre is then the middle of the tangents.
 """
 
 from __future__ import annotations
@@ -17,12 +21,12 @@ from typing import Literal
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.laws import Backward, PositionLaw
+from frictool.documents.laws import Backward, FrictionOverPosition
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
-from frictool.friction.position_polynomial import normalised
-from frictool.plant.linear_axis import Rates
-from frictool.plant.regimes import regime_levels, tangents
+from frictool.friction.position_polynomial import normalise
+from frictool.plant.linear_axis import AxisRates
+from frictool.plant.regime_tangents import regime_levels, tangents
 
 Parameter = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 PARAMETERS: tuple[Parameter, ...] = ("inertia", "viscous", "coulomb", "constant")
@@ -31,7 +35,8 @@ PLACES = 1001  # over the travel, where a polynomial of position is looked at
 
 @dataclass(frozen=True)
 class PlantPoint:
-    """One constant plant: inertia [kg m^2 or kg], viscous [N m s/rad or N s/m], coulomb [N m or N], constant [N m or N per A or V]."""
+    """One constant plant: inertia [kg m^2 or kg], viscous [N m s/rad or N s/m], coulomb [N m or N],
+    constant [N m or N per A or V]."""
 
     name: str
     inertia: float
@@ -40,9 +45,11 @@ class PlantPoint:
     constant: float
 
     @property
-    def rates(self) -> Rates:
+    def rates(self) -> AxisRates:
         """Of this plant, exactly (5.48)."""
-        return Rates(self.constant / self.inertia, self.viscous / self.inertia, self.coulomb / self.inertia)
+        return AxisRates(
+            self.constant / self.inertia, self.viscous / self.inertia, self.coulomb / self.inertia
+        )
 
 
 @dataclass(frozen=True)
@@ -55,7 +62,8 @@ class Polytope:
 
 
 def intervals(model: Model) -> dict[str, tuple[float, float]]:
-    """Return the intervals for which `synth` designs and `verify` compares: `ranges`, and the local Coulomb friction over the travel."""
+    """Return the intervals for which `synth` designs and `verify` compares: `ranges`, and the local
+    Coulomb friction over the travel."""
     found = ranges(model)
     if model.laws is not None and model.laws.position is not None:
         local = _over_position(model.laws.position, model.parameters.coulomb, model.laws.backward)
@@ -64,10 +72,12 @@ def intervals(model: Model) -> dict[str, tuple[float, float]]:
 
 
 def ranges(model: Model) -> dict[str, tuple[float, float]]:
-    """Return the hull of the model's intervals, in each direction and regime, and of the bench's range over the product's life.
+    """Return the hull of the model's intervals, in each direction and regime, and of the bench's
+    range over the product's life.
 
-    `simulate` and `campaign` draw from it; friction that varies with position has its mean there. A bench's value without a range counts as
-    a range of no width. The hull and not the intersection: the log gives the parameter of this bench today, the bench its future range.
+    `simulate` and `campaign` draw from it; friction that varies with position has its mean there. A
+    bench's value without a range counts as a range of no width. The hull and not the intersection:
+    the log gives the parameter of this bench today, the bench its future range.
     """
     known, today = model.bench.mechanics, model.parameters
     pairs: dict[str, tuple[Quantity, ...]] = {
@@ -90,26 +100,37 @@ def hull(*quantities: Quantity) -> tuple[float, float]:
     return min(one.interval[0] for one in quantities), max(one.interval[1] for one in quantities)
 
 
-def _over_position(law: PositionLaw, forward: Quantity, opposite: Backward | None) -> tuple[float, float]:
+def _over_position(
+    law: FrictionOverPosition, forward: Quantity, opposite: Backward | None
+) -> tuple[float, float]:
     """The least and the largest Coulomb friction over the travel and both directions."""
     backward = (opposite.coulomb if opposite else None) or forward
     lows, highs = [], []
-    for level, powers in ((forward, law.coulomb.forward), (backward, law.coulomb.backward or law.coulomb.forward)):
-        normal, _ = normalised(np.array(powers), law.over.low, law.over.high)
-        factors = np.polynomial.polynomial.polyval(np.linspace(law.over.low, law.over.high, PLACES), normal)
+    for level, powers in (
+        (forward, law.coulomb.forward),
+        (backward, law.coulomb.backward or law.coulomb.forward),
+    ):
+        normal, _ = normalise(np.array(powers), law.over.low, law.over.high)
+        factors = np.polynomial.polynomial.polyval(
+            np.linspace(law.over.low, law.over.high, PLACES), normal
+        )
         lows.append(max(0.0, float(factors.min())) * level.interval[0])
         highs.append(float(factors.max()) * level.interval[1])
     return min(lows), max(highs)
 
 
 def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polytope:
-    """The polytope spanned by `scheduled`: 1 to 5 parameters, 2 to 32 vertices (more where the model has more than one knee).
+    """The polytope spanned by `scheduled`: 1 to 5 parameters, 2 to 32 vertices (more where the
+    model has more than one knee).
 
-    Without regimes it is `intervals(model)` in the scheduled parameters. The documents refuse an inertia or constant that may be zero.
-    Raises FrictoolError where regimes are to be scheduled and the model has none, ValueError for an empty or doubled list.
+    Without regimes it is `intervals(model)` in the scheduled parameters. The documents refuse an
+    inertia or constant that may be zero. Raises FrictoolError where regimes are to be scheduled and
+    the model has none, ValueError for an empty or doubled list.
     """
     if not scheduled or len(set(scheduled)) != len(scheduled):
-        raise ValueError(f"scheduled: found {list(scheduled)}; allowed: 1 to 5 different ones of {', '.join((*PARAMETERS, 'regime'))}")
+        raise ValueError(
+            f"scheduled: found {list(scheduled)}; allowed: 1 to 5 different ones of {', '.join((*PARAMETERS, 'regime'))}"
+        )
     box, names = intervals(model), set(scheduled)
 
     def ends(name: Parameter) -> tuple[float, ...]:
@@ -119,15 +140,21 @@ def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polyt
         levels = regime_levels(model, box["coulomb"])
         frictions = tangents(levels, viscous="viscous" in names, coulomb="coulomb" in names)
         moving = itertools.product(ends("inertia"), frictions, ends("constant"))
-        return _named([(j, tangent.viscous, tangent.coulomb, k) for j, tangent, k in moving], tuple(scheduled))
+        return _named(
+            [(j, tangent.viscous, tangent.coulomb, k) for j, tangent, k in moving], tuple(scheduled)
+        )
     corners = itertools.product(ends("inertia"), ends("viscous"), ends("coulomb"), ends("constant"))
     return _named(list(corners), tuple(scheduled))
 
 
 def bench_intervals(bench: Bench) -> dict[str, tuple[float, float]]:
-    """Return the interval of each parameter over the product's life, from the bench alone; every `intervals` holds it."""
+    """Return the interval of each parameter over the product's life, from the bench alone; every
+    `intervals` holds it."""
     known = {name: getattr(bench.mechanics, name) for name in ("inertia", "viscous", "coulomb")}
-    return {name: quantity.interval for name, quantity in (known | {"constant": bench.actuator.constant}).items()}
+    return {
+        name: quantity.interval
+        for name, quantity in (known | {"constant": bench.actuator.constant}).items()
+    }
 
 
 def corner_points(box: Mapping[str, tuple[float, float]]) -> tuple[PlantPoint, ...]:
@@ -136,10 +163,16 @@ def corner_points(box: Mapping[str, tuple[float, float]]) -> tuple[PlantPoint, .
     return _named(list(corners), PARAMETERS).vertices
 
 
-def _named(corners: list[tuple[float, float, float, float]], scheduled: tuple[Parameter, ...]) -> Polytope:
+def _named(
+    corners: list[tuple[float, float, float, float]], scheduled: tuple[Parameter, ...]
+) -> Polytope:
     """Equal corners once; the centre is the middle of the smallest box around them."""
     corners = list(dict.fromkeys(corners))
-    centre = PlantPoint("centre", *(0.5 * (min(values) + max(values)) for values in zip(*corners, strict=True)))
+    centre = PlantPoint(
+        "centre", *(0.5 * (min(values) + max(values)) for values in zip(*corners, strict=True))
+    )
     width = len(str(len(corners)))
-    vertices = tuple(PlantPoint(f"v{index:0{width}d}", *corner) for index, corner in enumerate(corners, start=1))
+    vertices = tuple(
+        PlantPoint(f"v{index:0{width}d}", *corner) for index, corner in enumerate(corners, start=1)
+    )
     return Polytope(centre, vertices, scheduled)

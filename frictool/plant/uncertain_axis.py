@@ -1,17 +1,23 @@
-"""The axis (5.48) with its physical parameters pulled out as real uncertainties: a linear fractional form that is exact, or that encloses.
+"""The axis (5.48) with its physical parameters pulled out as real uncertainties: a linear
+fractional form that is exact, or that encloses.
 
-    J v' = K i - s v - F w      J = J0 + rJ dJ,  K = K0 + rK dK,  s = s0 + rs ds,      dJ, dK, ds real, constant, in [-1, 1]
+    J v' = K i - s v - F w      J = J0 + rJ dJ,  K = K0 + rK dK,  s = s0 + rs ds,      dJ, dK, ds
+                                real, constant, in [-1, 1]
 
-    continuous   v' = (q - w_J)/J0,  q = K0 i + w_K - s0 v - w_s - F w;  z_J = rJ v', z_K = rK i, z_s = rs v;  w = d z      (exact)
+    continuous   v' = (q - w_J)/J0,  q = K0 i + w_K - s0 v - w_s - F w;  z_J = rJ v', z_K = rK i,
+                 z_s = rs v;  w = d z      (exact)
 
-Sampled, the zero-order hold is an exponential of s/J. With the moments Y_j = int_0^T (T - t)^(j-1)/(j-1)! v dt, Y_0 = v(T), of one
-period, momentum is conserved at each level, exactly:
+Sampled, the zero-order hold is an exponential of s/J. With the moments Y_j = int_0^T (T -
+t)^(j-1)/(j-1)! v dt, Y_0 = v(T), of one period, momentum is conserved at each level, exactly:
 
-    Y_j = T^j/j! v + V_j,   J V_j = K (a_j i + b_j u) - s Y_(j+1) - F w T^(j+1)/(j+1)!        v+ = Y_0,  eta+ = eta + T v_c - Y_1
+    Y_j = T^j/j! v + V_j,   J V_j = K (a_j i + b_j u) - s Y_(j+1) - F w T^(j+1)/(j+1)!        v+ =
+                            Y_0,  eta+ = eta + T v_c - Y_1
 
-Each level has the three parameters once. The last moment Y_N is replaced by the middle of its range over the box, plus a block |Delta| <= 1
-that holds all of that range: what is true for every Delta is true of every plant of the box (not the reverse; the excess falls by the
-factor s T/(J N) a level). The Coulomb friction only scales the input w, so that its largest value is the worst: it is taken at that.
+Each level has the three parameters once. The last moment Y_N is replaced by the middle of its range
+over the box, plus a block |Delta| <= 1 that holds all of that range: what is true for every Delta
+is true of every plant of the box (not the reverse; the excess falls by the factor s T/(J N) a
+level). The Coulomb friction only scales the input w, so that its largest value is the worst: it is
+taken at that.
 """
 
 from __future__ import annotations
@@ -23,18 +29,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from frictool.plant.box import DYNAMIC, Box, largest_coulomb
-from frictool.plant.connect import Block
-from frictool.plant.generalised import Controlled, GeneralisedPlant, Weights, generalised_plant
-from frictool.plant.linear_axis import INPUTS, OUTPUTS, Rates
+from frictool.plant.block_diagram import DiagramBlock
+from frictool.plant.generalised_plant import (
+    Controlled,
+    GeneralisedPlant,
+    PlantWeights,
+    generalised_plant,
+)
+from frictool.plant.linear_axis import INPUTS, OUTPUTS, AxisRates
 from frictool.plant.lti import Lti
+from frictool.plant.parameter_box import DYNAMIC, Box, largest_coulomb
 
 Matrix = NDArray[np.float64]
-LEVELS = 2  # moments of one period; for the clutch at 1 ms the replaced part is then below 1e-4 of every coefficient
+# moments of one period; for the clutch at 1 ms the replaced part is then below 1e-4 of every
+# coefficient
+LEVELS = 2
 
 
 @dataclass(frozen=True)
-class Real:
+class RealBlock:
     """delta I of `size`, delta real in [-1, 1]."""
 
     name: str
@@ -46,7 +59,7 @@ class Real:
 
 
 @dataclass(frozen=True)
-class Full:
+class FullBlock:
     """Any matrix (size, entering) of norm at most 1, complex or real."""
 
     name: str
@@ -54,58 +67,76 @@ class Full:
     entering: int
 
 
-Uncertain = Real | Full
+Uncertain = RealBlock | FullBlock
 
 
 @dataclass(frozen=True)
 class UncertainAxis:
-    """The axis's block, whose ports beyond INPUTS, OUTPUTS are those of the uncertainty, block after block of `blocks`."""
+    """The axis's block, whose ports beyond INPUTS, OUTPUTS are those of the uncertainty, block
+    after block of `blocks`."""
 
-    block: Block
+    block: DiagramBlock
     blocks: tuple[Uncertain, ...]
 
 
-def uncertain_axis(box: Box, lag: float, period: float = 0.0, levels: int = LEVELS) -> UncertainAxis:
-    """The axis over a box of inertia, constant, viscous, coulomb (low, high); `lag`, `period` [s], 0 for continuous time.
+def uncertain_axis(
+    box: Box, lag: float, period: float = 0.0, levels: int = LEVELS
+) -> UncertainAxis:
+    """The axis over a box of inertia, constant, viscous, coulomb (low, high); `lag`, `period` [s],
+    0 for continuous time.
 
-    Raises ValueError for an inertia that is not positive, a parameter that may be negative, or no level.
+    Raises ValueError for an inertia that is not positive, a parameter that may be negative, or no
+    level.
     """
     if box["inertia"][0] <= 0.0 or min(box[name][0] for name in DYNAMIC) < 0.0 or levels < 1:
-        raise ValueError("a box needs a positive inertia, a constant and a viscous coefficient that are not negative, and a level or more")
+        raise ValueError(
+            "a box needs a positive inertia, a constant and a viscous coefficient that are not negative, and a level or more"
+        )
     rows = _sampled(box, lag, period, levels) if period else _continuous(box, lag)
-    kept = [b for b in rows.blocks if isinstance(b, Full) or box[b.name][1] > box[b.name][0]]
+    kept = [b for b in rows.blocks if isinstance(b, FullBlock) or box[b.name][1] > box[b.name][0]]
     entering = [f"{b.name}.w{k}" for b in kept for k in range(b.size)]
     leaving = [f"{b.name}.z{k}" for b in kept for k in range(b.entering)]
     names = [*rows.states, *INPUTS, *entering]
-    wide = {name: np.array([row.get(column, 0.0) for column in names]) for name, row in rows.table.items()}
+    wide = {
+        name: np.array([row.get(column, 0.0) for column in names])
+        for name, row in rows.table.items()
+    }
     n = len(rows.states)
     moved = np.array([wide[f"{state}+"] for state in rows.states])
     out = np.array([wide[name] for name in (*OUTPUTS, *leaving)])
     system = Lti(moved[:, :n], moved[:, n:], out[:, :n], out[:, n:], period)
-    return UncertainAxis(Block(system, (*INPUTS, *entering), (*OUTPUTS, *leaving)), tuple(kept))
+    return UncertainAxis(
+        DiagramBlock(system, (*INPUTS, *entering), (*OUTPUTS, *leaving)), tuple(kept)
+    )
 
 
 def uncertain_plant(
     controlled: Controlled,
     box: Box,
     lag: float,
-    weights: Weights,
+    weights: PlantWeights,
     period: float = 0.0,
     delay_samples: int = 0,
 ) -> tuple[GeneralisedPlant, tuple[Uncertain, ...]]:
-    """The generalised plant around `uncertain_axis`: the uncertainty's inputs and outputs are its first. Raises as that does."""
+    """The generalised plant around `uncertain_axis`: the uncertainty's inputs and outputs are its
+    first. Raises as that does."""
     axis = uncertain_axis(box, lag, period)
     middle = {name: 0.5 * (low + high) for name, (low, high) in box.items()}
-    rates = Rates(*(middle[name] / middle["inertia"] for name in ("constant", "viscous", "coulomb")))
-    return generalised_plant(controlled, rates, lag, weights, period, delay_samples, axis=axis.block), axis.blocks
+    rates = AxisRates(
+        *(middle[name] / middle["inertia"] for name in ("constant", "viscous", "coulomb"))
+    )
+    return generalised_plant(
+        controlled, rates, lag, weights, period, delay_samples, axis=axis.block
+    ), axis.blocks
 
 
 Row = dict[str, float]  # signal -> factor
 
 
 @dataclass(frozen=True)
-class _Rows:
-    """Each state's next value ("v+") and each output as a combination of states, inputs and uncertain signals."""
+class _AxisRows:
+    """Each state's next value ("v+") and each output as a combination of states, inputs and
+    uncertain signals."""
 
     states: tuple[str, ...]
     table: dict[str, Row]
@@ -117,26 +148,55 @@ def _sum(*terms: tuple[float, Row]) -> Row:
     return {name: sum(factor * row.get(name, 0.0) for factor, row in terms) for name in names}
 
 
-def _momentum(box: Box, drive: Row, speed: Row, effort: Row, level: int, table: dict[str, Row]) -> Row:
-    """V with J V = K drive - s speed + effort; the uncertain outputs of this level are added to the table."""
-    (j0, rj), (k0, rk), (s0, rs) = ((0.5 * (box[name][0] + box[name][1]), 0.5 * (box[name][1] - box[name][0])) for name in DYNAMIC)
+def _momentum(
+    box: Box, drive: Row, speed: Row, effort: Row, level: int, table: dict[str, Row]
+) -> Row:
+    """V with J V = K drive - s speed + effort; the uncertain outputs of this level are added to the
+    table."""
+    (j0, rj), (k0, rk), (s0, rs) = (
+        (0.5 * (box[name][0] + box[name][1]), 0.5 * (box[name][1] - box[name][0]))
+        for name in DYNAMIC
+    )
     w_j, w_k, w_s = ({f"{name}.w{level}": 1.0} for name in DYNAMIC)
-    found = _sum((k0 / j0, drive), (1.0 / j0, w_k), (-s0 / j0, speed), (-1.0 / j0, w_s), (1.0 / j0, effort), (-1.0 / j0, w_j))
+    found = _sum(
+        (k0 / j0, drive),
+        (1.0 / j0, w_k),
+        (-s0 / j0, speed),
+        (-1.0 / j0, w_s),
+        (1.0 / j0, effort),
+        (-1.0 / j0, w_j),
+    )
     for name, factor, row in zip(DYNAMIC, (rj, rk, rs), (found, drive, speed), strict=True):
         table[f"{name}.z{level}"] = _sum((factor, row))
     return found
 
 
-def _continuous(box: Box, lag: float) -> _Rows:
+def _continuous(box: Box, lag: float) -> _AxisRows:
     drive: Row = {"i": 1.0} if lag > 0.0 else {"command": 1.0}
-    table: dict[str, Row] = {"drive": drive, "speed": {"v": 1.0}, "eta": {"e": 1.0}, "e+": {"v": -1.0, "speed_reference": 1.0}}
+    table: dict[str, Row] = {
+        "drive": drive,
+        "speed": {"v": 1.0},
+        "eta": {"e": 1.0},
+        "e+": {"v": -1.0, "speed_reference": 1.0},
+    }
     if lag > 0.0:
         table["i+"] = {"i": -1.0 / lag, "command": 1.0 / lag}
-    table["v+"] = _momentum(box, drive, {"v": 1.0}, {"friction": -largest_coulomb(box), "uncertain_effort": 1.0}, 0, table)
-    return _Rows(("i", "v", "e") if lag > 0.0 else ("v", "e"), table, tuple(Real(name, 1) for name in DYNAMIC))
+    table["v+"] = _momentum(
+        box,
+        drive,
+        {"v": 1.0},
+        {"friction": -largest_coulomb(box), "uncertain_effort": 1.0},
+        0,
+        table,
+    )
+    return _AxisRows(
+        ("i", "v", "e") if lag > 0.0 else ("v", "e"),
+        table,
+        tuple(RealBlock(name, 1) for name in DYNAMIC),
+    )
 
 
-def _sampled(box: Box, lag: float, period: float, levels: int) -> _Rows:
+def _sampled(box: Box, lag: float, period: float, levels: int) -> _AxisRows:
     drive: Row = {"i": 1.0} if lag > 0.0 else {"command": 1.0}
     table: dict[str, Row] = {"drive": drive, "speed": {"v": 1.0}, "eta": {"e": 1.0}}
     if lag > 0.0:
@@ -144,8 +204,12 @@ def _sampled(box: Box, lag: float, period: float, levels: int) -> _Rows:
         table["i+"] = {"i": keep, "command": 1.0 - keep}
     low, high = _last_moment(box, lag, period, levels)
     signals = [name for name in low if high[name] != low[name] or low[name] != 0.0]
-    moments: dict[int, Row] = {levels: {**{name: 0.5 * (low[name] + high[name]) for name in signals}, "rest.w0": 1.0}}
-    for k, name in enumerate(signals):  # each factor below 1 in its unit: together a row of norm at most sqrt(count)
+    moments: dict[int, Row] = {
+        levels: {**{name: 0.5 * (low[name] + high[name]) for name in signals}, "rest.w0": 1.0}
+    }
+    for k, name in enumerate(
+        signals
+    ):  # each factor below 1 in its unit: together a row of norm at most sqrt(count)
         table[f"rest.z{k}"] = {name: math.sqrt(len(signals)) * 0.5 * (high[name] - low[name])}
     from_drive, from_command = _drive_moments(lag, period, levels)
     for j in reversed(range(levels)):
@@ -156,13 +220,18 @@ def _sampled(box: Box, lag: float, period: float, levels: int) -> _Rows:
         moments[j] = _sum((1.0, change), (period**j / math.factorial(j), {"v": 1.0}))
     table["v+"] = moments[0]
     table["e+"] = _sum((1.0, {"e": 1.0, "speed_reference": period}), (-1.0, moments[1]))
-    rest = [Full("rest", 1, len(signals))] if any(high[name] != low[name] for name in signals) else []  # a box of one plant has none
-    blocks: tuple[Uncertain, ...] = (*(Real(name, levels) for name in DYNAMIC), *rest)
-    return _Rows(("i", "v", "e") if lag > 0.0 else ("v", "e"), table, blocks)
+    rest = (
+        [FullBlock("rest", 1, len(signals))]
+        if any(high[name] != low[name] for name in signals)
+        else []
+    )  # a box of one plant has none
+    blocks: tuple[Uncertain, ...] = (*(RealBlock(name, levels) for name in DYNAMIC), *rest)
+    return _AxisRows(("i", "v", "e") if lag > 0.0 else ("v", "e"), table, blocks)
 
 
 def _drive_moments(lag: float, period: float, count: int) -> tuple[Matrix, Matrix]:
-    """int_0^T (T - t)^j/j! i dt = a_j i(0) + b_j u for j < count, where i goes from i(0) to u with the lag (at once without one)."""
+    """int_0^T (T - t)^j/j! i dt = a_j i(0) + b_j u for j < count, where i goes from i(0) to u with
+    the lag (at once without one)."""
     shares = np.array([period ** (j + 1) / math.factorial(j + 1) for j in range(count)])
     if lag == 0.0:
         return np.zeros(count), shares
@@ -176,12 +245,21 @@ def _drive_moments(lag: float, period: float, count: int) -> tuple[Matrix, Matri
 def _last_moment(box: Box, lag: float, period: float, levels: int) -> tuple[Row, Row]:
     """The range of Y_N over the box as factors of v, i, command, friction and uncertain effort.
 
-    Each factor is the integral of a positive kernel times exp(-s t): it falls with s, and is proportional to K/J, F/J or 1/J.
+    Each factor is the integral of a positive kernel times exp(-s t): it falls with s, and is
+    proportional to K/J, F/J or 1/J.
     """
     j = box["inertia"]
     rate = {name: (box[name][0] / j[1], box[name][1] / j[0]) for name in ("constant", "viscous")}
-    least, most = _coefficients(rate["viscous"][1], lag, period, levels), _coefficients(rate["viscous"][0], lag, period, levels)
-    scale = {"v": (1.0, 1.0), "i": rate["constant"], "command": rate["constant"], "uncertain_effort": (1.0 / j[1], 1.0 / j[0])}
+    least, most = (
+        _coefficients(rate["viscous"][1], lag, period, levels),
+        _coefficients(rate["viscous"][0], lag, period, levels),
+    )
+    scale = {
+        "v": (1.0, 1.0),
+        "i": rate["constant"],
+        "command": rate["constant"],
+        "uncertain_effort": (1.0 / j[1], 1.0 / j[0]),
+    }
     low = {name: scale[name][0] * least[name] for name in scale}
     high = {name: scale[name][1] * most[name] for name in scale}
     f = largest_coulomb(box)
@@ -201,4 +279,9 @@ def _coefficients(s: float, lag: float, period: float, levels: int) -> Row:
     flow[4, 1] = 1.0
     flow[np.arange(5, n), np.arange(4, n - 1)] = 1.0
     last = expm(flow * period)[-1]
-    return {"i": float(last[0]), "v": float(last[1]), "command": float(last[2]), "uncertain_effort": float(last[3])}
+    return {
+        "i": float(last[0]),
+        "v": float(last[1]),
+        "command": float(last[2]),
+        "uncertain_effort": float(last[3]),
+    }

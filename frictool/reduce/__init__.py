@@ -1,14 +1,15 @@
-"""From a mechanism to the one-inertia model, step by step, each with what it neglects and the error that it makes (thesis 2.1.5, 2.2.4)."""
+"""From a mechanism to the one-inertia model, step by step, each with what it neglects and the error
+that it makes (thesis 2.1.5, 2.2.4)."""
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from frictool.reduce.reduction import Reduction as Reduction
     from frictool.reduce.reduction import reduce as reduce
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
             "Reduction": "frictool.reduce.reduction",

@@ -1,4 +1,5 @@
-"""What to try where a reduction is refused, as numbers: the bandwidth, the tolerance, the travel that would pass."""
+"""What to try where a reduction is refused, as numbers: the bandwidth, the tolerance, the travel
+that would pass."""
 
 from __future__ import annotations
 
@@ -8,34 +9,40 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from frictool.documents.mechanism import Mechanism
-from frictool.plant.mechanism.driving import commanded
-from frictool.plant.mechanism.linear import linearise
-from frictool.reduce.assembling import put_together
+from frictool.plant.mechanism.linearisation import linearise
+from frictool.plant.mechanism.sources_and_sensors import controlled_names
+from frictool.reduce.assembly_cache import assemble_cached
+from frictool.reduce.block_resistance import Vector
 from frictool.reduce.compliance import middle, rigid, swings
-from frictool.reduce.efforts import Vector
-from frictool.reduce.rigid import lumped
-from frictool.reduce.seen import from_source
-from frictool.reduce.told import Told
+from frictool.reduce.coordinate_change import from_source
+from frictool.reduce.rigid_lumping import lump_rigid_links
+from frictool.reduce.step_report import StepReport
 
 MOST_TOLERANCE = 1.0  # that --tolerance takes
 LOWEST, POINTS = 1e-4, 2000  # of the slowest resonance; bandwidths that are looked at
-ROOM = 0.02  # of the part: on another travel the line nearest to the load is another, by points that lie elsewhere
+# of the part: on another travel the line nearest to the load is another, by points that lie
+# elsewhere
+ROOM = 0.02
 WORTH = 0.1  # of the travel: a narrower part is no use
 
 
 def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
-    """The largest bandwidth [rad/s], rounded down, below every resonance, up to which all links rigid change the gain by no more than
-    `tolerance`; None where there is none. Raises WrongElement and NoSolutionError as the steps of the reduction do."""
-    source, sensor = commanded(whole)
+    """The largest bandwidth [rad/s], rounded down, below every resonance, up to which all links
+    rigid change the gain by no more than `tolerance`; None where there is none. Raises WrongElement
+    and NoSolutionError as the steps of the reduction do."""
+    source, sensor = controlled_names(whole)
     seen, _ = from_source(whole, source)
-    one, _ = lumped(seen, seen.sources[source].on)
+    one, _ = lump_rigid_links(seen, seen.sources[source].on)
     yielding = swings(one, one.sources[source].on)
     slowest = min((each.frequency for each in yielding), default=math.inf)
     if not math.isfinite(slowest):
         return None
     stiff = rigid(one, {each.link.name for each in yielding})
     w = np.geomspace(LOWEST * slowest, slowest * (1.0 - 1e-9), POINTS)
-    before, after = (linearise(put_together(each), middle(each)).transfer(source, sensor).response(w)[:, 0, 0] for each in (one, stiff))
+    before, after = (
+        linearise(assemble_cached(each), middle(each)).transfer(source, sensor).response(w)[:, 0, 0]
+        for each in (one, stiff)
+    )
     within = np.abs(np.abs(after / before) - 1.0) <= tolerance
     count = int(np.argmin(within)) if not bool(np.all(within)) else POINTS
     return None if count == 0 else rounded_down(float(w[count - 1]))
@@ -47,16 +54,21 @@ def rounded_down(value: float) -> float:
     return math.floor(value / step) * step
 
 
-def needed_tolerance(told: Iterable[Told], play: float) -> float:
-    """The least at which no error that decides is beyond it, rounded up to a hundredth; `play` is allowed beside it."""
+def needed_tolerance(told: Iterable[StepReport], play: float) -> float:
+    """The least at which no error that decides is beyond it, rounded up to a hundredth; `play` is
+    allowed beside it."""
     errors = [0.0]
     for one in told:
         errors += [one.predicted] if one.covered is None else []
-        errors += [(one.measured.distance - play) / one.measured.way] if one.measured is not None and one.measured.way > 0.0 else []
+        errors += (
+            [(one.measured.distance - play) / one.measured.way]
+            if one.measured is not None and one.measured.way > 0.0
+            else []
+        )
     return math.ceil(100.0 * max(errors) * (1.0 + 1e-9)) / 100.0
 
 
-def other_tolerance(told: Iterable[Told], play: float) -> str:
+def other_tolerance(told: Iterable[StepReport], play: float) -> str:
     """A sentence's end: which tolerance passes, or that none does."""
     needed = needed_tolerance(told, play)
     if needed <= MOST_TOLERANCE:
@@ -64,9 +76,9 @@ def other_tolerance(told: Iterable[Told], play: float) -> str:
     return "the mechanism itself (frictool simulate): no --tolerance allows this error"
 
 
-def parts_at_ends(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
-    """Of positions x (n,), the widest part from the low end and that from the high end on which `holds` is true, rounded inwards; those
-    that are short are left out."""
+def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
+    """Of positions x (n,), the widest part from the low end and that from the high end on which
+    `holds` is true, rounded inwards; those that are short are left out."""
     found = []
     for from_low in (True, False):
         low, high = 2, len(x)  # holds of two points, not of all

@@ -1,7 +1,9 @@
-"""Play brought to the actuator and to the sensor (thesis 2.1.5): what a ratio makes of it, how links in a chain add, what lies inside.
+"""Play brought to the actuator and to the sensor (thesis 2.1.5): what a ratio makes of it, how
+links in a chain add, what lies inside.
 
-A play of width rho at block b is rho/|q_b'/q_s'| at the source: a millimetre behind a reducer is turns of the motor. Links in a chain
-add; of branches the widest counts. Inside it only what is before it moves, and friction is that part's alone (4.45).
+A play of width rho at block b is rho/|q_b'/q_s'| at the source: a millimetre behind a reducer is
+turns of the motor. Links in a chain add; of branches the widest counts. Inside it only what is
+before it moves, and friction is that part's alone (4.45).
 """
 
 from __future__ import annotations
@@ -11,17 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.documents.mechanism import Mechanism
-from frictool.plant.mechanism.assembly import Assembled
-from frictool.reduce.assembling import put_together
-from frictool.reduce.connections import Connection, Seen, connections, seen_from
-from frictool.reduce.told import Figure
+from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.reduce.assembly_cache import assemble_cached
+from frictool.reduce.connections import BlockMotion, Connection, connections, seen_from
+from frictool.reduce.step_report import StepFigure
 
 
 @dataclass(frozen=True)
-class Play:
-    """Of a mechanism in its source's coordinate. chain: the links whose widths add, from the source on; width: their sum [rad | m].
+class BacklashChain:
+    """Of a mechanism in its source's coordinate. chain: the links whose widths add, from the source
+    on; width: their sum [rad | m].
 
-    before_sensor: what lies between source and sensor, in the links `hiding`; behind: names of blocks that the source moves through a play.
+    before_sensor: what lies between source and sensor, in the links `hiding`; behind: names of
+    blocks that the source moves through a play.
     """
 
     chain: tuple[Connection, ...]
@@ -31,28 +35,34 @@ class Play:
     behind: tuple[str, ...]
 
 
-def play(mechanism: Mechanism, root: str, sensor_block: str) -> Play:
+def play(mechanism: Mechanism, root: str, sensor_block: str) -> BacklashChain:
     """Where the mechanism plays, seen from block `root`."""
-    assembled = put_together(mechanism)
+    assembled = assemble_cached(mechanism)
     seen = seen_from(assembled.blocks.index(root), connections(assembled), assembled.blocks)
-    widths = {number: sum(2.0 * link.gap / abs(_b_ratio(seen, link)) for link in one.by) for number, one in seen.items()}
+    widths = {
+        number: sum(2.0 * link.gap / abs(_b_ratio(seen, link)) for link in one.by)
+        for number, one in seen.items()
+    }
     widest = max(widths, key=lambda number: (widths[number], -number))
-    return Play(
+    return BacklashChain(
         tuple(link for link in seen[widest].by if link.gap > 0.0),
         widths[widest],
         widths[assembled.blocks.index(sensor_block)],
-        tuple(link.name for link in seen[assembled.blocks.index(sensor_block)].by if link.gap > 0.0),
+        tuple(
+            link.name for link in seen[assembled.blocks.index(sensor_block)].by if link.gap > 0.0
+        ),
         tuple(assembled.blocks[number] for number in sorted(widths) if widths[number] > 0.0),
     )
 
 
-def _b_ratio(seen: dict[int, Seen], link: Connection) -> float:
+def _b_ratio(seen: dict[int, BlockMotion], link: Connection) -> float:
     return seen[link.b].ratio
 
 
-def told_of_play(whole: Mechanism, source_block: str, sensor_block: str) -> tuple[Figure, ...]:
-    """Each play of the whole mechanism where it is, at the actuator and at the sensor, and its sum."""
-    assembled = put_together(whole)
+def play_figures(whole: Mechanism, source_block: str, sensor_block: str) -> tuple[StepFigure, ...]:
+    """Each play of the whole mechanism where it is, at the actuator and at the sensor, and its
+    sum."""
+    assembled = assemble_cached(whole)
     links = connections(assembled)
     seen = seen_from(assembled.blocks.index(source_block), links, assembled.blocks)
     to_sensor = abs(seen[assembled.blocks.index(sensor_block)].ratio)
@@ -60,14 +70,24 @@ def told_of_play(whole: Mechanism, source_block: str, sensor_block: str) -> tupl
     for link in (one for one in links if one.gap > 0.0):
         width, at_source = 2.0 * link.gap, 2.0 * link.gap / abs(seen[link.b].ratio)
         figures += [
-            Figure(f"{link.name}: at {assembled.blocks[link.b]}", width, _unit(assembled, link.b)),
-            Figure(f"{link.name}: at the actuator", at_source, _unit(assembled, assembled.blocks.index(source_block))),
-            Figure(f"{link.name}: at the sensor", at_source * to_sensor, _unit(assembled, assembled.blocks.index(sensor_block))),
+            StepFigure(
+                f"{link.name}: at {assembled.blocks[link.b]}", width, _unit(assembled, link.b)
+            ),
+            StepFigure(
+                f"{link.name}: at the actuator",
+                at_source,
+                _unit(assembled, assembled.blocks.index(source_block)),
+            ),
+            StepFigure(
+                f"{link.name}: at the sensor",
+                at_source * to_sensor,
+                _unit(assembled, assembled.blocks.index(sensor_block)),
+            ),
         ]
     return tuple(figures)
 
 
-def _unit(assembled: Assembled, block: int) -> str:
+def _unit(assembled: AssembledMechanism, block: int) -> str:
     return "rad" if assembled.kinds[block] == "rotary" else "m"
 
 

@@ -1,4 +1,5 @@
-"""The steps of a reduction in their order, from the whole mechanism to one inertia; each gives a mechanism that can be simulated."""
+"""The steps of a reduction in their order, from the whole mechanism to one inertia; each gives a
+mechanism that can be simulated."""
 
 from __future__ import annotations
 
@@ -7,40 +8,41 @@ from dataclasses import dataclass
 
 from frictool.documents.mechanism import Mechanism
 from frictool.errors import NoSolutionError
-from frictool.plant.mechanism.driving import commanded
-from frictool.plant.mechanism.wrong import WrongElement
-from frictool.reduce.backlash import told_of_play
-from frictool.reduce.compliance import made_rigid, yielding
-from frictool.reduce.curves import as_resistance
-from frictool.reduce.frame import Frame
-from frictool.reduce.loss import as_friction
+from frictool.plant.mechanism.element_error import ElementError
+from frictool.plant.mechanism.sources_and_sensors import controlled_names
+from frictool.reduce.backlash import play_figures
+from frictool.reduce.compliance import compliant_links, stiffen_above
+from frictool.reduce.coordinate_change import at_sensor, from_reference, from_source, sensor_frame
+from frictool.reduce.coordinate_frame import CoordinateFrame
+from frictool.reduce.link_losses import as_friction
 from frictool.reduce.one_inertia import OneInertia, one_inertia
-from frictool.reduce.rigid import lumped
-from frictool.reduce.seen import at_sensor, from_reference, from_source, sensor_frame
-from frictool.reduce.told import Figure, Told
+from frictool.reduce.resisting_curves import as_resistance
+from frictool.reduce.rigid_lumping import lump_rigid_links
+from frictool.reduce.step_report import StepFigure, StepReport
 
 Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Step:
+class ReductionStep:
     """A mechanism, and what the step that led to it tells."""
 
     mechanism: Mechanism
-    told: Told
+    told: StepReport
 
 
 @dataclass(frozen=True)
-class Chain:
-    """whole: as the user gave it. steps: one after the other; the last of them is what `one` was made of. kept: links that still yield."""
+class ReductionChain:
+    """whole: as the user gave it. steps: one after the other; the last of them is what `one` was
+    made of. kept: links that still yield."""
 
     whole: Mechanism
-    steps: tuple[Step, ...]
+    steps: tuple[ReductionStep, ...]
     one: OneInertia
     source: str
     sensor: str
     kept: tuple[str, ...]
-    play: tuple[Figure, ...]
+    play: tuple[StepFigure, ...]
 
     @property
     def last(self) -> Mechanism:
@@ -48,62 +50,83 @@ class Chain:
         return self.steps[-1].mechanism
 
 
-class Unfinished(NoSolutionError):
+class ReductionStopped(NoSolutionError):
     """A reduction that stops before its end; steps: those that it made."""
 
-    def __init__(self, message: str, steps: tuple[Step, ...]) -> None:
+    def __init__(self, message: str, steps: tuple[ReductionStep, ...]) -> None:
         super().__init__(message)
         self.steps = steps
 
 
-def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda _: None, number: float | None = None) -> Chain:
-    """Every step. bandwidth [rad/s]: resonances above are dropped; needed where a link yields. number: as `load_beside` takes `known`.
+def chain(
+    whole: Mechanism,
+    bandwidth: float | None,
+    progress: Progress = lambda _: None,
+    number: float | None = None,
+) -> ReductionChain:
+    """Every step. bandwidth [rad/s]: resonances above are dropped; needed where a link yields.
+    number: as `load_beside` takes `known`.
 
-    Raises WrongElement where the mechanism is wrong, or its sensor measures no position; NoSolutionError where it has more than one
-    motion, more than one command, a sensor behind a play, or a load that no model.yaml has: Unfinished, with the steps that were made.
+    Raises WrongElement where the mechanism is wrong, or its sensor measures no position;
+    NoSolutionError where it has more than one motion, more than one command, a sensor behind a
+    play, or a load that no model.yaml has: Unfinished, with the steps that were made.
     """
-    steps: list[Step] = []
+    steps: list[ReductionStep] = []
     try:
         return _chain(whole, bandwidth, progress, steps, number)
     except NoSolutionError as error:
-        raise Unfinished(str(error), tuple(steps)) from None
+        raise ReductionStopped(str(error), tuple(steps)) from None
 
 
-def _chain(whole: Mechanism, bandwidth: float | None, progress: Progress, steps: list[Step], number: float | None) -> Chain:
-    source, sensor = commanded(whole)
+def _chain(
+    whole: Mechanism,
+    bandwidth: float | None,
+    progress: Progress,
+    steps: list[ReductionStep],
+    number: float | None,
+) -> ReductionChain:
+    source, sensor = controlled_names(whole)
     _one_command(whole, source)
     if whole.sensors[sensor].measures != "position":
-        raise WrongElement(
+        raise ElementError(
             f"sensors.{sensor}.measures",
             f"found {whole.sensors[sensor].measures}; allowed: position, which a model.yaml needs; name such a sensor by control",
         )
 
-    def take(result: tuple[Mechanism, Told]) -> Mechanism:
-        steps.append(Step(*result))
+    def take(result: tuple[Mechanism, StepReport]) -> Mechanism:
+        steps.append(ReductionStep(*result))
         return result[0]
 
     progress("coordinates")
     now = take(from_source(whole, source))
     root = now.sources[source].on
-    now = take(lumped(now, root))
+    now = take(lump_rigid_links(now, root))
     root = now.sources[source].on
-    if yielding(now):
+    if compliant_links(now):
         progress("compliance")
         if bandwidth is None:
             raise NoSolutionError(
-                f"{whole.name}: {', '.join(one.name for one in yielding(now))} yields, and no bandwidth says what to keep"
+                f"{whole.name}: {', '.join(one.name for one in compliant_links(now))} yields, and no bandwidth says what to keep"
             )
-        now = take(made_rigid(now, root, bandwidth))
+        now = take(stiffen_above(now, root, bandwidth))
     progress("losses")
     now, told, felt = as_friction(now, root, whole)
-    steps.append(Step(now, told))
+    steps.append(ReductionStep(now, told))
     progress("curves")
     now = take(as_resistance(now))
     there = sensor_frame(whole, source, sensor)
     if (there.ratio, there.offset) != (1.0, 0.0):
         now = take(at_sensor(now, whole, source, sensor))
     root = now.sources[source].on
-    one = one_inertia(now, source, sensor, felt, 1.0 if there.ratio > 0.0 else -1.0, _turns(whole, source, there), number)
+    one = one_inertia(
+        now,
+        source,
+        sensor,
+        felt,
+        1.0 if there.ratio > 0.0 else -1.0,
+        _turns(whole, source, there),
+        number,
+    )
     if one.play.before_sensor > 0.0:
         unit = "rad" if now.blocks[root].inertia is not None else "m"
         names = ", ".join(one.play.hiding)
@@ -111,12 +134,12 @@ def _chain(whole: Mechanism, bandwidth: float | None, progress: Progress, steps:
             f"sensors.{sensor}: {one.play.before_sensor:.4g} {unit} of play ({names}) lie between it and {source}; a model.yaml has its "
             "sensor before the play; put a sensor on the source's side, or simulate the mechanism itself"
         )
-    kept = tuple(link.name for link in yielding(now))
-    play = told_of_play(whole, whole.sources[source].on, whole.sensors[sensor].on)
-    return Chain(whole, tuple(steps), one, source, sensor, kept, play)
+    kept = tuple(link.name for link in compliant_links(now))
+    play = play_figures(whole, whole.sources[source].on, whole.sensors[sensor].on)
+    return ReductionChain(whole, tuple(steps), one, source, sensor, kept, play)
 
 
-def _turns(whole: Mechanism, source: str, there: Frame) -> tuple[float, ...]:
+def _turns(whole: Mechanism, source: str, there: CoordinateFrame) -> tuple[float, ...]:
     """How far each block turns per rad | m at the sensor, whose frame is `there`."""
     here = from_reference(whole, source)
     frames = [here.frame(name) for name in here.assembled.blocks]
@@ -125,7 +148,9 @@ def _turns(whole: Mechanism, source: str, there: Frame) -> tuple[float, ...]:
 
 def _one_command(whole: Mechanism, source: str) -> None:
     """Raises NoSolutionError where another source than the controlled one is commanded too."""
-    others = [name for name, one in whole.sources.items() if name != source and one.drive != "effort"]
+    others = [
+        name for name, one in whole.sources.items() if name != source and one.drive != "effort"
+    ]
     if others:
         raise NoSolutionError(
             f"{whole.name}: {source} and {', '.join(others)} are commanded; a one-inertia model has one command; make the other a constant "

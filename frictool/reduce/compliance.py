@@ -1,8 +1,10 @@
-"""Links that yield: their resonances kept below a bandwidth, the links made rigid above it (thesis 2.1.5, (2.6)-(2.9)).
+"""Links that yield: their resonances kept below a bandwidth, the links made rigid above it (thesis
+2.1.5, (2.6)-(2.9)).
 
-Two inertias J_a and J_b over a stiffness k swing against each other at sqrt(k (1/J_a + 1/J_b)). Far below it the link is rigid; at a
-frequency w it makes an error of (w/w_r)^2 of gain, and its twist under an effort is effort/k. What a dropped link does to the transfer
-from source to sensor at the bandwidth is evaluated on the linearised mechanism, before and after.
+Two inertias J_a and J_b over a stiffness k swing against each other at sqrt(k (1/J_a + 1/J_b)). Far
+below it the link is rigid; at a frequency w it makes an error of (w/w_r)^2 of gain, and its twist
+under an effort is effort/k. What a dropped link does to the transfer from source to sensor at the
+bandwidth is evaluated on the linearised mechanism, before and after.
 """
 
 from __future__ import annotations
@@ -13,21 +15,22 @@ import msgspec
 import numpy as np
 
 from frictool.documents.mechanism import Coupling, Gear, Mechanism
-from frictool.plant.mechanism.driving import commanded
-from frictool.plant.mechanism.linear import linearise
-from frictool.reduce.assembling import put_together
+from frictool.plant.mechanism.linearisation import linearise
+from frictool.plant.mechanism.sources_and_sensors import controlled_names
+from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.connections import Connection, connections, seen_from
-from frictool.reduce.grid import known_travel
-from frictool.reduce.rigid import lumped
-from frictool.reduce.told import Figure, Told
+from frictool.reduce.rigid_lumping import lump_rigid_links
+from frictool.reduce.step_report import StepFigure, StepReport
+from frictool.reduce.travel_grid import known_travel
 
 TAKES_PART = 0.05  # of a mode's strain: a link with less has no part in it
 
 
 @dataclass(frozen=True)
-class Swing:
-    """A link that yields: its frequency [rad/s], of the slowest oscillation that it has a part in, or by its two sides alone where damping
-    lets none be; twist: its give under the source's largest effort [rad | m]."""
+class LinkResonance:
+    """A link that yields: its frequency [rad/s], of the slowest oscillation that it has a part in,
+    or by its two sides alone where damping lets none be; twist: its give under the source's largest
+    effort [rad | m]."""
 
     link: Connection
     frequency: float
@@ -36,59 +39,82 @@ class Swing:
     twist: float
 
 
-def yielding(mechanism: Mechanism) -> tuple[Connection, ...]:
+def compliant_links(mechanism: Mechanism) -> tuple[Connection, ...]:
     """Links between two blocks that yield."""
-    return tuple(one for one in connections(put_together(mechanism)) if one.compliant)
+    return tuple(one for one in connections(assemble_cached(mechanism)) if one.compliant)
 
 
-def swings(mechanism: Mechanism, root: str) -> tuple[Swing, ...]:
+def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
     """Of each link that yields, slowest first; in the mechanism's one coordinate."""
-    assembled = put_together(mechanism)
+    assembled = assemble_cached(mechanism)
     links = connections(assembled)
     seen = seen_from(assembled.blocks.index(root), links, assembled.blocks)
     modes = linearise(assembled, middle(mechanism)).modes()
     inertia = assembled.packed.inertia
-    largest = float(np.max(assembled.packed.sources.constant * assembled.packed.sources.limit, initial=0.0))
+    largest = float(
+        np.max(assembled.packed.sources.constant * assembled.packed.sources.limit, initial=0.0)
+    )
     found = []
     for link in (one for one in links if one.compliant):
         beyond = [k for k, one in seen.items() if link.name in {step.name for step in one.by}]
         far = float(np.sum(inertia[beyond]))
         near = float(np.sum(inertia)) - far
-        alone = float(np.sqrt(link.stiffness * (1.0 / near + 1.0 / far))) if far > 0.0 and near > 0.0 else np.inf
+        alone = (
+            float(np.sqrt(link.stiffness * (1.0 / near + 1.0 / far)))
+            if far > 0.0 and near > 0.0
+            else np.inf
+        )
         own = [mode for mode in modes if mode.links.get(link.name, 0.0) > TAKES_PART]
         frequency = own[0].frequency if own else alone
         damping = own[0].damping if own else 0.5 * link.damping / link.stiffness * alone
         give = 1.0 / link.stiffness if link.stiffness > 0.0 else 0.0
-        found.append(Swing(link, frequency, damping, give, give * largest if np.isfinite(largest) else np.nan))
+        found.append(
+            LinkResonance(
+                link, frequency, damping, give, give * largest if np.isfinite(largest) else np.nan
+            )
+        )
     return tuple(sorted(found, key=lambda one: one.frequency))
 
 
-def made_rigid(mechanism: Mechanism, root: str, bandwidth: float) -> tuple[Mechanism, Told]:
+def stiffen_above(
+    mechanism: Mechanism, root: str, bandwidth: float
+) -> tuple[Mechanism, StepReport]:
     """The mechanism with the links rigid that only swing above `bandwidth` [rad/s]."""
     found = swings(mechanism, root)
     if not found:
-        return mechanism, Told("compliance", "no link yields", "nothing")
+        return mechanism, StepReport("compliance", "no link yields", "nothing")
     dropped = [one for one in found if one.frequency > bandwidth]
     reduced = rigid(mechanism, {one.link.name for one in dropped})
     gain, phase = _difference(mechanism, reduced, bandwidth) if dropped else (0.0, 0.0)
-    unit = "rad" if put_together(mechanism).kinds[0] == "rotary" else "m"
+    unit = "rad" if assemble_cached(mechanism).kinds[0] == "rotary" else "m"
     effort = "N m" if unit == "rad" else "N"
-    figures, notes = [Figure("bandwidth", bandwidth, "rad/s")], []
+    figures, notes = [StepFigure("bandwidth", bandwidth, "rad/s")], []
     for one in found:
         figures += [
-            Figure(f"{one.link.name}: resonance", one.frequency, "rad/s"),
-            Figure(f"{one.link.name}: damping ratio", one.damping, ""),
-            Figure(f"{one.link.name}: compliance", one.compliance, f"{unit}/({effort})"),
-            Figure(f"{one.link.name}: twist under the largest effort", one.twist, unit),
+            StepFigure(f"{one.link.name}: resonance", one.frequency, "rad/s"),
+            StepFigure(f"{one.link.name}: damping ratio", one.damping, ""),
+            StepFigure(f"{one.link.name}: compliance", one.compliance, f"{unit}/({effort})"),
+            StepFigure(f"{one.link.name}: twist under the largest effort", one.twist, unit),
         ]
         kept = "kept, below" if one not in dropped else "dropped, above"
-        notes.append(f"{one.link.name}: {one.frequency:.4g} rad/s {kept} the bandwidth of {bandwidth:.4g} rad/s")
+        notes.append(
+            f"{one.link.name}: {one.frequency:.4g} rad/s {kept} the bandwidth of {bandwidth:.4g} rad/s"
+        )
     if dropped:
-        figures += [Figure("gain error at the bandwidth", gain, ""), Figure("phase error at the bandwidth", phase, "rad")]
+        figures += [
+            StepFigure("gain error at the bandwidth", gain, ""),
+            StepFigure("phase error at the bandwidth", phase, "rad"),
+        ]
     names = ", ".join(one.link.name for one in dropped)
     did = f"{names} rigid" if dropped else "every resonance is kept"
-    neglects = f"resonances above {bandwidth:.4g} rad/s and the static twist of {names}" if dropped else "nothing"
-    return lumped(reduced, root)[0], Told("compliance", did, neglects, gain, "the gain at the bandwidth", tuple(figures), tuple(notes))
+    neglects = (
+        f"resonances above {bandwidth:.4g} rad/s and the static twist of {names}"
+        if dropped
+        else "nothing"
+    )
+    return lump_rigid_links(reduced, root)[0], StepReport(
+        "compliance", did, neglects, gain, "the gain at the bandwidth", tuple(figures), tuple(notes)
+    )
 
 
 def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
@@ -97,22 +123,34 @@ def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
     for name in names:
         link = links[name]
         assert isinstance(link, Coupling | Gear)
-        backlash = None if link.backlash is None else msgspec.structs.replace(link.backlash, compliance=None)
+        backlash = (
+            None
+            if link.backlash is None
+            else msgspec.structs.replace(link.backlash, compliance=None)
+        )
         links[name] = msgspec.structs.replace(link, compliance=None, backlash=backlash)
     return msgspec.structs.replace(mechanism, links=links)
 
 
 def middle(mechanism: Mechanism) -> np.ndarray:
-    """Positions of the blocks in the middle of the travel, or at the start where nothing tells it."""
-    assembled, travel = put_together(mechanism), known_travel(mechanism)
-    return assembled.start if travel is None else assembled.start * 0.0 + 0.5 * (travel[0] + travel[1])
+    """Positions of the blocks in the middle of the travel, or at the start where nothing tells
+    it."""
+    assembled, travel = assemble_cached(mechanism), known_travel(mechanism)
+    return (
+        assembled.start if travel is None else assembled.start * 0.0 + 0.5 * (travel[0] + travel[1])
+    )
 
 
 def _difference(before: Mechanism, after: Mechanism, bandwidth: float) -> tuple[float, float]:
-    """Of the transfers from source to sensor at the bandwidth: of the gain, relative, and of the phase [rad]."""
-    source, sensor = commanded(before)
+    """Of the transfers from source to sensor at the bandwidth: of the gain, relative, and of the
+    phase [rad]."""
+    source, sensor = controlled_names(before)
     one, other = (
-        complex(linearise(put_together(each), middle(each)).transfer(source, sensor).response(bandwidth)[0, 0, 0])
+        complex(
+            linearise(assemble_cached(each), middle(each))
+            .transfer(source, sensor)
+            .response(bandwidth)[0, 0, 0]
+        )
         for each in (before, after)
     )
     ratio = other / one

@@ -1,4 +1,5 @@
-"""What connects the blocks of a mechanism, as the equations have it: q_b = ratio q_a + offset, with a gap, a compliance or a loss."""
+"""What connects the blocks of a mechanism, as the equations have it: q_b = ratio q_a + offset, with
+a gap, a compliance or a loss."""
 
 from __future__ import annotations
 
@@ -8,15 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.errors import NoSolutionError
-from frictool.plant.mechanism.assembly import Assembled
-from frictool.plant.mechanism.packed import FRAME, Couplings, Joints
+from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.packed_mechanism import FRAME, Couplings, Joints
 
 SAME = 1e-9  # relative, between two ways round a loop
 
 
 @dataclass(frozen=True)
 class Connection:
-    """One link between two blocks, by their numbers. gap: half the width at b. losses: efforts on a per unit of effort through the link.
+    """One link between two blocks, by their numbers. gap: half the width at b. losses: efforts on a
+    per unit of effort through the link.
 
     stiffness and damping of a compliance, at b; 0 where the link is rigid.
     """
@@ -44,18 +46,24 @@ class Connection:
         return not self.compliant and self.gap == 0.0 and self.lossless
 
 
-def connections(assembled: Assembled) -> tuple[Connection, ...]:
+def connections(assembled: AssembledMechanism) -> tuple[Connection, ...]:
     """Of all links between two blocks: joints first, then what yields."""
     joints, couplings = assembled.packed.joints, assembled.packed.couplings
     found = [_joint(name, joints, k) for k, name in enumerate(assembled.joints)]
-    found += [_coupling(name, couplings, k) for k, name in enumerate(assembled.couplings) if couplings.a[k] != FRAME]
+    found += [
+        _coupling(name, couplings, k)
+        for k, name in enumerate(assembled.couplings)
+        if couplings.a[k] != FRAME
+    ]
     return tuple(found)
 
 
 def _joint(name: str, joints: Joints, k: int) -> Connection:
     drive, back = float(joints.drive_loss[k]), float(joints.back_loss[k])
     if joints.thesis_screw[k] > 0.0:
-        drive, back = thesis_losses(float(joints.ratio[k]), float(joints.thread[k]), float(joints.thesis_screw[k]))
+        drive, back = thesis_losses(
+            float(joints.ratio[k]), float(joints.thread[k]), float(joints.thesis_screw[k])
+        )
     return Connection(
         name, int(joints.a[k]), int(joints.b[k]), float(joints.ratio[k]), float(joints.offset[k]), float(joints.gap[k]), drive, back,
         restitution=float(joints.restitution[k]),
@@ -63,13 +71,17 @@ def _joint(name: str, joints: Joints, k: int) -> Connection:
 
 
 def thesis_losses(ratio: float, thread: float, steep: float) -> tuple[float, float]:
-    """(2.12) at a steady speed, where u is what the thread takes: its loss per unit of force, driving and driven back.
+    """(2.12) at a steady speed, where u is what the thread takes: its loss per unit of force,
+    driving and driven back.
 
-    u = r tan(a) f ± mu |r f - u tan(a)| solved for u: with w = mu tan(a), drive loss (mu r + r tan(a))/(1 + w) - r tan(a), back loss
-    r tan(a) - (r tan(a) - mu r)/(1 - w). thread: mu r. steep: w.
+    u = r tan(a) f ± mu |r f - u tan(a)| solved for u: with w = mu tan(a), drive loss (mu r + r
+    tan(a))/(1 + w) - r tan(a), back loss r tan(a) - (r tan(a) - mu r)/(1 - w). thread: mu r. steep:
+    w.
     """
     carried = abs(ratio)
-    return (thread + carried) / (1.0 + steep) - carried, carried - (carried - thread) / (1.0 - steep)
+    return (thread + carried) / (1.0 + steep) - carried, carried - (carried - thread) / (
+        1.0 - steep
+    )
 
 
 def _coupling(name: str, couplings: Couplings, k: int) -> Connection:
@@ -81,21 +93,25 @@ def _coupling(name: str, couplings: Couplings, k: int) -> Connection:
 
 
 @dataclass(frozen=True)
-class Seen:
-    """Block b as the root sees it: q_b = ratio q_root + offset. `by`: the connections between, from the root on."""
+class BlockMotion:
+    """Block b as the root sees it: q_b = ratio q_root + offset. `by`: the connections between, from
+    the root on."""
 
     ratio: float
     offset: float
     by: tuple[Connection, ...] = ()
 
 
-def seen_from(root: int, links: Sequence[Connection], names: Sequence[str]) -> dict[int, Seen]:
-    """Every block that moves with `root`, with gaps in their middle and compliances unstrained; rigid ways first.
+def seen_from(
+    root: int, links: Sequence[Connection], names: Sequence[str]
+) -> dict[int, BlockMotion]:
+    """Every block that moves with `root`, with gaps in their middle and compliances unstrained;
+    rigid ways first.
 
-    Raises NoSolutionError where two ways from the root to a block have different ratios: the mechanism moves in more than one way, or not
-    at all.
+    Raises NoSolutionError where two ways from the root to a block have different ratios: the
+    mechanism moves in more than one way, or not at all.
     """
-    found = {root: Seen(1.0, 0.0)}
+    found = {root: BlockMotion(1.0, 0.0)}
     for compliant in (False, True):
         changed = True
         while changed:
@@ -106,7 +122,9 @@ def seen_from(root: int, links: Sequence[Connection], names: Sequence[str]) -> d
                 for here, there, ratio, offset in _both_ways(link):
                     if here in found and there not in found:
                         seen = found[here]
-                        found[there] = Seen(ratio * seen.ratio, ratio * seen.offset + offset, (*seen.by, link))
+                        found[there] = BlockMotion(
+                            ratio * seen.ratio, ratio * seen.offset + offset, (*seen.by, link)
+                        )
                         changed = True
     for link in links:
         if link.a in found:
@@ -119,7 +137,7 @@ def _both_ways(link: Connection) -> Iterator[tuple[int, int, float, float]]:
     yield link.b, link.a, 1.0 / link.ratio, -link.offset / link.ratio
 
 
-def _agrees(link: Connection, found: dict[int, Seen], names: Sequence[str]) -> None:
+def _agrees(link: Connection, found: dict[int, BlockMotion], names: Sequence[str]) -> None:
     """Raises NoSolutionError where the link asks for another ratio than the way from the root."""
     there, expected = found[link.b].ratio, link.ratio * found[link.a].ratio
     if not np.isclose(there, expected, rtol=SAME, atol=0.0):

@@ -1,7 +1,8 @@
-"""Resonances that are kept, as poles and zeros of the measured position over that of the rigid mechanism.
+"""Resonances that are kept, as poles and zeros of the measured position over that of the rigid
+mechanism.
 
-Loads and friction against the frame are not among them: the one inertia has those. What is left is the free mechanism, 1/(M s^2) far below
-its resonances; H(s) is its transfer times M s^2.
+Loads and friction against the frame are not among them: the one inertia has those. What is left is
+the free mechanism, 1/(M s^2) far below its resonances; H(s) is its transfer times M s^2.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from scipy.linalg import eigvals
 from frictool.documents.mechanism import GROUND, Cam, FrictionOf, Mechanism, Spring, Stop
 from frictool.documents.resonances import Oscillation, Resonances
 from frictool.plant.lti import Lti
-from frictool.plant.mechanism.linear import linearise
-from frictool.reduce.assembling import put_together
-from frictool.reduce.compliance import yielding
+from frictool.plant.mechanism.linearisation import linearise
+from frictool.reduce.assembly_cache import assemble_cached
+from frictool.reduce.compliance import compliant_links
 
 STILL = 1e-5  # of the fastest pole: the two of the motion of the whole lie below
 FAR = 1e4  # times the fastest pole: zeros beyond are those at infinity
@@ -24,11 +25,13 @@ HIDDEN = 1e-6  # relative distance of a pole and a zero that are one
 
 def resonances(mechanism: Mechanism, source: str, sensor: str) -> Resonances | None:
     """Of a mechanism in one coordinate; None where no link yields."""
-    kept = yielding(mechanism)
+    kept = compliant_links(mechanism)
     if not kept:
         return None
-    free = msgspec.structs.replace(mechanism, links={name: link for name, link in mechanism.links.items() if _between(link)})
-    system = linearise(put_together(free)).transfer(source, sensor)
+    free = msgspec.structs.replace(
+        mechanism, links={name: link for name, link in mechanism.links.items() if _between(link)}
+    )
+    system = linearise(assemble_cached(free)).transfer(source, sensor)
     poles, zeros = _without_hidden(_poles(system), _zeros(system))
     return Resonances(
         poles=_pairs(poles),
@@ -59,14 +62,21 @@ def _zeros(system: Lti) -> list[complex]:
     scale = np.concatenate([np.ones(count), np.full(count, fastest)])  # positions | speeds
     a = system.a * scale[None, :] / scale[:, None] / fastest
     b, c = system.b / scale[:, None], system.c * scale[None, :]
-    pencil = np.block([[a, b / max(float(np.max(np.abs(b))), 1e-300)], [c / float(np.max(np.abs(c))), np.zeros((1, 1))]])
+    pencil = np.block(
+        [
+            [a, b / max(float(np.max(np.abs(b))), 1e-300)],
+            [c / float(np.max(np.abs(c))), np.zeros((1, 1))],
+        ]
+    )
     unit = np.zeros((n + 1, n + 1))
     unit[:n, :n] = np.eye(n)
     values = eigvals(pencil, unit)
     return [complex(value) * fastest for value in values if np.isfinite(value) and abs(value) < FAR]
 
 
-def _without_hidden(poles: list[complex], zeros: list[complex]) -> tuple[list[complex], list[complex]]:
+def _without_hidden(
+    poles: list[complex], zeros: list[complex]
+) -> tuple[list[complex], list[complex]]:
     """Poles that the source does not move or the sensor does not see are as many zeros: both go."""
     left = list(zeros)
     seen = []

@@ -2,14 +2,14 @@
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from frictool.report.requirement import Requirement as Requirement
     from frictool.report.requirement import Verdict as Verdict
     from frictool.report.verdict import judge as judge
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
             "Requirement": "frictool.report.requirement",

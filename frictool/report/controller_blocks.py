@@ -2,32 +2,55 @@
 
 from __future__ import annotations
 
-from frictool.documents.controller import Controller, FrictionCompensation, Limiter, PositionLaw, Velocity
+from frictool.documents.controller import (
+    Controller,
+    FrictionCompensation,
+    Limiter,
+    PositionLaw,
+    Velocity,
+)
 from frictool.documents.observer import Observer
 from frictool.documents.quantity import si_unit
 from frictool.report.requirement import number
 
 ORDERS = {1: "first", 2: "second"}
-INPUTS = {"eta": "eta, the integral of the speed reference less the position", "speed_error": "the speed's error"}
+INPUTS = {
+    "eta": "eta, the integral of the speed reference less the position",
+    "speed_error": "the speed's error",
+}
 
 
-def blocks(controller: Controller) -> list[tuple[str, str]]:
+def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
     """(block, what it does) of every block that the controller has."""
     unit, drive = si_unit("position", controller.axis), si_unit(controller.drive, controller.axis)
     law, filtered = controller.position_law, controller.prefilter
-    found = [] if filtered is None else [("Prefilter (5.69)", _prefilter(filtered.natural_frequency_rad_s, filtered.damping))]
+    found = (
+        []
+        if filtered is None
+        else [("Prefilter (5.69)", _prefilter(filtered.natural_frequency_rad_s, filtered.damping))]
+    )
     if _sees_velocity(controller):
         found.append(("Velocity", _velocity(controller.velocity)))
     if law is not None:
         found.append(("Position law", _law(law, unit)))
     found.append(("Linear", _linear(controller)))
     if controller.schedule is not None:
-        found.append(("Schedule", f"over {', '.join(controller.schedule.parameters)}; {len(controller.schedule.corners)} corners (5.64)"))
+        found.append(
+            (
+                "Schedule",
+                f"over {', '.join(controller.schedule.parameters)}; {len(controller.schedule.corners)} corners (5.64)",
+            )
+        )
     if controller.friction_compensation is not None:
         found.append(("Friction compensation", _compensation(controller.friction_compensation)))
     if controller.limiter is not None:
         found.append(("Limit-cycle limiter", _limiter(controller.limiter, unit)))
-    found.append(("Drive", f"{controller.drive} limited to {number(controller.drive_limit)} {drive}{_winding(controller)}"))
+    found.append(
+        (
+            "Drive",
+            f"{controller.drive} limited to {number(controller.drive_limit)} {drive}{_winding(controller)}",
+        )
+    )
     return found
 
 
@@ -40,7 +63,12 @@ def _sees_velocity(controller: Controller) -> bool:
     law, cascade = controller.position_law, controller.structure == "speed_cascade"
     brakes = law is not None and law.action == "brake"
     by_speed = cascade and controller.linear.input == "speed_error"
-    return brakes or by_speed or controller.limiter is not None or controller.friction_compensation is not None
+    return (
+        brakes
+        or by_speed
+        or controller.limiter is not None
+        or controller.friction_compensation is not None
+    )
 
 
 def _velocity(velocity: Velocity) -> str:
@@ -67,14 +95,23 @@ def _law(law: PositionLaw, unit: str) -> str:
     gain = f"{kind}, gain {number(law.gain)}" + (f" by {law.formula}" if law.formula else "")
     if law.action == "none":
         return f"{gain}; the loop stays closed everywhere"
-    action = {"cut": "drive 0", "brake": f"speed reference 0, drive 0 below {number(law.rest_speed)} {unit}/s"}[law.action]
-    wait = f", once the prefilter is slower than {number(law.settled_speed)} {unit}/s" if law.settled_speed else ""
+    action = {
+        "cut": "drive 0",
+        "brake": f"speed reference 0, drive 0 below {number(law.rest_speed)} {unit}/s",
+    }[law.action]
+    wait = (
+        f", once the prefilter is slower than {number(law.settled_speed)} {unit}/s"
+        if law.settled_speed
+        else ""
+    )
     return f"{gain}; inside the band of {number(law.band)} {unit}: {action}{wait}"
 
 
 def _linear(controller: Controller) -> str:
     linear = controller.linear
-    entering = "the position's error" if controller.structure == "position" else INPUTS[linear.input]
+    entering = (
+        "the position's error" if controller.structure == "position" else INPUTS[linear.input]
+    )
     form = "second-order sections" if linear.form == "sos" else "state space"
     held = ", integrators held while the drive is limited" if linear.conditional else ""
     return f"order {len(linear.discrete.a)} from {entering}, runs as {form}{held}"
@@ -84,17 +121,31 @@ def _compensation(block: FrictionCompensation) -> str:
     part = f"{100.0 * block.gain:.3g} % of the friction"
     if block.source == "observer":
         return f"{part} that an observer of {number(block.observer_rad_s)} rad/s finds (the baseline that 5.1 argues against)"
-    return f"{part} of the model, by the {block.velocity} speed (the baseline that 5.1 argues against)"
+    return (
+        f"{part} of the model, by the {block.velocity} speed (the baseline that 5.1 argues against)"
+    )
 
 
 def _limiter(limiter: Limiter, unit: str) -> str:
     where = "||e| - J v²/2F|" if limiter.condition == "energy" else "|e|"
     source = "(5.7)" if limiter.condition == "energy" else "(the usual cut-off, 5.2.1)"
-    brake = f", virtual friction {number(limiter.virtual_coulomb)} brakes there (5.41)" if limiter.virtual_coulomb > 0.0 else ""
-    wait = f", once the prefilter is slower than {number(limiter.settled_speed)} {unit}/s" if limiter.settled_speed else ""
+    brake = (
+        f", virtual friction {number(limiter.virtual_coulomb)} brakes there (5.41)"
+        if limiter.virtual_coulomb > 0.0
+        else ""
+    )
+    wait = (
+        f", once the prefilter is slower than {number(limiter.settled_speed)} {unit}/s"
+        if limiter.settled_speed
+        else ""
+    )
     return f"drive released where {where} < {number(limiter.band)} {unit} {source}, the integral frozen{brake}{wait}"
 
 
 def _winding(controller: Controller) -> str:
     winding = controller.bench.actuator.winding
-    return "" if winding is None else f", and by {number(winding.voltage_v)} V over {number(winding.resistance_ohm)} Ω and the back-EMF"
+    return (
+        ""
+        if winding is None
+        else f", and by {number(winding.voltage_v)} V over {number(winding.resistance_ohm)} Ω and the back-EMF"
+    )

@@ -1,4 +1,5 @@
-"""What the specification asks of the drive: peak, mean, time at its limit, energy, and none at rest."""
+"""What the specification asks of the drive: peak, mean, time at its limit, energy, and none at
+rest."""
 
 from __future__ import annotations
 
@@ -9,55 +10,89 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.metrics.drive_peak import command_peak, drive_peak
 from frictool.metrics.drive_rms import drive_rms
-from frictool.report.evidence import Evidence
-from frictool.report.measure import Measured, no_drive, saturation
+from frictool.presentation.ties import largest
+from frictool.report.evidence import StreamEvidence
+from frictool.report.hold_metrics import HoldMetrics, no_drive, saturation
 from frictool.report.requirement import Requirement
-from frictool.report.worst import Judged, place, worst_hold
-from frictool.ties import largest
+from frictool.report.worst_hold import JudgedStreams, location_of, worst_hold
 
 
-def _undecided(spec: Spec, key: str, name: str, limit: float, unit: str, evidence: Judged) -> Requirement:
+def _undecided(
+    spec: Spec, key: str, name: str, limit: float, unit: str, evidence: JudgedStreams
+) -> Requirement:
     first = evidence[0][0]
-    return Requirement(name, key, None, limit, unit, None, reason=f"{first.name}: {no_drive(spec, first)}")
+    return Requirement(
+        name, key, None, limit, unit, None, reason=f"{first.name}: {no_drive(spec, first)}"
+    )
 
 
-def judge_peak(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:
+def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """The larger of the command's peak and of the measured drive's, less its noise floor."""
     assert spec.drive_peak is not None
     limit, unit = spec.drive_peak.value, spec.drive_peak.unit
-    found: list[tuple[float, Evidence, str]] = []
+    found: list[tuple[float, StreamEvidence, str]] = []
     for item, _ in evidence:
         if item.command is not None:
             found.append((command_peak(item.command), item, "of the command"))
         if item.measured is not None:
-            found.append((drive_peak(item.measured), item, f"of the measured {spec.drive}, less its noise floor"))
+            found.append(
+                (
+                    drive_peak(item.measured),
+                    item,
+                    f"of the measured {spec.drive}, less its noise floor",
+                )
+            )
     if not found:
         return _undecided(spec, "drive_peak", "drive_peak", limit, unit, evidence)
     value, at = largest(entry[0] for entry in found)
     _, item, signal = found[at]
-    return Requirement("drive_peak", "drive_peak", value, limit, unit, value <= limit, reason=signal, where=place(item))
+    return Requirement(
+        "drive_peak",
+        "drive_peak",
+        value,
+        limit,
+        unit,
+        value <= limit,
+        reason=signal,
+        where=location_of(item),
+    )
 
 
-def judge_rms(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:
+def judge_rms(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Over the whole of each stream: it is what heats the motor."""
     assert spec.drive_rms is not None
     limit, unit = spec.drive_rms.value, spec.drive_rms.unit
-    found = [(drive_rms(item.stream.time, item.drive), item) for item, _ in evidence if item.drive is not None]
+    found = [
+        (drive_rms(item.stream.time, item.drive), item)
+        for item, _ in evidence
+        if item.drive is not None
+    ]
     if not found:
         return _undecided(spec, "drive_rms", "drive_rms", limit, unit, evidence)
     value, at = largest(entry[0] for entry in found)
     _, item = found[at]
     signal = f"over the whole record, of the {'command' if item.measured is None else f'measured {spec.drive}'}"
-    return Requirement("drive_rms", "drive_rms", value, limit, unit, value <= limit, reason=signal, where=place(item))
+    return Requirement(
+        "drive_rms",
+        "drive_rms",
+        value,
+        limit,
+        unit,
+        value <= limit,
+        reason=signal,
+        where=location_of(item),
+    )
 
 
-def judge_saturation(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:
+def judge_saturation(
+    spec: Spec, evidence: JudgedStreams, controller: Controller | None
+) -> Requirement:
     """The longest in one hold; a stream that is never held counts as a whole."""
     assert spec.saturation_time_s is not None
     name, key, limit = "saturation_time", "saturation_time_s", spec.saturation_time_s
     if all(item.drive is None for item, _ in evidence):
         return _undecided(spec, key, name, limit, "s", evidence)
-    found: list[tuple[float, Evidence, Measured | None]] = []
+    found: list[tuple[float, StreamEvidence, HoldMetrics | None]] = []
     for item, holds in evidence:
         found += [(m.values[name], item, m) for m in holds if name in m.values]
         if not holds and item.drive is not None and item.drive_limit is not None:
@@ -68,10 +103,12 @@ def judge_saturation(spec: Spec, evidence: Judged, controller: Controller | None
     value, at = largest(entry[0] for entry in found)
     _, item, hold = found[at]
     whole = "" if hold is not None else "over the whole record, which is never held"
-    return Requirement(name, key, value, limit, "s", value <= limit, reason=whole, where=place(item, hold))
+    return Requirement(
+        name, key, value, limit, "s", value <= limit, reason=whole, where=location_of(item, hold)
+    )
 
 
-def judge_energy(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:
+def judge_energy(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Of the worst step, as table 5.3 counts it."""
     assert spec.energy is not None
     unit = f"{si_unit(spec.drive, spec.axis)}^2"
@@ -80,13 +117,18 @@ def judge_energy(spec: Spec, evidence: Judged, controller: Controller | None) ->
     return replace(worst_hold(spec, "energy", "energy", evidence), unit=unit)
 
 
-def judge_rest(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:
+def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Both halves of rest; the value shown is the drive, the motion is in the details."""
     assert spec.rest is not None
     unit, after, allowed = si_unit(spec.drive, spec.axis), spec.rest.after_s, spec.rest.drive
     found = [(m, e) for e, holds in evidence for m in holds if "rest_motion" in m.values]
     if not found:
-        gaps = [item.gaps[name] for item, _ in evidence for name in ("position", "reference", "hold") if name in item.gaps]
+        gaps = [
+            item.gaps[name]
+            for item, _ in evidence
+            for name in ("position", "reference", "hold")
+            if name in item.gaps
+        ]
         reason = gaps[0] if gaps else f"no hold lasts beyond {after:g} s"
         return Requirement("rest", "rest", None, allowed, unit, None, reason=reason)
     _, at = largest(m.values["rest_motion"] - e.resolution for m, e in found)
@@ -94,16 +136,32 @@ def judge_rest(spec: Spec, evidence: Judged, controller: Controller | None) -> R
     motion = moving.values["rest_motion"]
     driven = [(m.values["rest_drive"], m, e) for m, e in found if "rest_drive" in m.values]
     details = {"after_s": after, "motion": motion, "motion_limit": mover.resolution}
-    where = place(mover, moving)
+    where = location_of(mover, moving)
     if motion > mover.resolution * (1.0 + 1e-6):
         value = moving.values.get("rest_drive")
         reason = f"still moves {motion:.3g} {si_unit('position', spec.axis)} peak to peak after {after:g} s of hold"
-        return Requirement("rest", "rest", value, allowed, unit, False, reason=reason, where=where, details=details)
+        return Requirement(
+            "rest", "rest", value, allowed, unit, False, reason=reason, where=where, details=details
+        )
     if not driven:
         reason = f"stands still, but {evidence[0][0].name}: {no_drive(spec, evidence[0][0])}"
-        return Requirement("rest", "rest", None, allowed, unit, None, reason=reason, where=where, details=details)
+        return Requirement(
+            "rest", "rest", None, allowed, unit, None, reason=reason, where=where, details=details
+        )
     value, at = largest(d[0] for d in driven)
     _, hold, item = driven[at]
-    signal = "command" if item.command is not None else f"measured {spec.drive}, less its noise floor"
+    signal = (
+        "command" if item.command is not None else f"measured {spec.drive}, less its noise floor"
+    )
     reason = f"stands still after {after:g} s; {signal}"
-    return Requirement("rest", "rest", value, allowed, unit, value <= allowed, reason=reason, where=place(item, hold), details=details)
+    return Requirement(
+        "rest",
+        "rest",
+        value,
+        allowed,
+        unit,
+        value <= allowed,
+        reason=reason,
+        where=location_of(item, hold),
+        details=details,
+    )

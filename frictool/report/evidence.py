@@ -16,31 +16,32 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.errors import LogError
 from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
-from frictool.logs.quality.quality import encoder_step
-from frictool.metrics.holds import Hold, find_holds
+from frictool.logs.quality.time_base import encoder_step
 from frictool.metrics.load_position import load_bounds
-from frictool.metrics.noise import noise_deviation
-from frictool.report.rig import Rig
-from frictool.report.velocity import shown_velocity
-from frictool.thinning import with_gaps
+from frictool.metrics.reference_holds import Hold, find_holds
+from frictool.metrics.white_noise import noise_deviation
+from frictool.presentation.decimation import finite_or_nan
+from frictool.report.plotted_velocity import shown_velocity
+from frictool.report.rig_facts import RigFacts
 
 if TYPE_CHECKING:
     from frictool.report.judged_loop import JudgedLoop
 
-UNKNOWN = Rig()
+UNKNOWN = RigFacts()
 NO_CONTROLLER = "a log alone does not contain it; give --controller"
 
 
 @dataclass(frozen=True)
-class Evidence:
+class StreamEvidence:
     """Stream of a log with everything that its judgement needs.
 
     resolution: the position sensor's step [rad or m], 0 if unknown. gaps: missing signal -> reason.
-    load: lowest and highest mechanical position behind the backlash (n,); twice the same array where the log has it. drive_limit [A or V].
-    nominal: whether it belongs to the nominal plant and not to a variant (`/axis`, or the only stream of its log). simulated: whether its
-    log is a simulation, in which each topic is a plant; a measured log may hold several streams of one rig.
-    modulus_margin: of the controller's loop around the stream's plant, None if unknown; margin_gap: the reason. beyond: how the
-    rig is not what the controller was verified for, or empty.
+    load: lowest and highest mechanical position behind the backlash (n,); twice the same array
+    where the log has it. drive_limit [A or V]. nominal: whether it belongs to the nominal plant and
+    not to a variant (`/axis`, or the only stream of its log). simulated: whether its log is a
+    simulation, in which each topic is a plant; a measured log may hold several streams of one rig.
+    modulus_margin: of the controller's loop around the stream's plant, None if unknown; margin_gap:
+    the reason. beyond: how the rig is not what the controller was verified for, or empty.
     """
 
     source: str
@@ -63,8 +64,9 @@ class Evidence:
         return signal in self.stream.signals
 
     def plotted(self, signal: str) -> Vector:
-        """A signal of the stream for a plot: NaN, which leaves a gap in the curve, where it is not finite."""
-        return with_gaps(self.stream.signals[signal])
+        """A signal of the stream for a plot: NaN, which leaves a gap in the curve, where it is not
+        finite."""
+        return finite_or_nan(self.stream.signals[signal])
 
     @property
     def drive(self) -> Vector | None:
@@ -96,11 +98,17 @@ class Evidence:
 
     @cached_property
     def sensor_error(self) -> Vector | None:
-        """What the sensor shows less the true position (n,), where the log knows both and it is more than rounding."""
+        """What the sensor shows less the true position (n,), where the log knows both and it is
+        more than rounding."""
         if not (self.has("position") and self.has("position_true")):
             return None
         error: Vector = self.plotted("position") - self.plotted("position_true")
-        return error if float(np.max(np.abs(error), initial=0.0)) > 1.5 * self.resolution + 1e-9 * float(np.ptp(error)) else None
+        return (
+            error
+            if float(np.max(np.abs(error), initial=0.0))
+            > 1.5 * self.resolution + 1e-9 * float(np.ptp(error))
+            else None
+        )
 
     @property
     def name(self) -> str:
@@ -108,16 +116,19 @@ class Evidence:
         return f"{self.source} {self.stream.topic}"
 
 
-def gather(spec: Spec, logs: list[Log], rig: Rig = UNKNOWN, loop: JudgedLoop | None = None) -> list[Evidence]:
+def gather_evidence(
+    spec: Spec, logs: list[Log], rig: RigFacts = UNKNOWN, loop: JudgedLoop | None = None
+) -> list[StreamEvidence]:
     """Return the evidence of every axis of every log, in their order.
 
-    rig: the sensor's step for logs whose positions show none, and the facts that no log contains. loop: the controller's loop, whose
-    margins are computed.
+    rig: the sensor's step for logs whose positions show none, and the facts that no log contains.
+    loop: the controller's loop, whose margins are computed.
 
-    Raises LogError where a log has no stream, an empty one, or one whose position is not in the unit of the specification's kind of axis.
+    Raises LogError where a log has no stream, an empty one, or one whose position is not in the
+    unit of the specification's kind of axis.
     """
-    found: list[Evidence] = []
-    for log, label in zip(logs, labels(logs), strict=True):
+    found: list[StreamEvidence] = []
+    for log, label in zip(logs, log_labels(logs), strict=True):
         if not log.axes:
             raise LogError(log.source, "has no stream of an axis; nothing to report on")
         beyond = "" if loop is None else loop.beyond(log)
@@ -129,28 +140,38 @@ def gather(spec: Spec, logs: list[Log], rig: Rig = UNKNOWN, loop: JudgedLoop | N
     return found
 
 
-def labels(logs: list[Log]) -> list[str]:
+def log_labels(logs: list[Log]) -> list[str]:
     """The base name of each log; numbered where two are the same."""
     names = [PurePath(log.source).name or log.source for log in logs]
-    return [name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})" for k, name in enumerate(names)]
+    return [
+        name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})"
+        for k, name in enumerate(names)
+    ]
 
 
-def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: Rig) -> Evidence:
+def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: RigFacts) -> StreamEvidence:
     if stream.time.size == 0:
         raise LogError(log.source, f"stream {stream.topic} has no samples")
     for name in ("position", "reference"):
         unit, expected = stream.units.get(name), si_unit("position", spec.axis)
         if unit not in (None, "", expected):
-            raise LogError(log.source, f"{name} of {stream.topic} is in {unit}; the specification is of a {spec.axis} axis, in {expected}")
+            raise LogError(
+                log.source,
+                f"{name} of {stream.topic} is in {unit}; the specification is of a {spec.axis} axis, in {expected}",
+            )
     gaps: dict[str, str] = {}
     position, reference = _signal(stream, "position", gaps), _signal(stream, "reference", gaps)
     measured, command = _signal(stream, spec.drive, gaps), _signal(stream, "command", gaps)
     if stream.units.get("command") not in (None, "", si_unit(spec.drive, spec.axis)):
         command = None
     fault = stream.signals.get("controller_fault")
-    if fault is not None and fault.any():  # the drive is 0 from there on: the rest does not test the controller
+    if (
+        fault is not None and fault.any()
+    ):  # the drive is 0 from there on: the rest does not test the controller
         begin = float(stream.time[int(np.argmax(fault != 0.0))])
-        gaps["position"] = f"the controller sets its fault at {begin:.6g} s, without a valid position, and the drive is 0 from there on"
+        gaps["position"] = (
+            f"the controller sets its fault at {begin:.6g} s, without a valid position, and the drive is 0 from there on"
+        )
         position = None
     seen = None if position is None else encoder_step(position)
     resolution = seen or rig.resolution
@@ -163,17 +184,38 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: Rig) -> Evi
     load = _load(stream, position, rig, resolution, gaps)
     if rig.drive_limit is None:
         gaps["drive_limit"] = "the drive's limit is not known; give --bench or --controller"
-    return Evidence(label, stream, resolution, holds, command, measured, gaps, nominal, simulated, load, rig.drive_limit)
+    return StreamEvidence(
+        label,
+        stream,
+        resolution,
+        holds,
+        command,
+        measured,
+        gaps,
+        nominal,
+        simulated,
+        load,
+        rig.drive_limit,
+    )
 
 
-def _load(stream: Stream, position: Vector | None, rig: Rig, resolution: float, gaps: dict[str, str]) -> tuple[Vector, Vector] | None:
-    """The mechanical position as the log has it, or its bounds from the motor's and the bench's backlash."""
+def _load(
+    stream: Stream, position: Vector | None, rig: RigFacts, resolution: float, gaps: dict[str, str]
+) -> tuple[Vector, Vector] | None:
+    """The mechanical position as the log has it, or its bounds from the motor's and the bench's
+    backlash."""
     if "load_position" in stream.signals:
         load = _signal(stream, "load_position", gaps)
         return None if load is None else (load, load)
     if position is None or rig.backlash is None:
-        told = "the bench gives no backlash" if rig.known else "no bench tells the backlash (--bench or --controller)"
-        gaps["load_position"] = gaps["position"] if position is None else f"the log has no load_position, and {told}"
+        told = (
+            "the bench gives no backlash"
+            if rig.known
+            else "no bench tells the backlash (--bench or --controller)"
+        )
+        gaps["load_position"] = (
+            gaps["position"] if position is None else f"the log has no load_position, and {told}"
+        )
         return None
     return load_bounds(position, rig.backlash, resolution + 0.5 * rig.backlash_unsure)
 
@@ -190,7 +232,10 @@ def _signal(stream: Stream, name: str, gaps: dict[str, str]) -> Vector | None:
 
 def _without_steps(holds: tuple[Hold, ...]) -> dict[str, str]:
     if not holds:
-        return {"hold": "the reference is never held: it moves all the time", "step": "the log has no step: its reference is smooth"}
+        return {
+            "hold": "the reference is never held: it moves all the time",
+            "step": "the log has no step: its reference is smooth",
+        }
     if all(hold.origin is None for hold in holds):
         return {"step": "the log has no step: its reference does not jump between holds"}
     return {}

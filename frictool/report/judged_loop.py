@@ -1,15 +1,21 @@
-"""Loop of a controller with the plants of simulated logs: its margins, and whether the controller was verified for their model."""
+"""Loop of a controller with the plants of simulated logs: its margins, and whether the controller
+was verified for their model."""
 
 from __future__ import annotations
 
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.logs.log import Log
-from frictool.plant.box import enclosing
+from frictool.plant.parameter_box import enclosing_box
 from frictool.plant.polytope import PARAMETERS
-from frictool.verify.certified_box import bench_differences, differences, outside_message, parameters_outside
+from frictool.verify.certified_intervals import (
+    bench_differences,
+    differences,
+    outside_message,
+    parameters_outside,
+)
+from frictool.verify.logged_plant import INTERVALS, RECORD, LoggedPlant, intervals_of_text
 from frictool.verify.plant_margins import PlantMargins
-from frictool.verify.played_plant import INTERVALS, RECORD, PlayedPlant, intervals_of_text
 from frictool.verify.rig_facts import RECORD as FACTS
 from frictool.verify.rig_facts import facts_of_text, missing_facts
 
@@ -18,25 +24,32 @@ RECORDED = "the plant of a recorded axis is not known"
 
 
 class JudgedLoop:
-    """Margins of one controller around the plants that logs describe; bench: that of recorded logs, if it is not the controller's."""
+    """Margins of one controller around the plants that logs describe; bench: that of recorded logs,
+    if it is not the controller's."""
 
     def __init__(self, controller: Controller, bench: Bench | None = None) -> None:
         self.controller, self._margins = controller, PlantMargins(controller)
-        self._bench = "" if bench is None else self._words(f"the bench {bench.name}", bench_differences(controller, bench))
+        self._bench = (
+            ""
+            if bench is None
+            else self._words(f"the bench {bench.name}", bench_differences(controller, bench))
+        )
         self._beyond: dict[tuple[tuple[str, str], ...], str] = {}
 
     def margin(self, log: Log, topic: str) -> tuple[float | None, str]:
-        """Return the modulus margin at the plant of a stream, 0 if the loop is unstable; or None and the reason."""
+        """Return the modulus margin at the plant of a stream, 0 if the loop is unstable; or None
+        and the reason."""
         if not _simulated(log):
             return None, RECORDED
-        plant = PlayedPlant.of_text(log.metadata.get(RECORD, {}).get(topic, ""))
+        plant = LoggedPlant.of_text(log.metadata.get(RECORD, {}).get(topic, ""))
         if plant is None:
             return None, NO_PLANT
         unstated = _unstated(log)
         return (None, unstated) if unstated else (self._margins(plant), "")
 
     def beyond(self, log: Log) -> str:
-        """Say how the rig of a log is not what the controller was verified for; empty if it is, or if nothing is known of it."""
+        """Say how the rig of a log is not what the controller was verified for; empty if it is, or
+        if nothing is known of it."""
         if not _simulated(log):
             return self._bench
         rig, record = log.metadata.get(FACTS, {}), log.metadata.get(INTERVALS, {})
@@ -47,11 +60,12 @@ class JudgedLoop:
         return self._beyond[key]
 
     def played_beyond(self, log: Log) -> str:
-        """Name the parameters of played plants that the controller was not verified for, as `given` or a drift has them; empty if none."""
+        """Name the parameters of played plants that the controller was not verified for, as `given`
+        or a drift has them; empty if none."""
         texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
-        plants = [plant for plant in map(PlayedPlant.of_text, texts) if plant is not None]
+        plants = [plant for plant in map(LoggedPlant.of_text, texts) if plant is not None]
         points = [point for plant in plants for point in plant.points()]
-        found = parameters_outside(self.controller, enclosing(points)) if points else ()
+        found = parameters_outside(self.controller, enclosing_box(points)) if points else ()
         words = f"plants were played beyond the intervals of {self.controller.name}, where only their own margins hold"
         return f"{words}: {'; '.join(found)}" if found else ""
 
@@ -64,9 +78,16 @@ def _simulated(log: Log) -> bool:
 
 
 def _unstated(log: Log) -> str:
-    """Say which numbers of its rig and its model a simulated log lacks, and what writes them; empty if it has all."""
-    facts, ranges = facts_of_text(log.metadata.get(FACTS, {})), intervals_of_text(log.metadata.get(INTERVALS, {}))
-    lacking = [*missing_facts(facts), *(f"interval of {name}" for name in PARAMETERS if name not in ranges)]
+    """Say which numbers of its rig and its model a simulated log lacks, and what writes them; empty
+    if it has all."""
+    facts, ranges = (
+        facts_of_text(log.metadata.get(FACTS, {})),
+        intervals_of_text(log.metadata.get(INTERVALS, {})),
+    )
+    lacking = [
+        *missing_facts(facts),
+        *(f"interval of {name}" for name in PARAMETERS if name not in ranges),
+    ]
     if not lacking:
         return ""
     command = log.metadata.get("provenance", {}).get("command", "frictool simulate")

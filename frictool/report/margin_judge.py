@@ -1,22 +1,24 @@
-"""Judge of the modulus margin: of each simulated plant, or of the controller's vertices for a recorded axis, whose plant is unknown."""
+"""Judge of the modulus margin: of each simulated plant, or of the controller's vertices for a
+recorded axis, whose plant is unknown."""
 
 from __future__ import annotations
 
 from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
-from frictool.report.evidence import Evidence
-from frictool.report.requirement import Requirement, Where
-from frictool.report.worst import Judged, place
-from frictool.ties import smallest
+from frictool.presentation.ties import smallest
+from frictool.report.evidence import StreamEvidence
+from frictool.report.requirement import Requirement, ValueLocation
+from frictool.report.worst_hold import JudgedStreams, location_of
 
 UNSTABLE = "the sampled loop is unstable there"
 
 
-def judge_margin(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:
+def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge the smallest margin of all streams.
 
-    The requirement is broken if any plant or any vertex of the controller breaks it. It is undecided if the plant of a simulated stream is
-    unknown, or if the plant or its rig is not what the controller was verified for.
+    The requirement is broken if any plant or any vertex of the controller breaks it. It is
+    undecided if the plant of a simulated stream is unknown, or if the plant or its rig is not what
+    the controller was verified for.
     """
     assert spec.modulus_margin is not None
     name, limit = "modulus_margin", spec.modulus_margin
@@ -28,7 +30,9 @@ def judge_margin(spec: Spec, evidence: Judged, controller: Controller | None) ->
         found.append(vertex)
     unknown = _unknown(streams, controller)
     if not found:
-        return Requirement(name, name, None, limit, "", None, ">=", unknown or "the controller names no vertex")
+        return Requirement(
+            name, name, None, limit, "", None, ">=", unknown or "the controller names no vertex"
+        )
     value, index = smallest(margin for margin, _ in found)
     where = found[index][1]
     beyond = next((item.beyond for item in streams if item.beyond), "")
@@ -40,20 +44,24 @@ def judge_margin(spec: Spec, evidence: Judged, controller: Controller | None) ->
     return Requirement(name, name, value, limit, "", True, ">=", "", where)
 
 
-def _margins(streams: list[Evidence]) -> list[tuple[float, Where]]:
-    return [(item.modulus_margin, place(item)) for item in streams if item.modulus_margin is not None]
+def _margins(streams: list[StreamEvidence]) -> list[tuple[float, ValueLocation]]:
+    return [
+        (item.modulus_margin, location_of(item))
+        for item in streams
+        if item.modulus_margin is not None
+    ]
 
 
-def _weakest(controller: Controller) -> tuple[float, Where] | None:
+def _weakest(controller: Controller) -> tuple[float, ValueLocation] | None:
     """Return the smallest margin of the controller's vertices, 0 of an unstable one."""
     vertices = controller.verified.vertices
     if not vertices:
         return None
     value, index = smallest(one.modulus_margin if one.stable else 0.0 for one in vertices)
-    return value, Where(vertex=vertices[index].name)
+    return value, ValueLocation(vertex=vertices[index].name)
 
 
-def _unknown(streams: list[Evidence], controller: Controller | None) -> str:
+def _unknown(streams: list[StreamEvidence], controller: Controller | None) -> str:
     """Return why the margin of a stream is not known; empty if all are."""
     for item in streams:
         if item.modulus_margin is None and (item.simulated or controller is None):

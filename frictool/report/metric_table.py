@@ -1,4 +1,5 @@
-"""The metrics by name: title, dimension and definition. The machine's view, the page and the documentation show these and no others."""
+"""The metrics by name: title, dimension and definition. The machine's view, the page and the
+documentation show these and no others."""
 
 from __future__ import annotations
 
@@ -25,7 +26,9 @@ class Metric:
         if self.dimension in ("position", "velocity", "time"):
             return si_unit(self.dimension, spec.axis)
         drive = si_unit(spec.drive, spec.axis)
-        return {"percent": "%", "count": "", "drive": drive, "drive squared": f"{drive}^2"}[self.dimension]
+        return {"percent": "%", "count": "", "drive": drive, "drive squared": f"{drive}^2"}[
+            self.dimension
+        ]
 
 
 _HOLD = (
@@ -35,9 +38,21 @@ _HOLD = (
         "time",
         "from the step until the position stays within 5 % of the step around its final value (mean of the last tenth of the hold)",
     ),
-    Metric("rise_time", "rise 10-90 %", "time", "from 10 to 90 % of the way from where the axis stood at the step to its final value"),
-    Metric("overshoot", "overshoot", "percent", "beyond the reference in the direction of the step; up to one sensor step counts as none"),
-    Metric("static_error", "static error", "position", "distance of the final value from the reference"),
+    Metric(
+        "rise_time",
+        "rise 10-90 %",
+        "time",
+        "from 10 to 90 % of the way from where the axis stood at the step to its final value",
+    ),
+    Metric(
+        "overshoot",
+        "overshoot",
+        "percent",
+        "beyond the reference in the direction of the step; up to one sensor step counts as none",
+    ),
+    Metric(
+        "static_error", "static error", "position", "distance of the final value from the reference"
+    ),
     Metric(
         "reversals",
         "reversals",
@@ -52,13 +67,29 @@ _HOLD = (
         "half the peak to peak of an oscillation that is kept up behind the first third of a hold; told absent (0) only behind 15 s",
     ),
     Metric("limit_cycle_period", "its period", "time", "mean time between its turns of one side"),
-    Metric("drive_peak", "peak drive", "drive", "of the command, or of the measured drive less its noise floor, whichever is larger"),
-    Metric("drive_rms", "rms drive", "drive", "root mean square of the measured drive, of the command where none was measured"),
     Metric(
-        "energy", "energy", "drive squared", "(T_e/t_int) sum i² over [0, t_int] behind the step, table 5.3: the mean square of the drive"
+        "drive_peak",
+        "peak drive",
+        "drive",
+        "of the command, or of the measured drive less its noise floor, whichever is larger",
     ),
     Metric(
-        "saturation_time", "at limit", "time", "time for which the command (or else the measured drive, within 1 %) is at the drive's limit"
+        "drive_rms",
+        "rms drive",
+        "drive",
+        "root mean square of the measured drive, of the command where none was measured",
+    ),
+    Metric(
+        "energy",
+        "energy",
+        "drive squared",
+        "(T_e/t_int) sum i² over [0, t_int] behind the step, table 5.3: the mean square of the drive",
+    ),
+    Metric(
+        "saturation_time",
+        "at limit",
+        "time",
+        "time for which the command (or else the measured drive, within 1 %) is at the drive's limit",
     ),
     Metric(
         "load_static_error",
@@ -66,16 +97,36 @@ _HOLD = (
         "position",
         "of the mechanical position behind the backlash; from its bounds where the log has only the motor's",
     ),
-    Metric("load_overshoot", "load's overshoot", "percent", "of the mechanical position behind the backlash, beyond the reference"),
+    Metric(
+        "load_overshoot",
+        "load's overshoot",
+        "percent",
+        "of the mechanical position behind the backlash, beyond the reference",
+    ),
     Metric("rest_motion", "motion at rest", "position", "peak to peak in the rest of a long hold"),
-    Metric("rest_drive", "drive at rest", "drive", "largest command, or measured drive less its noise floor, in the rest of a long hold"),
+    Metric(
+        "rest_drive",
+        "drive at rest",
+        "drive",
+        "largest command, or measured drive less its noise floor, in the rest of a long hold",
+    ),
 )
 _STREAM = (
     Metric("drive_peak", "peak drive", "drive", "over the whole record"),
     Metric("drive_rms", "rms drive", "drive", "over the whole record"),
     Metric("saturation_time", "at limit", "time", "over the whole record"),
-    Metric("tracking_error_peak", "largest error", "position", "largest distance of the position from the reference, moving or held"),
-    Metric("tracking_error_rms", "rms error", "position", "root mean square of reference - position over the whole record"),
+    Metric(
+        "tracking_error_peak",
+        "largest error",
+        "position",
+        "largest distance of the position from the reference, moving or held",
+    ),
+    Metric(
+        "tracking_error_rms",
+        "rms error",
+        "position",
+        "root mean square of reference - position over the whole record",
+    ),
     Metric(
         "velocity_error_rms",
         "rms error of the speed used",

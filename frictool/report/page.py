@@ -1,4 +1,5 @@
-"""The report as one HTML file: verdict, why, pictures, controller, provenance. No script, no request to anywhere."""
+"""The report as one HTML file: verdict, why, pictures, controller, provenance. No script, no
+request to anywhere."""
 
 from __future__ import annotations
 
@@ -11,20 +12,20 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.logs.log import Log
-from frictool.page import filled
-from frictool.report.controller_blocks import blocks
-from frictool.report.curves import Picture, log_colours, overview
-from frictool.report.evidence import labels
-from frictool.report.margins import margins
+from frictool.presentation.page import render_page
+from frictool.report.controller_blocks import block_descriptions
+from frictool.report.curve_figures import PageFigure, log_colours, overview_figures
+from frictool.report.evidence import log_labels
+from frictool.report.margin_figure import margin_figure
 from frictool.report.metric_table import HOLD_METRICS
 from frictool.report.requirement import Verdict, number, unit_shown
-from frictool.report.selection import shown
-from frictool.report.step_views import MOST_STEPS, same_steps, step_views
+from frictool.report.step_figures import MOST_STEPS, same_steps, step_views
+from frictool.report.stream_selection import select_streams
 from frictool.report.tables import hold_tables, side_by_side, stream_table
-from frictool.report.transfer_views import transfer_views
-from frictool.report.worst import Judged
-from frictool.verify.sensitivity import Sensitivities
-from frictool.verify.words import plant_units
+from frictool.report.transfer_figures import transfer_views
+from frictool.report.worst_hold import JudgedStreams
+from frictool.verify.messages import plant_units
+from frictool.verify.vertex_transfers import VertexTransfers
 
 
 def page(
@@ -33,18 +34,28 @@ def page(
     logs: list[Log],
     controller: Controller | None,
     provenance: Provenance,
-    transfers: Sensitivities | str | None = None,
+    transfers: VertexTransfers | str | None = None,
 ) -> str:
-    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the template.
+    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the
+    template.
 
     transfers: those of the controller, or why there are none.
     """
-    streams = shown(verdict)
+    streams = select_streams(verdict)
     evidence = [item for item, _ in streams]
-    bars = margins(spec, controller) if controller is not None else None
-    views = transfer_views(controller, transfers) if controller is not None and isinstance(transfers, Sensitivities) else []
-    told = {name for _, holds in verdict.evidence for measured in holds for name in (*measured.values, *measured.bounds)}
-    return filled(
+    bars = margin_figure(spec, controller) if controller is not None else None
+    views = (
+        transfer_views(controller, transfers)
+        if controller is not None and isinstance(transfers, VertexTransfers)
+        else []
+    )
+    told = {
+        name
+        for _, holds in verdict.evidence
+        for measured in holds
+        for name in (*measured.values, *measured.bounds)
+    }
+    return render_page(
         Path(__file__).parent,
         provenance,
         verdict=verdict,
@@ -54,9 +65,10 @@ def page(
         unit=si_unit("position", spec.axis),
         drive_unit=si_unit(spec.drive, spec.axis),
         legend=[
-            (name, colour, _variants(streams, name), _variants(verdict.evidence, name)) for name, colour in log_colours(evidence).items()
+            (name, colour, _variants(streams, name), _variants(verdict.evidence, name))
+            for name, colour in log_colours(evidence).items()
         ],
-        pictures=[_embedded(picture) for picture in overview(spec, evidence)],
+        pictures=[_embedded(picture) for picture in overview_figures(spec, evidence)],
         steps=[_embedded(picture) for picture in step_views(spec, streams)],
         undrawn=max(0, len(same_steps(streams)) - MOST_STEPS),
         tables=hold_tables(spec, streams),
@@ -65,23 +77,27 @@ def page(
         definitions=[metric for name, metric in HOLD_METRICS.items() if name in told],
         controller=controller,
         plant_units=[] if controller is None else _plant_units(controller),
-        blocks=[] if controller is None else blocks(controller),
+        blocks=[] if controller is None else block_descriptions(controller),
         bars=None if bars is None else _embedded(bars),
         transfers=[_embedded(picture) for picture in views],
         without_transfers=transfers if isinstance(transfers, str) else "",
-        logs=list(zip(labels(logs), logs, strict=True)),
+        logs=list(zip(log_labels(logs), logs, strict=True)),
     )
 
 
-def _embedded(picture: Picture) -> dict[str, str]:
-    """The picture for the template: the SVG is ours and goes in as it is, the texts are escaped like any other."""
+def _embedded(picture: PageFigure) -> dict[str, str]:
+    """The picture for the template: the SVG is ours and goes in as it is, the texts are escaped
+    like any other."""
     return {"title": picture.title, "svg": Markup(picture.svg), "caption": picture.caption}
 
 
-def _variants(streams: Judged, name: str) -> int:
+def _variants(streams: JudgedStreams, name: str) -> int:
     return sum(item.source == name and not item.nominal for item, _ in streams)
 
 
 def _plant_units(controller: Controller) -> list[tuple[str, str]]:
     """What a vertex's plant is told by, and its SI unit."""
-    return [("Coulomb" if name == "coulomb" else name, unit) for name, unit in plant_units(controller.bench).items()]
+    return [
+        ("Coulomb" if name == "coulomb" else name, unit)
+        for name, unit in plant_units(controller.bench).items()
+    ]

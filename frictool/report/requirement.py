@@ -7,16 +7,17 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 from frictool.logs.log import MAIN_TOPIC
-from frictool.report.evidence import Evidence
-from frictool.report.measure import Measured
+from frictool.report.evidence import StreamEvidence
+from frictool.report.hold_metrics import HoldMetrics
 
 State = Literal["pass", "fail", "undecided"]
 STATES: tuple[State, ...] = get_args(State)
 
 
 @dataclass(frozen=True)
-class Where:
-    """What a value was found at: the log, the stream, the hold by its number and start [s]; or a vertex of the controller's polytope."""
+class ValueLocation:
+    """What a value was found at: the log, the stream, the hold by its number and start [s]; or a
+    vertex of the controller's polytope."""
 
     log: str | None = None
     stream: str | None = None
@@ -35,7 +36,8 @@ class Where:
 
 @dataclass(frozen=True)
 class Requirement:
-    """One key of the specification. `met` is None if the requirement is undecided; `value` is None without a finite value."""
+    """One key of the specification. `met` is None if the requirement is undecided; `value` is None
+    without a finite value."""
 
     name: str
     key: str
@@ -45,7 +47,7 @@ class Requirement:
     met: bool | None
     relation: Literal["<=", ">="] = "<="
     reason: str = ""
-    where: Where | None = None
+    where: ValueLocation | None = None
     details: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -55,20 +57,26 @@ class Requirement:
 
     def as_json(self) -> dict[str, Any]:
         """The machine's view."""
-        where = None if self.where is None else {k: v for k, v in vars(self.where).items() if v is not None}
+        where = (
+            None
+            if self.where is None
+            else {k: v for k, v in vars(self.where).items() if v is not None}
+        )
         return {**vars(self), "where": where}
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """All requirements in the specification's order, and the evidence with the metrics of each hold.
+    """All requirements in the specification's order, and the evidence with the metrics of each
+    hold.
 
-    meets: for each stream, whether it meets every requirement by itself. remarks: warnings that belong to the verdict.
+    meets: for each stream, whether it meets every requirement by itself. remarks: warnings that
+    belong to the verdict.
     """
 
     name: str
     requirements: tuple[Requirement, ...]
-    evidence: tuple[tuple[Evidence, tuple[Measured, ...]], ...]
+    evidence: tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
     meets: tuple[bool, ...] = ()
     remarks: tuple[str, ...] = ()
 
@@ -79,7 +87,8 @@ class Verdict:
 
     @property
     def state(self) -> State:
-        """Return `fail` if a requirement is broken, else `undecided` if one is undecided, else `pass`."""
+        """Return `fail` if a requirement is broken, else `undecided` if one is undecided, else
+        `pass`."""
         if any(r.met is False for r in self.requirements):
             return "fail"
         return "undecided" if self.undecided or not self.requirements else "pass"
@@ -90,18 +99,26 @@ class Verdict:
         return self.state == "pass"
 
     def acceptable(self, allow_undecided: bool) -> bool:
-        """Return whether the verdict is `pass`, or undecided requirements are allowed, none is broken and one is met."""
-        return self.passed or (allow_undecided and self.state == "undecided" and any(r.met for r in self.requirements))
+        """Return whether the verdict is `pass`, or undecided requirements are allowed, none is
+        broken and one is met."""
+        return self.passed or (
+            allow_undecided and self.state == "undecided" and any(r.met for r in self.requirements)
+        )
 
     @property
     def plants(self) -> frozenset[str]:
         """The simulated plants, by their topics: the same one in two logs counts once."""
-        return frozenset(evidence.stream.topic for evidence, _ in self.evidence if evidence.simulated)
+        return frozenset(
+            evidence.stream.topic for evidence, _ in self.evidence if evidence.simulated
+        )
 
     @property
     def played_on(self) -> str:
         """What was judged: how many simulated plants, how many recorded streams."""
-        plants, recorded = len(self.plants), sum(not evidence.simulated for evidence, _ in self.evidence)
+        plants, recorded = (
+            len(self.plants),
+            sum(not evidence.simulated for evidence, _ in self.evidence),
+        )
         nominal = " (the nominal one)" if self.plants == {MAIN_TOPIC} else ""
         parts = [f"{plants} plant{'s' if plants > 1 else ''}{nominal}"] if plants else []
         parts += [f"{recorded} recorded stream{'s' if recorded > 1 else ''}"] if recorded else []
@@ -112,11 +129,17 @@ class Verdict:
         """Return the verdict in one sentence, which begins with the state."""
         if all(r.met is None for r in self.requirements):
             return "UNDECIDED: the logs decide none of the requirements"
-        met, broken, undecided = (sum(r.met is state for r in self.requirements) for state in (True, False, None))
+        met, broken, undecided = (
+            sum(r.met is state for r in self.requirements) for state in (True, False, None)
+        )
         parts = [f"{met} of {len(self.requirements)} requirements met"]
         parts += [f"{broken} broken"] if broken else []
         parts += [f"{undecided} undecided"] if undecided else []
-        counted = f"; {sum(self.meets)} of {len(self.meets)} streams meet them all" if broken and len(self.meets) > 1 else ""
+        counted = (
+            f"; {sum(self.meets)} of {len(self.meets)} streams meet them all"
+            if broken and len(self.meets) > 1
+            else ""
+        )
         return f"{self.state.upper()}: {', '.join(parts)}, on {self.played_on}{counted}"
 
 

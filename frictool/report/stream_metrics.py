@@ -1,4 +1,5 @@
-"""The metrics of a whole stream, held or not: they are all that a smooth reference leaves to be told."""
+"""The metrics of a whole stream, held or not: they are all that a smooth reference leaves to be
+told."""
 
 from __future__ import annotations
 
@@ -6,9 +7,9 @@ from frictool.documents.spec import Spec
 from frictool.metrics.drive_rms import drive_rms
 from frictool.metrics.tracking_error import tracking_error_peak, tracking_error_rms
 from frictool.metrics.velocity_error import velocity_error_peak, velocity_error_rms
-from frictool.report.evidence import Evidence
-from frictool.report.measure import no_drive, peak, saturation
-from frictool.report.velocity import used_velocity
+from frictool.report.evidence import StreamEvidence
+from frictool.report.hold_metrics import no_drive, peak, saturation
+from frictool.report.plotted_velocity import used_velocity
 
 WHOLE = slice(None)
 OF_THE_DRIVE = ("drive_peak", "drive_rms", "saturation_time")
@@ -16,7 +17,7 @@ OF_THE_SPEED = ("velocity_error_rms", "velocity_error_peak")
 OF_THE_TRACK = ("tracking_error_peak", "tracking_error_rms")
 
 
-def stream_metrics(spec: Spec, evidence: Evidence) -> tuple[dict[str, float], dict[str, str]]:
+def stream_metrics(spec: Spec, evidence: StreamEvidence) -> tuple[dict[str, float], dict[str, str]]:
     """Each of STREAM_METRICS: name -> value in SI, and name -> reason where it has none."""
     values: dict[str, float] = {}
     missing: dict[str, str] = {}
@@ -34,7 +35,9 @@ def stream_metrics(spec: Spec, evidence: Evidence) -> tuple[dict[str, float], di
     if gaps:
         missing.update(dict.fromkeys(OF_THE_TRACK, gaps[0]))
     else:
-        values["tracking_error_peak"] = tracking_error_peak(signals["reference"], signals["position"])
+        values["tracking_error_peak"] = tracking_error_peak(
+            signals["reference"], signals["position"]
+        )
         values["tracking_error_rms"] = tracking_error_rms(signals["reference"], signals["position"])
     used = used_velocity(evidence.stream, evidence.simulated)
     if isinstance(used, str):

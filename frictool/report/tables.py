@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass
 
 from frictool.documents.spec import Spec
-from frictool.logs.quality.quality import time_base
-from frictool.report.evidence import Evidence
-from frictool.report.measure import Measured, energy_window
+from frictool.logs.quality.time_base import time_base
+from frictool.presentation.ties import largest
+from frictool.report.evidence import StreamEvidence
+from frictool.report.hold_metrics import HoldMetrics, energy_window
 from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS, Metric
 from frictool.report.requirement import Verdict, number, unit_shown
 from frictool.report.stream_metrics import OF_THE_SPEED, stream_metrics
-from frictool.report.worst import Judged
-from frictool.ties import largest
+from frictool.report.worst_hold import JudgedStreams
 
 MOTION = (
     "response_time_95",
@@ -30,7 +30,7 @@ MOST_ROWS = 400
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """headings, the first of the row's name; rows likewise. left_out: how many more there are."""
 
     title: str
@@ -39,8 +39,9 @@ class Table:
     left_out: int = 0
 
 
-def hold_tables(spec: Spec, streams: Judged) -> list[Table]:
-    """The holds of the streams, the first four hundred: how each moved, what drive and load did; columns that nobody has are left out."""
+def hold_tables(spec: Spec, streams: JudgedStreams) -> list[PageTable]:
+    """The holds of the streams, the first four hundred: how each moved, what drive and load did;
+    columns that nobody has are left out."""
     held = [(evidence, measured) for evidence, holds in streams for measured in holds]
     found = {name for _, measured in held for name in (*measured.values, *measured.bounds)}
     groups = {"Motion": [], "Drive, load and rest": []}  # type: dict[str, list[Metric]]
@@ -49,27 +50,48 @@ def hold_tables(spec: Spec, streams: Judged) -> list[Table]:
             groups["Motion" if name in MOTION else "Drive, load and rest"].append(metric)
     tables = []
     for title, metrics in groups.items():
-        heads = ("Stream", "hold", "at [s]", "from", "to", *(heading(metric, spec) for metric in metrics))
-        rows = tuple((*_hold(e, m), *(cell(m, metric.name) for metric in metrics)) for e, m in held[:MOST_ROWS])
+        heads = (
+            "Stream",
+            "hold",
+            "at [s]",
+            "from",
+            "to",
+            *(heading(metric, spec) for metric in metrics),
+        )
+        rows = tuple(
+            (*_hold(e, m), *(cell(m, metric.name) for metric in metrics))
+            for e, m in held[:MOST_ROWS]
+        )
         if metrics:
-            tables.append(Table(title, heads, rows, max(0, len(held) - MOST_ROWS)))
+            tables.append(PageTable(title, heads, rows, max(0, len(held) - MOST_ROWS)))
     return tables
 
 
 def heading(metric: Metric, spec: Spec) -> str:
     """Title and unit; of the energy also t_int."""
     unit, window = metric.unit(spec), energy_window(spec)
-    title = f"{metric.title} in {window:g} s" if metric.name == "energy" and window is not None else metric.title
+    title = (
+        f"{metric.title} in {window:g} s"
+        if metric.name == "energy" and window is not None
+        else metric.title
+    )
     return f"{title} [{unit_shown(unit)}]" if unit else title
 
 
-def _hold(evidence: Evidence, measured: Measured) -> tuple[str, ...]:
+def _hold(evidence: StreamEvidence, measured: HoldMetrics) -> tuple[str, ...]:
     hold = measured.hold
-    return evidence.name, str(measured.number), f"{measured.start_s:.4g}", number(hold.origin), number(hold.target)
+    return (
+        evidence.name,
+        str(measured.number),
+        f"{measured.start_s:.4g}",
+        number(hold.origin),
+        number(hold.target),
+    )
 
 
-def cell(measured: Measured, name: str) -> str:
-    """A metric of a hold: its value, `never` where infinite, both bounds where it lies between, a dash where it has none."""
+def cell(measured: HoldMetrics, name: str) -> str:
+    """A metric of a hold: its value, `never` where infinite, both bounds where it lies between, a
+    dash where it has none."""
     if name in measured.bounds:
         return " to ".join(dict.fromkeys(number(bound) for bound in measured.bounds[name]))
     return _shown(measured.values.get(name))
@@ -79,50 +101,90 @@ def _shown(value: float | None) -> str:
     return NOTHING if value is None else "never" if math.isinf(value) else number(value)
 
 
-def stream_table(spec: Spec, streams: Judged) -> Table:
-    """Each stream as a whole: how it was sampled, and what can be told of a record that is never held."""
-    heads = ("Stream", "samples", "duration [s]", "rate [Hz]", "gaps", "sensor step", *(heading(m, spec) for m in STREAM_METRICS.values()))
+def stream_table(spec: Spec, streams: JudgedStreams) -> PageTable:
+    """Each stream as a whole: how it was sampled, and what can be told of a record that is never
+    held."""
+    heads = (
+        "Stream",
+        "samples",
+        "duration [s]",
+        "rate [Hz]",
+        "gaps",
+        "sensor step",
+        *(heading(m, spec) for m in STREAM_METRICS.values()),
+    )
     rows = []
     for evidence, _ in streams:
         base, (values, _) = time_base(evidence.stream.time), stream_metrics(spec, evidence)
-        sampled = (str(base.samples), number(base.duration_s), number(base.rate_hz), str(base.gaps), number(evidence.resolution or None))
-        rows.append((evidence.name, *sampled, *(_shown(values.get(name)) for name in STREAM_METRICS)))
-    return Table("", heads, tuple(rows))
+        sampled = (
+            str(base.samples),
+            number(base.duration_s),
+            number(base.rate_hz),
+            str(base.gaps),
+            number(evidence.resolution or None),
+        )
+        rows.append(
+            (evidence.name, *sampled, *(_shown(values.get(name)) for name in STREAM_METRICS))
+        )
+    return PageTable("", heads, tuple(rows))
 
 
-def side_by_side(spec: Spec, verdict: Verdict) -> list[Table]:
-    """The worst value of each metric in each log, where there are several (table 5.3): of the nominal streams, and with the variants."""
+def side_by_side(spec: Spec, verdict: Verdict) -> list[PageTable]:
+    """The worst value of each metric in each log, where there are several (table 5.3): of the
+    nominal streams, and with the variants."""
     sources = tuple(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
     if len(sources) < 2:
         return []
     tables = [_compared(spec, "Worst hold of all streams", sources, verdict.evidence)]
     if any(not evidence.nominal for evidence, _ in verdict.evidence):
-        nominal = tuple((evidence, holds) for evidence, holds in verdict.evidence if evidence.nominal)
+        nominal = tuple(
+            (evidence, holds) for evidence, holds in verdict.evidence if evidence.nominal
+        )
         tables.insert(0, _compared(spec, "Worst hold of the nominal stream", sources, nominal))
-    counts = [[meets for (e, _), meets in zip(verdict.evidence, verdict.meets, strict=True) if e.source == source] for source in sources]
+    counts = [
+        [
+            meets
+            for (e, _), meets in zip(verdict.evidence, verdict.meets, strict=True)
+            if e.source == source
+        ]
+        for source in sources
+    ]
     meeting = ("streams that meet all", *(f"{sum(found)} of {len(found)}" for found in counts))
     rows = (meeting, *tables[-1].rows, *_speeds(spec, sources, verdict.evidence))
-    return [*tables[:-1], Table(tables[-1].title, tables[-1].headings, rows)]
+    return [*tables[:-1], PageTable(tables[-1].title, tables[-1].headings, rows)]
 
 
-def _speeds(spec: Spec, sources: tuple[str, ...], streams: Judged) -> list[tuple[str, ...]]:
-    """The worst error over each log's streams of what its controller took for the speed; nothing where no log knows it."""
+def _speeds(spec: Spec, sources: tuple[str, ...], streams: JudgedStreams) -> list[tuple[str, ...]]:
+    """The worst error over each log's streams of what its controller took for the speed; nothing
+    where no log knows it."""
     found = []
     for name in OF_THE_SPEED:
-        each = [[stream_metrics(spec, e)[0].get(name) for e, _ in streams if e.source == source] for source in sources]
-        row = [max((value for value in values if value is not None), default=None) for values in each]
+        each = [
+            [stream_metrics(spec, e)[0].get(name) for e, _ in streams if e.source == source]
+            for source in sources
+        ]
+        row = [
+            max((value for value in values if value is not None), default=None) for values in each
+        ]
         if any(value is not None for value in row):
             found.append((heading(STREAM_METRICS[name], spec), *map(_shown, row)))
     return found
 
 
-def _compared(spec: Spec, title: str, sources: tuple[str, ...], streams: Judged) -> Table:
-    columns = [[m for e, holds in streams if e.source == source for m in holds] for source in sources]
-    rows = [(heading(metric, spec), *(_worst(holds, name) for holds in columns)) for name, metric in HOLD_METRICS.items()]
-    return Table(title, ("", *sources), tuple(row for row in rows if set(row[1:]) != {NOTHING}))
+def _compared(
+    spec: Spec, title: str, sources: tuple[str, ...], streams: JudgedStreams
+) -> PageTable:
+    columns = [
+        [m for e, holds in streams if e.source == source for m in holds] for source in sources
+    ]
+    rows = [
+        (heading(metric, spec), *(_worst(holds, name) for holds in columns))
+        for name, metric in HOLD_METRICS.items()
+    ]
+    return PageTable(title, ("", *sources), tuple(row for row in rows if set(row[1:]) != {NOTHING}))
 
 
-def _worst(holds: list[Measured], name: str) -> str:
+def _worst(holds: list[HoldMetrics], name: str) -> str:
     """Of bounds the hold with the highest."""
     having = [m for m in holds if name in m.values or name in m.bounds]
     if not having:

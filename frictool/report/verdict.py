@@ -1,4 +1,5 @@
-"""Specification and logs (and controller) to a verdict: the worst value over all steps of all streams, against each limit."""
+"""Specification and logs (and controller) to a verdict: the worst value over all steps of all
+streams, against each limit."""
 
 from __future__ import annotations
 
@@ -8,60 +9,90 @@ from frictool.documents.bench import Bench
 from frictool.documents.bench_values import KEY, bench_values_words
 from frictool.documents.controller import Controller
 from frictool.documents.digests import changed_words
-from frictool.documents.examples import examples_words
+from frictool.documents.example_values import examples_words
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.logs.log import Log
-from frictool.report.drive_judges import judge_energy, judge_peak, judge_rest, judge_rms, judge_saturation
-from frictool.report.evidence import Evidence, gather, labels
+from frictool.report.drive_judges import (
+    judge_energy,
+    judge_peak,
+    judge_rest,
+    judge_rms,
+    judge_saturation,
+)
+from frictool.report.evidence import StreamEvidence, gather_evidence, log_labels
+from frictool.report.hold_metrics import HoldMetrics, measure_holds
 from frictool.report.load_judge import judge_load
 from frictool.report.margin_judge import judge_margin
-from frictool.report.measure import Measured, measure
 from frictool.report.requirement import Requirement, Verdict
-from frictool.report.rig import Rig
-from frictool.report.worst import Judge, Judged, per_hold
+from frictool.report.rig_facts import RigFacts
+from frictool.report.worst_hold import Judge, JudgedStreams, hold_judge
 
 if TYPE_CHECKING:
     from frictool.report.judged_loop import JudgedLoop
 
 
-def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None) -> Verdict:
-    """One requirement per key that the specification has, in its order; `bench` is the controller's own where it is not given.
+def judge(
+    spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None
+) -> Verdict:
+    """One requirement per key that the specification has, in its order; `bench` is the controller's
+    own where it is not given.
 
-    Raises LogError where a log cannot be reported on at all (no stream, no samples, another kind of axis), FrictoolError where there is no
-    log.
+    Raises LogError where a log cannot be reported on at all (no stream, no samples, another kind of
+    axis), FrictoolError where there is no log.
     """
     if not logs:
         raise FrictoolError("there is no log to judge; give at least one")
     loop = None if controller is None else _loop(controller, bench)
     bench = bench if bench is not None or controller is None else controller.bench
     evidence = _measured(spec, logs, bench, loop, whole=True)
-    requirements = tuple(make(spec, evidence, controller) for make in _specified_judges(spec).values())
+    requirements = tuple(
+        make(spec, evidence, controller) for make in _specified_judges(spec).values()
+    )
     beyond = dict.fromkeys(f"{item.source}: {item.beyond}" for item, _ in evidence if item.beyond)
-    remarks = [*_changed(controller), *(beyond or _played_beyond(logs, loop)), *_bench_values(logs), *_examples(spec, logs, bench)]
-    return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one) for one in evidence), tuple(remarks))
+    remarks = [
+        *_changed(controller),
+        *(beyond or _played_beyond(logs, loop)),
+        *_bench_values(logs),
+        *_examples(spec, logs, bench),
+    ]
+    return Verdict(
+        spec.name,
+        requirements,
+        evidence,
+        tuple(_meets(spec, one) for one in evidence),
+        tuple(remarks),
+    )
 
 
 def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:
-    from frictool.report.judged_loop import JudgedLoop  # imported late: a log without a controller does not need it
+    from frictool.report.judged_loop import (
+        JudgedLoop,  # imported late: a log without a controller does not need it
+    )
 
     return JudgedLoop(controller, bench)
 
 
-def log_requirements(spec: Spec, log: Log, bench: Bench, loop: JudgedLoop) -> tuple[Requirement, ...]:
-    """Judge one simulated log by itself; its modulus margin is that of its plant, and the controller's vertices do not count."""
+def log_requirements(
+    spec: Spec, log: Log, bench: Bench, loop: JudgedLoop
+) -> tuple[Requirement, ...]:
+    """Judge one simulated log by itself; its modulus margin is that of its plant, and the
+    controller's vertices do not count."""
     evidence = _measured(spec, [log], bench, loop, whole=False)
     return tuple(make(spec, evidence, None) for make in _specified_judges(spec).values())
 
 
 def _played_beyond(logs: list[Log], loop: JudgedLoop | None) -> list[str]:
     """Return a remark on each log with plants for which the controller was not verified."""
-    found = [] if loop is None else zip(labels(logs), map(loop.played_beyond, logs), strict=True)
+    found = (
+        [] if loop is None else zip(log_labels(logs), map(loop.played_beyond, logs), strict=True)
+    )
     return [f"{label}: {words}" for label, words in found if words]
 
 
 def _examples(spec: Spec, logs: list[Log], bench: Bench | None) -> list[str]:
-    """Return a remark on example values in the documents of the verdict and in those with which the logs were simulated."""
+    """Return a remark on example values in the documents of the verdict and in those with which the
+    logs were simulated."""
     found = {"spec": list(spec.examples), "bench": [] if bench is None else list(bench.examples)}
     for log in logs:
         for name, keys in log.metadata.get("examples", {}).items():
@@ -77,40 +108,58 @@ def _changed(controller: Controller | None) -> list[str]:
 
 
 def _bench_values(logs: list[Log]) -> list[str]:
-    """Return a remark on each model without identified parameters with which a log was simulated."""
+    """Return a remark on each model without identified parameters with which a log was
+    simulated."""
     records = [log.metadata.get("log", {}) for log in logs]
-    found = [bench_values_words(f"the model {one.get('model', '')}", one[KEY]) for one in records if KEY in one]
+    found = [
+        bench_values_words(f"the model {one.get('model', '')}", one[KEY])
+        for one in records
+        if KEY in one
+    ]
     return list(dict.fromkeys(found))
 
 
-def _measured(spec: Spec, logs: list[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool) -> Judged:
-    """Return the evidence with the metrics of its holds; whole: include metrics that are not specified."""
+def _measured(
+    spec: Spec, logs: list[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool
+) -> JudgedStreams:
+    """Return the evidence with the metrics of its holds; whole: include metrics that are not
+    specified."""
     asked = loop if whole or spec.modulus_margin is not None else None
-    return tuple((item, tuple(measure(spec, item, whole))) for item in gather(spec, logs, Rig.of(bench), asked))
+    return tuple(
+        (item, tuple(measure_holds(spec, item, whole)))
+        for item in gather_evidence(spec, logs, RigFacts.of(bench), asked)
+    )
 
 
 def _specified_judges(spec: Spec) -> dict[str, Judge]:
     return {name: make for name, make in JUDGES.items() if getattr(spec, name) is not None}
 
 
-def _meets(spec: Spec, stream: tuple[Evidence, tuple[Measured, ...]]) -> bool:
-    """Return whether one stream by itself meets every requirement; a recorded one has no margin of its own."""
+def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -> bool:
+    """Return whether one stream by itself meets every requirement; a recorded one has no margin of
+    its own."""
     judges = [make for name, make in _specified_judges(spec).items() if name != "modulus_margin"]
     margin, simulated = stream[0].modulus_margin, stream[0].simulated
-    if spec.modulus_margin is not None and simulated and (margin is None or margin < spec.modulus_margin):
+    if (
+        spec.modulus_margin is not None
+        and simulated
+        and (margin is None or margin < spec.modulus_margin)
+    ):
         return False
     return bool(judges or simulated) and all(make(spec, (stream,), None).met for make in judges)
 
 
 # specification key -> its judge, in the order of the specification
 JUDGES: dict[str, Judge] = {
-    "response_time_95_s": per_hold("response_time_95_s", "response_time_95"),
-    "rise_time_s": per_hold("rise_time_s", "rise_time"),
-    "overshoot_percent": per_hold("overshoot_percent", "overshoot"),
-    "static_error": per_hold("static_error", "static_error"),
+    "response_time_95_s": hold_judge("response_time_95_s", "response_time_95"),
+    "rise_time_s": hold_judge("rise_time_s", "rise_time"),
+    "overshoot_percent": hold_judge("overshoot_percent", "overshoot"),
+    "static_error": hold_judge("static_error", "static_error"),
     "load_static_error": judge_load,
-    "oscillations": per_hold("oscillations", "oscillations"),
-    "limit_cycle": per_hold("limit_cycle", "limit_cycle_amplitude", name="limit_cycle", tell=False),
+    "oscillations": hold_judge("oscillations", "oscillations"),
+    "limit_cycle": hold_judge(
+        "limit_cycle", "limit_cycle_amplitude", name="limit_cycle", tell=False
+    ),
     "modulus_margin": judge_margin,
     "drive_peak": judge_peak,
     "drive_rms": judge_rms,

@@ -2,16 +2,16 @@
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from frictool.simulate.bench_play import play as play
+    from frictool.simulate.bench_experiment_api import play as play
     from frictool.simulate.simulation import simulate as simulate
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "play": "frictool.simulate.bench_play",
+            "play": "frictool.simulate.bench_experiment_api",
             "simulate": "frictool.simulate.simulation",
         },
     )

@@ -1,20 +1,22 @@
-"""The events of runs of mechanisms as rows of a text file: what breaks away, sticks, touches, strikes, and when."""
+"""The events of runs of mechanisms as rows of a text file: what breaks away, sticks, touches,
+strikes, and when."""
 
 from __future__ import annotations
 
 from frictool.engine.mechanism.events import NAMES
-from frictool.simulate.mechanism_playing import Moved, element_of
+from frictool.simulate.mechanism_runs import MechanismOutcome, element_of
 
 HEAD = "time_s,plant,element,event,speed\n"
 
 
-class EventTable:
-    """Gathers them, run by run. time_s in s; plant empty for the nominal one; speed before the event, rad/s or m/s, 0 where it has none."""
+class EventCsv:
+    """Gathers them, run by run. time_s in s; plant empty for the nominal one; speed before the
+    event, rad/s or m/s, 0 where it has none."""
 
     def __init__(self) -> None:
         self._parts = [HEAD]
 
-    def add(self, moved: Moved) -> None:
+    def add(self, moved: MechanismOutcome) -> None:
         """The events of one run, in their order."""
         name = moved.variant.name
         self._parts += [

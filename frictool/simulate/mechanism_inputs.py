@@ -1,10 +1,12 @@
-"""What a scenario puts into a mechanism beside its controller: signals of sources and efforts on blocks, held over parts of time.
+"""What a scenario puts into a mechanism beside its controller: signals of sources and efforts on
+blocks, held over parts of time.
 
     |- sample k ------------|- sample k+1 ---
-    |-- part --|-- part ----|-- part --------         a sample is cut wherever a signal jumps or bends: steps come at their very instants
+    |-- part --|-- part ----|-- part --------         a sample is cut wherever a signal jumps or
+                                                      bends: steps come at their very instants
 
-Over a part a signal is held at its mean: exact in its impulse, and for a step in everything; what it does to the motion of a sine or a
-ramp is of second order in a part.
+Over a part a signal is held at its mean: exact in its impulse, and for a step in everything; what
+it does to the motion of a sine or a ramp is of second order in a part.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.conditions import Disturbance, Signal
-from frictool.engine.mechanism.closed_loop import Inputs
+from frictool.engine.mechanism.closed_loop import MechanismInputs
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -24,10 +26,17 @@ SAME_INSTANT = 1e-9  # of a sample: instants that are equal but for rounding
 
 
 def inputs_of(
-    signals: Mapping[int, Sequence[Signal]], disturbances: Sequence[tuple[int, Disturbance]], sources: int, samples: int, period: float
-) -> Inputs:
-    """The inputs of a scenario of so many samples of a `period` [s]; signals: by the source's place, disturbances: with the block's."""
-    courses = [course for of in signals.values() for course in of] + [one for _, one in disturbances]
+    signals: Mapping[int, Sequence[Signal]],
+    disturbances: Sequence[tuple[int, Disturbance]],
+    sources: int,
+    samples: int,
+    period: float,
+) -> MechanismInputs:
+    """The inputs of a scenario of so many samples of a `period` [s]; signals: by the source's
+    place, disturbances: with the block's."""
+    courses = [course for of in signals.values() for course in of] + [
+        one for _, one in disturbances
+    ]
     edges, first = _cut(courses, samples, period)
     blocks = sorted({block for block, _ in disturbances})
     drives = np.zeros((edges.size - 1 if signals else 0, sources))
@@ -36,13 +45,24 @@ def inputs_of(
             drives[:, place] += mean_over(signal, signal.level.value, edges * period)
     efforts = np.zeros((edges.size - 1 if blocks else 0, len(blocks)))
     for block, disturbance in disturbances:
-        efforts[:, blocks.index(block)] += mean_over(disturbance, disturbance.effort.value, edges * period)
-    return Inputs(first, np.diff(edges) * period, drives, np.array(blocks, dtype=np.int64), efforts)
+        efforts[:, blocks.index(block)] += mean_over(
+            disturbance, disturbance.effort.value, edges * period
+        )
+    return MechanismInputs(
+        first, np.diff(edges) * period, drives, np.array(blocks, dtype=np.int64), efforts
+    )
 
 
-def _cut(courses: Iterable[Signal | Disturbance], samples: int, period: float) -> tuple[Vector, Places]:
+def _cut(
+    courses: Iterable[Signal | Disturbance], samples: int, period: float
+) -> tuple[Vector, Places]:
     """The edges (m + 1,) of the parts, in samples, and `Inputs.first`."""
-    instants = {instant / period for course in courses for instant in (course.at_s, _end(course)) if instant / period < samples}
+    instants = {
+        instant / period
+        for course in courses
+        for instant in (course.at_s, _end(course))
+        if instant / period < samples
+    }
     inside = np.array([one for one in sorted(instants) if abs(one - round(one)) > SAME_INSTANT])
     edges = np.sort(np.concatenate([np.arange(samples + 1, dtype=np.float64), inside]))
     return edges, np.searchsorted(edges, np.arange(samples + 1, dtype=np.float64)).astype(np.int64)
@@ -53,7 +73,8 @@ def _end(course: Signal | Disturbance) -> float:
 
 
 def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vector:
-    """The mean of a course over each part (m,) between the edges (m + 1,) [s], none of which it jumps inside of."""
+    """The mean of a course over each part (m,) between the edges (m + 1,) [s], none of which it
+    jumps inside of."""
     begin, end = edges[:-1], edges[1:]
     middle, slack = 0.5 * (begin + end), SAME_INSTANT * float(np.max(end - begin, initial=0.0))
     since = middle - course.at_s
@@ -66,14 +87,18 @@ def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vect
     if course.frequency_hz is None:
         return np.where(active, level, 0.0)
     angle = 2.0 * math.pi * course.frequency_hz * since + math.radians(course.phase_deg)
-    found = np.where(active, level * np.sin(angle) * np.sinc(course.frequency_hz * (end - begin)), 0.0)
+    found = np.where(
+        active, level * np.sin(angle) * np.sinc(course.frequency_hz * (end - begin)), 0.0
+    )
     return found
 
 
-def mean_efforts(inputs: Inputs) -> dict[int, Vector]:
+def mean_efforts(inputs: MechanismInputs) -> dict[int, Vector]:
     """The mean effort over each sample (n,) on each block that has one."""
     period = np.add.reduceat(inputs.durations, inputs.first[:-1])
     pushed = (
-        np.add.reduceat(inputs.efforts * inputs.durations[:, None], inputs.first[:-1], axis=0) if inputs.blocks.size else inputs.efforts
+        np.add.reduceat(inputs.efforts * inputs.durations[:, None], inputs.first[:-1], axis=0)
+        if inputs.blocks.size
+        else inputs.efforts
     )
     return {block: pushed[:, place] / period for place, block in enumerate(inputs.blocks.tolist())}

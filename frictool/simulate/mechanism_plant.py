@@ -1,4 +1,5 @@
-"""A mechanism as what a scenario is played to (simulate/plant.py), and the checks of what a scenario asks of one."""
+"""A mechanism as what a scenario is played to (simulate/simulated_plant.py), and the checks of what
+a scenario asks of one."""
 
 from __future__ import annotations
 
@@ -11,21 +12,21 @@ from frictool.documents.controller import Controller
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
-from frictool.engine.mechanism.closed_loop import Inputs, Sight
+from frictool.engine.mechanism.closed_loop import ControlPorts, MechanismInputs
 from frictool.errors import FrictoolError
-from frictool.plant.mechanism.assembly import Assembled
-from frictool.plant.mechanism.pace import fastest
-from frictool.simulate.agreement import Names, disturbances_of, refuse
-from frictool.simulate.given import check_given
-from frictool.simulate.least import check_least
-from frictool.simulate.mechanism_channels import DRIVE_UNITS, Channels
+from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.fastest_link import fastest_link
+from frictool.simulate.document_agreement import DocumentNames, disturbances_of, refuse
+from frictool.simulate.given_plant import check_given
+from frictool.simulate.mechanism_channels import DRIVE_UNITS, MechanismChannels
 from frictool.simulate.mechanism_inputs import inputs_of, mean_efforts
-from frictool.simulate.mechanism_playing import Moved, Task, play_all
 from frictool.simulate.mechanism_quantities import ranges
-from frictool.simulate.mechanism_rig import Controlled, placed_at, rig_of_mechanism
-from frictool.simulate.mechanism_told import metadata_of, warnings_of
+from frictool.simulate.mechanism_report import metadata_of, warnings_of
+from frictool.simulate.mechanism_rig import ControlledAxis, block_positions, rig_of_mechanism
+from frictool.simulate.mechanism_runs import MechanismOutcome, MechanismTask, play_all
 from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants
-from frictool.simulate.plant import Loop, Range, Run
+from frictool.simulate.parameter_order import check_least
+from frictool.simulate.simulated_plant import SimulatedLoop, VariantRun, VariedParameter
 
 Vector = NDArray[np.float64]
 FASTEST = 1e4  # of the sampling rate: a link that is faster is a rigid one
@@ -33,25 +34,48 @@ MOST_TURNS = 1e8  # rad that the fastest link may ring for: some microseconds ea
 
 
 class MechanismPlant:
-    """simulate/plant.py `Plant` of a mechanism. Raises WrongElement where no source or no sensor can be a controller's.
+    """simulate/plant.py `Plant` of a mechanism. Raises WrongElement where no source or no sensor
+    can be a controller's.
 
     `watch` is given each variant when it has been moved.
     """
 
-    def __init__(self, document: Mechanism, assembled: Assembled, watch: Callable[[Moved], None] = lambda moved: None) -> None:
+    def __init__(
+        self,
+        document: Mechanism,
+        assembled: AssembledMechanism,
+        watch: Callable[[MechanismOutcome], None] = lambda moved: None,
+    ) -> None:
         self.watch = watch
         self.document, self.assembled, self.name = document, assembled, document.name
         self.rig, self.controlled = rig_of_mechanism(document, assembled)
         self.width = width_of(assembled)
 
-    def check(self, controller: Controller | None, scenario: Scenario, names: Names) -> None:
+    def check(
+        self, controller: Controller | None, scenario: Scenario, names: DocumentNames
+    ) -> None:
         """See Plant."""
         if scenario.is_open:
-            refuse(names.scenario, "duration_s", "belongs to a test without a controller; allowed under one: steps, or reference")
-        check_asked(self.document, self.assembled, scenario, names, self.assembled.sources[self.controlled.source])
+            refuse(
+                names.scenario,
+                "duration_s",
+                "belongs to a test without a controller; allowed under one: steps, or reference",
+            )
+        check_mechanism_scenario(
+            self.document,
+            self.assembled,
+            scenario,
+            names,
+            self.assembled.sources[self.controlled.source],
+        )
         if scenario.start is not None:
             try:
-                placed_at(self.document, self.assembled, self.controlled.sensor_block, scenario.start.value)
+                block_positions(
+                    self.document,
+                    self.assembled,
+                    self.controlled.sensor_block,
+                    scenario.start.value,
+                )
             except ValueError as error:
                 refuse(names.scenario, "start", str(error))
 
@@ -59,11 +83,13 @@ class MechanismPlant:
         """See Plant."""
         return 1 + (scenario.plants or 0)
 
-    def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[MechanismVariant]:
+    def variants(
+        self, controller: Controller, scenario: Scenario, owner: str
+    ) -> list[MechanismVariant]:
         """See Plant."""
         return mechanism_variants(self.document, self.assembled, scenario, owner)
 
-    def ranges(self) -> dict[str, Range]:
+    def ranges(self) -> dict[str, VariedParameter]:
         """See Plant."""
         return ranges(self.document)
 
@@ -71,23 +97,51 @@ class MechanismPlant:
         """Nothing: a scheduled parameter is one of a single axis."""
         return {}
 
-    def play(self, variants: Sequence[MechanismVariant], loop: Loop) -> Iterator[tuple[MechanismVariant, Run]]:
+    def play(
+        self, variants: Sequence[MechanismVariant], loop: SimulatedLoop
+    ) -> Iterator[tuple[MechanismVariant, VariantRun]]:
         """See Plant."""
-        inputs = scenario_inputs(self.assembled, loop.scenario, loop.reference.size, self.rig.sample_period_s, self.controlled.source_block)
-        named = {self.assembled.blocks.index(one.on) for one in loop.scenario.disturbances if one.on is not None}
-        disturbances = {block: effort for block, effort in mean_efforts(inputs).items() if block in named}
-        channels = Channels(np.arange(loop.reference.size, dtype=np.float64) * self.rig.sample_period_s, disturbances)
+        inputs = scenario_inputs(
+            self.assembled,
+            loop.scenario,
+            loop.reference.size,
+            self.rig.sample_period_s,
+            self.controlled.source_block,
+        )
+        named = {
+            self.assembled.blocks.index(one.on)
+            for one in loop.scenario.disturbances
+            if one.on is not None
+        }
+        disturbances = {
+            block: effort for block, effort in mean_efforts(inputs).items() if block in named
+        }
+        channels = MechanismChannels(
+            np.arange(loop.reference.size, dtype=np.float64) * self.rig.sample_period_s,
+            disturbances,
+        )
         tasks = []
         for variant in variants:
             try:
-                start = placed_at(variant.document, variant.assembled, self.controlled.sensor_block, loop.start)
+                start = block_positions(
+                    variant.document, variant.assembled, self.controlled.sensor_block, loop.start
+                )
             except ValueError as error:
-                raise FrictoolError(f"{self.name}, plant {variant.name}: the start {error}") from None
+                raise FrictoolError(
+                    f"{self.name}, plant {variant.name}: the start {error}"
+                ) from None
             own = rig_of_mechanism(variant.document, variant.assembled)[1]
             sight = sight_of(self.controlled.source, own, self.rig.resolution, start)
             running = loop.running if loop.target is None else None
-            common = (inputs, loop.conditions, loop.reference, loop.controller.delay_samples, running, loop.target)
-            tasks.append((Task(loop.reference.size, sight, *common), start))
+            common = (
+                inputs,
+                loop.conditions,
+                loop.reference,
+                loop.controller.delay_samples,
+                running,
+                loop.target,
+            )
+            tasks.append((MechanismTask(loop.reference.size, sight, *common), start))
         for moved in play_all(variants, tasks, loop.progress):
             self.watch(moved)
             yield moved.variant, run_of(moved, channels, [*self._scheduled(loop.controller, moved)])
@@ -96,7 +150,8 @@ class MechanismPlant:
         """Return None: margins are defined for one axis only."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
-        """Return the interval of the drive's constant: the other parameters are those of one axis."""
+        """Return the interval of the drive's constant: the other parameters are those of one
+        axis."""
         constant = self.document.sources[self.assembled.sources[self.controlled.source]].constant
         return {} if constant is None else {"constant": constant.interval}
 
@@ -104,48 +159,89 @@ class MechanismPlant:
         """See Plant."""
         return variant.described()
 
-    def _scheduled(self, controller: Controller, moved: Moved) -> Iterator[str]:
+    def _scheduled(self, controller: Controller, moved: MechanismOutcome) -> Iterator[str]:
         if controller.schedule is not None and not moved.variant.name:
             names = ", ".join(controller.schedule.parameters)
             yield f"the controller is scheduled by {names}, of which a mechanism tells it nothing: it takes the middle of each range"
 
 
-def width_of(assembled: Assembled) -> float:
-    """How many times as much as of one axis is logged of a mechanism: three channels a block beside an axis's nine."""
+def width_of(assembled: AssembledMechanism) -> float:
+    """How many times as much as of one axis is logged of a mechanism: three channels a block beside
+    an axis's nine."""
     return 1.0 + len(assembled.blocks) / 3.0
 
 
-def sight_of(source: int, controlled: Controlled, resolution: float, start: Vector) -> Sight:
+def sight_of(
+    source: int, controlled: ControlledAxis, resolution: float, start: Vector
+) -> ControlPorts:
     """Whom a controller commands and what it sees, with all blocks at `start` (n,) at first."""
     sensor, load = controlled.sensor_block, controlled.load
-    return Sight(source, sensor, load, resolution, float(start[sensor]), float(start[load]), controlled.load_ratio)
+    return ControlPorts(
+        source,
+        sensor,
+        load,
+        resolution,
+        float(start[sensor]),
+        float(start[load]),
+        controlled.load_ratio,
+    )
 
 
-def run_of(moved: Moved, channels: Channels, warnings: Sequence[str]) -> Run:
+def run_of(
+    moved: MechanismOutcome, channels: MechanismChannels, warnings: Sequence[str]
+) -> VariantRun:
     """The run of one variant, with the stream of all blocks."""
     stream = channels.stream(moved.variant, moved.out.motion, moved.out.modes)
-    return Run(moved.out.record, (stream,), (*warnings_of(moved), *warnings), metadata_of(moved))
+    return VariantRun(
+        moved.out.record, (stream,), (*warnings_of(moved), *warnings), metadata_of(moved)
+    )
 
 
-def scenario_inputs(assembled: Assembled, scenario: Scenario, samples: int, period: float, driven: int | None) -> Inputs:
-    """What the scenario puts into the mechanism; disturbances without a block act on the one at `driven`."""
+def scenario_inputs(
+    assembled: AssembledMechanism,
+    scenario: Scenario,
+    samples: int,
+    period: float,
+    driven: int | None,
+) -> MechanismInputs:
+    """What the scenario puts into the mechanism; disturbances without a block act on the one at
+    `driven`."""
     signals = {assembled.sources.index(name): of for name, of in scenario.sources.items()}
-    blocks = [driven if one.on is None else assembled.blocks.index(one.on) for one in scenario.disturbances]
-    pairs = [(block, one) for block, one in zip(blocks, scenario.disturbances, strict=True) if block is not None]
+    blocks = [
+        driven if one.on is None else assembled.blocks.index(one.on)
+        for one in scenario.disturbances
+    ]
+    pairs = [
+        (block, one)
+        for block, one in zip(blocks, scenario.disturbances, strict=True)
+        if block is not None
+    ]
     return inputs_of(signals, pairs, len(assembled.sources), samples, period)
 
 
-def check_pace(assembled: Assembled, seconds: float, period: float, owner: str) -> None:
-    """Raises DocumentError where a link yields so little that steps short enough for it would not come to an end."""
-    pace = fastest(assembled)
+def check_pace(assembled: AssembledMechanism, seconds: float, period: float, owner: str) -> None:
+    """Raises DocumentError where a link yields so little that steps short enough for it would not
+    come to an end."""
+    pace = fastest_link(assembled)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
         found = f"is so stiff, or so damped, for what it carries that it answers at {pace.rate:.3g} rad/s"
         allowed = f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of {seconds:g} s sampled at {period:g} s"
-        refuse(owner, f"links.{pace.link}", f"{found}; allowed: {allowed}; without its compliance it is rigid")
+        refuse(
+            owner,
+            f"links.{pace.link}",
+            f"{found}; allowed: {allowed}; without its compliance it is rigid",
+        )
 
 
-def check_asked(document: Mechanism, assembled: Assembled, scenario: Scenario, names: Names, commanded: str | None) -> None:
-    """Raises DocumentError where sources, blocks or units are not the mechanism's; `commanded`: the source that a controller has."""
+def check_mechanism_scenario(
+    document: Mechanism,
+    assembled: AssembledMechanism,
+    scenario: Scenario,
+    names: DocumentNames,
+    commanded: str | None,
+) -> None:
+    """Raises DocumentError where sources, blocks or units are not the mechanism's; `commanded`: the
+    source that a controller has."""
     check_pace(assembled, scenario.seconds, document.sample_period_s, names.model)
     if scenario.variants == "vertices":
         message = "found vertices, which are numbers of one axis; allowed for a mechanism: nominal, random, given"
@@ -156,7 +252,11 @@ def check_asked(document: Mechanism, assembled: Assembled, scenario: Scenario, n
     for name, signals in scenario.sources.items():
         key = f"sources.{name}"
         if name not in document.sources:
-            refuse(names.scenario, key, f"{names.model} has no such source; allowed: {', '.join(document.sources) or 'none'}")
+            refuse(
+                names.scenario,
+                key,
+                f"{names.model} has no such source; allowed: {', '.join(document.sources) or 'none'}",
+            )
         if name == commanded:
             refuse(
                 names.scenario,
@@ -174,7 +274,11 @@ def check_asked(document: Mechanism, assembled: Assembled, scenario: Scenario, n
         if disturbance.on is None:
             continue
         if disturbance.on not in assembled.blocks:
-            refuse(names.scenario, f"{key}.on", f"{names.model} has no block {disturbance.on!r}; allowed: {', '.join(assembled.blocks)}")
+            refuse(
+                names.scenario,
+                f"{key}.on",
+                f"{names.model} has no block {disturbance.on!r}; allowed: {', '.join(assembled.blocks)}",
+            )
         unit = si_unit("effort", assembled.kinds[assembled.blocks.index(disturbance.on)])
         if disturbance.effort.unit != unit:
             message = f"found a multiple of {disturbance.effort.unit}; allowed: {unit} and its multiples, on {disturbance.on}"

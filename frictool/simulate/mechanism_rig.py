@@ -1,11 +1,14 @@
-"""What a controller is told of a mechanism, and what lies behind the sensor: the chain of links from its block to every other.
+"""What a controller is told of a mechanism, and what lies behind the sensor: the chain of links
+from its block to every other.
 
-Along the chain a block's position is that of the sensor's times the ratios between them, as far as no play and no compliance lies between:
+Along the chain a block's position is that of the sensor's times the ratios between them, as far as
+no play and no compliance lies between:
 
     q_block - start_block = ratio (q_sensor - start_sensor)
 
-The load is the block that `control.load` names, or else the one that the most links lie between and the sensor, the last such in the file.
-Its position is brought back to the sensor's coordinate, so that it compares with the reference.
+The load is the block that `control.load` names, or else the one that the most links lie between and
+the sensor, the last such in the file. Its position is brought back to the sensor's coordinate, so
+that it compares with the reference.
 """
 
 from __future__ import annotations
@@ -19,9 +22,9 @@ from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Mechanism, Sensor, Source, Spring
 from frictool.documents.quantity import si_unit
-from frictool.plant.mechanism.assembly import Assembled
-from frictool.plant.mechanism.packed import FRAME
-from frictool.plant.mechanism.wrong import WrongElement
+from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.element_error import ElementError
+from frictool.plant.mechanism.packed_mechanism import FRAME
 from frictool.simulate.rig import Rig
 
 Vector = NDArray[np.float64]
@@ -29,8 +32,9 @@ FULL_TURN = 2.0 * np.pi
 SAME_PLACE = 1e-12  # of where a stop stands
 
 
-class Controlled(NamedTuple):
-    """Places of the controlled source, of its block and the sensor's; of the load, whose speed is `load_ratio` times the sensor's."""
+class ControlledAxis(NamedTuple):
+    """Places of the controlled source, of its block and the sensor's; of the load, whose speed is
+    `load_ratio` times the sensor's."""
 
     source: int
     source_block: int
@@ -43,16 +47,29 @@ def resolution_of(sensor: Sensor) -> float:
     """The step of an encoder [rad | m]; 0 of a perfect one."""
     if sensor.step is not None:
         return sensor.step.value
-    return FULL_TURN / sensor.counts_per_revolution if sensor.counts_per_revolution is not None else 0.0
+    return (
+        FULL_TURN / sensor.counts_per_revolution
+        if sensor.counts_per_revolution is not None
+        else 0.0
+    )
 
 
-def rig_of_mechanism(document: Mechanism, assembled: Assembled) -> tuple[Rig, Controlled]:
-    """The rig that a controller sees. Raises WrongElement where source or sensor are not determined, or the sensor shows no position."""
+def rig_of_mechanism(
+    document: Mechanism, assembled: AssembledMechanism
+) -> tuple[Rig, ControlledAxis]:
+    """The rig that a controller sees. Raises ElementError where source or sensor are not
+    determined, or the sensor shows no position."""
     source, sensor = assembled.controlled(document)
-    drives, senses = document.sources[assembled.sources[source]], document.sensors[assembled.sensors[sensor]]
+    drives, senses = (
+        document.sources[assembled.sources[source]],
+        document.sensors[assembled.sensors[sensor]],
+    )
     if senses.measures != "position":
         name = assembled.sensors[sensor]
-        raise WrongElement(f"sensors.{name}.measures", f"found {senses.measures}; allowed: position, for what a controller follows")
+        raise ElementError(
+            f"sensors.{name}.measures",
+            f"found {senses.measures}; allowed: position, for what a controller follows",
+        )
     driven, sensed = int(assembled.packed.sources.block[source]), assembled.sensor_blocks[sensor]
     rig = Rig(
         owner="{}",
@@ -64,11 +81,12 @@ def rig_of_mechanism(document: Mechanism, assembled: Assembled) -> tuple[Rig, Co
         facts=_facts(document, drives, senses),
     )
     load, ratio = _load(document, assembled, sensed)
-    return rig, Controlled(source, driven, sensed, load, ratio)
+    return rig, ControlledAxis(source, driven, sensed, load, ratio)
 
 
 def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, float]:
-    """Return the facts of verify/rig_facts.py, without a spring on the axis: a mechanism has springs of its own."""
+    """Return the facts of verify/rig_facts.py, without a spring on the axis: a mechanism has
+    springs of its own."""
     winding = source.winding
     return {
         "sample_period_s": document.sample_period_s,
@@ -81,36 +99,51 @@ def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, flo
     }
 
 
-class Tied(NamedTuple):
-    """How a block hangs on the chain's root: its motion over the root's, and the number of links between."""
+class ChainPosition(NamedTuple):
+    """How a block hangs on the chain's root: its motion over the root's, and the number of links
+    between."""
 
     ratio: float
     links: int
 
 
-def chain_from(document: Mechanism, assembled: Assembled, root: int) -> dict[int, Tied]:
-    """Every block that links tie to the block `root`, itself among them, the nearest first. Springs tie nothing."""
+def chain_from(
+    document: Mechanism, assembled: AssembledMechanism, root: int
+) -> dict[int, ChainPosition]:
+    """Every block that links tie to the block `root`, itself among them, the nearest first. Springs
+    tie nothing."""
     joints, couplings = assembled.packed.joints, assembled.packed.couplings
     ties = list(zip(joints.a.tolist(), joints.b.tolist(), joints.ratio.tolist(), strict=True))
-    for name, a, b, ratio in zip(assembled.couplings, couplings.a.tolist(), couplings.b.tolist(), couplings.ratio.tolist(), strict=True):
+    for name, a, b, ratio in zip(
+        assembled.couplings,
+        couplings.a.tolist(),
+        couplings.b.tolist(),
+        couplings.ratio.tolist(),
+        strict=True,
+    ):
         if a != FRAME and not isinstance(document.links.get(name), Spring):
             ties.append((a, b, ratio))
-    neighbours: dict[int, list[tuple[int, float]]] = {block: [] for block in range(len(assembled.blocks))}
+    neighbours: dict[int, list[tuple[int, float]]] = {
+        block: [] for block in range(len(assembled.blocks))
+    }
     for a, b, ratio in ties:
         neighbours[a].append((b, ratio))
         neighbours[b].append((a, 1.0 / ratio))
-    found, waiting = {root: Tied(1.0, 0)}, deque([root])
+    found, waiting = {root: ChainPosition(1.0, 0)}, deque([root])
     while waiting:
         here = waiting.popleft()
         for there, ratio in neighbours[here]:
             if there not in found:
-                found[there] = Tied(ratio * found[here].ratio, found[here].links + 1)
+                found[there] = ChainPosition(ratio * found[here].ratio, found[here].links + 1)
                 waiting.append(there)
     return found
 
 
-def placed_at(document: Mechanism, assembled: Assembled, root: int, position: float) -> Vector:
-    """Positions (n,) [rad | m] of all blocks with the block `root` at `position`: what is tied to it comes along, the rest stays.
+def block_positions(
+    document: Mechanism, assembled: AssembledMechanism, root: int, position: float
+) -> Vector:
+    """Positions (n,) [rad | m] of all blocks with the block `root` at `position`: what is tied to
+    it comes along, the rest stays.
 
     Raises ValueError naming the block that then lies beyond its end stop.
     """
@@ -118,25 +151,34 @@ def placed_at(document: Mechanism, assembled: Assembled, root: int, position: fl
     for block, tied in chain_from(document, assembled, root).items():
         placed[block] += tied.ratio * (position - assembled.start[root])
     stops = assembled.packed.stops
-    for name, block, low, high in zip(assembled.stops, stops.block.tolist(), stops.low.tolist(), stops.high.tolist(), strict=True):
+    for name, block, low, high in zip(
+        assembled.stops, stops.block.tolist(), stops.low.tolist(), stops.high.tolist(), strict=True
+    ):
         slack = SAME_PLACE * max(abs(one) for one in (low, high, 0.0) if np.isfinite(one))
         if not low - slack <= placed[block] <= high + slack:
             unit = si_unit("position", assembled.kinds[block])
             found = f"puts {assembled.blocks[block]} at {placed[block]:.9g} {unit}"
-            raise ValueError(f"{found}; allowed: {low:.9g} to {high:.9g} {unit}, the stops of {name}")
+            raise ValueError(
+                f"{found}; allowed: {low:.9g} to {high:.9g} {unit}, the stops of {name}"
+            )
     return placed
 
 
-def _load(document: Mechanism, assembled: Assembled, root: int) -> tuple[int, float]:
+def _load(document: Mechanism, assembled: AssembledMechanism, root: int) -> tuple[int, float]:
     chain = chain_from(document, assembled, root)
     name = None if document.control is None else document.control.load
     if name is None:
         load = max(chain, key=lambda block: (chain[block].links, block))
         return load, chain[load].ratio
     if name not in assembled.blocks:
-        raise WrongElement("control.load", f"found {name!r}; allowed: {', '.join(assembled.blocks)}")
+        raise ElementError(
+            "control.load", f"found {name!r}; allowed: {', '.join(assembled.blocks)}"
+        )
     load = assembled.blocks.index(name)
     if load not in chain:
         tied = ", ".join(assembled.blocks[block] for block in sorted(chain))
-        raise WrongElement("control.load", f"found {name}, which no link ties to the sensor's block; allowed: {tied}")
+        raise ElementError(
+            "control.load",
+            f"found {name}, which no link ties to the sensor's block; allowed: {tied}",
+        )
     return load, chain[load].ratio

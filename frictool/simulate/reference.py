@@ -1,9 +1,13 @@
-"""The reference of a scenario's steps at each sample k of the controller's period T, part after part.
+"""The reference of a scenario's steps at each sample k of the controller's period T, part after
+part.
 
-reference  r                                           held; a part of duration d has round(d/T) samples
-ramp_to    r0 + (r1 - r0)(j + 1)/n                     j = 0 .. n - 1: arrives at r1 with its last sample
+reference  r                                           held; a part of duration d has round(d/T)
+                                                       samples
+ramp_to    r0 + (r1 - r0)(j + 1)/n                     j = 0 .. n - 1: arrives at r1 with its last
+           sample
 sine       centre + A sin(2 pi f j T + phase)
-hold_s     r0                                          r0: the part before it at its last sample, at first `start`
+hold_s     r0                                          r0: the part before it at its last sample, at
+           first `start`
 """
 
 from __future__ import annotations
@@ -45,6 +49,8 @@ def _part(step: Step, last: float, samples: int, period: float) -> Vector:
 
 def _sine(sine: Sine, last: float, samples: int, period: float) -> Vector:
     centre = last if sine.centre is None else sine.centre.value
-    angle = 2.0 * math.pi * sine.frequency_hz * period * np.arange(samples) + math.radians(sine.phase_deg)
+    angle = 2.0 * math.pi * sine.frequency_hz * period * np.arange(samples) + math.radians(
+        sine.phase_deg
+    )
     found: Vector = centre + sine.amplitude.value * np.sin(angle)
     return found

@@ -1,4 +1,5 @@
-"""What a controller and a log are told of a plant: its axis, drive, timing and travel, as a bench or a mechanism says."""
+"""What a controller and a log are told of a plant: its axis, drive, timing and travel, as a bench
+or a mechanism says."""
 
 from __future__ import annotations
 
@@ -16,9 +17,10 @@ from frictool.verify.rig_facts import facts_of
 class Rig:
     """Actuator and encoder in SI, those of the controlled axis of a mechanism.
 
-    owner: the document as messages name it ({} is its name). constant: effort per unit of the drive; effort_axis: the kind of axis on
-    which the drive acts. facts: numbers that a controller is verified with (verify/rig_facts.py). examples: keys of example values in the
-    bench. bench_values_only: the reason why nothing of the model was identified, or empty.
+    owner: the document as messages name it ({} is its name). constant: effort per unit of the
+    drive; effort_axis: the kind of axis on which the drive acts. facts: numbers that a controller
+    is verified with (verify/rig_facts.py). examples: keys of example values in the bench.
+    bench_values_only: the reason why nothing of the model was identified, or empty.
     """
 
     owner: str
@@ -53,7 +55,8 @@ class Rig:
 
 
 def rig_of(bench: Bench, model: Model | None = None) -> Rig:
-    """Return the rig that a bench describes; with a model, whose bench it is, also the spring on its axis."""
+    """Return the rig that a bench describes; with a model, whose bench it is, also the spring on
+    its axis."""
     return Rig(
         owner="the bench of {}",
         axis=bench.axis,

@@ -1,6 +1,8 @@
-"""Whether every draw of a scenario's `spread` can be played: what it varies is there, in its units, within the travel and the time.
+"""Whether every draw of a scenario's `spread` can be played: what it varies is there, in its units,
+within the travel and the time.
 
-A range of a parameter is refused by the plants at its two ends: where one of them cannot be, so cannot draws near it.
+A range of a parameter is refused by the plants at its two ends: where one of them cannot be, so
+cannot draws near it.
 """
 
 from __future__ import annotations
@@ -14,15 +16,22 @@ from frictool.documents.quantity import Quantity, factor_between, si_unit
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import Spread, SpreadDisturbance, SpreadFault
 from frictool.errors import FrictoolError
-from frictool.simulate.agreement import Names, refuse
-from frictool.simulate.given import GIVEN
-from frictool.simulate.least import check_least
-from frictool.simulate.limits import SAME_INSTANT, check_frequency
-from frictool.simulate.plant import Plant, Range, V
+from frictool.simulate.document_agreement import DocumentNames, refuse
+from frictool.simulate.given_plant import GIVEN
+from frictool.simulate.parameter_order import check_least
+from frictool.simulate.scenario_limits import SAME_INSTANT, check_frequency
+from frictool.simulate.simulated_plant import SimulatedPlant, V, VariedParameter
 
 
-def check_spread(plant: Plant[V], controller: Controller, scenario: Scenario, seconds: float, names: Names) -> None:
-    """Raises DocumentError with the first key of `spread` that does not fit the plant, or a scenario of `seconds` [s]."""
+def check_spread(
+    plant: SimulatedPlant[V],
+    controller: Controller,
+    scenario: Scenario,
+    seconds: float,
+    names: DocumentNames,
+) -> None:
+    """Raises DocumentError with the first key of `spread` that does not fit the plant, or a
+    scenario of `seconds` [s]."""
     spread, rig, name = scenario.spread or Spread(), plant.rig, names.scenario
     _check_parameters(spread, plant.ranges(), names)
     _check_ends(plant, controller, scenario, spread, names)
@@ -33,63 +42,115 @@ def check_spread(plant: Plant[V], controller: Controller, scenario: Scenario, se
         and not (rig.travel.low <= spread.start.low <= spread.start.high <= rig.travel.high)
     ):
         found = f"found {spread.start.low:g} to {spread.start.high:g} {spread.start.unit}"
-        refuse(name, "spread.start", f"{found}; allowed: the travel of the bench, {rig.travel.low:g} to {rig.travel.high:g}")
+        refuse(
+            name,
+            "spread.start",
+            f"{found}; allowed: the travel of the bench, {rig.travel.low:g} to {rig.travel.high:g}",
+        )
     if spread.within_count and rig.resolution == 0.0:
-        refuse(name, "spread.within_count", f"the sensor of {names.model} has no counts: leave it out")
+        refuse(
+            name, "spread.within_count", f"the sensor of {names.model} has no counts: leave it out"
+        )
     for index, fault in enumerate(spread.sensor_faults):
         _check_times(fault, f"spread.sensor_faults[{index}]", seconds, rig.sample_period_s, name)
         if fault.offset is not None and scenario.drive != rig.drive:
-            refuse(name, "drive", f"found {scenario.drive}; allowed: {rig.drive}, which {names.model} has, for quantities of the drive")
+            refuse(
+                name,
+                "drive",
+                f"found {scenario.drive}; allowed: {rig.drive}, which {names.model} has, for quantities of the drive",
+            )
     for index, one in enumerate(spread.disturbances):
         key = f"spread.disturbances[{index}]"
         _check_times(one, key, seconds, rig.sample_period_s, name)
         wanted = si_unit("effort", rig.effort_axis)
         if one.on is None and one.effort.unit != wanted:
-            refuse(name, f"{key}.effort.unit", f"found a multiple of {one.effort.unit}; allowed: {wanted} and its multiples")
+            refuse(
+                name,
+                f"{key}.effort.unit",
+                f"found a multiple of {one.effort.unit}; allowed: {wanted} and its multiples",
+            )
         if one.frequency_hz is not None:
-            check_frequency(one.frequency_hz.high, rig.sample_period_s, f"{key}.frequency_hz.high", name)
+            check_frequency(
+                one.frequency_hz.high, rig.sample_period_s, f"{key}.frequency_hz.high", name
+            )
 
 
-def _check_parameters(spread: Spread, ranges: Mapping[str, Range], names: Names) -> None:
+def _check_parameters(
+    spread: Spread, ranges: Mapping[str, VariedParameter], names: DocumentNames
+) -> None:
     for parameter, span in spread.parameters.items():
         key = f"spread.parameters.{parameter}"
         if parameter not in ranges:
-            refuse(names.scenario, key, f"{names.model} has no such parameter; allowed: {', '.join(ranges)}")
+            refuse(
+                names.scenario,
+                key,
+                f"{names.model} has no such parameter; allowed: {', '.join(ranges)}",
+            )
         try:
             factor_between(span.unit, ranges[parameter].unit)
         except ValueError as error:
             refuse(names.scenario, f"{key}.unit", str(error))
 
 
-def _check_ends(plant: Plant[V], controller: Controller, scenario: Scenario, spread: Spread, names: Names) -> None:
+def _check_ends(
+    plant: SimulatedPlant[V],
+    controller: Controller,
+    scenario: Scenario,
+    spread: Spread,
+    names: DocumentNames,
+) -> None:
     """Raises DocumentError where no plant can be at an end of a parameter's range."""
     for parameter, span in spread.parameters.items():
         least = plant.ranges()[parameter].least
         for end, value in (("low", span.low), ("high", span.high)):
-            if least is not None and value < 0.0:  # a mechanism would lift it to what it may not fall below
+            if (
+                least is not None and value < 0.0
+            ):  # a mechanism would lift it to what it may not fall below
                 found = f"found {value:g} {span.unit}, below 0"
                 refuse(
-                    names.scenario, f"spread.parameters.{parameter}.{end}", f"{found}; allowed: >= 0, as {plant.ranges()[least[0]].label}"
+                    names.scenario,
+                    f"spread.parameters.{parameter}.{end}",
+                    f"{found}; allowed: >= 0, as {plant.ranges()[least[0]].label}",
                 )
             given = {parameter: Quantity(value=value, unit=span.unit)}
-            one = msgspec.structs.replace(scenario, variants=GIVEN, plants=None, given=given, spread=None)
+            one = msgspec.structs.replace(
+                scenario, variants=GIVEN, plants=None, given=given, spread=None
+            )
             try:
                 plant.variants(controller, one, names.model)
             except FrictoolError as error:
-                reason = str(error).removeprefix(f"{names.model} as given: ").removesuffix("; give another")
+                reason = (
+                    str(error)
+                    .removeprefix(f"{names.model} as given: ")
+                    .removesuffix("; give another")
+                )
                 found = f"found {value:g} {span.unit}, which no plant can have"
                 refuse(names.scenario, f"spread.parameters.{parameter}.{end}", f"{found}: {reason}")
 
 
-def _check_times(one: SpreadFault | SpreadDisturbance, key: str, seconds: float, period: float, name: str) -> None:
+def _check_times(
+    one: SpreadFault | SpreadDisturbance, key: str, seconds: float, period: float, name: str
+) -> None:
     lasts = one.lasts_s if isinstance(one, SpreadFault) else one.duration_s
     of_it = "lasts_s" if isinstance(one, SpreadFault) else "duration_s"
     if one.at_s.high >= seconds:
-        refuse(name, f"{key}.at_s", f"found {one.at_s.high:g}, after the end; allowed: below {seconds:g}, how long the scenario lasts")
+        refuse(
+            name,
+            f"{key}.at_s",
+            f"found {one.at_s.high:g}, after the end; allowed: below {seconds:g}, how long the scenario lasts",
+        )
     if lasts is None:
         return
     if lasts.low < period * (1.0 - SAME_INSTANT):
-        refuse(name, f"{key}.{of_it}", f"found {lasts.low:g} s; allowed: one sample, {period:g} s, or more")
+        refuse(
+            name,
+            f"{key}.{of_it}",
+            f"found {lasts.low:g} s; allowed: one sample, {period:g} s, or more",
+        )
     if one.at_s.high + lasts.high > seconds * (1.0 + SAME_INSTANT):
         end = one.at_s.high + lasts.high
-        refuse(name, f"{key}.{of_it}", f"may end at {end:g} s, after the end; allowed: {seconds:g} s, how long the scenario lasts")
+        refuse(
+            name,
+            f"{key}.{of_it}",
+            f"may end at {end:g} s, after the end; allowed: {seconds:g} s, how long the scenario lasts",
+        )

@@ -2,20 +2,20 @@
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from frictool.synth.design import Designed as Designed
-    from frictool.synth.own import own_controller as own_controller
+    from frictool.synth.design import SynthesisResult as SynthesisResult
+    from frictool.synth.external_controller import external_controller as external_controller
     from frictool.synth.synthesis import synthesise as synthesise
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "Designed": "frictool.synth.design",
-            "own_controller": "frictool.synth.own",
+            "SynthesisResult": "frictool.synth.design",
+            "external_controller": "frictool.synth.external_controller",
             "synthesise": "frictool.synth.synthesis",
         },
     )
 
-__all__ = ["Designed", "own_controller", "synthesise"]
+__all__ = ["SynthesisResult", "external_controller", "synthesise"]

@@ -1,5 +1,6 @@
-"""A candidate becomes a controller only here: the loop rebuilt in physical units from the coefficients as they are stored, sampled at the
-bench's period with its delay, at every vertex, and again with the coefficients rounded. Nothing that the method says is believed."""
+"""A candidate becomes a controller only here: the loop rebuilt in physical units from the
+coefficients as they are stored, sampled at the bench's period with its delay, at every vertex, and
+again with the coefficients rounded. Nothing that the method says is believed."""
 
 from __future__ import annotations
 
@@ -7,23 +8,37 @@ import itertools
 
 from frictool.documents import controller as stored
 from frictool.errors import NoSolutionError
-from frictool.synth.blocks import Blocks
-from frictool.synth.problem import Candidate, Problem
-from frictool.ties import largest, smallest
-from frictool.verify.controller import check_feedback, limiter_brake
-from frictool.verify.effective import Feedback
-from frictool.verify.figures import HELD, OFFERED, LinearLoops, delays_checked, stands
-from frictool.verify.resonant_loop import ResonantCheck, require, resonant_check
-from frictool.verify.words import delay_words, plant_words
+from frictool.presentation.ties import largest, smallest
+from frictool.synth.surrounding_blocks import SurroundingBlocks
+from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
+from frictool.verify.document_check import check_feedback, limiter_brake
+from frictool.verify.feedback_loops import FeedbackLoop
+from frictool.verify.loop_figures import (
+    HELD,
+    OFFERED,
+    LinearLoops,
+    delays_checked,
+    tolerates_rounding,
+)
+from frictool.verify.messages import delay_words, plant_words
+from frictool.verify.resonant_loop import ResonantCheck, require_margin, resonant_check
 
-COUNT_LIMIT = 4.0  # times the drive's limit that one encoder count may ask for; beyond, the loop is a switch
+COUNT_LIMIT = (
+    4.0  # times the drive's limit that one encoder count may ask for; beyond, the loop is a switch
+)
 
 
-def accept(problem: Problem, candidate: Candidate, linear: stored.LinearController, around: Blocks) -> stored.Verified:
+def accept(
+    problem: SynthesisProblem,
+    candidate: ControllerCandidate,
+    linear: stored.LinearController,
+    around: SurroundingBlocks,
+) -> stored.Verified:
     """What was verified of the loops that `linear` closes with the blocks around it.
 
-    Raises NoSolutionError (exit 4) naming the vertex and its figure where a loop is unstable with 0 samples of delay, 1 or the bench's,
-    or misses the specified modulus margin at the bench's, also with rounded coefficients; or where one count asks for too much drive.
+    Raises NoSolutionError (exit 4) naming the vertex and its figure where a loop is unstable with 0
+    samples of delay, 1 or the bench's, or misses the specified modulus margin at the bench's, also
+    with rounded coefficients; or where one count asks for too much drive.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0
@@ -46,7 +61,7 @@ def accept(problem: Problem, candidate: Candidate, linear: stored.LinearControll
     worst_norm = max(vertex.sampled_norm for vertex in vertices)
     rounded = [loops.rounded(number) for number in (*HELD, *OFFERED)]
     for one in rounded[: len(HELD)]:
-        if not stands(one, worst_norm, required):
+        if not tolerates_rounding(one, worst_norm, required):
             raise NoSolutionError(
                 f"not verified: with coefficients rounded to {one.number} the worst norm is {one.gamma:.4g} where {worst_norm:.4g} is "
                 f"claimed, the modulus margin {one.modulus_margin:.3f} where {required:g} is specified; bring the weights nearer to each "
@@ -58,13 +73,14 @@ def accept(problem: Problem, candidate: Candidate, linear: stored.LinearControll
         required,
         vertices,
         count_drive=_count(problem, loops),
-        rounded=tuple(one for one in rounded if stands(one, worst_norm, required)),
+        rounded=tuple(one for one in rounded if tolerates_rounding(one, worst_norm, required)),
         margins=loops.margins(),
     )
 
 
-def resonant(problem: Problem, loops: tuple[Feedback, ...]) -> ResonantCheck | None:
-    """The loops with the model's resonances, at the bench's delay the worst margin; None where it has none.
+def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> ResonantCheck | None:
+    """The loops with the model's resonances, at the bench's delay the worst margin; None where it
+    has none.
 
     Raises NoSolutionError where one of them is unstable, or misses the specified margin.
     """
@@ -74,12 +90,14 @@ def resonant(problem: Problem, loops: tuple[Feedback, ...]) -> ResonantCheck | N
     required, found = problem.spec.modulus_margin or 0.0, None
     for samples in delays_checked(problem.delay):
         now = resonant_check(loops, problem.box.vertices, problem.lag, samples, resonances)
-        require(now, resonances, required if samples == problem.delay else 0.0)
+        require_margin(now, resonances, required if samples == problem.delay else 0.0)
         found = now if samples == problem.delay else found
     return found
 
 
-def linear_loops(problem: Problem, linear: stored.LinearController, around: Blocks) -> LinearLoops:
+def linear_loops(
+    problem: SynthesisProblem, linear: stored.LinearController, around: SurroundingBlocks
+) -> LinearLoops:
     """Return the loops that `linear` closes around the vertices with the blocks around it."""
     return LinearLoops(
         structure=problem.design.structure,
@@ -96,10 +114,14 @@ def linear_loops(problem: Problem, linear: stored.LinearController, around: Bloc
     )
 
 
-def _brake(problem: Problem, around: Blocks) -> None:
+def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
     """Raises NoSolutionError where the virtual friction of a limiter would not come to rest."""
-    brake = limiter_brake(around.limiter, around.velocity, problem.model.bench.actuator.constant.value, problem.period)
-    for one, point, samples in itertools.product(brake, problem.box.vertices, delays_checked(problem.delay)):
+    brake = limiter_brake(
+        around.limiter, around.velocity, problem.model.bench.actuator.constant.value, problem.period
+    )
+    for one, point, samples in itertools.product(
+        brake, problem.box.vertices, delays_checked(problem.delay)
+    ):
         found = check_feedback(one, point.rates, problem.lag, samples)
         if not found.stable:
             raise NoSolutionError(
@@ -108,7 +130,7 @@ def _brake(problem: Problem, around: Blocks) -> None:
             )
 
 
-def _count(problem: Problem, loops: LinearLoops) -> float:
+def _count(problem: SynthesisProblem, loops: LinearLoops) -> float:
     actuator, requested = problem.model.bench.actuator, loops.count_drive()
     if requested > COUNT_LIMIT * actuator.limit.value:
         unit = "A" if actuator.drive == "current" else "V"
@@ -119,5 +141,5 @@ def _count(problem: Problem, loops: LinearLoops) -> float:
     return requested
 
 
-def _where(vertex: stored.Vertex, problem: Problem) -> str:
+def _where(vertex: stored.Vertex, problem: SynthesisProblem) -> str:
     return f"{vertex.name} ({plant_words(vertex, problem.model.bench)})"

@@ -12,9 +12,11 @@ Matrix = NDArray[np.float64]
 
 
 def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.float64]]:
-    """A stable system in coordinates whose Gramians are equal and diagonal, and their diagonal: the Hankel singular values, falling.
+    """A stable system in coordinates whose Gramians are equal and diagonal, and their diagonal: the
+    Hankel singular values, falling.
 
-    States that are not reached or not seen to working precision, or whose value is at most `negligible` times the largest, are left out.
+    States that are not reached or not seen to working precision, or whose value is at most
+    `negligible` times the largest, are left out.
     """
     if not k.order:
         return k, np.empty(0)
@@ -28,7 +30,9 @@ def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.floa
 
 def _gramian(a: Matrix, b: Matrix, period: float) -> Matrix:
     return np.asarray(
-        linalg.solve_discrete_lyapunov(a, b @ b.T, method="bilinear") if period else linalg.solve_continuous_lyapunov(a, -b @ b.T)
+        linalg.solve_discrete_lyapunov(a, b @ b.T, method="bilinear")
+        if period
+        else linalg.solve_continuous_lyapunov(a, -b @ b.T)
     )
 
 

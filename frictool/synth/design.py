@@ -1,4 +1,5 @@
-"""From model, specification and design to a controller document: the problem posed, a method's candidate, its stored forms, acceptance."""
+"""From model, specification and design to a controller document: the problem posed, a method's
+candidate, its stored forms, acceptance."""
 
 from __future__ import annotations
 
@@ -17,47 +18,50 @@ from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
-from frictool.plant.box import enclosing
+from frictool.plant.parameter_box import enclosing_box
 from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept, resonant
-from frictool.synth.blocks import Blocks, blocks
-from frictool.synth.certificate import certified_weights, certify
-from frictool.synth.disturbance import disturbance
+from frictool.synth.certificate_construction import certified_weights, certify
+from frictool.synth.controller_schedule import verified_schedule
 from frictool.synth.feasibility import check_feasible
+from frictool.synth.load_disturbance import disturbance
 from frictool.synth.lpv import bound
 from frictool.synth.methods import METHODS
-from frictool.synth.problem import Candidate, Problem
 from frictool.synth.realisation import running_in_sections, stored_forms
-from frictool.synth.relax import Trade, relaxed_problem
-from frictool.synth.robustness import robustness, seen_inside
-from frictool.synth.schedule import verified_schedule
-from frictool.synth.weights import Chosen, Derived, choose_weights
-from frictool.verify.certificate_loop import Loop
-from frictool.verify.effective import feedbacks_of
+from frictool.synth.robustness import robustness, sensitivity_inside
+from frictool.synth.surrounding_blocks import SurroundingBlocks, blocks
+from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
+from frictool.synth.weight_relaxation import Trade, relaxed_problem
+from frictool.synth.weights import ChosenWeights, DerivedValue, choose_weights
+from frictool.verify.certificate_loop import CertificateLoop
+from frictool.verify.feedback_loops import feedbacks_of
 
 NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by a speed; `verify` finds its margins again"
 WHOLE = (
-    "bounds and certificate are of the speed loop; the proportional law around it is verified at the vertices and at plants between them"
+    "bounds and certificate are of the speed loop; "
+    "the proportional law around it is verified at the vertices and at plants between them"
 )
 MEASURED = {"position": "position reference", "speed_cascade": "integral(speed reference)"}
 
 
 @dataclass(frozen=True)
-class Designed:
+class SynthesisResult:
     """The verified document, and what a person should read beside it."""
 
     controller: stored.Controller
-    derived: tuple[Derived, ...]
+    derived: tuple[DerivedValue, ...]
     trade: Trade | None
     notes: tuple[str, ...]
 
 
-def design_controller(model: Model, spec: Spec, design: Design, provenance: Provenance) -> stored.Controller:
+def design_controller(
+    model: Model, spec: Spec, design: Design, provenance: Provenance
+) -> stored.Controller:
     """A controller document that is verified at the vertices; `designed` tells more of it."""
-    return designed(model, spec, design, provenance, beyond=False).controller
+    return synthesise_verified(model, spec, design, provenance, beyond=False).controller
 
 
-def designed(
+def synthesise_verified(
     model: Model,
     spec: Spec,
     design: Design,
@@ -65,11 +69,13 @@ def designed(
     *,
     beyond: bool = True,
     progress: Callable[[str], None] = lambda _: None,
-) -> Designed:
-    """A verified controller; `beyond`: with the bounds over the whole box and the certificate. `progress` is told what is being done.
+) -> SynthesisResult:
+    """A verified controller; `beyond`: with the bounds over the whole box and the certificate.
+    `progress` is told what is being done.
 
-    Raises NoSolutionError (exit 4) where the method finds no controller, where what it finds is not verified as it will run (the message
-    names the vertex and its figure), or where the model's load is no disturbance that the drive can bear.
+    Raises NoSolutionError (exit 4) where the method finds no controller, where what it finds is not
+    verified as it will run (the message names the vertex and its figure), or where the model's load
+    is no disturbance that the drive can bear.
     """
     disturbance(model)  # refuses what no loop of these structures can do
     possible = check_feasible(model, spec, design)
@@ -83,21 +89,28 @@ def designed(
     progress("verification at the vertices")
     linear = _linear(posed, candidate)
     verified = accept(posed, candidate, linear, composed)
-    controller, notes = _document(posed, linear, verified, composed, provenance), (*possible, *candidate.notes, *composed.notes)
+    controller, notes = (
+        _document(posed, linear, verified, composed, provenance),
+        (*possible, *candidate.notes, *composed.notes),
+    )
     if controller.resonances is not None:
         notes = (*notes, _with_resonances(posed, controller))
     if design.scheduled:
         progress("verification of the scheduled controller")
-        controller = msgspec.structs.replace(controller, schedule=verified_schedule(posed, candidate))
+        controller = msgspec.structs.replace(
+            controller, schedule=verified_schedule(posed, candidate)
+        )
     if beyond:
         controller, told = _beyond(posed, controller, progress)
         notes = (*notes, *told)
     if controller.certificate is None and posed.weighs:
         controller = msgspec.structs.replace(controller, weights=certified_weights(posed.weights))
-    return Designed(with_digests(controller), (*chosen.derived, *composed.derived), trade, notes)
+    return SynthesisResult(
+        with_digests(controller), (*chosen.derived, *composed.derived), trade, notes
+    )
 
 
-def _with_resonances(posed: Problem, controller: stored.Controller) -> str:
+def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> str:
     """The margin that was verified with what yields."""
     found = resonant(posed, feedbacks_of(controller))
     assert found is not None
@@ -108,50 +121,64 @@ def _with_resonances(posed: Problem, controller: stored.Controller) -> str:
     )
 
 
-def _linear(posed: Problem, candidate: Candidate) -> stored.LinearController:
+def _linear(posed: SynthesisProblem, candidate: ControllerCandidate) -> stored.LinearController:
     """The candidate in its stored forms, as the design wants it to run."""
     linear, design = stored_forms(candidate.controller), posed.design
     if design.method == "pid":
-        entering: Literal["eta", "speed_error"] = "speed_error" if design.structure == "speed_cascade" else "eta"
+        entering: Literal["eta", "speed_error"] = (
+            "speed_error" if design.structure == "speed_cascade" else "eta"
+        )
         linear = msgspec.structs.replace(linear, input=entering)
         if design.form == "state_space":  # the integral is held, as in 5.2.2, and not driven
-            linear = msgspec.structs.replace(linear, anti_windup=(0.0,) * len(linear.anti_windup), conditional=True)
+            linear = msgspec.structs.replace(
+                linear, anti_windup=(0.0,) * len(linear.anti_windup), conditional=True
+            )
     return running_in_sections(linear, posed.period) if design.form == "sos" else linear
 
 
-def _beyond(posed: Problem, controller: stored.Controller, progress: Callable[[str], None]) -> tuple[stored.Controller, tuple[str, ...]]:
-    """With what is known of the plants between the vertices, and what a person should read of that."""
+def _beyond(
+    posed: SynthesisProblem, controller: stored.Controller, progress: Callable[[str], None]
+) -> tuple[stored.Controller, tuple[str, ...]]:
+    """With what is known of the plants between the vertices, and what a person should read of
+    that."""
     progress("bounds over the whole box")
     loops = feedbacks_of(controller)
-    found = robustness(posed, loops[0].system) if posed.weighs else seen_inside(posed, loops)
+    found = robustness(posed, loops[0].system) if posed.weighs else sensitivity_inside(posed, loops)
     verified = msgspec.structs.replace(controller.verified, robustness=found)
     progress("certificate")
     certificate, told = _certificate(posed, controller.linear)
     if posed.weighs and len(loops) > 1:
-        seen_inside(posed, loops)
+        sensitivity_inside(posed, loops)
         told = (*told, WHOLE)
     return msgspec.structs.replace(controller, verified=verified, certificate=certificate), told
 
 
-def _certificate(posed: Problem, linear: stored.LinearController) -> tuple[Certificate | None, tuple[str, ...]]:
+def _certificate(
+    posed: SynthesisProblem, linear: stored.LinearController
+) -> tuple[Certificate | None, tuple[str, ...]]:
     """What is proved, or why nothing is."""
-    weights, box = certified_weights(posed.weights), Box(**enclosing(posed.box.vertices))
+    weights, box = certified_weights(posed.weights), Box(**enclosing_box(posed.box.vertices))
     if not posed.weighs:
-        return Certificate(1, box, weights, (), {"sensitivity": NOT_CERTIFIED}), (f"no certificate: {NOT_CERTIFIED}",)
+        return Certificate(1, box, weights, (), {"sensitivity": NOT_CERTIFIED}), (
+            f"no certificate: {NOT_CERTIFIED}",
+        )
     sections = linear.sos if linear.form == "sos" else ()
-    loop = Loop(linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, weights, sections)
+    loop = CertificateLoop(
+        linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, weights, sections
+    )
     try:
         return certify(loop, box), ()
     except NoSolutionError as error:
         return None, (str(error),)
 
 
-def problem(model: Model, spec: Spec, design: Design) -> Problem:
-    """The design's problem on the model's polytope, with the weights given or derived, before they are relaxed."""
+def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
+    """The design's problem on the model's polytope, with the weights given or derived, before they
+    are relaxed."""
     return _posed(model, spec, design)[0]
 
 
-def _posed(model: Model, spec: Spec, design: Design) -> tuple[Problem, Chosen]:
+def _posed(model: Model, spec: Spec, design: Design) -> tuple[SynthesisProblem, ChosenWeights]:
     bench, chosen = model.bench, choose_weights(model, spec, design)
     lag = bench.actuator.loop_time_constant_s
     if design.prewarp_rad_s is not None and design.prewarp_rad_s * bench.sample_period_s >= math.pi:
@@ -159,12 +186,25 @@ def _posed(model: Model, spec: Spec, design: Design) -> tuple[Problem, Chosen]:
             f"prewarp_rad_s: found {design.prewarp_rad_s:g}; allowed: below half the sampling frequency of the bench, "
             f"{math.pi / bench.sample_period_s:.6g} rad/s; take weights.bandwidth_rad_s, or leave it out"
         ).at("design", "prewarp_rad_s")
-    posed = Problem(polytope(model), lag, bench.sample_period_s, bench.delay_samples, chosen.weights, design, model, spec)
+    posed = SynthesisProblem(
+        polytope(model),
+        lag,
+        bench.sample_period_s,
+        bench.delay_samples,
+        chosen.weights,
+        design,
+        model,
+        spec,
+    )
     return posed, chosen
 
 
 def _document(
-    posed: Problem, linear: stored.LinearController, verified: stored.Verified, composed: Blocks, provenance: Provenance
+    posed: SynthesisProblem,
+    linear: stored.LinearController,
+    verified: stored.Verified,
+    composed: SurroundingBlocks,
+    provenance: Provenance,
 ) -> stored.Controller:
     design, bench = posed.design, posed.model.bench
     return stored.Controller(

@@ -1,14 +1,18 @@
-"""Check, before the design, for requirements and bands that no controller can reach with this encoder, drive and specification.
+"""Check, before the design, for requirements and bands that no controller can reach with this
+encoder, drive and specification.
 
-A step of length s from rest takes the drive at its limit at least t(s), bang-bang, on a plant with inertia J and Coulomb friction F:
+A step of length s from rest takes the drive at its limit at least t(s), bang-bang, on a plant with
+inertia J and Coulomb friction F:
 
-    a+ = (E - F)/J speeds up, a- = (E + F)/J slows down, E the actuator's effort at its limit; the axis may overshoot by 5 % of s
-    it turns from a+ to a- at x1 = 1.05 s a-/(a+ + a-), so that it comes to rest at 1.05 s; t is when it passes 0.95 s
+    a+ = (E - F)/J speeds up, a- = (E + F)/J slows down, E the actuator's effort at its limit; the
+    axis may overshoot by 5 % of s it turns from a+ to a- at x1 = 1.05 s a-/(a+ + a-), so that it
+    comes to rest at 1.05 s; t is when it passes 0.95 s
 
-Inside a backlash only the smaller friction of the motor counts while it speeds up. t grows with the square root of s. Viscous friction and
-the drive's lag only lengthen it, and so does a load in one of the two directions. A specification does not state the length of its steps.
-The shortest step to which it can apply must be possible (else exit 4): 5 % of it is static_error, or one encoder count without that key;
-it is at most the travel. A note names the longer steps that are not possible.
+Inside a backlash only the smaller friction of the motor counts while it speeds up. t grows with the
+square root of s. Viscous friction and the drive's lag only lengthen it, and so does a load in one
+of the two directions. A specification does not state the length of its steps. The shortest step to
+which it can apply must be possible (else exit 4): 5 % of it is static_error, or one encoder count
+without that key; it is at most the travel. A note names the longer steps that are not possible.
 """
 
 from __future__ import annotations
@@ -29,7 +33,8 @@ RISE = (0.1, 0.9)  # share of the step: rise_time_s
 
 
 class FastestStep(NamedTuple):
-    """Slowest plant of the bench at the drive's limit: effort [N m | N], inertia and Coulomb friction in SI, and t(s)/sqrt(s)."""
+    """Slowest plant of the bench at the drive's limit: effort [N m | N], inertia and Coulomb
+    friction in SI, and t(s)/sqrt(s)."""
 
     effort: float
     inertia: float
@@ -40,15 +45,21 @@ class FastestStep(NamedTuple):
 def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
     """Return notes on times that only short steps can reach.
 
-    Raises FrictoolError where a band contradicts the encoder or the specification, NoSolutionError where the drive cannot reach a time.
+    Raises FrictoolError where a band contradicts the encoder or the specification, NoSolutionError
+    where the drive cannot reach a time.
     """
     _check_bands(model, spec, design)
     notes = []
     delay = model.bench.delay_samples * model.bench.sample_period_s
-    for key, part, before in (("response_time_95_s", _settling, delay), ("rise_time_s", _rising, 0.0)):
+    for key, part, before in (
+        ("response_time_95_s", _settling, delay),
+        ("rise_time_s", _rising, 0.0),
+    ):
         asked = getattr(spec, key)
         if asked is not None:
-            notes += _check_time((key, asked, before), model, shortest_step(model, spec), fastest(model, part))
+            notes += _check_time(
+                (key, asked, before), model, shortest_step(model, spec), fastest(model, part)
+            )
     return tuple(notes)
 
 
@@ -65,7 +76,11 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
     for name, given in bands.items():
         band = step if given is None else given.value
         if spec.static_error is not None and band > spec.static_error.value:
-            found = f"the encoder's step is {band:.6g} {unit}" if given is None else f"found {band:.6g} {unit}"
+            found = (
+                f"the encoder's step is {band:.6g} {unit}"
+                if given is None
+                else f"found {band:.6g} {unit}"
+            )
             raise FrictoolError(
                 f"{name}.band: {found}; allowed: at most static_error of the specification, {spec.static_error.value:.6g} {unit}: the "
                 "drive is released anywhere in the band; narrow the band, or widen static_error"
@@ -73,14 +88,16 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
 
 
 def shortest_step(model: Model, spec: Spec) -> float:
-    """Return the shortest step [rad | m] to which a response time of the specification can apply."""
+    """Return the shortest step [rad | m] to which a response time of the specification can
+    apply."""
     resolution, travel = model.bench.encoder.resolution, model.bench.mechanics.travel
     error = resolution if spec.static_error is None else max(resolution, spec.static_error.value)
     return min(error / WITHIN, math.inf if travel is None else travel.high - travel.low)
 
 
 def _settling(up: float, down: float) -> float:
-    """Return the time until a step of length 1 stays within 5 %, for accelerations up to `up` and braking with `down`."""
+    """Return the time until a step of length 1 stays within 5 %, for accelerations up to `up` and
+    braking with `down`."""
     turning = (1.0 + WITHIN) * down / (up + down)
     if turning >= 1.0 - WITHIN:
         return math.sqrt(2.0 * (1.0 - WITHIN) / up)
@@ -95,18 +112,29 @@ def _rising(up: float, down: float) -> float:
 
 
 def fastest(model: Model, part: Callable[[float, float], float]) -> FastestStep:
-    """Return the slowest vertex of the model's polytope. Its drive moves every vertex (synth/disturbance.py)."""
+    """Return the slowest vertex of the model's polytope. Its drive moves every vertex
+    (synth/load_disturbance.py)."""
     known, limit, found = model.bench.mechanics, model.bench.actuator.limit.value, []
-    loose = known.backlash_coulomb.value if known.backlash is not None and known.backlash_coulomb is not None else math.inf
+    loose = (
+        known.backlash_coulomb.value
+        if known.backlash is not None and known.backlash_coulomb is not None
+        else math.inf
+    )
     for vertex in polytope(model).vertices:
         effort = vertex.constant * limit
-        up, down = (effort - min(vertex.coulomb, loose)) / vertex.inertia, (effort + vertex.coulomb) / vertex.inertia
+        up, down = (
+            (effort - min(vertex.coulomb, loose)) / vertex.inertia,
+            (effort + vertex.coulomb) / vertex.inertia,
+        )
         found.append(FastestStep(effort, vertex.inertia, vertex.coulomb, part(up, down)))
     return max(found, key=lambda one: one.per_root)
 
 
-def _check_time(requirement: tuple[str, float, float], model: Model, shortest: float, slowest: FastestStep) -> list[str]:
-    """Return a note on longer steps; requirement: its key, its time and the delay before the axis moves [s]."""
+def _check_time(
+    requirement: tuple[str, float, float], model: Model, shortest: float, slowest: FastestStep
+) -> list[str]:
+    """Return a note on longer steps; requirement: its key, its time and the delay before the axis
+    moves [s]."""
     (key, asked, delay), bench, axis = requirement, model.bench, model.axis
     unit, effort = si_unit("position", axis), si_unit("effort", axis)
     plant = (

@@ -1,24 +1,33 @@
-"""Method `lft_lpv`: some parameters scheduled over a polytope, the others in the uncertainty channel of each vertex, annex (28)-(32).
+"""Method `lft_lpv`: some parameters scheduled over a polytope, the others in the uncertainty
+channel of each vertex, annex (28)-(32).
 
-As in the annex the regimes of friction are scheduled where the design names nothing else. The controller that runs is frozen at the
-middle of the vertices: the annex's two vertex controllers agree below 1/T_s, so that one controller is enough (annex 5.2).
+As in the annex the regimes of friction are scheduled where the design names nothing else. The
+controller that runs is frozen at the middle of the vertices: the annex's two vertex controllers
+agree below 1/T_s, so that one controller is enough (annex 5.2).
 """
 
 from __future__ import annotations
 
-from frictool.plant.uncertain import left_uncertain, uncertain_polytope, with_channel
-from frictool.synth.inequalities import solved
-from frictool.synth.problem import Candidate, Problem, claim
+from frictool.plant.uncertainty_channel import (
+    uncertain_polytope,
+    unscheduled_half_widths,
+    with_channel,
+)
+from frictool.synth.lmi_synthesis import solve_inequalities
+from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem, check_claim
 
 
-def lft_lpv(problem: Problem) -> Candidate:
-    """Raises NoSolutionError where the inequalities have no solution, or the solution does not hold what they claim."""
+def lft_lpv(problem: SynthesisProblem) -> ControllerCandidate:
+    """Raises NoSolutionError where the inequalities have no solution, or the solution does not hold
+    what they claim."""
     posed, design = problem.posed_with_constant_input(), problem.design
     scheduled_names = design.schedule or ("regime",)
     box, corners = uncertain_polytope(problem.model, scheduled_names, design.channel_effort)
-    centre = with_channel(box.centre, left_uncertain(problem.model, scheduled_names), corners[0].unit)
+    centre = with_channel(
+        box.centre, unscheduled_half_widths(problem.model, scheduled_names), corners[0].unit
+    )
     plants = [posed.plant(one.rates, one.uncertainty) for one in (centre, *corners)]
-    lyapunov, (k, *scheduled) = solved(problem, plants)
+    lyapunov, (k, *scheduled) = solve_inequalities(problem, plants)
     for one, plant, own in zip((centre, *corners), plants, (k, *scheduled), strict=True):
-        claim(own, plant, lyapunov.gamma, f"{one.point.name} with its uncertainty channel")
+        check_claim(own, plant, lyapunov.gamma, f"{one.point.name} with its uncertainty channel")
     return problem.candidate(k, lyapunov.gamma, lyapunov.optimum, scheduled=scheduled, over=box)

@@ -1,7 +1,8 @@
-"""Method `lpv`: the polytope's vertices with common Lyapunov matrices (theorem 5.3.1), the controller frozen at one plant (5.64)-(5.65).
+"""Method `lpv`: the polytope's vertices with common Lyapunov matrices (theorem 5.3.1), the
+controller frozen at one plant (5.64)-(5.65).
 
-The frozen controller is not covered by the inequalities at the vertices: it is accepted only after the sampled loop, rebuilt from the
-stored coefficients, was verified there.
+The frozen controller is not covered by the inequalities at the vertices: it is accepted only after
+the sampled loop, rebuilt from the stored coefficients, was verified there.
 """
 
 from __future__ import annotations
@@ -9,38 +10,50 @@ from __future__ import annotations
 import numpy as np
 
 from frictool.errors import NoSolutionError
-from frictool.lmi.hinf import minimise
-from frictool.plant.linearised import rates_of
+from frictool.lmi.hinf_synthesis import minimise
+from frictool.plant.linearised_vertices import rates_of
 from frictool.plant.polytope import PARAMETERS, PlantPoint, polytope
-from frictool.synth.inequalities import pole_region, solved
-from frictool.synth.problem import Candidate, Problem, claim
+from frictool.synth.lmi_synthesis import pole_region, solve_inequalities
+from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem, check_claim
 
 
-def bound(problem: Problem) -> float:
-    """The least gamma of the inequalities over the vertices and the centre, without a controller; infinite where there is none."""
+def bound(problem: SynthesisProblem) -> float:
+    """The least gamma of the inequalities over the vertices and the centre, without a controller;
+    infinite where there is none."""
     posed, design = problem.posed_with_constant_input(), problem.design
     box = polytope(problem.model, design.schedule or PARAMETERS)
-    plants = [posed.plant(rates_of(point, box.centre, design.vertices)) for point in (box.centre, *box.vertices)]
+    plants = [
+        posed.plant(rates_of(point, box.centre, design.vertices))
+        for point in (box.centre, *box.vertices)
+    ]
     try:
         return minimise(plants, design.recentring, pole_region(design.poles)).optimum
     except (NoSolutionError, np.linalg.LinAlgError):
         return np.inf
 
 
-def lpv(problem: Problem) -> Candidate:
-    """Raises NoSolutionError where the inequalities have no solution, or the solution does not hold what they claim."""
+def lpv(problem: SynthesisProblem) -> ControllerCandidate:
+    """Raises NoSolutionError where the inequalities have no solution, or the solution does not hold
+    what they claim."""
     posed, design = problem.posed_with_constant_input(), problem.design
     box = polytope(problem.model, design.schedule or PARAMETERS)
-    frozen = box.centre if design.frozen_at == "centre" else identified(problem)
-    plants = [posed.plant(rates_of(point, box.centre, design.vertices)) for point in (frozen, *box.vertices)]
-    lyapunov, (k, *corners) = solved(problem, plants)
-    claim(k, plants[0], lyapunov.gamma, f"the {design.frozen_at} plant")
+    frozen = box.centre if design.frozen_at == "centre" else identified_plant(problem)
+    plants = [
+        posed.plant(rates_of(point, box.centre, design.vertices))
+        for point in (frozen, *box.vertices)
+    ]
+    lyapunov, (k, *corners) = solve_inequalities(problem, plants)
+    check_claim(k, plants[0], lyapunov.gamma, f"the {design.frozen_at} plant")
     for point, plant, corner in zip(box.vertices, plants[1:], corners, strict=True):
-        claim(corner, plant, lyapunov.gamma, f"vertex {point.name} with the controller of that vertex")
+        check_claim(
+            corner, plant, lyapunov.gamma, f"vertex {point.name} with the controller of that vertex"
+        )
     return problem.candidate(k, lyapunov.gamma, lyapunov.optimum, scheduled=corners, over=box)
 
 
-def identified(problem: Problem) -> PlantPoint:
+def identified_plant(problem: SynthesisProblem) -> PlantPoint:
     """The plant that the model's values give."""
     today, constant = problem.model.parameters, problem.model.bench.actuator.constant
-    return PlantPoint("identified", today.inertia.value, today.viscous.value, today.coulomb.value, constant.value)
+    return PlantPoint(
+        "identified", today.inertia.value, today.viscous.value, today.coulomb.value, constant.value
+    )

@@ -1,8 +1,10 @@
-"""Method `lpv_grid`: X and Y of (5.62) depend on the scheduled parameters, on a grid that is checked between its points.
+"""Method `lpv_grid`: X and Y of (5.62) depend on the scheduled parameters, on a grid that is
+checked between its points.
 
-Where `lpv` needs one X and one Y for parameters that jump, this one takes constant or slow ones at their word and asks less of gamma. The
-plants are the exact ones on the grid, nothing is linearised. Coulomb friction only scales an input: where it is scheduled its largest
-value stands for all. The controller is frozen at one plant (5.3.4), and accepted after its loop was verified everywhere.
+Where `lpv` needs one X and one Y for parameters that jump, this one takes constant or slow ones at
+their word and asks less of gamma. The plants are the exact ones on the grid, nothing is linearised.
+Coulomb friction only scales an input: where it is scheduled its largest value stands for all. The
+controller is frozen at one plant (5.3.4), and accepted after its loop was verified everywhere.
 """
 
 from __future__ import annotations
@@ -16,68 +18,92 @@ import numpy as np
 from frictool.documents.design import Grid
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.lmi.grid_inequalities import Values
-from frictool.lmi.grid_scheduled import proved, scheduled
-from frictool.lmi.gridded import Family, Gridded, Schedule, minimise
-from frictool.plant.box import DYNAMIC, Box, enclosing, largest_coulomb
-from frictool.plant.generalised import GeneralisedPlant
+from frictool.lmi.gridded_controllers import certified_gamma, scheduled_controllers
+from frictool.lmi.gridded_synthesis import Family, GriddedSolution, GridSchedule, minimise
+from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
+from frictool.plant.parameter_box import DYNAMIC, Box, enclosing_box, largest_coulomb
 from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint, Polytope
-from frictool.synth.lpv import identified
-from frictool.synth.problem import Candidate, Problem, claim
+from frictool.synth.lpv import identified_plant
+from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem, check_claim
 
 
-def lpv_grid(problem: Problem) -> Candidate:
-    """Raises NoSolutionError where the inequalities have no solution or the solution does not hold what they claim, FrictoolError for what
-    this method does not do (regimes, pole regions, linearised vertices)."""
+def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
+    """Raises NoSolutionError where the inequalities have no solution or the solution does not hold
+    what they claim, FrictoolError for what this method does not do (regimes, pole regions,
+    linearised vertices)."""
     design = problem.design
     options = design.grid or Grid()
     _refuse(problem)
-    posed, box = problem.posed_with_constant_input(), enclosing(problem.box.vertices)
+    posed, box = problem.posed_with_constant_input(), enclosing_box(problem.box.vertices)
     wanted = design.schedule or PARAMETERS
-    names: tuple[Parameter, ...] = tuple(name for name in DYNAMIC if name in wanted and box[name][1] > box[name][0])
+    names: tuple[Parameter, ...] = tuple(
+        name for name in DYNAMIC if name in wanted and box[name][1] > box[name][0]
+    )
     centre = problem.box.centre
     coulomb = largest_coulomb(box) if "coulomb" in wanted else centre.coulomb
 
     def plant(point: PlantPoint) -> GeneralisedPlant:
-        return posed.plant(PlantPoint(point.name, point.inertia, point.viscous, coulomb, point.constant).rates)
+        return posed.plant(
+            PlantPoint(point.name, point.inertia, point.viscous, coulomb, point.constant).rates
+        )
 
     def family(values: Values) -> list[GeneralisedPlant]:
         return [plant(_at(box, centre, names, values))]
 
     speed = 2.0 * options.speed_per_s * (problem.period if problem.sampled else 1.0)
-    schedule = Schedule((speed,) * len(names), (0 if design.scheduled else options.degree, options.degree), options.points)
+    schedule = GridSchedule(
+        (speed,) * len(names),
+        (0 if design.scheduled else options.degree, options.degree),
+        options.points,
+    )
     found = minimise(family, schedule, design.recentring)
-    frozen = centre if design.frozen_at == "centre" else identified(problem)
+    frozen = centre if design.frozen_at == "centre" else identified_plant(problem)
     values = _values(box, frozen, names)
     held = plant(_at(box, frozen, names, values))
     note, where = _note(found, names, options), f"the {design.frozen_at} plant"
     if not design.scheduled:
         k = found.frozen(held, values)
-        claim(k, held, found.gamma, where)
+        check_claim(k, held, found.gamma, where)
         return problem.candidate(k, found.gamma, found.optimum, [note])
     ends = list(product((-1.0, 1.0), repeat=len(names)))
-    k, *corners = scheduled(found, [values, *ends], [held, *(family(end)[0] for end in ends)])
-    claim(k, held, found.gamma, where)
-    points = [replace(_at(box, centre, names, end), name=f"v{index}", coulomb=coulomb) for index, end in enumerate(ends, start=1)]
+    k, *corners = scheduled_controllers(
+        found, [values, *ends], [held, *(family(end)[0] for end in ends)]
+    )
+    check_claim(k, held, found.gamma, where)
+    points = [
+        replace(_at(box, centre, names, end), name=f"v{index}", coulomb=coulomb)
+        for index, end in enumerate(ends, start=1)
+    ]
     over = Polytope(centre, tuple(points), names)
-    return problem.candidate(k, found.gamma, found.optimum, [note, _sums(found, family, corners, ends)], corners, over)
+    return problem.candidate(
+        k, found.gamma, found.optimum, [note, _sums(found, family, corners, ends)], corners, over
+    )
 
 
-def _sums(found: Gridded, family: Family, corners: Sequence[Lti], ends: Sequence[Values]) -> str:
-    """What the barycentric sums (5.46), (5.64) of the corners' controllers prove at the grid's points."""
+def _sums(
+    found: GriddedSolution, family: Family, corners: Sequence[Lti], ends: Sequence[Values]
+) -> str:
+    """What the barycentric sums (5.46), (5.64) of the corners' controllers prove at the grid's
+    points."""
     worst = 0.0
     for values in found.points:
-        shares = [np.prod([0.5 * (1.0 + e * v) for e, v in zip(end, values, strict=True)]) for end in ends]
-        a, b, c, d = (np.tensordot(shares, [getattr(k, part) for k in corners], 1) for part in "abcd")
-        worst = max(worst, proved(found, values, family(values)[0], Lti(a, b, c, d, 0.0)))
+        shares = [
+            np.prod([0.5 * (1.0 + e * v) for e, v in zip(end, values, strict=True)]) for end in ends
+        ]
+        a, b, c, d = (
+            np.tensordot(shares, [getattr(k, part) for k in corners], 1) for part in "abcd"
+        )
+        worst = max(worst, certified_gamma(found, values, family(values)[0], Lti(a, b, c, d, 0.0)))
     if np.isinf(worst):
         return (
-            "sums (5.64) of the corners' controllers prove nothing at some of the grid's points; they are verified for constant plants only"
+            "sums (5.64) of the corners' controllers prove nothing at some of the grid's points; "
+            "they are verified for constant plants only"
         )
     return f"sums (5.64) of the corners' controllers keep gamma {worst:.4g} at the grid's points, while the parameters move"
 
 
-def _refuse(problem: Problem) -> None:
+def _refuse(problem: SynthesisProblem) -> None:
     design = problem.design
     if design.scheduled and problem.sampled:
         raise FrictoolError(
@@ -92,9 +118,9 @@ def _refuse(problem: Problem) -> None:
             "method lpv_grid: found poles; allowed: no pole region with this method; take lpv, or weigh the command more"
         ).at("design", "poles")
     if design.vertices != "exact":
-        raise FrictoolError(f"method lpv_grid: found vertices {design.vertices}; allowed: exact, the grid needs no linearisation").at(
-            "design", "vertices"
-        )
+        raise FrictoolError(
+            f"method lpv_grid: found vertices {design.vertices}; allowed: exact, the grid needs no linearisation"
+        ).at("design", "vertices")
 
 
 def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) -> PlantPoint:
@@ -108,7 +134,10 @@ def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) ->
 
 def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
     """The normalised values of a plant. Raises NoSolutionError for one outside the box."""
-    found = tuple((2.0 * getattr(point, name) - sum(box[name])) / (box[name][1] - box[name][0]) for name in names)
+    found = tuple(
+        (2.0 * getattr(point, name) - sum(box[name])) / (box[name][1] - box[name][0])
+        for name in names
+    )
     if np.any(np.abs(found) > 1.0 + 1e-9):
         raise NoSolutionError(
             f"the plant {point.name} is outside the intervals that are scheduled; freeze at the centre, or widen the intervals"
@@ -116,8 +145,12 @@ def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
     return found
 
 
-def _note(found: Gridded, names: tuple[str, ...], options: Grid) -> str:
-    moving = f"up to {options.speed_per_s:g} of their widths per s" if options.speed_per_s else "constant"
+def _note(found: GriddedSolution, names: tuple[str, ...], options: Grid) -> str:
+    moving = (
+        f"up to {options.speed_per_s:g} of their widths per s"
+        if options.speed_per_s
+        else "constant"
+    )
     return (
         f"gridded over {', '.join(names) or 'nothing'} ({moving}), X and Y of degree {options.degree}: {len(found.points)} points in the "
         f"end, inequalities evaluated at {found.checked}; between them nothing is proved"

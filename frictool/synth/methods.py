@@ -10,10 +10,10 @@ from frictool.synth.lpv import lpv
 from frictool.synth.lpv_grid import lpv_grid
 from frictool.synth.minimax import minimax
 from frictool.synth.pid import pid
-from frictool.synth.problem import Candidate, Problem
 from frictool.synth.rst import rst
+from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
 
-METHODS: dict[str, Callable[[Problem], Candidate]] = {
+METHODS: dict[str, Callable[[SynthesisProblem], ControllerCandidate]] = {
     "lft": lft,
     "lft_lpv": lft_lpv,
     "lpv": lpv,

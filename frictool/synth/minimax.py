@@ -1,10 +1,13 @@
-"""Method `minimax`: one constant controller of a given order that minimises the worst true norm over the polytope's vertices.
+"""Method `minimax`: one constant controller of a given order that minimises the worst true norm
+over the polytope's vertices.
 
-The inequalities of theorem 5.3.1 bound the norms of a controller that is scheduled; frozen at one plant (5.3.4) it keeps no bound. Here the
-constant controller itself is the unknown, its structure is given (structured_controller.py), and what is minimised is what is verified
-afterwards. The problem is not convex: seeded starts are descended from at the least order that can stabilise, and the best of them grow by
-a pole and a zero that cancel, which changes nothing, until they have the order that is asked for. The norm therefore never rises with the
-order, and the result is an upper bound of the optimum and is said to be one.
+The inequalities of theorem 5.3.1 bound the norms of a controller that is scheduled; frozen at one
+plant (5.3.4) it keeps no bound. Here the constant controller itself is the unknown, its structure
+is given (structured_controller.py), and what is minimised is what is verified afterwards. The
+problem is not convex: seeded starts are descended from at the least order that can stabilise, and
+the best of them grow by a pole and a zero that cancel, which changes nothing, until they have the
+order that is asked for. The norm therefore never rises with the order, and the result is an upper
+bound of the optimum and is said to be one.
 """
 
 from __future__ import annotations
@@ -16,20 +19,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.errors import NoSolutionError
-from frictool.plant.generalised import GeneralisedPlant
-from frictool.synth.epigraph import Descent, Point
-from frictool.synth.problem import Candidate, Problem
+from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.presentation.ties import largest
+from frictool.synth.minimax_descent import DescentPoint, MinimaxDescent
 from frictool.synth.structured_controller import StructuredController
-from frictool.synth.worst_norm import OpenLoop, true_norms
-from frictool.ties import largest
+from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
+from frictool.synth.worst_norm import OpenLoopResponses, true_norms
 
 Vector = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 ORDER = {"position": 4, "speed": 3}  # where the design gives none
-DRAWN, STARTS, KEPT, PLACES = 300, 8, 2, 4  # starts drawn, descended from; controllers that grow, and at how many frequencies each
+DRAWN, STARTS, KEPT, PLACES = (
+    300,
+    8,
+    2,
+    4,
+)  # starts drawn, descended from; controllers that grow, and at how many frequencies each
 ROUNDS, LAST_ROUNDS = 25, 60  # of each descent, and of the last one
-LEVEL = 0.01  # vertices whose norms differ from the worst one by less than this share count as equal
+LEVEL = (
+    0.01  # vertices whose norms differ from the worst one by less than this share count as equal
+)
 CLEAR = 1.001  # of the specified modulus margin, so that rounding the coefficients does not undo it
 
 
@@ -37,11 +47,12 @@ def silently(_: str) -> None:
     """Progress that nobody reads."""
 
 
-def minimax(problem: Problem, seed: int = 0) -> Candidate:
+def minimax(problem: SynthesisProblem, seed: int = 0) -> ControllerCandidate:
     """The best controller found; deterministic for a seed.
 
-    Raises NoSolutionError where no start stabilises every vertex, where the order cannot hold what the structure asks, or where the
-    specified modulus margin is missed by the best one in a sampled design (with the bench's delay inside).
+    Raises NoSolutionError where no start stabilises every vertex, where the order cannot hold what
+    the structure asks, or where the specified modulus margin is missed by the best one in a sampled
+    design (with the bench's delay inside).
     """
     design = problem.design
     period = problem.period if problem.sampled else 0.0
@@ -49,23 +60,33 @@ def minimax(problem: Problem, seed: int = 0) -> Candidate:
     order = design.order or ORDER[problem.controlled]
     around = _bandwidth(problem, bound)
     plants = [problem.plant(point.rates) for point in problem.box.vertices]
-    typical = abs(OpenLoop.of(plants[0], np.array([around])).p22[0])
-    # What nothing weighs costs nothing: without a weight on the command the structure bounds the gain at high frequencies.
-    structure = StructuredController(order, design.integrator, not problem.weights.command, bound, around, 1.0 / typical, period)
-    best = search(structure, plants, CLEAR * (problem.spec.modulus_margin or 0.0), seed, problem.progress)
+    typical = abs(OpenLoopResponses.of(plants[0], np.array([around])).p22[0])
+    # What nothing weighs costs nothing: without a weight on the command the structure bounds the
+    # gain at high frequencies.
+    structure = StructuredController(
+        order, design.integrator, not problem.weights.command, bound, around, 1.0 / typical, period
+    )
+    best = search(
+        structure, plants, CLEAR * (problem.spec.modulus_margin or 0.0), seed, problem.progress
+    )
     names = [point.name for point in problem.box.vertices]
     return _candidate(problem, structure, best, plants, names)
 
 
-def _bandwidth(problem: Problem, bound: float) -> float:
-    """Where the loops are expected to cross [rad/s]: twice the bandwidth that W2 asks for, within the poles' bound."""
+def _bandwidth(problem: SynthesisProblem, bound: float) -> float:
+    """Where the loops are expected to cross [rad/s]: twice the bandwidth that W2 asks for, within
+    the poles' bound."""
     zero = problem.weights.error.zero
     return float(min(2.0 * zero if np.isfinite(zero) else np.inf, 0.2 * bound))
 
 
 def _candidate(
-    problem: Problem, structure: StructuredController, best: Point, plants: Sequence[GeneralisedPlant], names: Sequence[str]
-) -> Candidate:
+    problem: SynthesisProblem,
+    structure: StructuredController,
+    best: DescentPoint,
+    plants: Sequence[GeneralisedPlant],
+    names: Sequence[str],
+) -> ControllerCandidate:
     designed = structure.system(best.parameters)
     norms = [value for value, _ in true_norms(designed, plants)]
     level = sum(value > (1.0 - LEVEL) * best.worst for value in norms)
@@ -74,20 +95,27 @@ def _candidate(
         f"minimax of order {structure.order}: worst norm {best.worst:.4g} at {worst}, {level} of {len(norms)} vertices within "
         f"{100.0 * LEVEL:g} % of it; the best of several descents, an upper bound of what the structure can do"
     )
-    return Candidate(problem.discretised(designed), designed, best.worst, best.worst, (note,))
+    return ControllerCandidate(
+        problem.discretised(designed), designed, best.worst, best.worst, (note,)
+    )
 
 
 def search(
-    structure: StructuredController, plants: Sequence[GeneralisedPlant], margin: float, seed: int = 0, progress: Progress = silently
-) -> Point:
-    """The best point found for `structure` over `plants` (of one order) whose modulus margins are at least `margin`.
+    structure: StructuredController,
+    plants: Sequence[GeneralisedPlant],
+    margin: float,
+    seed: int = 0,
+    progress: Progress = silently,
+) -> DescentPoint:
+    """The best point found for `structure` over `plants` (of one order) whose modulus margins are
+    at least `margin`.
 
     Raises NoSolutionError where no start stabilises every plant, or the margin is missed.
     """
     random = np.random.default_rng(seed)
     least = min(structure.order, 1 + structure.integrator + structure.rolls_off)
     now = replace(structure, order=least)
-    descent = Descent(now, plants, 1e-3 * structure.around, margin)
+    descent = MinimaxDescent(now, plants, 1e-3 * structure.around, margin)
     points = _best([descent.run(start, ROUNDS) for start in _starts(descent, random)])
     while True:
         if not points:
@@ -98,12 +126,23 @@ def search(
         progress(f"minimax: order {now.order}, worst norm {points[0].worst:.4f}")
         if now.order == structure.order:
             break
-        places = structure.bound * np.exp(random.uniform(np.log(0.1 * structure.around / structure.bound), 0.0, (len(points), PLACES)))
-        grown = [now.grown(point.parameters, float(place)) for point, row in zip(points, places, strict=True) for place in row]
+        places = structure.bound * np.exp(
+            random.uniform(
+                np.log(0.1 * structure.around / structure.bound), 0.0, (len(points), PLACES)
+            )
+        )
+        grown = [
+            now.grown(point.parameters, float(place))
+            for point, row in zip(points, places, strict=True)
+            for place in row
+        ]
         now = now.wider()
         descent = descent.on(now)
         points = _best(
-            [*(descent.run(start, ROUNDS) for start in grown), *(descent.run(start, ROUNDS) for start in _starts(descent, random)[:2])]
+            [
+                *(descent.run(start, ROUNDS) for start in grown),
+                *(descent.run(start, ROUNDS) for start in _starts(descent, random)[:2]),
+            ]
         )
     best = descent.run(points[0].parameters, LAST_ROUNDS)
     if best.missed > 1e-4:
@@ -114,25 +153,34 @@ def search(
     return best
 
 
-def _best(points: Sequence[Point]) -> list[Point]:
+def _best(points: Sequence[DescentPoint]) -> list[DescentPoint]:
     """The few best ones that differ, the best first."""
-    stable = sorted((point for point in points if np.isfinite(point.worst)), key=lambda point: (round(point.missed, 4), point.worst))
-    chosen: list[Point] = []
+    stable = sorted(
+        (point for point in points if np.isfinite(point.worst)),
+        key=lambda point: (round(point.missed, 4), point.worst),
+    )
+    chosen: list[DescentPoint] = []
     for point in stable:
         if all(abs(point.worst - other.worst) > 1e-4 * other.worst for other in chosen):
             chosen.append(point)
     return chosen[:KEPT]
 
 
-def _starts(descent: Descent, random: np.random.Generator) -> list[Vector]:
+def _starts(descent: MinimaxDescent, random: np.random.Generator) -> list[Vector]:
     """The best of many drawn leads and lags that stabilise every plant."""
     drawn = [_drawn(descent.structure, descent.plants[0], random) for _ in range(DRAWN)]
-    ranked = sorted(((descent.coarse(parameters), index) for index, parameters in enumerate(drawn)), key=lambda pair: pair[0])
+    ranked = sorted(
+        ((descent.coarse(parameters), index) for index, parameters in enumerate(drawn)),
+        key=lambda pair: pair[0],
+    )
     return [drawn[index] for value, index in ranked[:STARTS] if np.isfinite(value)]
 
 
-def _drawn(structure: StructuredController, plant: GeneralisedPlant, random: np.random.Generator) -> Vector:
-    """Poles in the upper part of the region, zeros around a third of the crossing, and the gain that makes the loop cross there."""
+def _drawn(
+    structure: StructuredController, plant: GeneralisedPlant, random: np.random.Generator
+) -> Vector:
+    """Poles in the upper part of the region, zeros around a third of the crossing, and the gain
+    that makes the loop cross there."""
     low, high = structure.limits()
     crossing = structure.around * np.exp(random.uniform(-1.0, 1.0))
     parameters = np.empty(structure.size)
@@ -140,9 +188,11 @@ def _drawn(structure: StructuredController, plant: GeneralisedPlant, random: np.
         parameters[j] = random.uniform(max(low[j], -3.0), high[j])
     above = np.ones(1)
     for _ in range(structure.numerator - 1):
-        above = np.polymul(above, [structure.around / (0.33 * crossing * np.exp(random.uniform(-1.5, 1.5))), 1.0])
+        above = np.polymul(
+            above, [structure.around / (0.33 * crossing * np.exp(random.uniform(-1.5, 1.5))), 1.0]
+        )
     parameters[structure.free :] = above[::-1]
     at = np.array([crossing])
     k, _ = structure.response(parameters, structure.points(at))
-    parameters[structure.free :] /= abs(k[0] * OpenLoop.of(plant, at).p22[0])
+    parameters[structure.free :] /= abs(k[0] * OpenLoopResponses.of(plant, at).p22[0])
     return parameters

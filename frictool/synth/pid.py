@@ -1,10 +1,12 @@
-"""Method `pid`: the gains are given (5.39), (5.2.3); what is found is the difference equation that has them, and whether it may run.
+"""Method `pid`: the gains are given (5.39), (5.2.3); what is found is the difference equation that
+has them, and whether it may run.
 
     position         C(s) = K (1 + 1/(T_i s) + T_d s/(T_d s/a + 1)) on the position error
     speed_cascade    C(s) = K (1 + 1/(T_i s)) on the speed error
 
-in effort; the drive is effort over the actuator's constant. Sampled as zero-order-hold equivalents: the integral takes the error of
-sample k after the command of sample k, the derivative's low-pass f of lag tau = T_d/a moves by 1 - exp(-T/tau) towards it:
+in effort; the drive is effort over the actuator's constant. Sampled as zero-order-hold equivalents:
+the integral takes the error of sample k after the command of sample k, the derivative's low-pass f
+of lag tau = T_d/a moves by 1 - exp(-T/tau) towards it:
 
     C(z) = K (1 + (T/T_i)/(z - 1) + (T_d/tau) (z - 1)/(z - exp(-T/tau)))
 """
@@ -17,10 +19,10 @@ import numpy as np
 
 from frictool.documents.design_blocks import Pid
 from frictool.plant.lti import Lti
-from frictool.synth.problem import Candidate, Problem
+from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
 
 
-def pid(problem: Problem) -> Candidate:
+def pid(problem: SynthesisProblem) -> ControllerCandidate:
     """The controller of the design's gains, which nothing is claimed of yet."""
     asked = problem.design.pid
     assert asked is not None  # the design's own check
@@ -34,11 +36,12 @@ def pid(problem: Problem) -> Candidate:
         f"pid: gains given; K {quantity.value:g} {quantity.unit}, with the constant {constant:g} {actuator.constant.unit} "
         f"{quantity.value / constant:.4g} {unit} per unit"
     )
-    return Candidate(k, k, None, None, (note,))
+    return ControllerCandidate(k, k, None, None, (note,))
 
 
 def sampled_pid(asked: Pid, gain: float, period: float) -> Lti:
-    """The zero-order-hold equivalent of (5.39), gain K [drive per rad | m, or per rad/s | m/s]; states: integral of the error, low-pass."""
+    """The zero-order-hold equivalent of (5.39), gain K [drive per rad | m, or per rad/s | m/s];
+    states: integral of the error, low-pass."""
     poles, entering, leaving, direct = [], [], [], gain
     if asked.integral_time_s is not None:
         poles.append(1.0)

@@ -1,10 +1,12 @@
 """Pole placement: the Diophantine equation of an RST controller with an integrator.
 
-    R u = T r - S y         R = x R' monic with an integrator         A R + B S = P         closed loop  y = B T/P r
+    R u = T r - S y         R = x R' monic with an integrator         A R + B S = P         closed
+                            loop  y = B T/P r
 
-x is s/w0 in continuous time and (z - 1)/(w0 T) at a period T, so that an integrator is a root at x = 0 in both and the coefficients are of
-one size in both: at 1 kHz the powers of z would all but coincide. With deg A = n and deg R = m, R' has m - 1 unknown coefficients, S has
-n + 1, and P has n + m: one solution, if A x and B have no common root.
+x is s/w0 in continuous time and (z - 1)/(w0 T) at a period T, so that an integrator is a root at x
+= 0 in both and the coefficients are of one size in both: at 1 kHz the powers of z would all but
+coincide. With deg A = n and deg R = m, R' has m - 1 unknown coefficients, S has n + 1, and P has n
++ m: one solution, if A x and B have no common root.
 """
 
 from __future__ import annotations
@@ -15,14 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.plant.lti import Lti, beside
+from frictool.plant.lti import Lti, parallel_sum
 from frictool.synth.structured_controller import chain
 
 Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Scale:
+class PlacementVariable:
     """around: w0 [rad/s]. period: T [s], 0 for continuous time."""
 
     around: float
@@ -30,7 +32,11 @@ class Scale:
 
     def pole(self, s: complex) -> complex:
         """The pole s [rad/s] in x; sampled, the one whose response is the same at the samples."""
-        return complex(np.expm1(s * self.period) / (self.around * self.period)) if self.period else s / self.around
+        return (
+            complex(np.expm1(s * self.period) / (self.around * self.period))
+            if self.period
+            else s / self.around
+        )
 
     @property
     def step(self) -> float:
@@ -38,7 +44,8 @@ class Scale:
         return self.around * self.period if self.period else self.around
 
     def polynomials(self, plant: Lti) -> tuple[Vector, Vector]:
-        """A, monic of degree n, and B of degree below n, highest power first, of a strictly proper plant with one input and one output."""
+        """A, monic of degree n, and B of degree below n, highest power first, of a strictly proper
+        plant with one input and one output."""
         a = (plant.a - np.eye(plant.order)) / self.step if self.period else plant.a / self.step
         below = _characteristic(a)
         above = _characteristic(a - plant.b @ plant.c / self.step) - below
@@ -49,16 +56,17 @@ class Scale:
         residue = above[-1] / below[-1]
         rest = chain(np.polysub(above, residue * below)[:-1], [below], 1.0)
         first = Lti(np.zeros((1, 1)), np.ones((1, 1)), np.array([[residue]]), np.zeros((1, 1)), 0.0)
-        whole = beside(first, rest)
+        whole = parallel_sum(first, rest)
         a = np.eye(whole.order) + self.step * whole.a if self.period else self.step * whole.a
         return Lti(a, self.step * whole.b, whole.c, whole.d, self.period)
 
 
-def placed(a: Vector, b: Vector, p: Vector, order: int) -> tuple[Vector, Vector]:
-    """R' of degree order - 1, monic, and S of degree n = deg A, with A x R' + B S = P, all with the highest power first.
+def place_poles(a: Vector, b: Vector, p: Vector, order: int) -> tuple[Vector, Vector]:
+    """R' of degree order - 1, monic, and S of degree n = deg A, with A x R' + B S = P, all with the
+    highest power first.
 
-    a (n + 1,) monic, b (up to n,), p (n + order + 1,) monic; order at least n. Raises numpy.linalg.LinAlgError where A x and B have a
-    common root, ValueError for a lower order.
+    a (n + 1,) monic, b (up to n,), p (n + order + 1,) monic; order at least n. Raises
+    numpy.linalg.LinAlgError where A x and B have a common root, ValueError for a lower order.
     """
     n = len(a) - 1
     if order < n:

@@ -1,23 +1,33 @@
-"""The law that gives the speed reference: the square-root law, its gain from the model (5.19), annex (5) and annex 5.2, which differ by
-sqrt 2; or a proportional one, whose gain is given."""
+"""The law that gives the speed reference: the square-root law, its gain from the model (5.19),
+annex (5) and annex 5.2, which differ by sqrt 2; or a proportional one, whose gain is given."""
 
 from __future__ import annotations
 
 import math
 
 from frictool.documents import controller as stored
-from frictool.documents.design_blocks import PositionLaw
+from frictool.documents.design_blocks import PositionLawDesign
 from frictool.documents.model import Model
 from frictool.errors import NoSolutionError
-from frictool.synth.weights import Derived
+from frictool.synth.weights import DerivedValue
 
 
-def position_law(model: Model, law: PositionLaw) -> tuple[stored.PositionLaw, tuple[Derived, ...]]:
-    """The law, and what of it was derived. Raises NoSolutionError where the model has no Coulomb friction to brake with."""
+def position_law(
+    model: Model, law: PositionLawDesign
+) -> tuple[stored.PositionLaw, tuple[DerivedValue, ...]]:
+    """The law, and what of it was derived. Raises NoSolutionError where the model has no Coulomb
+    friction to brake with."""
     band, derived = 0.0 if law.band is None else law.band.value, []
     if law.band is None and (law.kind == "square_root" or law.action != "none"):
         band = model.bench.encoder.resolution
-        derived.append(Derived("position_law.band", band, "rad" if model.axis == "rotary" else "m", "the encoder's step (5.7)"))
+        derived.append(
+            DerivedValue(
+                "position_law.band",
+                band,
+                "rad" if model.axis == "rotary" else "m",
+                "the encoder's step (5.7)",
+            )
+        )
     found = stored.PositionLaw(
         gain=_gain(model, law),
         kind=law.kind,
@@ -30,12 +40,14 @@ def position_law(model: Model, law: PositionLaw) -> tuple[stored.PositionLaw, tu
     return found, tuple(derived)
 
 
-def _gain(model: Model, law: PositionLaw) -> float:
+def _gain(model: Model, law: PositionLawDesign) -> float:
     if law.gain_per_s is not None:
         return law.gain_per_s
     today = model.parameters
     force = today.coulomb.value * law.virtual_coulomb_factor
     gain = math.sqrt((2.0 if law.formula == "sqrt(2F/J)" else 1.0) * force / today.inertia.value)
     if gain <= 0.0:
-        raise NoSolutionError("the square-root law needs Coulomb friction: the model's coulomb is zero")
+        raise NoSolutionError(
+            "the square-root law needs Coulomb friction: the model's coulomb is zero"
+        )
     return gain

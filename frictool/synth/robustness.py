@@ -1,4 +1,5 @@
-"""The worst norm over every plant of the box, beside that of its vertices: seen inside, and bounded from above in three senses."""
+"""The worst norm over every plant of the box, beside that of its vertices: seen inside, and bounded
+from above in three senses."""
 
 from __future__ import annotations
 
@@ -8,20 +9,21 @@ from collections.abc import Sequence
 from frictool.documents import controller as stored
 from frictool.errors import NoSolutionError
 from frictool.lmi.lyapunov_bounds import common_bound, parameter_dependent_bound
-from frictool.lmi.structured import worst_gain
-from frictool.plant.box import corners, enclosing
+from frictool.lmi.structured_singular_value import worst_gain
 from frictool.plant.lti import Lti
+from frictool.plant.parameter_box import corners, enclosing_box
 from frictool.plant.uncertain_axis import uncertain_plant
-from frictool.synth.problem import Problem
-from frictool.verify.effective import Feedback
-from frictool.verify.figures import CLAIM
-from frictool.verify.interior import points_inside, worst_seen, worst_sensitivity
-from frictool.verify.words import plant_words
+from frictool.synth.synthesis_problem import SynthesisProblem
+from frictool.verify.feedback_loops import FeedbackLoop
+from frictool.verify.interior_search import points_inside, worst_inside, worst_sensitivity
+from frictool.verify.loop_figures import CLAIM
+from frictool.verify.messages import plant_words
 
 
-def robustness(problem: Problem, system: Lti) -> stored.Robustness:
-    """Of the sampled loop that `system` closes. Raises NoSolutionError where a plant inside is unstable, or 1 % above the vertices."""
-    vertices, worst = worst_seen(system, problem.running, problem.box.vertices)
+def robustness(problem: SynthesisProblem, system: Lti) -> stored.Robustness:
+    """Of the sampled loop that `system` closes. Raises NoSolutionError where a plant inside is
+    unstable, or 1 % above the vertices."""
+    vertices, worst = worst_inside(system, problem.running, problem.box.vertices)
     if math.isinf(worst.norm):
         raise NoSolutionError(
             f"not verified: the sampled loop is unstable inside the box, at {plant_words(worst.point, problem.model.bench)}; "
@@ -32,8 +34,10 @@ def robustness(problem: Problem, system: Lti) -> stored.Robustness:
             f"not verified: the norm is {worst.norm:.4g} inside the box, at {plant_words(worst.point, problem.model.bench)}, "
             f"where {vertices.norm:.4g} is claimed; narrow the intervals or relax the weights"
         )
-    box = enclosing(problem.box.vertices)
-    plant, blocks = uncertain_plant(problem.controlled, box, problem.lag, problem.weights, problem.period, problem.delay)
+    box = enclosing_box(problem.box.vertices)
+    plant, blocks = uncertain_plant(
+        problem.controlled, box, problem.lag, problem.weights, problem.period, problem.delay
+    )
     loops = [problem.running(point.rates).closed(system) for point in corners(box)]
     return stored.Robustness(
         interior_points=points_inside(problem.box.vertices),
@@ -44,18 +48,25 @@ def robustness(problem: Problem, system: Lti) -> stored.Robustness:
     )
 
 
-def seen_inside(problem: Problem, loops: Sequence[Feedback]) -> stored.Robustness:
-    """The worst sensitivity that is seen inside, where no weighted norm is claimed; there is no bound then.
+def sensitivity_inside(
+    problem: SynthesisProblem, loops: Sequence[FeedbackLoop]
+) -> stored.Robustness:
+    """The worst sensitivity that is seen inside, where no weighted norm is claimed; there is no
+    bound then.
 
     Raises NoSolutionError where a plant inside is unstable, or 1 % above the vertices.
     """
-    vertices, inside, at = worst_sensitivity(loops, problem.lag, problem.delay, problem.box.vertices)
+    vertices, inside, at = worst_sensitivity(
+        loops, problem.lag, problem.delay, problem.box.vertices
+    )
     if inside > CLAIM * vertices:
         raise NoSolutionError(
             f"not verified: the largest sensitivity is {inside:.4g} inside the box, at {plant_words(at, problem.model.bench)}, "
             f"where {vertices:.4g} is claimed; narrow the intervals"
         )
-    return stored.Robustness(interior_points=points_inside(problem.box.vertices), interior=max(inside, vertices))
+    return stored.Robustness(
+        interior_points=points_inside(problem.box.vertices), interior=max(inside, vertices)
+    )
 
 
 def _found(value: float) -> float | None:

@@ -1,19 +1,26 @@
-"""Method `rst`: the pole-placement controller that thesis 5.4.3.3 compares with, of order 5, for structure `position`.
+"""Method `rst`: the pole-placement controller that thesis 5.4.3.3 compares with, of order 5, for
+structure `position`.
 
 The tuning rule, with three free numbers and the rest derived:
 
-    dominant pair       of natural frequency w and damping m; w >= 3/t95, so that a disturbance too is forgotten within the response time
-    auxiliary poles     all the others, real, at f w: the further out, the faster a disturbance is forgotten and the more noise passes
+    dominant pair       of natural frequency w and damping m; w >= 3/t95, so that a disturbance too
+                        is forgotten within the response time
+    auxiliary poles     all the others, real, at f w: the further out, the faster a disturbance is
+                        forgotten and the more noise passes
     delay               a pole at z = 0 for each sample, where the plant has it already
-    w, m, f             the best in this order: the nominal step response, prefilter included, is inside 5 % within the specified response
-                        time; the modulus margin at the worst vertex is what is specified; the nominal overshoot is; the margin is large
+    w, m, f             the best in this order: the nominal step response, prefilter included, is
+                        inside 5 % within the specified response
+                        time; the modulus margin at the worst vertex is what is specified; the
+                        nominal overshoot is; the margin is large
 
-so that what it is compared with is the best of its kind and not a straw man. The margin is not guaranteed: poles are placed at the centre
-of the intervals, and the loop is verified at every vertex like any other.
+so that what it is compared with is the best of its kind and not a straw man. The margin is not
+guaranteed: poles are placed at the centre of the intervals, and the loop is verified at every
+vertex like any other.
 
-T = S, with the prefilter (5.69) on the reference. T = P_aux/B(1) would cancel the auxiliary poles in the reference's response, but it is a
-second filter on the target; with T = S what runs is drive = (S/R)(reference - position), the same code as every other method, and the
-prefilter takes the place of the rest of T.
+T = S, with the prefilter (5.69) on the reference. T = P_aux/B(1) would cancel the auxiliary poles
+in the reference's response, but it is a second filter on the target; with T = S what runs is drive
+= (S/R)(reference - position), the same code as every other method, and the prefilter takes the
+place of the rest of T.
 """
 
 from __future__ import annotations
@@ -27,11 +34,11 @@ from scipy import signal
 from frictool.errors import NoSolutionError
 from frictool.plant.linear_axis import linear_axis
 from frictool.plant.lti import Lti, gain
-from frictool.synth.pole_placement import Scale, placed, polynomial
-from frictool.synth.problem import Candidate, Problem
-from frictool.synth.worst_norm import OpenLoop, all_stable, sensitivity_plant, true_norms
+from frictool.synth.pole_placement import PlacementVariable, place_poles, polynomial
+from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
+from frictool.synth.worst_norm import OpenLoopResponses, all_stable, sensitivity_plant, true_norms
+from frictool.verify.hinf_norm import spectral_radius
 from frictool.verify.margins import open_loop
-from frictool.verify.norms import spectral_radius
 
 Vector = NDArray[np.float64]
 
@@ -45,8 +52,9 @@ SETTLED = 0.05  # of the step: inside it the response counts as arrived (the 95 
 
 
 @dataclass(frozen=True)
-class Rule:
-    """The free numbers: natural frequency [rad/s] and damping of the dominant pair, auxiliary poles in multiples of the frequency."""
+class PlacementRule:
+    """The free numbers: natural frequency [rad/s] and damping of the dominant pair, auxiliary poles
+    in multiples of the frequency."""
 
     frequency: float
     damping: float
@@ -54,22 +62,25 @@ class Rule:
 
 
 @dataclass(frozen=True)
-class Trial:
-    """A controller and how it does: response time [s] and overshoot [%] of the nominal loop, modulus margin at the worst vertex."""
+class PlacementTrial:
+    """A controller and how it does: response time [s] and overshoot [%] of the nominal loop,
+    modulus margin at the worst vertex."""
 
-    rule: Rule
+    rule: PlacementRule
     controller: Lti
     response_time: float
     overshoot: float
     margin: float
 
 
-def rst(problem: Problem) -> Candidate:
-    """The best-tuned RST controller; verified afterwards, and free to hold less than what is specified.
+def rst(problem: SynthesisProblem) -> ControllerCandidate:
+    """The best-tuned RST controller; verified afterwards, and free to hold less than what is
+    specified.
 
-    Raises NoSolutionError for an order below the plant's, and where no tuning is stable at every vertex.
+    Raises NoSolutionError for an order below the plant's, and where no tuning is stable at every
+    vertex.
     """
-    tuning = _Tuning(problem)
+    tuning = _PlacementSearch(problem)
     best = tuning.best()
     rule = best.rule
     note = (
@@ -77,13 +88,19 @@ def rst(problem: Problem) -> Candidate:
         f"{rule.frequency * rule.ratio:.3g} rad/s; nominal linear response {1e3 * best.response_time:.0f} ms, overshoot "
         f"{best.overshoot:.1f} %; modulus margin {best.margin:.3f} at the worst vertex; T = S with the prefilter"
     )
-    return Candidate(problem.discretised(best.controller), best.controller, None, None, (note, *tuning.missed(best)))
+    return ControllerCandidate(
+        problem.discretised(best.controller),
+        best.controller,
+        None,
+        None,
+        (note, *tuning.missed(best)),
+    )
 
 
-class _Tuning:
+class _PlacementSearch:
     """The search over the rule's free numbers."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: SynthesisProblem) -> None:
         self.problem = problem
         self.period = problem.period if problem.sampled else 0.0
         self.delay = problem.delay if problem.sampled else 0
@@ -95,25 +112,34 @@ class _Tuning:
             axis = linear_axis(centre.rates, problem.lag, 0.0).system
             nominal = Lti(axis.a, axis.b[:, :1], -axis.c[2:], np.zeros((1, 1)), 0.0)
         self.slowest = 3.0 / (problem.spec.response_time_95_s or 0.2)  # [rad/s]: exp(-3) = 5 %
-        self.scale = Scale(4.0 * self.slowest, self.period)
+        self.scale = PlacementVariable(4.0 * self.slowest, self.period)
         self.a, self.b = self.scale.polynomials(nominal)
         self.free = len(self.a) - 1 + self.order - 2 - self.delay  # auxiliary poles
         if self.order < len(self.a) - 1:
             raise NoSolutionError(
                 f"method rst: order {self.order} is below the plant's {len(self.a) - 1} (axis, drive, delay); raise order to at least that"
             )
-        self.plants = [sensitivity_plant(problem.plant(point.rates)) for point in problem.box.vertices]
+        self.plants = [
+            sensitivity_plant(problem.plant(point.rates)) for point in problem.box.vertices
+        ]
         top = 0.999 * np.pi / self.period if self.period else 100.0 / problem.period
         self.grid = np.geomspace(0.1 * self.slowest, top, 150)
-        self.loops = OpenLoop.joined([OpenLoop.of(plant, self.grid) for plant in self.plants]).p22
+        self.loops = OpenLoopResponses.joined(
+            [OpenLoopResponses.of(plant, self.grid) for plant in self.plants]
+        ).p22
         self.prefilter = problem.design.prefilter
 
-    def best(self) -> Trial:
-        """The pattern search: a coarse grid, then halved steps in the logarithms around the best."""
-        found: list[Trial] = []
+    def best(self) -> PlacementTrial:
+        """The pattern search: a coarse grid, then halved steps in the logarithms around the
+        best."""
+        found: list[PlacementTrial] = []
         for frequency in self.slowest * np.geomspace(1.0, 20.0, FREQUENCIES):
             for damping in DAMPINGS:
-                found += [trial for ratio in np.geomspace(1.0, 30.0, FREQUENCIES) if (trial := self.trial(Rule(frequency, damping, ratio)))]
+                found += [
+                    trial
+                    for ratio in np.geomspace(1.0, 30.0, FREQUENCIES)
+                    if (trial := self.trial(PlacementRule(frequency, damping, ratio)))
+                ]
         if not found:
             raise NoSolutionError(
                 "method rst: no choice of dominant and auxiliary poles is stable at every vertex with a stable controller; narrow the "
@@ -128,9 +154,11 @@ class _Tuning:
             refined.append(here)
         here = max(refined, key=self.merit)
         worst = max(value for value, _ in true_norms(here.controller, self.plants))
-        return Trial(here.rule, here.controller, here.response_time, here.overshoot, 1.0 / worst)
+        return PlacementTrial(
+            here.rule, here.controller, here.response_time, here.overshoot, 1.0 / worst
+        )
 
-    def improved(self, here: Trial, step: float) -> Trial:
+    def improved(self, here: PlacementTrial, step: float) -> PlacementTrial:
         """The best of the neighbours and itself, until no neighbour is better."""
         factors = np.exp(step * np.array([-1.0, 0.0, 1.0]))
         while True:
@@ -140,57 +168,91 @@ class _Tuning:
                 for f in factors
                 for m in 1.0 + 0.4 * step * np.array([-1.0, 0.0, 1.0])
                 for r in factors
-                if (trial := self.trial(Rule(max(self.slowest, rule.frequency * f), min(1.0, rule.damping * m), max(1.0, rule.ratio * r))))
+                if (
+                    trial := self.trial(
+                        PlacementRule(
+                            max(self.slowest, rule.frequency * f),
+                            min(1.0, rule.damping * m),
+                            max(1.0, rule.ratio * r),
+                        )
+                    )
+                )
             ]
             better = max([here, *near], key=self.merit)
             if self.merit(better) <= self.merit(here):
                 return here
             here = better
 
-    def merit(self, trial: Trial) -> tuple[float, float, float, float]:
-        """The order of the rule; the first three are 0 where what is specified holds, and negative by how much it is missed."""
+    def merit(self, trial: PlacementTrial) -> tuple[float, float, float, float]:
+        """The order of the rule; the first three are 0 where what is specified holds, and negative
+        by how much it is missed."""
         required = CLEAR * (self.problem.spec.modulus_margin or 0.0)
-        return (-self.late(trial), min(0.0, trial.margin - required), -self.over(trial), trial.margin)
+        return (
+            -self.late(trial),
+            min(0.0, trial.margin - required),
+            -self.over(trial),
+            trial.margin,
+        )
 
-    def late(self, trial: Trial) -> float:
+    def late(self, trial: PlacementTrial) -> float:
         """The part of it by which the response time exceeds what is specified."""
         allowed = self.problem.spec.response_time_95_s
         return max(0.0, trial.response_time / allowed - 1.0) if allowed else 0.0
 
-    def over(self, trial: Trial) -> float:
+    def over(self, trial: PlacementTrial) -> float:
         """By how many per cent of the step the nominal overshoot exceeds what is specified."""
         allowed = self.problem.spec.overshoot_percent
         return max(0.0, trial.overshoot - allowed) if allowed is not None else 0.0
 
-    def missed(self, trial: Trial) -> tuple[str, ...]:
+    def missed(self, trial: PlacementTrial) -> tuple[str, ...]:
         """A note on what no tuning reached."""
         late, margin, over, _ = self.merit(trial)
-        names = ["response time"] * (late < 0.0) + ["modulus margin"] * (margin < 0.0) + ["overshoot"] * (over < 0.0)
-        return (f"rst: no choice of its poles reaches the specified {', '.join(names)} in the linear loop",) if names else ()
+        names = (
+            ["response time"] * (late < 0.0)
+            + ["modulus margin"] * (margin < 0.0)
+            + ["overshoot"] * (over < 0.0)
+        )
+        return (
+            (
+                f"rst: no choice of its poles reaches the specified {', '.join(names)} in the linear loop",
+            )
+            if names
+            else ()
+        )
 
-    def trial(self, rule: Rule) -> Trial | None:
-        """None where the controller is not stable (but for its integrator), or some vertex is not with it."""
+    def trial(self, rule: PlacementRule) -> PlacementTrial | None:
+        """None where the controller is not stable (but for its integrator), or some vertex is not
+        with it."""
         pair = rule.frequency * complex(-rule.damping, np.sqrt(1.0 - rule.damping**2))
         scale = self.scale
-        poles = [scale.pole(pair), scale.pole(pair.conjugate()), *[scale.pole(-rule.frequency * rule.ratio)] * self.free]
+        poles = [
+            scale.pole(pair),
+            scale.pole(pair.conjugate()),
+            *[scale.pole(-rule.frequency * rule.ratio)] * self.free,
+        ]
         poles += [-1.0 / scale.step] * self.delay  # z = 0
         try:
-            r, s = placed(self.a, self.b, polynomial(poles), self.order)
+            r, s = place_poles(self.a, self.b, polynomial(poles), self.order)
         except np.linalg.LinAlgError:
             return None
         k = scale.system(s, r)
         rest = k.a[1:, 1:]
-        if not (spectral_radius(rest) < 1.0 if self.period else bool(np.all(np.linalg.eigvals(rest).real < 0.0))):
+        if not (
+            spectral_radius(rest) < 1.0
+            if self.period
+            else bool(np.all(np.linalg.eigvals(rest).real < 0.0))
+        ):
             return None
         if not all_stable(k, self.plants):
             return None
         response = np.tile(k.response(self.grid)[:, 0, 0], len(self.plants))
         margin = float(np.min(np.abs(1.0 - self.loops * response)))
         time, overshoot = self.step(k)
-        return Trial(rule, k, time, overshoot, margin)
+        return PlacementTrial(rule, k, time, overshoot, margin)
 
     def step(self, k: Lti) -> tuple[float, float]:
-        """Response time to within 5 % [s] and overshoot [%] of the nominal position after the prefilter, in the linear loop."""
+        """Response time to within 5 % [s] and overshoot [%] of the nominal position after the
+        prefilter, in the linear loop."""
         problem = self.problem
         period = problem.period
         running = problem.discretised(k)
@@ -198,13 +260,17 @@ class _Tuning:
         reference = np.ones(int(3.0 * (problem.spec.response_time_95_s or 0.2) / period) + 1)
         if self.prefilter is not None:
             w, m = self.prefilter.natural_frequency_rad_s, self.prefilter.damping
-            reference = signal.lfilter(*signal.bilinear([1.0], [1.0 / w**2, 2.0 * m / w, 1.0], 1.0 / period), reference)
+            reference = signal.lfilter(
+                *signal.bilinear([1.0], [1.0 / w**2, 2.0 * m / w, 1.0], 1.0 / period), reference
+            )
         a = loop.a - loop.b @ loop.c
         if spectral_radius(a) >= 1.0:
             return np.inf, np.inf
         position = _simulated(a, loop.b, loop.c, reference)
         outside = np.flatnonzero(np.abs(position - 1.0) > SETTLED)
-        return float((outside[-1] + 1) * period) if outside.size else 0.0, float(100.0 * max(0.0, np.max(position) - 1.0))
+        return float((outside[-1] + 1) * period) if outside.size else 0.0, float(
+            100.0 * max(0.0, np.max(position) - 1.0)
+        )
 
 
 def _simulated(a: Vector, b: Vector, c: Vector, entering: Vector) -> Vector:

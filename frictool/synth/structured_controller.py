@@ -1,20 +1,24 @@
-"""One controller of a given order whose integrator, pole bound and roll-off hold by construction, whatever its parameters are.
+"""One controller of a given order whose integrator, pole bound and roll-off hold by construction,
+whatever its parameters are.
 
                      n0 + n1 (s/w0) + ... + nr (s/w0)^r
-    K(s) = k -----------------------------------------------------,     r = order, or order - 1 where it rolls off
+    K(s) = k -----------------------------------------------------,     r = order, or order - 1
+                                                                        where it rolls off
              (s/w0)^i  prod (1 + s/p)  prod (1 + 2 m s/w + s²/w²)
 
     p = b e^u                                  one real pole, where the number of free poles is odd
     w = b e^u,  m = m_lo^(1-y) m_hi^y          a pair, with m_hi = (b/w + w/b)/2 = cosh(u)
     parameters (u <= 0, ..., [u <= 0, 0 <= y <= 1], ..., n0 ... nr)
 
-A pair reaches every two poles of modulus at most b in the left half plane with a damping of at least m_lo, real ones included: w <= b says
-that not both are beyond b, and m <= m_hi that the polynomial is not negative at -b. Poles may therefore meet and part without a seam in
-the parameters.
+A pair reaches every two poles of modulus at most b in the left half plane with a damping of at
+least m_lo, real ones included: w <= b says that not both are beyond b, and m <= m_hi that the
+polynomial is not negative at -b. Poles may therefore meet and part without a seam in the
+parameters.
 
-A sampled controller is the Tustin image of such a K, s = (2/T)(z - 1)/(z + 1): every sampled controller but those with a pole at z = -1 is
-one. With b = 2/T no pole has a negative real part in z, so that the controller itself cannot ring from sample to sample, and with a
-roll-off its response is zero at half the sampling frequency.
+A sampled controller is the Tustin image of such a K, s = (2/T)(z - 1)/(z + 1): every sampled
+controller but those with a pole at z = -1 is one. With b = 2/T no pole has a negative real part in
+z, so that the controller itself cannot ring from sample to sample, and with a roll-off its response
+is zero at half the sampling frequency.
 """
 
 from __future__ import annotations
@@ -24,7 +28,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.plant.lti import Lti, beside, tustin
+from frictool.plant.lti import Lti, parallel_sum, tustin
 
 Vector = NDArray[np.float64]
 Responses = NDArray[np.complex128]
@@ -36,7 +40,8 @@ _LOWEST = float(np.log(SLOWEST))
 
 @dataclass(frozen=True)
 class StructuredController:
-    """order >= 1. bound, around: b and w0 [rad/s]. gain: k [drive per rad or m]. period [s]: 0 for continuous time."""
+    """order >= 1. bound, around: b and w0 [rad/s]. gain: k [drive per rad or m]. period [s]: 0 for
+    continuous time."""
 
     order: int
     integrator: bool
@@ -73,12 +78,16 @@ class StructuredController:
         return replace(self, order=self.order + 1)
 
     def grown(self, parameters: Vector, pole: float) -> Vector:
-        """Parameters of the same controller in the `wider` structure, with a pole [rad/s] and a zero that cancel."""
+        """Parameters of the same controller in the `wider` structure, with a pole [rad/s] and a
+        zero that cancel."""
         above = np.polymul(parameters[self.free :][::-1], [self.around / pole, 1.0])[::-1]
         u = max(_LOWEST, min(0.0, float(np.log(pole / self.bound))))
         if self.free % 2 == 0:
             return np.concatenate([[u], parameters[: self.free], above])
-        middle, apart = 0.5 * (u + parameters[0]), 0.5 * abs(u - parameters[0])  # w² = p1 p2, m = (p1 + p2)/(2 w)
+        middle, apart = (
+            0.5 * (u + parameters[0]),
+            0.5 * abs(u - parameters[0]),
+        )  # w² = p1 p2, m = (p1 + p2)/(2 w)
         widest = np.log(np.cosh(middle)) - np.log(LEAST_DAMPING)
         y = (np.log(np.cosh(apart)) - np.log(LEAST_DAMPING)) / widest
         return np.concatenate([[middle, min(1.0, y)], parameters[1 : self.free], above])
@@ -86,7 +95,10 @@ class StructuredController:
     def points(self, frequencies: Vector) -> Responses:
         """The complex frequencies s of angular frequencies [rad/s] in the controller's domain."""
         w = frequencies
-        return np.asarray(1j * (2.0 / self.period * np.tan(0.5 * w * self.period) if self.period else w), dtype=np.complex128)
+        return np.asarray(
+            1j * (2.0 / self.period * np.tan(0.5 * w * self.period) if self.period else w),
+            dtype=np.complex128,
+        )
 
     def response(self, parameters: Vector, points: Responses) -> tuple[Responses, Responses]:
         """K (k,) and its derivatives (k, size) at the complex frequencies s (k,)."""
@@ -96,7 +108,9 @@ class StructuredController:
         over = self.gain / (np.prod(factors, axis=1) * (x if self.integrator else 1.0))
         k = (powers @ parameters[self.free :]) * over
         owner = self._owners()
-        derivatives = np.concatenate([-k[:, None] * slopes / factors[:, owner], powers * over[:, None]], axis=1)
+        derivatives = np.concatenate(
+            [-k[:, None] * slopes / factors[:, owner], powers * over[:, None]], axis=1
+        )
         return k, derivatives
 
     def _owners(self) -> NDArray[np.intp]:
@@ -105,7 +119,8 @@ class StructuredController:
         return np.array([0] * odd + [odd + j // 2 for j in range(self.free - odd)], dtype=np.intp)
 
     def _denominator(self, parameters: Vector, s: Responses) -> tuple[Responses, Responses]:
-        """The factors (k, factors) and the derivative of each pole parameter's own factor (k, free)."""
+        """The factors (k, factors) and the derivative of each pole parameter's own factor (k,
+        free)."""
         factors, slopes, at = [], [], 0
         if self.free % 2:
             pole = self.bound * np.exp(parameters[0])
@@ -134,14 +149,17 @@ class StructuredController:
         return found
 
     def system(self, parameters: Vector) -> Lti:
-        """The controller in its domain. The integrator is a state of its own whose coefficient is exactly 0, sampled exactly 1."""
+        """The controller in its domain. The integrator is a state of its own whose coefficient is
+        exactly 0, sampled exactly 1."""
         continuous = self._continuous(parameters)
         if not self.period:
             return continuous
         if not self.integrator:
             return tustin(continuous, self.period)
         rest = Lti(continuous.a[1:, 1:], continuous.b[1:], continuous.c[:, 1:], continuous.d, 0.0)
-        return beside(tustin(_integrator(float(continuous.c[0, 0])), self.period), tustin(rest, self.period))
+        return parallel_sum(
+            tustin(_integrator(float(continuous.c[0, 0])), self.period), tustin(rest, self.period)
+        )
 
     def _continuous(self, parameters: Vector) -> Lti:
         """The residue of the integrator beside a chain of the other factors."""
@@ -155,14 +173,16 @@ class StructuredController:
             below = np.convolve(below, factor)
         residue = above[-1] / below[-1]
         above = np.polysub(above, residue * below)[:-1]  # (N - r D)/x: the constant term is zero
-        return beside(_integrator(residue * self.around), chain(above, factors, self.around))
+        return parallel_sum(_integrator(residue * self.around), chain(above, factors, self.around))
 
 
 def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
-    """N/(q1 q2 ... qm), polynomials in x = s/w0, proper, as 1/qm followed by 1/q(m-1) ... 1/q1, each with its own taps.
+    """N/(q1 q2 ... qm), polynomials in x = s/w0, proper, as 1/qm followed by 1/q(m-1) ... 1/q1,
+    each with its own taps.
 
-    N = r1 + q1 (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d. The poles are those of the
-    diagonal blocks, however near to each other they are, which a companion form of the product would not keep.
+    N = r1 + q1 (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... +
+    rm/qm + d. The poles are those of the diagonal blocks, however near to each other they are,
+    which a companion form of the product would not keep.
     """
     n = sum(len(factor) - 1 for factor in factors)
     a, b, c = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((1, n))
@@ -183,7 +203,8 @@ def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
 
 
 def _divided(above: Vector, factor: Vector) -> tuple[Vector, Vector]:
-    """Quotient and remainder (as many coefficients as the degree of the monic factor), no coefficient judged to be zero."""
+    """Quotient and remainder (as many coefficients as the degree of the monic factor), no
+    coefficient judged to be zero."""
     size = len(factor) - 1
     rest = np.concatenate([np.zeros(max(0, size - len(above))), above])
     quotient = rest[: len(rest) - size].copy()

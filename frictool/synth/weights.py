@@ -1,13 +1,19 @@
-"""Weights given in the design, or derived where it is silent; what was derived is told, with what it came from.
+"""Weights given in the design, or derived where it is silent; what was derived is told, with what
+it came from.
 
-A is the reference's amplitude that the drive is sized for: the travel (position), the top speed (speed). The friction w in [-1, 1] and a
-reference of 1 rad | rad/s stand side by side as inputs, so that what is meant for A is divided by it:
+A is the reference's amplitude that the drive is sized for: the travel (position), the top speed
+(speed). The friction w in [-1, 1] and a reference of 1 rad | rad/s stand side by side as inputs, so
+that what is meant for A is divided by it:
 
-    W2   z2 = 3/(M_mod t_95), twice that for the speed loop under a position law; M_mod and e_stat from the specification      (5.56)-(5.57)
-    W1   1/A: full friction leaves an error of e_stat A, the static error of the specification. The text's 1 asks for e_stat alone
-    W3   A over the drive's limit: a reference of A does not saturate                                                          (5.58)
+    W2   z2 = 3/(M_mod t_95), twice that for the speed loop under a position law; M_mod and e_stat
+         from the specification      (5.56)-(5.57)
+    W1   1/A: full friction leaves an error of e_stat A, the static error of the specification. The
+         text's 1 asks for e_stat alone
+    W3   A over the drive's limit: a reference of A does not saturate
+         (5.58)
     W4   the encoder's step over A, annex (25)
-    W_u  step/(share limit W4): at gamma 1 no frequency of one count's amplitude asks for more than that share of the limit
+    W_u  step/(share limit W4): at gamma 1 no frequency of one count's amplitude asks for more than
+    that share of the limit
 """
 
 from __future__ import annotations
@@ -20,15 +26,19 @@ from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
-from frictool.plant.generalised import FirstOrder, Weights, template
+from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, template
 
 SETTLING = 3.0  # time constants of a first-order response to 95 %
-STRICTEST = 100.0  # W1 A where relax: auto starts: full friction leaves a hundredth of the static error; in the text W1 A = 63
-INNER = 2.0  # how much faster the speed loop is than the position law around it; the text has 40 rad/s against 20
+# W1 A where relax: auto starts: full friction leaves a hundredth of the static error; in the text
+# W1 A = 63
+STRICTEST = 100.0
+# how much faster the speed loop is than the position law around it; the text has 40 rad/s against
+# 20
+INNER = 2.0
 
 
 @dataclass(frozen=True)
-class Derived:
+class DerivedValue:
     """One weight that the design left open: its value, and what it came from."""
 
     name: str
@@ -38,84 +48,124 @@ class Derived:
 
 
 @dataclass(frozen=True)
-class Chosen:
+class ChosenWeights:
     """The weights, what of them was derived, and how they move when the effort is relaxed.
 
-    noise_moves: the noise was derived from A, and grows as A falls. command_of_noise: W_u W4, where the command's weight was derived.
-    least_effort: how far W3 may fall, as a share of it: to the A of which one encoder count is what W2 lets pass.
+    noise_moves: the noise was derived from A, and grows as A falls. command_of_noise: W_u W4, where
+    the command's weight was derived. least_effort: how far W3 may fall, as a share of it: to the A
+    of which one encoder count is what W2 lets pass.
     """
 
-    weights: Weights
-    derived: tuple[Derived, ...]
+    weights: PlantWeights
+    derived: tuple[DerivedValue, ...]
     noise_moves: bool = False
     command_of_noise: float | None = None
     least_effort: float = 1.0
 
-    def relaxed(self, disturbance: float, effort: float) -> Weights:
+    def relaxed(self, disturbance: float, effort: float) -> PlantWeights:
         """W1 times `disturbance`; W3, and with it A, times `effort`, both in (0, 1]."""
         start = self.weights
-        noise = replace(start.noise, gain=start.noise.gain / effort) if self.noise_moves else start.noise
-        command = start.command * effort if self.command_of_noise is None else self.command_of_noise / noise.gain
-        return replace(start, disturbance=start.disturbance * disturbance, drive=start.drive * effort, command=command, noise=noise)
+        noise = (
+            replace(start.noise, gain=start.noise.gain / effort)
+            if self.noise_moves
+            else start.noise
+        )
+        command = (
+            start.command * effort
+            if self.command_of_noise is None
+            else self.command_of_noise / noise.gain
+        )
+        return replace(
+            start,
+            disturbance=start.disturbance * disturbance,
+            drive=start.drive * effort,
+            command=command,
+            noise=noise,
+        )
 
 
-def choose_weights(model: Model, spec: Spec, design: Design) -> Chosen:
+def choose_weights(model: Model, spec: Spec, design: Design) -> ChosenWeights:
     """W1 to W5 and the weights on command and eta.
 
-    Raises FrictoolError (exit 3) where neither the design nor the specification and the bench tell one of them.
+    Raises FrictoolError (exit 3) where neither the design nor the specification and the bench tell
+    one of them.
     """
-    return _Choice(model, spec, design).chosen()
+    return _WeightRules(model, spec, design).chosen()
 
 
-class _Choice:
+class _WeightRules:
     """The rules, one a method; `derived` grows as they are used."""
 
     def __init__(self, model: Model, spec: Spec, design: Design) -> None:
         self.model, self.spec, self.design, self.given = model, spec, design, design.weights
         self.speed = design.structure != "position"
-        self.derived: list[Derived] = []
-        self.limit = min(quantity.value for quantity in (model.bench.actuator.limit, spec.drive_peak) if quantity is not None)
+        self.derived: list[DerivedValue] = []
+        self.limit = min(
+            quantity.value
+            for quantity in (model.bench.actuator.limit, spec.drive_peak)
+            if quantity is not None
+        )
 
-    def chosen(self) -> Chosen:
+    def chosen(self) -> ChosenWeights:
         given = self.given
         if self.design.method == "pid" and given == document.Weights():
-            self._tell("error", 1.0, "", "the gains are given and nothing is weighed: the norm is that of the sensitivity")
-            return Chosen(Weights(FirstOrder(1.0), 0.0, 0.0), tuple(self.derived))
-        error, disturbance, drive, noise = self._template(), self._disturbance(), self._drive(), self._noise()
+            self._tell(
+                "error",
+                1.0,
+                "",
+                "the gains are given and nothing is weighed: the norm is that of the sensitivity",
+            )
+            return ChosenWeights(PlantWeights(FirstOrderWeight(1.0), 0.0, 0.0), tuple(self.derived))
+        error, disturbance, drive, noise = (
+            self._template(),
+            self._disturbance(),
+            self._drive(),
+            self._noise(),
+        )
         product = None if given.command is not None else self._command_of_noise(noise)
-        weights = Weights(
+        weights = PlantWeights(
             error=error,
             disturbance=disturbance,
             drive=drive,
             command=product / noise if product is not None else given.command or 0.0,
             noise=_filtered(noise, given.noise_filter),
             eta=given.eta,
-            uncertainty=FirstOrder(1.0) if given.uncertainty_hz is None else decade(1.0, given.uncertainty_hz),
+            uncertainty=FirstOrderWeight(1.0)
+            if given.uncertainty_hz is None
+            else decade(1.0, given.uncertainty_hz),
         )
         least = min(1.0, self._least_amplitude(error) / (drive * self.limit))
-        return Chosen(weights, tuple(self.derived), given.noise is None, product, least)
+        return ChosenWeights(weights, tuple(self.derived), given.noise is None, product, least)
 
-    def _least_amplitude(self, error: FirstOrder) -> float:
-        """The A for which a noise of one count alone reaches W2: e_stat A = step at rest (position), A = M_mod z2 step (speed)."""
+    def _least_amplitude(self, error: FirstOrderWeight) -> float:
+        """The A for which a noise of one count alone reaches W2: e_stat A = step at rest
+        (position), A = M_mod z2 step (speed)."""
         step, margin = self.model.bench.encoder.resolution, error.gain * error.pole / error.zero
         return margin * error.zero * step if self.speed else error.gain * step
 
     def _tell(self, name: str, value: float, unit: str, source: str) -> float:
-        self.derived.append(Derived(f"weights.{name}", value, unit, source))
+        self.derived.append(DerivedValue(f"weights.{name}", value, unit, source))
         return value
 
-    def _template(self) -> FirstOrder:
+    def _template(self) -> FirstOrderWeight:
         given, spec, travel = self.given, self.spec, self.model.bench.mechanics.travel
         margin, error, bandwidth = given.modulus_margin, given.static_error, given.bandwidth_rad_s
         if margin is None and spec.modulus_margin is not None:
-            margin = self._tell("modulus_margin", spec.modulus_margin, "", "modulus_margin of the specification")
+            margin = self._tell(
+                "modulus_margin", spec.modulus_margin, "", "modulus_margin of the specification"
+            )
         if margin is None:
             raise FrictoolError(
                 "modulus_margin: missing in the specification, and weights.modulus_margin in the design; the weight W2 needs one of them"
             ).at("spec", "modulus_margin")
         if error is None and spec.static_error is not None and travel is not None:
             relative = min(0.5, spec.static_error.value / (travel.high - travel.low))
-            error = self._tell("static_error", relative, "", "static_error of the specification over mechanics.travel")
+            error = self._tell(
+                "static_error",
+                relative,
+                "",
+                "static_error of the specification over mechanics.travel",
+            )
         if error is None:
             raise FrictoolError(
                 "weights.static_error: missing in the design, and static_error in the specification with mechanics.travel in the bench; "
@@ -124,7 +174,12 @@ class _Choice:
         if bandwidth is None and spec.response_time_95_s is not None:
             value = SETTLING / (margin * spec.response_time_95_s) * (INNER if self.speed else 1.0)
             rule = f"{INNER:g} times 3" if self.speed else "3"
-            bandwidth = self._tell("bandwidth_rad_s", value, "rad/s", f"{rule}/(modulus_margin response_time_95_s) of the specification")
+            bandwidth = self._tell(
+                "bandwidth_rad_s",
+                value,
+                "rad/s",
+                f"{rule}/(modulus_margin response_time_95_s) of the specification",
+            )
         if bandwidth is None:
             raise FrictoolError(
                 "weights.bandwidth_rad_s: missing in the design, and response_time_95_s in the specification; the weight W2 needs one"
@@ -139,30 +194,50 @@ class _Choice:
         if not self.speed and mechanics.travel is not None:
             return mechanics.travel.high - mechanics.travel.low, "mechanics.travel"
         missing = "mechanics.top_speed" if self.speed else "mechanics.travel"
-        raise FrictoolError(f"weights.{wanted}: missing in the design, and {missing} in the bench; give one of them").at(
-            "design", f"weights.{wanted}"
-        )
+        raise FrictoolError(
+            f"weights.{wanted}: missing in the design, and {missing} in the bench; give one of them"
+        ).at("design", f"weights.{wanted}")
 
     def _disturbance(self) -> float:
         if self.given.disturbance is not None:
             return self.given.disturbance
         amplitude, source = self._amplitude("disturbance")
         if self.design.relax == "auto":
-            return self._tell("disturbance", STRICTEST / amplitude, "", f"{STRICTEST:g} over {source}, from where relax: auto goes down")
-        return self._tell("disturbance", 1.0 / amplitude, "", f"1 over {source}: full friction leaves static_error of it")
+            return self._tell(
+                "disturbance",
+                STRICTEST / amplitude,
+                "",
+                f"{STRICTEST:g} over {source}, from where relax: auto goes down",
+            )
+        return self._tell(
+            "disturbance",
+            1.0 / amplitude,
+            "",
+            f"1 over {source}: full friction leaves static_error of it",
+        )
 
     def _drive(self) -> float:
         if self.given.drive is not None:
             return self.given.drive
         amplitude, source = self._amplitude("drive")
-        return self._tell("drive", amplitude / self.limit, "", f"{source} over the drive's limit {self.limit:g} (5.58)")
+        return self._tell(
+            "drive",
+            amplitude / self.limit,
+            "",
+            f"{source} over the drive's limit {self.limit:g} (5.58)",
+        )
 
     def _noise(self) -> float:
         if self.given.noise is not None:
             return self.given.noise.value
         amplitude, source = self._amplitude("noise")
         step = self.model.bench.encoder.resolution
-        return self._tell("noise", step / amplitude, "", f"the encoder's step {step:.4g} over {source}, annex (25)")
+        return self._tell(
+            "noise",
+            step / amplitude,
+            "",
+            f"the encoder's step {step:.4g} over {source}, annex (25)",
+        )
 
     def _command_of_noise(self, noise: float) -> float:
         """W_u W4. Raises FrictoolError where there is no noise to derive it from."""
@@ -172,17 +247,27 @@ class _Choice:
             ).at("design", "weights.command")
         step, share = self.model.bench.encoder.resolution, self.given.count_share
         product = step / (share * self.limit)
-        self._tell("command", product / noise, "", f"one encoder count may ask for {share:g} times the drive's limit {self.limit:g}")
+        self._tell(
+            "command",
+            product / noise,
+            "",
+            f"one encoder count may ask for {share:g} times the drive's limit {self.limit:g}",
+        )
         return product
 
 
-def decade(level: float, frequency_hz: float) -> FirstOrder:
-    """level (s/(20 pi f) + 1)/(s/(2 pi f) + 1) of annex (25), (26): a low-pass that falls by ten."""
-    return FirstOrder(level, 20.0 * math.pi * frequency_hz, 2.0 * math.pi * frequency_hz)
+def decade(level: float, frequency_hz: float) -> FirstOrderWeight:
+    """level (s/(20 pi f) + 1)/(s/(2 pi f) + 1) of annex (25), (26): a low-pass that falls by
+    ten."""
+    return FirstOrderWeight(level, 20.0 * math.pi * frequency_hz, 2.0 * math.pi * frequency_hz)
 
 
-def _filtered(level: float, dynamics: document.NoiseFilter | None) -> FirstOrder:
+def _filtered(level: float, dynamics: document.NoiseFilter | None) -> FirstOrderWeight:
     if dynamics is None or level == 0.0:
-        return FirstOrder(level)
+        return FirstOrderWeight(level)
     printed = decade(level, dynamics.frequency_hz)
-    return printed if dynamics.reading == "as printed" else FirstOrder(level, printed.pole, printed.zero)
+    return (
+        printed
+        if dynamics.reading == "as printed"
+        else FirstOrderWeight(level, printed.pole, printed.zero)
+    )

@@ -1,24 +1,25 @@
-"""Models and controllers as linear systems, for python-control and scipy, and theirs for frictool."""
+"""Models and controllers as linear systems, for python-control and scipy, and theirs for
+frictool."""
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from frictool.systems.others import as_lti as as_lti
+    from frictool.systems.document_systems import controller_system as controller_system
+    from frictool.systems.document_systems import loop_system as loop_system
+    from frictool.systems.document_systems import plant_system as plant_system
+    from frictool.systems.lti_conversion import as_lti as as_lti
     from frictool.systems.python_control import to_control as to_control
     from frictool.systems.scipy_signal import to_scipy as to_scipy
-    from frictool.systems.views import controller_system as controller_system
-    from frictool.systems.views import loop_system as loop_system
-    from frictool.systems.views import plant_system as plant_system
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "as_lti": "frictool.systems.others",
-            "controller_system": "frictool.systems.views",
-            "loop_system": "frictool.systems.views",
-            "plant_system": "frictool.systems.views",
+            "as_lti": "frictool.systems.lti_conversion",
+            "controller_system": "frictool.systems.document_systems",
+            "loop_system": "frictool.systems.document_systems",
+            "plant_system": "frictool.systems.document_systems",
             "to_control": "frictool.systems.python_control",
             "to_scipy": "frictool.systems.scipy_signal",
         },

@@ -1,14 +1,15 @@
-"""The closed loop rebuilt from coefficients: stability, norms, margins, sampled. Knows no solver."""
+"""The closed loop rebuilt from coefficients: stability, norms, margins, sampled. Knows no
+solver."""
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from frictool.verify.observed_controller import with_observer as with_observer
     from frictool.verify.recheck import verify as verify
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
             "verify": "frictool.verify.recheck",

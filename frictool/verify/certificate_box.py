@@ -1,7 +1,9 @@
-"""The constant plants of four intervals, seen in the rates k = K/J and s = sigma_v/J: which rectangles they reach, and which are covered.
+"""The constant plants of four intervals, seen in the rates k = K/J and s = sigma_v/J: which
+rectangles they reach, and which are covered.
 
-A plant of the rectangle has 1/J in one interval, since k and s ask for it independently of each other: J is within its interval,
-K = k J within K's and sigma_v = s J within sigma_v's. Everything is a fraction of integers.
+A plant of the rectangle has 1/J in one interval, since k and s ask for it independently of each
+other: J is within its interval, K = k J within K's and sigma_v = s J within sigma_v's. Everything
+is a fraction of integers.
 """
 
 from __future__ import annotations
@@ -21,11 +23,17 @@ def exact(interval: Sequence[float]) -> Interval:
 
 
 def inverse_inertia(box: Box, drive: Interval, viscous: Interval) -> Interval | None:
-    """The interval of 1/J of the plants with k in `drive` and s in `viscous`; None where there is none."""
+    """The interval of 1/J of the plants with k in `drive` and s in `viscous`; None where there is
+    none."""
     j, k, sigma = exact(box.inertia), exact(box.constant), exact(box.viscous)
     low, high = 1 / j[1], 1 / j[0]
     # a K_low <= k_high, a K_high >= k_low, and the same for s; multiplier * a <= bound
-    for multiplier, bound in ((k[0], drive[1]), (-k[1], -drive[0]), (sigma[0], viscous[1]), (-sigma[1], -viscous[0])):
+    for multiplier, bound in (
+        (k[0], drive[1]),
+        (-k[1], -drive[0]),
+        (sigma[0], viscous[1]),
+        (-sigma[1], -viscous[0]),
+    ):
         if multiplier > 0:
             high = min(high, bound / multiplier)
         elif multiplier < 0:
@@ -36,7 +44,8 @@ def inverse_inertia(box: Box, drive: Interval, viscous: Interval) -> Interval | 
 
 
 def friction_rates(box: Box, drive: Interval, viscous: Interval) -> Interval:
-    """Bounds of |F_c|/J at the two ends of `drive`; between them the straight line bounds it too. (0, 0) where no plant is."""
+    """Bounds of |F_c|/J at the two ends of `drive`; between them the straight line bounds it too.
+    (0, 0) where no plant is."""
     inside = inverse_inertia(box, drive, viscous)
     if inside is None:
         return Fraction(0), Fraction(0)
@@ -61,10 +70,14 @@ def uncovered(box: Box, cells: Sequence[Cell]) -> tuple[Interval, Interval] | No
     """
     (k_low, k_high), (s_low, s_high) = surroundings(box)
     rectangles = [(exact(cell.drive_rate), exact(cell.viscous_rate)) for cell in cells]
-    marks = sorted({k_low, k_high, *(end for k, _ in rectangles for end in k if k_low < end < k_high)})
+    marks = sorted(
+        {k_low, k_high, *(end for k, _ in rectangles for end in k if k_low < end < k_high)}
+    )
     strips = list(itertools.pairwise(marks)) or [(k_low, k_low)]
     for strip in strips:
-        reached = s_low - 1  # from where no plant is to where none is, so that a box without width in s needs a cell too
+        reached = (
+            s_low - 1
+        )  # from where no plant is to where none is, so that a box without width in s needs a cell too
         across = sorted(s for k, s in rectangles if k[0] <= strip[0] and strip[1] <= k[1])
         for s in (*across, (s_high + 1, s_high + 1)):
             gap = (reached, s[0])

@@ -1,17 +1,19 @@
-"""A controller document's certificate: the loop that it is about, built from the stored coefficients, and its proof."""
+"""A controller document's certificate: the loop that it is about, built from the stored
+coefficients, and its proof."""
 
 from __future__ import annotations
 
 from frictool.documents.certificate import Certificate, CertifiedWeights
 from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
-from frictool.verify.certificate import Proved, prove
-from frictool.verify.certificate_loop import Loop
+from frictool.verify.certificate_loop import CertificateLoop
+from frictool.verify.certificate_proof import ProvedBound, prove
 
 
-def certified_loop(controller: Controller, weights: CertifiedWeights) -> Loop:
-    """The loop as it runs: the coefficients of the form that runs, at the sample period, with the bench's delay and drive lag."""
-    return Loop(
+def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
+    """The loop as it runs: the coefficients of the form that runs, at the sample period, with the
+    bench's delay and drive lag."""
+    return CertificateLoop(
         controller=controller.linear.discrete,
         controlled="position" if controller.structure == "position" else "speed",
         delay=controller.delay_samples,
@@ -22,7 +24,7 @@ def certified_loop(controller: Controller, weights: CertifiedWeights) -> Loop:
     )
 
 
-def prove_document(controller: Controller, certificate: Certificate) -> tuple[Proved, ...]:
+def prove_document(controller: Controller, certificate: Certificate) -> tuple[ProvedBound, ...]:
     """Prove every bound of the certificate for the stored coefficients of the controller.
 
     Raises
@@ -32,7 +34,10 @@ def prove_document(controller: Controller, certificate: Certificate) -> tuple[Pr
     """
     quantities = ("sensitivity",) if controller.judged_by is None else ("norm", "sensitivity")
     for quantity in quantities:
-        if quantity not in {bound.of for bound in certificate.bounds} | certificate.not_proved.keys():
+        if (
+            quantity
+            not in {bound.of for bound in certificate.bounds} | certificate.not_proved.keys()
+        ):
             raise NoSolutionError(
                 f"{controller.name}: not proved: certificate.bounds has no bound of the {quantity}, and certificate.not_proved no reason; "
                 "synthesise the controller anew"

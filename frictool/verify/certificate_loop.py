@@ -1,9 +1,13 @@
-"""The closed loop of the certificate, enclosed: the generalised plant of generalised.py closed by the stored coefficients, row by row.
+"""The closed loop of the certificate, enclosed: the generalised plant of generalised_plant.py
+closed by the stored coefficients, row by row.
 
-    [x+]   [A  B] [x]        x: delay line, drive (with a lag), speed, eta, W2, W4 (where they have a state), controller
-    [z ] = [C  D] [w]        w: reference, friction times W1, noise       z: W2 e, W3 i, W_u u, W_eta eta      (each where it is weighted)
+    [x+]   [A  B] [x]        x: delay line, drive (with a lag), speed, eta, W2, W4 (where they have
+           a state), controller
+    [z ] = [C  D] [w]        w: reference, friction times W1, noise       z: W2 e, W3 i, W_u u,
+                             W_eta eta      (each where it is weighted)
 
-Only the axis depends on the plant, and the loop depends on its coefficients affinely: u = c x_k + d y enters the axis through them once.
+Only the axis depends on the plant, and the loop depends on its coefficients affinely: u = c x_k + d
+y enters the axis through them once.
 """
 
 from __future__ import annotations
@@ -17,18 +21,21 @@ import numpy as np
 
 from frictool.documents.certificate import CertifiedWeights, Filter
 from frictool.documents.controller import StateSpace
-from frictool.verify.enclosure import Enclosure
-from frictool.verify.enclosure_axis import SampledAxis
+from frictool.verify.enclosed_axis import EnclosedAxis
+from frictool.verify.interval_arithmetic import Enclosure
 
 _Signals = Callable[[str], Enclosure]
-SENSITIVITY = CertifiedWeights(error=Filter(1.0), disturbance=0.0, drive=0.0)  # and the position as what is controlled: (5.54)
+SENSITIVITY = CertifiedWeights(
+    error=Filter(1.0), disturbance=0.0, drive=0.0
+)  # and the position as what is controlled: (5.54)
 
 
 @dataclass(frozen=True)
-class Loop:
+class CertificateLoop:
     """Everything of the loop that is the same for every plant. period [s].
 
-    sections: where they are what runs, in place of the controller's matrices; b0 b1 b2 a0 a1 a2 with a0 = 1, as they are stored.
+    sections: where they are what runs, in place of the controller's matrices; b0 b1 b2 a0 a1 a2
+    with a0 = 1, as they are stored.
     """
 
     controller: StateSpace
@@ -44,21 +51,33 @@ class Loop:
         """The controller's states; of a section those that its coefficients feed."""
         if not self.sections:
             return [f"controller {k}" for k in range(len(self.controller.a))]
-        return [f"section {k}.{order}" for k, section in enumerate(self.sections) for order in range(1, _order(section) + 1)]
+        return [
+            f"section {k}.{order}"
+            for k, section in enumerate(self.sections)
+            for order in range(1, _order(section) + 1)
+        ]
 
     @property
     def states(self) -> list[str]:
         axis = ["drive"] * (self.lag > 0.0) + ["speed", "eta"]
-        filters = [name for name, weight in (("W2", self.weights.error), ("W4", self.weights.noise)) if weight.pole is not None]
+        filters = [
+            name
+            for name, weight in (("W2", self.weights.error), ("W4", self.weights.noise))
+            if weight.pole is not None
+        ]
         return [*(f"delay {k}" for k in range(self.delay)), *axis, *filters, *self.inner]
 
     @property
     def inputs(self) -> list[str]:
         weights = self.weights
-        return ["reference"] + ["friction"] * (weights.disturbance > 0.0) + ["noise"] * (weights.noise.gain > 0.0)
+        return (
+            ["reference"]
+            + ["friction"] * (weights.disturbance > 0.0)
+            + ["noise"] * (weights.noise.gain > 0.0)
+        )
 
 
-def closed_loop(loop: Loop, axis: SampledAxis) -> tuple[Enclosure, int]:
+def closed_loop(loop: CertificateLoop, axis: EnclosedAxis) -> tuple[Enclosure, int]:
     """[A B; C D] around one corner of the axis, and the number of states."""
     names = [*loop.states, *loop.inputs]
     unit = Enclosure.matrix(np.identity(len(names), dtype=object))
@@ -73,7 +92,11 @@ def closed_loop(loop: Loop, axis: SampledAxis) -> tuple[Enclosure, int]:
     noise = _filtered(weights.noise, loop.period, "W4", signal("noise"), signal, after)
     eta = signal("eta") if speed else signal("eta") + signal("reference")
     measured = eta + noise
-    u = _through_sections(loop, measured, signal, after) if loop.sections else _through_matrices(loop, measured, signal, after)
+    u = (
+        _through_sections(loop, measured, signal, after)
+        if loop.sections
+        else _through_matrices(loop, measured, signal, after)
+    )
     for index in range(loop.delay):
         after[f"delay {index}"] = u if index == 0 else signal(f"delay {index - 1}")
     command = signal(f"delay {loop.delay - 1}") if loop.delay else u
@@ -82,12 +105,20 @@ def closed_loop(loop: Loop, axis: SampledAxis) -> tuple[Enclosure, int]:
     error = signal("reference") - signal("speed") if speed else eta
     outputs = [_filtered(weights.error, loop.period, "W2", error, signal, after)]
     outputs += [
-        Enclosure.of(gain) * row for gain, row in ((weights.drive, drive), (weights.command, u), (weights.eta, signal("eta"))) if gain
+        Enclosure.of(gain) * row
+        for gain, row in (
+            (weights.drive, drive),
+            (weights.command, u),
+            (weights.eta, signal("eta")),
+        )
+        if gain
     ]
     return Enclosure.stacked([*(after[name] for name in loop.states), *outputs]), len(loop.states)
 
 
-def _through_matrices(loop: Loop, measured: Enclosure, signal: _Signals, after: dict[str, Enclosure]) -> Enclosure:
+def _through_matrices(
+    loop: CertificateLoop, measured: Enclosure, signal: _Signals, after: dict[str, Enclosure]
+) -> Enclosure:
     """The drive that the controller asks for; writes its next states into `after`."""
     k = loop.controller
     inner = [signal(name) for name in loop.inner]
@@ -96,15 +127,20 @@ def _through_matrices(loop: Loop, measured: Enclosure, signal: _Signals, after: 
     return _combined([*k.c[0], k.d[0][0]], [*inner, measured])
 
 
-def _through_sections(loop: Loop, measured: Enclosure, signal: _Signals, after: dict[str, Enclosure]) -> Enclosure:
-    """The same of a chain in the transposed direct form II (control/sections.py), whose products of coefficients are formed exactly."""
+def _through_sections(
+    loop: CertificateLoop, measured: Enclosure, signal: _Signals, after: dict[str, Enclosure]
+) -> Enclosure:
+    """The same of a chain in the transposed direct form II (control/second_order_sections.py),
+    whose products of coefficients are formed exactly."""
     passing = measured
     for k, section in enumerate(loop.sections):
         b0, b1, b2, _, a1, a2 = section
         leaving = Enclosure.of(b0) * passing + signal(f"section {k}.1")
         for order, ahead, back in ((1, b1, a1), (2, b2, a2))[: _order(section)]:
             fed = Enclosure.of(ahead) * passing + Enclosure.of(-back) * leaving
-            after[f"section {k}.{order}"] = fed + signal(f"section {k}.{order + 1}")  # nothing behind the last one
+            after[f"section {k}.{order}"] = fed + signal(
+                f"section {k}.{order + 1}"
+            )  # nothing behind the last one
         passing = leaving
     return passing
 
@@ -114,7 +150,13 @@ def _order(section: tuple[float, ...]) -> int:
     return 2 if b2 or a2 else int(bool(b1 or a1))
 
 
-def _axis(loop: Loop, axis: SampledAxis, signal: _Signals, command: Enclosure, after: dict[str, Enclosure]) -> None:
+def _axis(
+    loop: CertificateLoop,
+    axis: EnclosedAxis,
+    signal: _Signals,
+    command: Enclosure,
+    after: dict[str, Enclosure],
+) -> None:
     """What linear_axis.py says of the next sample."""
     drive, speed = signal("drive"), signal("speed")
     friction = Enclosure.of(loop.weights.disturbance) * signal("friction")
@@ -123,7 +165,9 @@ def _axis(loop: Loop, axis: SampledAxis, signal: _Signals, command: Enclosure, a
     driven = axis.speed_from_drive * drive + axis.speed_from_command * command
     after["speed"] = axis.kept_speed * speed + driven + axis.speed_from_friction * friction
     moved = axis.eta_from_drive * drive + axis.eta_from_command * command
-    after["eta"] = signal("eta") + axis.eta_from_speed * speed + moved + axis.eta_from_friction * friction
+    after["eta"] = (
+        signal("eta") + axis.eta_from_speed * speed + moved + axis.eta_from_friction * friction
+    )
     if loop.controlled == "speed":
         after["eta"] = after["eta"] + Enclosure.of(loop.period) * signal("reference")
 
@@ -135,13 +179,25 @@ def _combined(gains: Sequence[float], rows: Sequence[Enclosure]) -> Enclosure:
     return total
 
 
-def _filtered(weight: Filter, period: float, name: str, entering: Enclosure, signal: _Signals, after: dict[str, Enclosure]) -> Enclosure:
-    """The output of a weight's Tustin equivalent: x+ = a x + (1 - a) e, z = c x + d e. Writes x+ into `after` where there is a state."""
+def _filtered(
+    weight: Filter,
+    period: float,
+    name: str,
+    entering: Enclosure,
+    signal: _Signals,
+    after: dict[str, Enclosure],
+) -> Enclosure:
+    """The output of a weight's Tustin equivalent: x+ = a x + (1 - a) e, z = c x + d e. Writes x+
+    into `after` where there is a state."""
     gain = Fraction(weight.gain)
     if weight.pole is None:
         return Enclosure.of(gain) * entering
     half = Fraction(weight.pole) * Fraction(period) / 2
-    high = gain * Fraction(weight.pole) / Fraction(weight.zero) if weight.zero is not None else Fraction(0)
+    high = (
+        gain * Fraction(weight.pole) / Fraction(weight.zero)
+        if weight.zero is not None
+        else Fraction(0)
+    )
     kept, through = (1 - half) / (1 + half), half / (1 + half)
     after[name] = Enclosure.of(kept) * signal(name) + Enclosure.of(1 - kept) * entering
     direct = high + through * (gain - high)

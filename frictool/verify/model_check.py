@@ -1,4 +1,5 @@
-"""Check of a controller against a model: are the model's intervals inside the certificate's, and is the loop good at their corners?"""
+"""Check of a controller against a model: are the model's intervals inside the certificate's, and is
+the loop good at their corners?"""
 
 from __future__ import annotations
 
@@ -8,9 +9,9 @@ from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.errors import FrictoolError
 from frictool.plant.polytope import PlantPoint, corner_points, intervals
-from frictool.ties import smallest
-from frictool.verify.certified_box import model_differences
-from frictool.verify.effective import feedbacks_of
+from frictool.presentation.ties import smallest
+from frictool.verify.certified_intervals import model_differences
+from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.plant_margins import PlantMargins
 from frictool.verify.resonant_loop import ResonantCheck, resonant_check
 
@@ -19,9 +20,9 @@ from frictool.verify.resonant_loop import ResonantCheck, resonant_check
 class ModelCheck:
     """Result of the check of a controller at the corners of a model.
 
-    beyond: a phrase for each parameter and each fact of the rig for which the controller was not verified. margin: the smallest modulus
-    margin, at `plant`. resonant: the margin with the model's resonances, None if it has none. outside_margins: parts of the model that no
-    margin contains.
+    beyond: a phrase for each parameter and each fact of the rig for which the controller was not
+    verified. margin: the smallest modulus margin, at `plant`. resonant: the margin with the model's
+    resonances, None if it has none. outside_margins: parts of the model that no margin contains.
     """
 
     beyond: tuple[str, ...]
@@ -34,18 +35,21 @@ class ModelCheck:
 
     @property
     def holds(self) -> bool:
-        """Return whether the controller was verified for the model and its rig, and its corners have the specified margin."""
+        """Return whether the controller was verified for the model and its rig, and its corners
+        have the specified margin."""
         margins = [self.margin, *([] if self.resonant is None else [self.resonant.modulus_margin])]
         return not self.beyond and min(margins) >= self.specified
 
 
 def check_model(controller: Controller, model: Model) -> ModelCheck:
-    """Compute the margins at the model's corners, from the hull of its intervals and of its bench's ranges.
+    """Compute the margins at the model's corners, from the hull of its intervals and of its bench's
+    ranges.
 
     Raises
     ------
     FrictoolError
-        If the model's bench has another axis, drive, period, delay or time constant than the controller's.
+        If the model's bench has another axis, drive, period, delay or time constant than the
+        controller's.
     """
     ours, theirs = controller.bench, model.bench
     pairs = {
@@ -53,24 +57,34 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
         "drive": (ours.actuator.drive, theirs.actuator.drive),
         "sample_period_s": (ours.sample_period_s, theirs.sample_period_s),
         "delay_samples": (ours.delay_samples, theirs.delay_samples),
-        "loop_time_constant_s": (ours.actuator.loop_time_constant_s, theirs.actuator.loop_time_constant_s),
+        "loop_time_constant_s": (
+            ours.actuator.loop_time_constant_s,
+            theirs.actuator.loop_time_constant_s,
+        ),
     }
     for name, (own, other) in pairs.items():
         if own != other:
-            raise FrictoolError(f"the model {model.name} has {name} {other}, the controller {controller.name} {own}; synthesise it anew")
+            raise FrictoolError(
+                f"the model {model.name} has {name} {other}, the controller {controller.name} {own}; synthesise it anew"
+            )
     ranges, margins = intervals(model), PlantMargins(controller)
     points = corner_points(ranges)
     margin, index = smallest(margins.at(point) for point in points)
     specified = controller.verified.modulus_margin_specified
     resonant, lag = None, ours.actuator.loop_time_constant_s
     if model.resonances is not None:
-        resonant = resonant_check(feedbacks_of(controller), points, lag, controller.delay_samples, model.resonances)
+        resonant = resonant_check(
+            feedbacks_of(controller), points, lag, controller.delay_samples, model.resonances
+        )
     beyond = model_differences(controller, model)
-    return ModelCheck(beyond, margin, specified, points[index], len(points), resonant, outside_margins(model))
+    return ModelCheck(
+        beyond, margin, specified, points[index], len(points), resonant, outside_margins(model)
+    )
 
 
 def outside_margins(model: Model) -> tuple[str, ...]:
-    """Return the names of the parts of a model that `simulate` plays and no margin contains, since they are not linear."""
+    """Return the names of the parts of a model that `simulate` plays and no margin contains, since
+    they are not linear."""
     mechanics, laws = model.bench.mechanics, model.laws
     load = None if laws is None else laws.load
     parts = {

@@ -1,10 +1,13 @@
-"""A controller with its speed from an observer: the loop that they close together, verified again before anything is said of it.
+"""A controller with its speed from an observer: the loop that they close together, verified again
+before anything is said of it.
 
-    controller.yaml, observer.yaml ──▶ velocity: {source: observer, observer: ...} ──▶ loops at the vertices ──▶ a controller document
+    controller.yaml, observer.yaml ──▶ velocity: {source: observer, observer: ...} ──▶ loops at the
+    vertices ──▶ a controller document
 
-What was verified of the controller is of another loop where its linear part is fed by the speed: the margins are found again with the
-observer inside, in slip, and what cannot be (norms, certificate, robustness) is taken out. Where the linear part sees the position only,
-eta or the position's error, its loop is the same; only what brakes by the speed is looked at.
+What was verified of the controller is of another loop where its linear part is fed by the speed:
+the margins are found again with the observer inside, in slip, and what cannot be (norms,
+certificate, robustness) is taken out. Where the linear part sees the position only, eta or the
+position's error, its loop is the same; only what brakes by the speed is looked at.
 """
 
 from __future__ import annotations
@@ -13,29 +16,34 @@ from dataclasses import dataclass
 
 import msgspec
 
-from frictool.control.composition import uses_speed
+from frictool.control.controller_composition import uses_speed
 from frictool.documents.certificate import Certificate
 from frictool.documents.controller import Controller, Velocity, Vertex
 from frictool.documents.digests import changed_blocks, with_digests
 from frictool.documents.observer import Observer
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
-from frictool.ties import smallest
-from frictool.verify.controller import check_feedback, limiter_brake
-from frictool.verify.figures import LinearLoops, loops_of
+from frictool.presentation.ties import smallest
+from frictool.verify.document_check import check_feedback, limiter_brake
+from frictool.verify.loop_figures import LinearLoops, loops_of
+from frictool.verify.messages import delay_words
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.vertices import vertex_points
-from frictool.verify.words import delay_words
 
 NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by an observer's speed; `verify` finds its margins again"
-REPLACED = ("velocity", "verified", "certificate")  # blocks of the controller that the observer replaces
+REPLACED = (
+    "velocity",
+    "verified",
+    "certificate",
+)  # blocks of the controller that the observer replaces
 SAME = 1e-9  # relative, of numbers that two benches have of one rig
 
 
 @dataclass(frozen=True)
-class Observed:
-    """controller: the merged one. before, after: modulus margin at the worst vertex of the loop that the speed closes, None where the speed
-    closes no linear loop; at: that vertex with the observer."""
+class ObservedController:
+    """controller: the merged one. before, after: modulus margin at the worst vertex of the loop
+    that the speed closes, None where the speed closes no linear loop; at: that vertex with the
+    observer."""
 
     controller: Controller
     before: float | None = None
@@ -50,16 +58,25 @@ class Observed:
     def told(self) -> list[str]:
         """For people."""
         if self.after is None or self.before is None:
-            return ["velocity from the observer; the linear loop is fed by the position and is the one that was verified"]
+            return [
+                "velocity from the observer; the linear loop is fed by the position and is the one that was verified"
+            ]
         line = f"velocity from the observer: modulus margin {self.after:.3f} at vertex {self.at} with it, {self.before:.3f} without"
-        return [line] + ([f"below the {self.specified:g} that was specified"] if self.after < self.specified else [])
+        return [line] + (
+            [f"below the {self.specified:g} that was specified"]
+            if self.after < self.specified
+            else []
+        )
 
 
-def with_observer(controller: Controller, observer: Observer, margin: float | None = None) -> Observed:
+def with_observer(
+    controller: Controller, observer: Observer, margin: float | None = None
+) -> ObservedController:
     """The controller whose blocks take their speed from the observer.
 
-    margin: what is specified of the modulus margin from now on, in place of what was. Raises FrictoolError where the two are not of one rig
-    or the controller uses no speed, NoSolutionError where a loop is unstable at a vertex with the bench's delay or another one checked.
+    margin: what is specified of the modulus margin from now on, in place of what was. Raises
+    FrictoolError where the two are not of one rig or the controller uses no speed, NoSolutionError
+    where a loop is unstable at a vertex with the bench's delay or another one checked.
     """
     _of_one_rig(controller, observer)
     check_observer(observer)
@@ -68,12 +85,17 @@ def with_observer(controller: Controller, observer: Observer, margin: float | No
             f"the controller {controller.name!r} uses no speed: the observer would change nothing; allowed: a controller with input "
             "speed_error, a brake, an energy limiter, virtual friction, or friction compensation by the measured speed"
         )
-    merged = msgspec.structs.replace(controller, velocity=Velocity(source="observer", observer=observer))
+    merged = msgspec.structs.replace(
+        controller, velocity=Velocity(source="observer", observer=observer)
+    )
     if margin is not None:
-        merged = msgspec.structs.replace(merged, verified=msgspec.structs.replace(merged.verified, modulus_margin_specified=margin))
+        merged = msgspec.structs.replace(
+            merged,
+            verified=msgspec.structs.replace(merged.verified, modulus_margin_specified=margin),
+        )
     _brake(merged)
     if controller.linear.input != "speed_error" or controller.structure == "position":
-        return Observed(_digested(merged, controller))
+        return ObservedController(_digested(merged, controller))
     loops = loops_of(merged, vertex_points(merged))
     vertices = tuple(_vertex(merged, loops, point) for point in loops.points)
     margin_with_it, at = smallest(vertex.modulus_margin for vertex in vertices)
@@ -87,24 +109,32 @@ def with_observer(controller: Controller, observer: Observer, margin: float | No
         margins=loops.margins(),
         robustness=None,
     )
-    merged = _digested(msgspec.structs.replace(merged, verified=verified, certificate=_certificate(controller)), controller)
+    merged = _digested(
+        msgspec.structs.replace(merged, verified=verified, certificate=_certificate(controller)),
+        controller,
+    )
     before = min(vertex.modulus_margin for vertex in controller.verified.vertices)
-    return Observed(merged, before, margin_with_it, vertices[at].name)
+    return ObservedController(merged, before, margin_with_it, vertices[at].name)
 
 
 def _digested(merged: Controller, source: Controller) -> Controller:
-    """Return the document with digests of its new blocks; a block that was changed before keeps its old digest, which shows the change."""
+    """Return the document with digests of its new blocks; a block that was changed before keeps its
+    old digest, which shows the change."""
     if not source.verified.digests:
         return merged
     changed = changed_blocks(source)
-    return with_digests(merged, *(block for block in REPLACED if block == "velocity" or block not in changed))
+    return with_digests(
+        merged, *(block for block in REPLACED if block == "velocity" or block not in changed)
+    )
 
 
 def _certificate(controller: Controller) -> Certificate | None:
     """Nothing of the new loop is proved, and the document says why."""
     if controller.certificate is None:
         return None
-    return msgspec.structs.replace(controller.certificate, bounds=(), not_proved={"sensitivity": NOT_CERTIFIED})
+    return msgspec.structs.replace(
+        controller.certificate, bounds=(), not_proved={"sensitivity": NOT_CERTIFIED}
+    )
 
 
 def _of_one_rig(controller: Controller, observer: Observer) -> None:
@@ -115,13 +145,22 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
         "encoder's step": (mine.encoder.resolution, theirs.encoder.resolution),
         "drive": (controller.drive, theirs.actuator.drive),
         "actuator's constant": (mine.actuator.constant.value, theirs.actuator.constant.value),
-        "loop_time_constant_s": (mine.actuator.loop_time_constant_s, theirs.actuator.loop_time_constant_s),
+        "loop_time_constant_s": (
+            mine.actuator.loop_time_constant_s,
+            theirs.actuator.loop_time_constant_s,
+        ),
         "delay_samples": (controller.delay_samples, theirs.delay_samples),
     }
     for name, (has, found) in pairs.items():
-        same = has == found if isinstance(has, str) or isinstance(found, str) else abs(has - found) <= SAME * abs(has)
+        same = (
+            has == found
+            if isinstance(has, str) or isinstance(found, str)
+            else abs(has - found) <= SAME * abs(has)
+        )
         if not same:
-            shown = [f"{value:.9g}" if isinstance(value, float) else str(value) for value in (found, has)]
+            shown = [
+                f"{value:.9g}" if isinstance(value, float) else str(value) for value in (found, has)
+            ]
             raise FrictoolError(
                 f"the observer {observer.name} is of another rig: its {name} is {shown[0]}, {controller.name} has {shown[1]}; design it "
                 "from the model that the controller was made of"
@@ -129,24 +168,40 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
 
 
 def _vertex(controller: Controller, loops: LinearLoops, point: PlantPoint) -> Vertex:
-    """Return the figures of a vertex as the loops are now. Raises NoSolutionError where one is unstable."""
+    """Return the figures of a vertex as the loops are now. Raises NoSolutionError where one is
+    unstable."""
     vertex = loops.vertex(point)
     for check in vertex.checks:
         if check.spectral_radius >= 1.0:
-            _refuse(controller, vertex, check.delay_samples, check.spectral_radius, "the sampled loop")
+            _refuse(
+                controller, vertex, check.delay_samples, check.spectral_radius, "the sampled loop"
+            )
     return vertex
 
 
 def _brake(controller: Controller) -> None:
-    """Raises NoSolutionError where the virtual friction of a limiter does not come to rest with the observer."""
+    """Raises NoSolutionError where the virtual friction of a limiter does not come to rest with the
+    observer."""
     bench = controller.bench.actuator
-    brake = limiter_brake(controller.limiter, controller.velocity, bench.constant.value, controller.sample_period_s)
+    brake = limiter_brake(
+        controller.limiter, controller.velocity, bench.constant.value, controller.sample_period_s
+    )
     for one in brake:
-        for vertex, point in zip(controller.verified.vertices, vertex_points(controller), strict=True):
+        for vertex, point in zip(
+            controller.verified.vertices, vertex_points(controller), strict=True
+        ):
             for check in vertex.checks:
-                found = check_feedback(one, point.rates, bench.loop_time_constant_s, check.delay_samples)
+                found = check_feedback(
+                    one, point.rates, bench.loop_time_constant_s, check.delay_samples
+                )
                 if not found.stable:
-                    _refuse(controller, vertex, check.delay_samples, found.spectral_radius, "the limiter's virtual friction at rest")
+                    _refuse(
+                        controller,
+                        vertex,
+                        check.delay_samples,
+                        found.spectral_radius,
+                        "the limiter's virtual friction at rest",
+                    )
 
 
 def _refuse(controller: Controller, vertex: Vertex, delay: int, radius: float, what: str) -> None:

@@ -1,8 +1,10 @@
-"""The modulus margin of a controller's sampled loops around any plant, from the stored coefficients.
+"""The modulus margin of a controller's sampled loops around any plant, from the stored
+coefficients.
 
-The loop is that of verify/effective.py at the bench's delay, and its margin is 1/max |1/(1 + L)|. A campaign needs it for thousands of
-plants, so that the matrices are assembled here for each plant, and the peak is searched with the eigenvectors of the closed loop, which
-give the gain at many frequencies at once.
+The loop is that of verify/feedback_loops.py at the bench's delay, and its margin is 1/max |1/(1 +
+L)|. A campaign needs it for thousands of plants, so that the matrices are assembled here for each
+plant, and the peak is searched with the eigenvectors of the closed loop, which give the gain at
+many frequencies at once.
 """
 
 from __future__ import annotations
@@ -11,47 +13,61 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.controller import Controller
-from frictool.plant.linear_axis import Rates
+from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti, delay
 from frictool.plant.polytope import PlantPoint
-from frictool.verify.effective import Feedback, feedbacks_of, seen_axis
-from frictool.verify.norms import gains, norm
-from frictool.verify.played_plant import PlayedPlant
-from frictool.verify.scheduled import at, weights
+from frictool.verify.feedback_loops import FeedbackLoop, feedbacks_of, measured_axis
+from frictool.verify.hinf_norm import gains, norm
+from frictool.verify.logged_plant import LoggedPlant
+from frictool.verify.scheduled_loop import interpolate_controller, weights
 
 Vector = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-POINTS = 120  # frequencies of the search beside those of the modes, over six decades below half the sampling frequency
+# frequencies of the search beside those of the modes, over six decades below half the sampling
+# frequency
+POINTS = 120
 NEAR = 0.9  # of the largest gain: maxima of the search that are refined
 ZOOMS, ZOOMED = 4, 11  # rounds of refinement, and their frequencies
-AGREEMENT = 1e-7  # relative, of the gain by the modes and the gain itself; with less the norm is computed without the modes
+# relative, of the gain by the modes and the gain itself; with less the norm is computed without the
+# modes
+AGREEMENT = 1e-7
 
 
 class PlantMargins:
     """Modulus margins of one controller's loops; call it with a plant.
 
-    A scheduled controller runs with the matrices interpolated for the plant's parameters, any other with the stored ones.
+    A scheduled controller runs with the matrices interpolated for the plant's parameters, any other
+    with the stored ones.
     """
 
     def __init__(self, controller: Controller) -> None:
-        self._lag, self._delay = controller.bench.actuator.loop_time_constant_s, controller.delay_samples
+        self._lag, self._delay = (
+            controller.bench.actuator.loop_time_constant_s,
+            controller.delay_samples,
+        )
         self._period, self._schedule = controller.sample_period_s, controller.schedule
         self._loops = feedbacks_of(controller)
         angles = np.append(0.0, np.geomspace(1e-6 * np.pi, np.pi, POINTS))
         self._angles, self._circle = angles, np.exp(1j * angles)
 
-    def __call__(self, plant: PlayedPlant) -> float:
-        """Return the smallest margin of the loops over the plant's slopes and constants; 0 if one is unstable."""
+    def __call__(self, plant: LoggedPlant) -> float:
+        """Return the smallest margin of the loops over the plant's slopes and constants; 0 if one
+        is unstable."""
         loops = self._scheduled(plant.point) if self._schedule is not None else self._loops
         return min(self.of(loop, point.rates) for loop in loops for point in plant.points())
 
     def at(self, point: PlantPoint) -> float:
-        """Return the smallest margin of the loops around one constant plant; 0 if one is unstable."""
+        """Return the smallest margin of the loops around one constant plant; 0 if one is
+        unstable."""
         slopes, constants = (point.viscous,), (point.constant,)
-        return self(PlayedPlant(point.inertia, point.viscous, point.coulomb, point.constant, slopes, constants))
+        return self(
+            LoggedPlant(
+                point.inertia, point.viscous, point.coulomb, point.constant, slopes, constants
+            )
+        )
 
-    def of(self, loop: Feedback, rates: Rates) -> float:
+    def of(self, loop: FeedbackLoop, rates: AxisRates) -> float:
         """Return the margin of one loop around one plant; 0 if it is unstable."""
         closed = self._sensitivity(loop, rates)
         poles, vectors = np.linalg.eig(closed.a)
@@ -59,34 +75,50 @@ class PlantMargins:
             return 0.0
         return 1.0 / self._peak(closed, poles, vectors)
 
-    def _scheduled(self, point: PlantPoint) -> tuple[Feedback, ...]:
+    def _scheduled(self, point: PlantPoint) -> tuple[FeedbackLoop, ...]:
         assert self._schedule is not None
         corners = [Lti.of(corner.discrete, self._period) for corner in self._schedule.corners]
-        running = at(corners, weights(self._schedule.corners, self._schedule.parameters, point))
-        return tuple(Feedback(loop.name, running, loop.sees) for loop in self._loops)
+        running = interpolate_controller(
+            corners, weights(self._schedule.corners, self._schedule.parameters, point)
+        )
+        return tuple(FeedbackLoop(loop.name, running, loop.sees) for loop in self._loops)
 
-    def _sensitivity(self, loop: Feedback, rates: Rates) -> Lti:
-        """Return 1/(1 + L), with the states of controller, delay and axis; its input is added to the controller's drive."""
+    def _sensitivity(self, loop: FeedbackLoop, rates: AxisRates) -> Lti:
+        """Return 1/(1 + L), with the states of controller, delay and axis; its input is added to
+        the controller's drive."""
         c, wait = loop.system, delay(self._delay, self._period)
-        axis = seen_axis(rates, self._lag, self._period, loop.sees).system
+        axis = measured_axis(rates, self._lag, self._period, loop.sees).system
         seen, push = axis.c[1:], axis.b[:, :1]  # of its ports: behind the speed; the command
         n, d, m = c.order, wait.order, axis.order
-        a, b, rows = np.zeros((n + d + m, n + d + m)), np.zeros((n + d + m, 1)), np.zeros((1, n + d + m))
+        a, b, rows = (
+            np.zeros((n + d + m, n + d + m)),
+            np.zeros((n + d + m, 1)),
+            np.zeros((1, n + d + m)),
+        )
         rows[:, :n], rows[:, n + d :] = c.c, c.d @ seen  # the requested drive
         a[:n, :n], a[:n, n + d :] = c.a, c.b @ seen
-        a[n : n + d, n : n + d], a[n + d :, n : n + d], a[n + d :, n + d :] = wait.a, push @ wait.c, axis.a
+        a[n : n + d, n : n + d], a[n + d :, n : n + d], a[n + d :, n + d :] = (
+            wait.a,
+            push @ wait.c,
+            axis.a,
+        )
         b[n : n + d], b[n + d :] = wait.b, push @ wait.d
         return Lti(a + b @ rows, b, rows, np.eye(1), self._period)
 
     def _peak(self, closed: Lti, poles: Complex, vectors: Complex) -> float:
-        """Return the largest gain of a stable loop; the modes locate its frequency, and the matrices give its value."""
+        """Return the largest gain of a stable loop; the modes locate its frequency, and the
+        matrices give its value."""
         try:
-            residues = (closed.c @ vectors)[0] * np.linalg.solve(vectors, closed.b.astype(complex))[:, 0]
+            residues = (closed.c @ vectors)[0] * np.linalg.solve(vectors, closed.b.astype(complex))[
+                :, 0
+            ]
         except np.linalg.LinAlgError:  # the modes are no basis
             return norm(closed)[0]
 
         def by_modes(circle: Complex) -> Vector:
-            return np.asarray(np.abs(closed.d[0, 0] + (residues / (circle[:, None] - poles)).sum(axis=1)))
+            return np.asarray(
+                np.abs(closed.d[0, 0] + (residues / (circle[:, None] - poles)).sum(axis=1))
+            )
 
         angles = np.concatenate([self._angles, np.abs(np.angle(poles))])
         found = by_modes(np.concatenate([self._circle, np.exp(1j * angles[len(self._angles) :])]))

@@ -1,4 +1,5 @@
-"""Recomputation of every figure of a controller document from its coefficients, bench and weights, without a solver."""
+"""Recomputation of every figure of a controller document from its coefficients, bench and weights,
+without a solver."""
 
 from __future__ import annotations
 
@@ -9,18 +10,19 @@ from typing import Any
 import msgspec
 
 from frictool.documents.controller import Controller, Robustness, Rounded, Schedule, Verified
-from frictool.documents.digests import SOLVED, changed_blocks, not_computed
+from frictool.documents.digests import SOLVED, changed_blocks, uncomputed_figures
 from frictool.plant.polytope import corner_points
-from frictool.ties import TOLERANCE
-from frictool.verify.certificate import Proved
+from frictool.presentation.ties import TOLERANCE
 from frictool.verify.certificate_document import prove_document
-from frictool.verify.controller import check_document
-from frictool.verify.figures import HELD, OFFERED, LinearLoops, loops_of, stands
-from frictool.verify.interior import points_inside
-from frictool.verify.scheduled import scheduled_figures
-from frictool.verify.stated_box import box_of, check_box, check_corners
+from frictool.verify.certificate_proof import ProvedBound
+from frictool.verify.document_box import box_of, check_box, check_corners
+from frictool.verify.document_check import check_document
+from frictool.verify.interior_search import points_inside
+from frictool.verify.loop_figures import HELD, OFFERED, LinearLoops, loops_of, tolerates_rounding
+from frictool.verify.scheduled_loop import scheduled_figures
 
-# Relative differences that another processor's last digits may make; figures that have no entry here agree within TOLERANCE.
+# Relative differences that another processor's last digits may make; figures that have no entry
+# here agree within TOLERANCE.
 SEARCHED = 1e-3  # figures of a search, which may end at another plant nearby
 ROOTS = 1e-3  # of the unit circle: a multiple eigenvalue moves by a root of the rounding error
 TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
@@ -28,7 +30,8 @@ TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
 
 @dataclass(frozen=True)
 class FigureDifference:
-    """Stored figure that differs from the computed one. key: its path in the document; None is no value."""
+    """Stored figure that differs from the computed one. key: its path in the document; None is no
+    value."""
 
     key: str
     stored: Any
@@ -39,51 +42,60 @@ class FigureDifference:
 class Verification:
     """Result of `verify`.
 
-    proved: bounds of the certificate. differences: stored figures that differ from the computed ones. changed: blocks changed after the
-    verification. not_computed: stored figures, by key, that `verify` cannot compute.
+    proved: bounds of the certificate. differences: stored figures that differ from the computed
+    ones. changed: blocks changed after the verification. not_computed: stored figures, by key, that
+    `verify` cannot compute.
     """
 
-    proved: tuple[Proved, ...]
+    proved: tuple[ProvedBound, ...]
     differences: tuple[FigureDifference, ...]
     changed: tuple[str, ...]
     not_computed: dict[str, float]
 
     @property
     def unaltered(self) -> bool:
-        """Return whether every figure that can be computed is the stored one, and every block the one that was verified."""
+        """Return whether every figure that can be computed is the stored one, and every block the
+        one that was verified."""
         return not self.differences and not self.changed
 
 
 def verify(controller: Controller) -> Verification:
-    """Prove the certificate of a controller in integers, and compute every figure under `verified` and `schedule` again.
+    """Prove the certificate of a controller in integers, and compute every figure under `verified`
+    and `schedule` again.
 
     Returns
     -------
     Verification
-        With the stored figures that differ from the computed ones by more than rounding on another processor explains.
+        With the stored figures that differ from the computed ones by more than rounding on another
+        processor explains.
 
     Raises
     ------
     NoSolutionError
-        If a bound is not proved or missing, the certificate's box does not hold the bench's intervals, a loop is unstable or misses the
-        specified margin, or the stored forms are not of one controller.
+        If a bound is not proved or missing, the certificate's box does not hold the bench's
+        intervals, a loop is unstable or misses the specified margin, or the stored forms are not of
+        one controller.
     """
     check_box(controller)
     certificate = controller.certificate
     proved = () if certificate is None else prove_document(controller, certificate)
     check_document(controller)
     found = (*_differences(controller), *_below_what_is_seen(controller.verified))
-    return Verification(proved, found, changed_blocks(controller), not_computed(controller.verified))
+    return Verification(
+        proved, found, changed_blocks(controller), uncomputed_figures(controller.verified)
+    )
 
 
 def recheck(controller: Controller) -> None:
-    """Check box, stability and margins at every vertex, before the coefficients of a document are used; it takes about 0.05 s.
+    """Check box, stability and margins at every vertex, before the coefficients of a document are
+    used; it takes about 0.05 s.
 
     Raises
     ------
     NoSolutionError
-        If the box does not hold the bench's intervals, a corner of it is no vertex, a loop is unstable or misses the specified margin, or
-        the coefficients do not give a margin that `verified` states.
+        If the box does not hold the bench's intervals, a corner of it is no vertex, a loop is
+        unstable or misses the specified margin, or the coefficients do not give a margin that
+        `verified` states.
     """
     check_document(controller, margins=True)
     check_box(controller)
@@ -97,17 +109,22 @@ def _differences(controller: Controller) -> tuple[FigureDifference, ...]:
     return tuple(
         difference
         for name, figures in computed.items()
-        for difference in _compared(name, msgspec.to_builtins(getattr(controller, name)), msgspec.to_builtins(figures))
+        for difference in _compared(
+            name, msgspec.to_builtins(getattr(controller, name)), msgspec.to_builtins(figures)
+        )
     )
 
 
 def computed_figures(controller: Controller) -> Verified:
-    """Return `verified` with every figure that needs no solver computed again at the corners of the certificate's box."""
+    """Return `verified` with every figure that needs no solver computed again at the corners of the
+    certificate's box."""
     verified = controller.verified
     loops = loops_of(controller, corner_points(box_of(controller)))
     vertices = tuple(loops.vertex(point) for point in loops.points)
     gamma = max(vertex.sampled_norm for vertex in vertices)
-    by_observer = controller.velocity.observer is not None and controller.linear.input == "speed_error"
+    by_observer = (
+        controller.velocity.observer is not None and controller.linear.input == "speed_error"
+    )
     return msgspec.structs.replace(
         verified,
         gamma_verified=gamma,
@@ -120,40 +137,53 @@ def computed_figures(controller: Controller) -> Verified:
 
 
 def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Rounded, ...]:
-    """Return the number formats that the loop tolerates; within TOLERANCE of the limit, those that the document lists."""
+    """Return the number formats that the loop tolerates; within TOLERANCE of the limit, those that
+    the document lists."""
     listed = {one.number for one in verified.rounded}
     found = []
     for number in (*HELD, *OFFERED):
         one = loops.rounded(number)
         room = TOLERANCE if number in listed else -TOLERANCE
-        if stands(one, gamma * (1.0 + room), verified.modulus_margin_specified * (1.0 - room)):
+        if tolerates_rounding(
+            one, gamma * (1.0 + room), verified.modulus_margin_specified * (1.0 - room)
+        ):
             found.append(one)
     return tuple(found)
 
 
 def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:
-    """Return the figures of plants inside the box; None if the document has neither them nor a certificate."""
+    """Return the figures of plants inside the box; None if the document has neither them nor a
+    certificate."""
     known = controller.verified.robustness
     if known is None and controller.certificate is None:
         return None
     count, interior = points_inside(loops.points), loops.seen_inside()
-    return msgspec.structs.replace(known or Robustness(count, interior), interior_points=count, interior=interior)
+    return msgspec.structs.replace(
+        known or Robustness(count, interior), interior_points=count, interior=interior
+    )
 
 
 def _scheduled(controller: Controller, schedule: Schedule) -> Schedule:
     loops = loops_of(controller, ())
-    found = scheduled_figures(schedule.corners, schedule.parameters, loops.plant, loops.lag, loops.delay, loops.period)
-    return msgspec.structs.replace(schedule, gamma=found.gamma, modulus_margin=found.modulus_margin, points=found.points)
+    found = scheduled_figures(
+        schedule.corners, schedule.parameters, loops.plant, loops.lag, loops.delay, loops.period
+    )
+    return msgspec.structs.replace(
+        schedule, gamma=found.gamma, modulus_margin=found.modulus_margin, points=found.points
+    )
 
 
 def _below_what_is_seen(verified: Verified) -> Iterator[FigureDifference]:
-    """Yield the upper bounds of the solver that lie below a norm at a vertex, and so cannot be bounds."""
+    """Yield the upper bounds of the solver that lie below a norm at a vertex, and so cannot be
+    bounds."""
     if verified.robustness is None:
         return
     for name in SOLVED:
         bound = getattr(verified.robustness, name)
         if bound is not None and bound < verified.gamma_verified * (1.0 - SEARCHED):
-            yield FigureDifference(f"verified.robustness.{name}", bound, f"at least {verified.gamma_verified:.6g}")
+            yield FigureDifference(
+                f"verified.robustness.{name}", bound, f"at least {verified.gamma_verified:.6g}"
+            )
 
 
 def _compared(key: str, stored: Any, computed: Any) -> Iterator[FigureDifference]:
@@ -172,7 +202,12 @@ def _compared(key: str, stored: Any, computed: Any) -> Iterator[FigureDifference
 
 
 def _agree(key: str, stored: Any, computed: Any) -> bool:
-    if not all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in (stored, computed)):
+    if not all(
+        isinstance(value, (int, float)) and not isinstance(value, bool)
+        for value in (stored, computed)
+    ):
         return bool(stored == computed)
     tolerance = TOLERANCES.get(key.rpartition(".")[2], TOLERANCE)
-    return bool(stored == computed or abs(stored - computed) <= tolerance * max(abs(stored), abs(computed)))
+    return bool(
+        stored == computed or abs(stored - computed) <= tolerance * max(abs(stored), abs(computed))
+    )

@@ -1,4 +1,5 @@
-"""The loops around a plant whose links yield: stable and with their margin at every corner, every resonance at its ends and in between."""
+"""The loops around a plant whose links yield: stable and with their margin at every corner, every
+resonance at its ends and in between."""
 
 from __future__ import annotations
 
@@ -8,16 +9,17 @@ from dataclasses import dataclass
 from frictool.documents.resonances import Resonances
 from frictool.errors import NoSolutionError
 from frictool.plant.polytope import PlantPoint
-from frictool.plant.resonance import resonance_filters
-from frictool.ties import smallest
-from frictool.verify.effective import Feedback, open_loop
+from frictool.plant.resonance_filter import resonance_filters
+from frictool.presentation.ties import smallest
+from frictool.verify.feedback_loops import FeedbackLoop, open_loop
+from frictool.verify.hinf_norm import norm, spectral_radius
 from frictool.verify.margins import sensitivity
-from frictool.verify.norms import norm, spectral_radius
 
 
 @dataclass(frozen=True)
 class ResonantCheck:
-    """The worst over loops, corners and ends of the resonances: spectral radius and modulus margin, and where."""
+    """The worst over loops, corners and ends of the resonances: spectral radius and modulus margin,
+    and where."""
 
     spectral_radius: float
     modulus_margin: float
@@ -25,13 +27,21 @@ class ResonantCheck:
 
 
 def resonant_check(
-    loops: Sequence[Feedback], points: Sequence[PlantPoint], lag: float, delay_samples: int, resonances: Resonances
+    loops: Sequence[FeedbackLoop],
+    points: Sequence[PlantPoint],
+    lag: float,
+    delay_samples: int,
+    resonances: Resonances,
 ) -> ResonantCheck:
     """Every loop around every plant with every filter; the margin is 0 where a loop is unstable."""
     radii, margins, places = [], [], []
     for loop in loops:
         for point in points:
-            for end, resonance in zip(("", ", resonances low", ", resonances high"), resonance_filters(resonances), strict=False):
+            for end, resonance in zip(
+                ("", ", resonances low", ", resonances high"),
+                resonance_filters(resonances),
+                strict=False,
+            ):
                 closed = sensitivity(open_loop(loop, point.rates, lag, delay_samples, resonance))
                 radii.append(spectral_radius(closed.a))
                 margins.append(1.0 / norm(closed)[0] if radii[-1] < 1.0 else 0.0)
@@ -40,9 +50,15 @@ def resonant_check(
     return ResonantCheck(max(radii), margin, places[at])
 
 
-def require(found: ResonantCheck, resonances: Resonances, required: float, name: str = "") -> None:
-    """Raises NoSolutionError where a loop is unstable with the resonances, or misses the required margin."""
-    slowest = min((one.rad_s for one in resonances.poles), default=min(resonances.real_poles_rad_s, default=0.0))
+def require_margin(
+    found: ResonantCheck, resonances: Resonances, required: float, name: str = ""
+) -> None:
+    """Raises NoSolutionError where a loop is unstable with the resonances, or misses the required
+    margin."""
+    slowest = min(
+        (one.rad_s for one in resonances.poles),
+        default=min(resonances.real_poles_rad_s, default=0.0),
+    )
     links = ", ".join(resonances.links)
     told = f"with the resonance of {links} at {slowest:.4g} rad/s, {found.where}"
     before = f"{name}: not verified: " if name else "not verified: "

@@ -1,6 +1,8 @@
-"""Facts of a rig, beside the parameters of its plant, that a controller was verified with: timing, limits, encoder, springs.
+"""Facts of a rig, beside the parameters of its plant, that a controller was verified with: timing,
+limits, encoder, springs.
 
-A rig is described by a mapping from the names of FACTS to numbers in SI, so that a bench, a model, a mechanism and a log can be compared.
+A rig is described by a mapping from the names of FACTS to numbers in SI, so that a bench, a model,
+a mechanism and a log can be compared.
 """
 
 from __future__ import annotations
@@ -15,11 +17,14 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 
 RECORD = "played_rig"  # of a log's metadata: fact -> number as JSON
-ROUNDING = 1e-9  # relative: facts and the ends of intervals are sums and products of a document's numbers
+ROUNDING = (
+    1e-9  # relative: facts and the ends of intervals are sums and products of a document's numbers
+)
 
 
 class Fact(NamedTuple):
-    """Label of a fact in messages, and its unit; a dimension of the axis stands for its SI unit, `drive` for the drive's."""
+    """Label of a fact in messages, and its unit; a dimension of the axis stands for its SI unit,
+    `drive` for the drive's."""
 
     label: str
     unit: str
@@ -38,8 +43,12 @@ FACTS = {
 
 
 def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
-    """Return the facts of a bench; of its model too, whose load may hold a spring. The drive has no winding: 0 ohm and infinite V."""
-    actuator, load = bench.actuator, None if model is None or model.laws is None else model.laws.load
+    """Return the facts of a bench; of its model too, whose load may hold a spring. The drive has no
+    winding: 0 ohm and infinite V."""
+    actuator, load = (
+        bench.actuator,
+        None if model is None or model.laws is None else model.laws.load,
+    )
     winding, spring = actuator.winding, None if load is None else load.stiffness
     return {
         "sample_period_s": bench.sample_period_s,
@@ -54,12 +63,17 @@ def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
 
 
 def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, ...]:
-    """Return a phrase for each fact that is not that of the bench for which a controller was verified.
+    """Return a phrase for each fact that is not that of the bench for which a controller was
+    verified.
 
     An example is `drive limit 5 A, verified 10 A`. A fact that is missing has no phrase.
     """
     known = facts_of(verified)
-    others = {name: facts[name] for name, value in known.items() if not math.isclose(facts.get(name, value), value, rel_tol=ROUNDING)}
+    others = {
+        name: facts[name]
+        for name, value in known.items()
+        if not math.isclose(facts.get(name, value), value, rel_tol=ROUNDING)
+    }
     return tuple(_phrase(name, value, known[name], verified) for name, value in others.items())
 
 

@@ -17,5 +17,10 @@ def vertex_points(controller: Controller) -> tuple[PlantPoint, ...]:
     """
     vertices = controller.verified.vertices
     if not vertices:
-        raise NoSolutionError(f"{controller.name}: not verified: the controller names no vertex; synthesise it anew")
-    return tuple(PlantPoint(one.name, one.inertia, one.viscous, one.coulomb, one.constant) for one in vertices)
+        raise NoSolutionError(
+            f"{controller.name}: not verified: the controller names no vertex; synthesise it anew"
+        )
+    return tuple(
+        PlantPoint(one.name, one.inertia, one.viscous, one.coulomb, one.constant)
+        for one in vertices
+    )

@@ -56,12 +56,23 @@ def one(name: str) -> dict[str, Any]:
     except Exception as error:  # one broken check must not hide the others
         traceback.print_exc()
         result = {"passed": False, "error": f"{type(error).__name__}: {error}"}
-    return {**result, "passed": bool(result["passed"]), "seconds": round(time.perf_counter() - start, 2)}
+    return {
+        **result,
+        "passed": bool(result["passed"]),
+        "seconds": round(time.perf_counter() - start, 2),
+    }
 
 
 def row(name: str, result: dict[str, Any]) -> str:
-    figures = {key: value for key, value in result.items() if key not in ("passed", "seconds") and not isinstance(value, dict | list)}
-    shown = ", ".join(f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in figures.items())
+    figures = {
+        key: value
+        for key, value in result.items()
+        if key not in ("passed", "seconds") and not isinstance(value, dict | list)
+    }
+    shown = ", ".join(
+        f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in figures.items()
+    )
     return f"{'passed' if result['passed'] else 'FAILED'}  {name:<36} {result['seconds']:>7.1f} s  {shown}"
 
 
@@ -72,7 +83,9 @@ def _parser() -> argparse.ArgumentParser:
         epilog='Example: python -m tests.accept build/accept.json "annex C: gamma"',
     )
     parser.add_argument("target", type=Path, help="the JSON file to write")
-    parser.add_argument("names", nargs="*", metavar="NAME", help="only these checks; all where none is named")
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help="only these checks; all where none is named"
+    )
     return parser
 
 
@@ -83,7 +96,9 @@ def main(arguments: list[str]) -> int:
     checks = collect(Path(__file__).parent)
     for wrong in (name for name in names if name not in checks):
         near = difflib.get_close_matches(wrong, checks, n=1)
-        parser.error(f"there is no check {wrong!r}{f'; did you mean {near[0]!r}?' if near else ';'} allowed: {', '.join(checks)}")
+        parser.error(
+            f"there is no check {wrong!r}{f'; did you mean {near[0]!r}?' if near else ';'} allowed: {', '.join(checks)}"
+        )
     results = run({name: check for name, check in checks.items() if not names or name in names})
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(json.dumps(results, indent=2, default=float) + "\n")

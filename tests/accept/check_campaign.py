@@ -1,4 +1,5 @@
-"""A campaign at full count: 100 000 steps of the clutch on two processes, with kills in the middle, against one process; worst cases.
+"""A campaign at full count: 100 000 steps of the clutch on two processes, with kills in the middle,
+against one process; worst cases.
 
 python -m tests.accept build/accept.json "campaign: 100 000 trials" ...
 """
@@ -55,16 +56,31 @@ def _until(lines: int, kept: Path, process: subprocess.Popen[bytes]) -> None:
 
 
 def many() -> dict[str, Any]:
-    """100 000 trials on two processes: one of these killed, then the campaign killed, then interrupted, and gone on with; the first 2000
-    in one process without all that are the same to the last digit."""
+    """100 000 trials on two processes: one of these killed, then the campaign killed, then
+    interrupted, and gone on with; the first 2000 in one process without all that are the same to
+    the last digit."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         command = write(folder, played(None, steps=STEP, drive_noise=0.0), **NO_REST)
         kept, rows, few = folder / "kept.jsonl", folder / "rows.csv", folder / "few.csv"
-        words = [*map(str, command), "-n", str(MANY), "--cores", "2", "--keep", str(kept), "--table", str(rows)]
+        words = [
+            *map(str, command),
+            "-n",
+            str(MANY),
+            "--cores",
+            "2",
+            "--keep",
+            str(kept),
+            "--table",
+            str(rows),
+        ]
         killed = 0
         for lines, how in ((MANY // 10, "worker"), (MANY // 4, "kill"), (MANY // 2, "interrupt")):
-            with subprocess.Popen([sys.executable, "-m", "frictool", *words], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
+            with subprocess.Popen(
+                [sys.executable, "-m", "frictool", *words],
+                stderr=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+            ) as process:
                 _until(lines, kept, process)
                 workers = _children(process.pid)
                 if how == "worker":
@@ -75,7 +91,12 @@ def many() -> dict[str, Any]:
                 process.communicate()
                 killed += process.returncode == -signal.SIGKILL
             time.sleep(3.0)  # workers end with the campaign
-            left = [one for one in workers if Path(f"/proc/{one}").exists() and "Z" not in Path(f"/proc/{one}/stat").read_text().split()[2]]
+            left = [
+                one
+                for one in workers
+                if Path(f"/proc/{one}").exists()
+                and "Z" not in Path(f"/proc/{one}/stat").read_text().split()[2]
+            ]
             if left:
                 raise RuntimeError(f"{len(left)} processes are left after {how}")
         begun = time.perf_counter()
@@ -85,7 +106,9 @@ def many() -> dict[str, Any]:
         all_rows, first = _rows(rows), _rows(few)
         numbers = [int(row.partition(",")[0]) for row in all_rows[1:]]
         return {
-            "passed": ended.code in (0, 1) and numbers == list(range(MANY)) and all_rows[: FEW + 1] == first,
+            "passed": ended.code in (0, 1)
+            and numbers == list(range(MANY))
+            and all_rows[: FEW + 1] == first,
             "trials": len(numbers),
             "kills": killed,
             "seconds_of_the_rest": seconds,
@@ -94,25 +117,66 @@ def many() -> dict[str, Any]:
 
 
 def worst() -> dict[str, Any]:
-    """With everything varied, the search is worse than the worst of 3000 draws, and each case is played again to the same value."""
+    """With everything varied, the search is worse than the worst of 3000 draws, and each case is
+    played again to the same value."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         command = write(folder, played(EVERYTHING, steps=STEP), **NO_REST)
         output = folder / "found.yaml"
-        run(*command, "-n", "3000", "--cores", "1", "--worst", folder / "worst", "--evaluations", "600", "-o", output)
+        run(
+            *command,
+            "-n",
+            "3000",
+            "--cores",
+            "1",
+            "--worst",
+            folder / "worst",
+            "--evaluations",
+            "600",
+            "-o",
+            output,
+        )
         found = yaml.safe_load(output.read_text())
         drawn = {metric["name"]: metric["worst"]["value"] for metric in found["metrics"]}
         same, gains = [], {}
         for case in found["worst"]:
             log, scenario = folder / "run.mcap", folder / "worst" / case["scenario"]
-            run("simulate", folder / "model.yaml", "--controller", folder / "controller.yaml", "--scenario", scenario, "-o", log)
-            judged = run("report", log, "--spec", folder / "spec.yaml", "--controller", folder / "controller.yaml", "--json")
-            again = next(r["value"] for r in yaml.safe_load(judged.stdout)["requirements"] if r["name"] == case["requirement"])
+            run(
+                "simulate",
+                folder / "model.yaml",
+                "--controller",
+                folder / "controller.yaml",
+                "--scenario",
+                scenario,
+                "-o",
+                log,
+            )
+            judged = run(
+                "report",
+                log,
+                "--spec",
+                folder / "spec.yaml",
+                "--controller",
+                folder / "controller.yaml",
+                "--json",
+            )
+            again = next(
+                r["value"]
+                for r in yaml.safe_load(judged.stdout)["requirements"]
+                if r["name"] == case["requirement"]
+            )
             same.append(again == case["value"])
             before = drawn[case["requirement"]]
-            gains[case["requirement"]] = (np.inf if case["value"] is None else case["value"]) - (np.inf if before is None else before)
+            gains[case["requirement"]] = (np.inf if case["value"] is None else case["value"]) - (
+                np.inf if before is None else before
+            )
         finite = {key: float(gain) for key, gain in gains.items() if np.isfinite(gain)}
-        passed = len(same) == 5 and all(same) and all(gain >= 0.0 for gain in finite.values()) and finite.get("overshoot", 1.0) > 0.0
+        passed = (
+            len(same) == 5
+            and all(same)
+            and all(gain >= 0.0 for gain in finite.values())
+            and finite.get("overshoot", 1.0) > 0.0
+        )
         return {"passed": passed, "cases": len(same), "replayed": sum(same), "worse_by": finite}
 
 

@@ -1,5 +1,6 @@
-"""Thesis 5.4 at full count: each design at the 16 vertices and on 1000 random plants of table 5.2, as make -C configs/clutch counts does,
-from the bench's logs by the product's commands; and friction compensation beside the laws that use friction.
+"""Thesis 5.4 at full count: each design at the 16 vertices and on 1000 random plants of table 5.2,
+as make -C configs/clutch counts does, from the bench's logs by the product's commands; and friction
+compensation beside the laws that use friction.
 
     python -m tests.accept build/accept.json "5.4: speed" "5.4: position" ...
 """
@@ -24,7 +25,14 @@ from tests.control.example import ROOT
 
 CLUTCH, EMPS = ROOT / "configs/clutch", ROOT / "configs/emps"
 SCENARIOS = ("scenarios/vertices.yaml", "counts/plants_1.yaml", "counts/plants_2.yaml")
-LAWS = ("linear", "cut_off", "compensation_measured", "compensation_reference", "compensation_observer", "limiter")
+LAWS = (
+    "linear",
+    "cut_off",
+    "compensation_measured",
+    "compensation_reference",
+    "compensation_observer",
+    "limiter",
+)
 USING = ("cut_off", "limiter")
 
 
@@ -39,7 +47,14 @@ def _model(folder: Path) -> Path:
     logs = []
     for name in ("sines", "ramp"):
         logs.append(folder / f"{name}.mcap")
-        _done("ingest", ROOT / f"sample_logs/{name}.csv", "--bench", CLUTCH / "bench.yaml", "-o", logs[-1])
+        _done(
+            "ingest",
+            ROOT / f"sample_logs/{name}.csv",
+            "--bench",
+            CLUTCH / "bench.yaml",
+            "-o",
+            logs[-1],
+        )
     _done("identify", *logs, "--bench", CLUTCH / "bench.yaml", "-o", folder / "model.yaml")
     return folder / "model.yaml"
 
@@ -53,8 +68,19 @@ def count(design: str) -> Counted:
         _done("synth", _model(folder), "--spec", spec, "--design", chosen, "-o", controller)
         for scenario in SCENARIOS:
             logs.append(folder / f"{Path(scenario).stem}.mcap")
-            _done("simulate", CLUTCH / "nonlinear.yaml", "--controller", controller, "--scenario", CLUTCH / scenario, "-o", logs[-1])
-        return counted(load(spec, Spec), load(controller, Controller), (read_log(log) for log in logs))
+            _done(
+                "simulate",
+                CLUTCH / "nonlinear.yaml",
+                "--controller",
+                controller,
+                "--scenario",
+                CLUTCH / scenario,
+                "-o",
+                logs[-1],
+            )
+        return counted(
+            load(spec, Spec), load(controller, Controller), (read_log(log) for log in logs)
+        )
 
 
 def _figures(found: Counted) -> dict[str, Any]:
@@ -87,19 +113,27 @@ def counts_of(design: str) -> dict[str, Any]:
     """A design against what is known of it."""
     found = count(design)
     wrong = missed(found)
-    return {"passed": not wrong and len(found.vertices) == 16 and len(found.plants) == 1000, "missed": wrong, **_figures(found)}
+    return {
+        "passed": not wrong and len(found.vertices) == 16 and len(found.plants) == 1000,
+        "missed": wrong,
+        **_figures(found),
+    }
 
 
 def the_speed_form_spends_least() -> dict[str, Any]:
-    """Less than RST and position form, on the nominal plant and on average at the vertices and on the random plants; RST only compared."""
+    """Less than RST and position form, on the nominal plant and on average at the vertices and on
+    the random plants; RST only compared."""
     found = {design: _figures(count(design)) for design in PUBLISHED}
     keys = ("energy", "energy_vertices", "energy_plants")
-    least = all(found["speed"][key] < found[other][key] for other in ("rst", "position") for key in keys)
+    least = all(
+        found["speed"][key] < found[other][key] for other in ("rst", "position") for key in keys
+    )
     return {"passed": least, **found}
 
 
 def laws_of(rig: str) -> dict[str, Any]:
-    """Compensation by the model at the measured speed and by an observer cycles; what lets friction stop the axis rests without a drive."""
+    """Compensation by the model at the measured speed and by an observer cycles; what lets friction
+    stop the axis rests without a drive."""
     folder, plant, scenario = {
         "clutch": (CLUTCH, CLUTCH / "nonlinear.yaml", CLUTCH / "scenarios/vertices.yaml"),
         "emps": (EMPS, EMPS / "published.yaml", EMPS / "scenarios/hold.yaml"),
@@ -108,20 +142,32 @@ def laws_of(rig: str) -> dict[str, Any]:
         own = Path(name)
         model = _model(own) if rig == "clutch" else plant
         found = {one: _law(one, own, folder, model, plant, scenario) for one in LAWS}
-    cycling = all(found[one].cycling > 0 for one in ("compensation_measured", "compensation_observer"))
-    resting = all(found[one].cycling + found[one].untold == 0 and found[one].drive == 0.0 for one in USING)
-    return {"passed": cycling and resting, **{one: asdict(figures) for one, figures in found.items()}}
+    cycling = all(
+        found[one].cycling > 0 for one in ("compensation_measured", "compensation_observer")
+    )
+    resting = all(
+        found[one].cycling + found[one].untold == 0 and found[one].drive == 0.0 for one in USING
+    )
+    return {
+        "passed": cycling and resting,
+        **{one: asdict(figures) for one, figures in found.items()},
+    }
 
 
 def _law(name: str, own: Path, folder: Path, model: Path, plant: Path, scenario: Path) -> Law:
     spec, controller, log = folder / "spec.yaml", own / f"{name}.yaml", own / f"{name}.mcap"
-    _done("synth", model, "--spec", spec, "--design", folder / f"laws/{name}.yaml", "-o", controller)
+    _done(
+        "synth", model, "--spec", spec, "--design", folder / f"laws/{name}.yaml", "-o", controller
+    )
     _done("simulate", plant, "--controller", controller, "--scenario", scenario, "-o", log)
     return law(name, load(spec, Spec), load(controller, Controller), read_log(log))
 
 
 CHECKS = {
-    **{f"5.4: {design}": functools.partial(counts_of, design) for design in ("speed", "position", "fast")},
+    **{
+        f"5.4: {design}": functools.partial(counts_of, design)
+        for design in ("speed", "position", "fast")
+    },
     "5.4: the speed form spends least": the_speed_form_spends_least,
     **{f"5.1 against 5.2: {rig}": functools.partial(laws_of, rig) for rig in ("clutch", "emps")},
 }

@@ -1,4 +1,5 @@
-"""`frictool compare` on table 3.1: every published or derived figure of the four tests, within 1 % (Preisach 3 %), and each verdict."""
+"""`frictool compare` on table 3.1: every published or derived figure of the four tests, within 1 %
+(Preisach 3 %), and each verdict."""
 
 from __future__ import annotations
 
@@ -8,10 +9,10 @@ from functools import cache
 from typing import Any
 
 from frictool.compare.comparison import Comparison, compare
-from frictool.compare.laws import Laws
-from frictool.compare.machine import as_json
-from frictool.compare.published import OTHER_PARAMETERS
-from frictool.compare.setting import table_3_1
+from frictool.compare.comparison_setting import table_3_1
+from frictool.compare.json_view import as_json
+from frictool.compare.law_simulator import LawSimulator
+from frictool.compare.thesis_tables import OTHER_PARAMETERS
 
 # law -> path in the JSON -> value; None: there is none
 FIGURES: dict[str, dict[str, float | int | bool | None]] = {
@@ -81,7 +82,9 @@ FIGURES: dict[str, dict[str, float | int | bool | None]] = {
     "svc_band": {"drift.displacement_m": 0.097},
 }
 ROUNDED = 5e-4  # half a unit of the last digit of closures and areas
-VERDICTS = {  # table 3.2, but for the cell that contradicts its own text (elasto-plastic, limit cycle: they die out)
+# table 3.2, but for the cell that contradicts its own text (elasto-plastic, limit cycle: they die
+# out)
+VERDICTS = {
     "lugre": ("+", "+", "±", "-"),
     "elasto_plastic": ("-", "-", "±", "+"),
     "hybrid_a": ("+", "+", "-", "+"),
@@ -92,7 +95,7 @@ VERDICTS = {  # table 3.2, but for the cell that contradicts its own text (elast
 
 @cache
 def _compared() -> Comparison:
-    laws = Laws(table_3_1())
+    laws = LawSimulator(table_3_1())
     return compare(table_3_1(), laws, tuple(laws.names()))
 
 
@@ -112,8 +115,15 @@ def figures() -> dict[str, Any]:
                 right = found == value
             else:
                 allowed = (0.03 if law == "hybrid_c" else 0.01) * value
-                right = found is not None and math.isclose(found, value, rel_tol=0.0, abs_tol=max(allowed, ROUNDED))
-                worst = max(worst, abs(found / value - 1.0) if found is not None and value > 2.0 * ROUNDED else 0.0)
+                right = found is not None and math.isclose(
+                    found, value, rel_tol=0.0, abs_tol=max(allowed, ROUNDED)
+                )
+                worst = max(
+                    worst,
+                    abs(found / value - 1.0)
+                    if found is not None and value > 2.0 * ROUNDED
+                    else 0.0,
+                )
             if not right:
                 wrong.append(f"{law} {path}: {found}, wanted {value}")
     return {"passed": not wrong, "wrong": wrong, "worst_relative": worst}
@@ -122,24 +132,44 @@ def figures() -> dict[str, Any]:
 def soft_contact() -> dict[str, Any]:
     """3.7.2: with z_ba = 0.3 z_max the elasto-plastic law sticks again; it also drifts."""
     setting = replace(table_3_1(), plastic_from=0.3)
-    found = compare(setting, Laws(setting), ("elasto_plastic",)).laws["elasto_plastic"]
+    found = compare(setting, LawSimulator(setting), ("elasto_plastic",)).laws["elasto_plastic"]
     pulled, cycle, moved = found.stick_slip, found.limit_cycle, found.drift.z_max_units
     wanted = {"period_s": 5.026, "amplitude_m": 0.0372, "cycle_s": 41.4, "drift": 4.9}
-    measured = {"period_s": pulled.period_s, "amplitude_m": cycle.amplitude, "cycle_s": cycle.period_s, "drift": moved}
-    close = all(value is not None and math.isclose(value, wanted[name], rel_tol=0.01) for name, value in measured.items())
+    measured = {
+        "period_s": pulled.period_s,
+        "amplitude_m": cycle.amplitude,
+        "cycle_s": cycle.period_s,
+        "drift": moved,
+    }
+    close = all(
+        value is not None and math.isclose(value, wanted[name], rel_tol=0.01)
+        for name, value in measured.items()
+    )
     return {"passed": close and pulled.sticks == 11, "sticks": pulled.sticks, **measured}
 
 
 def verdicts() -> dict[str, Any]:
     """Table 3.2."""
     found = {law: tuple(_view()[law]["verdicts"].values()) for law in VERDICTS}
-    return {"passed": found == VERDICTS, "found": {law: " ".join(cells) for law, cells in found.items()}}
+    return {
+        "passed": found == VERDICTS,
+        "found": {law: " ".join(cells) for law, cells in found.items()},
+    }
 
 
 def printed_tables() -> dict[str, Any]:
-    """Tables 2.1 and 3.2: each cell comes out as printed, but for those that have their own reason in `compare/published.py`."""
-    unexplained = [f"{d.table} {d.law} {d.row}: {d.computed}" for d in _compared().differences if d.reason == OTHER_PARAMETERS]
-    return {"passed": not unexplained, "differences": len(_compared().differences), "unexplained": unexplained}
+    """Tables 2.1 and 3.2: each cell comes out as printed, but for those that have their own reason
+    in `compare/published.py`."""
+    unexplained = [
+        f"{d.table} {d.law} {d.row}: {d.computed}"
+        for d in _compared().differences
+        if d.reason == OTHER_PARAMETERS
+    ]
+    return {
+        "passed": not unexplained,
+        "differences": len(_compared().differences),
+        "unexplained": unexplained,
+    }
 
 
 CHECKS = {

@@ -1,6 +1,8 @@
-"""What runs on the target is what is simulated: compiled C against the simulation over a million samples in each number format, every bit.
+"""What runs on the target is what is simulated: compiled C against the simulation over a million
+samples in each number format, every bit.
 
-Twenty controllers of every composition on inputs that wander; each is compiled by gcc and by clang, at -O0 and at -O3, without a warning.
+Twenty controllers of every composition on inputs that wander; each is compiled by gcc and by clang,
+at -O0 and at -O3, without a warning.
 """
 
 from __future__ import annotations
@@ -15,20 +17,41 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from numpy.typing import NDArray
 
-from frictool.control.composition import controller_program
-from frictool.control.machine import control_step, machine, read, start_at
+from frictool.control.compiled_program import compile_program, control_step, read, start_at
+from frictool.control.controller_composition import controller_program
 from frictool.control.program import Program
 from frictool.documents.controller import Controller, Number
-from frictool.export.visits import visits_of
-from frictool.kernels import kernel
+from frictool.export.mode_coverage import visit_conditions
+from frictool.runtime.kernels import kernel
 from tests.export.cases import CASES
-from tests.export.compiled import COMPILERS, NUMBERS, OPTIMISATIONS, Values, fits, in_format, library, simulated, write
+from tests.export.compiled import (
+    COMPILERS,
+    NUMBERS,
+    OPTIMISATIONS,
+    Values,
+    fits,
+    in_format,
+    library,
+    simulated,
+    write,
+)
 from tests.export.controllers import controllers
 from tests.export.inputs import rows_for, with_losses
 
 CONTROLLERS, SAMPLES = 20, 50_000
 DRAWN = 400  # controllers that are drawn, of which the first that the format can hold are played
-NEEDED = ("run", "brake", "rest", "released", "braking", "held", "limited", "voltage", "invalid", "fault")
+NEEDED = (
+    "run",
+    "brake",
+    "rest",
+    "released",
+    "braking",
+    "held",
+    "limited",
+    "voltage",
+    "invalid",
+    "fault",
+)
 SEEN = 100  # samples, at least, of each of them in all of the runs
 
 
@@ -38,7 +61,13 @@ def drawn() -> tuple[Controller, ...]:
     found: list[Controller] = list(CASES.values())
 
     @seed(7)
-    @settings(max_examples=DRAWN, database=None, deadline=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
+    @settings(
+        max_examples=DRAWN,
+        database=None,
+        deadline=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
     @given(controllers())
     def collect(controller: Controller) -> None:
         found.append(controller)
@@ -48,7 +77,8 @@ def drawn() -> tuple[Controller, ...]:
 
 
 def exported_c_equals_the_simulation(number: Number) -> dict[str, Any]:
-    """Each controller's C returns the machine's drive on every sample, in the bits of the format."""
+    """Each controller's C returns the machine's drive on every sample, in the bits of the
+    format."""
     missing = [name for name in ("gcc", "clang") if shutil.which(name) is None]
     if missing:
         return {"passed": False, "reason": f"no {' and no '.join(missing)} on the PATH"}
@@ -90,10 +120,12 @@ def _bits(drives: Values) -> NDArray[np.uint32] | NDArray[np.uint64]:
 
 def visited(controller: Controller, program: Program, index: int) -> dict[str, int]:
     """Samples in each mode and at each limit on the inputs, by the program in double."""
-    running, rows = machine(program), _rows(controller, program, index)
-    visits = visits_of(program)
+    running, rows = compile_program(program), _rows(controller, program, index)
+    visits = visit_conditions(program)
     start_at(running, rows[0, list(program.inputs).index("position")])
-    watched = np.array([[visit.place, -1 if visit.where is None else visit.where] for visit in visits.values()])
+    watched = np.array(
+        [[visit.place, -1 if visit.where is None else visit.where] for visit in visits.values()]
+    )
     inputs = len(program.inputs)
     values = np.array([[visit.value, float(visit.differs)] for visit in visits.values()])
     counts = np.zeros(len(visits), dtype=np.int64)
@@ -102,7 +134,9 @@ def visited(controller: Controller, program: Program, index: int) -> dict[str, i
 
 
 @kernel
-def _count(running: Any, inputs: int, rows: Values, watched: Values, values: Values, counts: Values) -> None:
+def _count(
+    running: Any, inputs: int, rows: Values, watched: Values, values: Values, counts: Values
+) -> None:
     for k in range(rows.shape[0]):
         control_step(running, rows[k, 0], rows[k, 1], rows[k, 2] if inputs > 2 else 0.0)
         for j in range(watched.shape[0]):
@@ -110,4 +144,9 @@ def _count(running: Any, inputs: int, rows: Values, watched: Values, values: Val
                 counts[j] += (read(running, watched[j, 0]) == values[j, 0]) != (values[j, 1] != 0.0)
 
 
-CHECKS = {f"exported C equals the simulation, {number}": functools.partial(exported_c_equals_the_simulation, number) for number in NUMBERS}
+CHECKS = {
+    f"exported C equals the simulation, {number}": functools.partial(
+        exported_c_equals_the_simulation, number
+    )
+    for number in NUMBERS
+}

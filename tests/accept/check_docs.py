@@ -1,6 +1,8 @@
-"""The `console` blocks of the documentation: what takes minutes is made here, each line in a copy of its own.
+"""The `console` blocks of the documentation: what takes minutes is made here, each line in a copy
+of its own.
 
-It has to end as make says, and print what the `text` block beneath shows. The other blocks run in `make test` (tests/docs).
+It has to end as make says, and print what the `text` block beneath shows. The other blocks run in
+`make test` (tests/docs).
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ from tests.docs.playing import COMMENT, DATA, first_missing, scratch
 
 
 def made(command: str, shown: list[str]) -> dict[str, Any]:
-    """Passed where the command ends with exit code 0 and prints `shown`, run at the top of a copy with the frictool of this clone."""
+    """Passed where the command ends with exit code 0 and prints `shown`, run at the top of a copy
+    with the frictool of this clone."""
     with tempfile.TemporaryDirectory() as folder:
         copy = scratch(Path(folder))
         for name in ("tests", "frictool", "benchmarks"):
@@ -28,15 +31,24 @@ def made(command: str, shown: list[str]) -> dict[str, Any]:
         tools = {"FRICTOOL": f"{Path(sys.executable).parent}/frictool", "PYTHON": sys.executable}
         line = " ".join([command, *(f"{name}={path}" for name, path in tools.items())])
         done = subprocess.run(
-            ["bash", "-c", line], cwd=copy, env={**os.environ, "FRICTOOL_DATA": str(DATA)}, capture_output=True, text=True
+            ["bash", "-c", line],
+            cwd=copy,
+            env={**os.environ, "FRICTOOL_DATA": str(DATA)},
+            capture_output=True,
+            text=True,
         )
         missing = first_missing(done.stdout.splitlines(), shown)
-        told = {"code": done.returncode, "not printed": missing or "", "end": (done.stderr or done.stdout)[-300:]}
+        told = {
+            "code": done.returncode,
+            "not printed": missing or "",
+            "end": (done.stderr or done.stdout)[-300:],
+        }
         return {"passed": done.returncode == 0 and missing is None, **told}
 
 
 def _lines() -> Iterator[tuple[str, list[str]]]:
-    """The lines of `make` of all pages, with the `text` that stands beneath, for any line where there is none.
+    """The lines of `make` of all pages, with the `text` that stands beneath, for any line where
+    there is none.
 
     A `python -m tests.accept` among them runs its checks by itself.
     """
@@ -45,8 +57,16 @@ def _lines() -> Iterator[tuple[str, list[str]]]:
         for block, next_one in itertools.zip_longest(found, found[1:]):
             if block.language != "console":
                 continue
-            shown = next_one.lines if next_one is not None and next_one.language == "text" else ["..."]
-            yield from ((COMMENT.sub("", line).strip(), shown) for line in block.lines if line.startswith("make "))
+            shown = (
+                next_one.lines if next_one is not None and next_one.language == "text" else ["..."]
+            )
+            yield from (
+                (COMMENT.sub("", line).strip(), shown)
+                for line in block.lines
+                if line.startswith("make ")
+            )
 
 
-CHECKS: dict[str, Callable[[], dict[str, Any]]] = {f"docs: {line}": partial(made, line, shown) for line, shown in _lines()}
+CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
+    f"docs: {line}": partial(made, line, shown) for line, shown in _lines()
+}

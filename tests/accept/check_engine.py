@@ -1,4 +1,5 @@
-"""The engine over a wide range of axes at full count: it always finishes, its pieces make the whole, and an integrator agrees."""
+"""The engine over a wide range of axes at full count: it always finishes, its pieces make the
+whole, and an integrator agrees."""
 
 from __future__ import annotations
 
@@ -8,10 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.axis import advance
+from frictool.engine.axis_motion import advance
 from frictool.engine.status import OK
 from frictool.plant.axis import DRIVE, GAP, POSITION, VELOCITY, AxisParameters, rest
-from frictool.plant.axis_laws import Laws, Levels, Regime, Shape
+from frictool.plant.axis_friction_laws import (
+    AxisFrictionLevels,
+    AxisLaws,
+    FrictionPositionShape,
+    ViscousRegime,
+)
 from tests.engine.laws_reference import follow
 from tests.engine.reference import event_integration
 from tests.engine.test_axis import CLUTCH
@@ -21,7 +27,8 @@ AXES, CALLS, REPLAYS, LAWFUL = 60_000, 10, 60, 40
 
 
 def _axis(rng: np.random.Generator) -> AxisParameters:
-    """Inertia, rates and times over many decades; thresholds that coincide, zeros, and what lies between."""
+    """Inertia, rates and times over many decades; thresholds that coincide, zeros, and what lies
+    between."""
     inertia, coulomb = 10.0 ** rng.uniform(-7, 3), float(rng.choice([0.0, 0.3, 1.0]))
     return AxisParameters(
         inertia=inertia,
@@ -40,11 +47,14 @@ def _axis(rng: np.random.Generator) -> AxisParameters:
 def _command(rng: np.random.Generator, axis: AxisParameters, state: NDArray[np.float64]) -> float:
     """Any, none, exactly the breakaway, or what the drive already is."""
     threshold = axis.breakaway / axis.constant
-    return float(rng.choice([0.0, threshold, -threshold, 3.0 * rng.normal() / axis.constant, state[DRIVE]]))
+    return float(
+        rng.choice([0.0, threshold, -threshold, 3.0 * rng.normal() / axis.constant, state[DRIVE]])
+    )
 
 
 def always_finishes() -> dict[str, Any]:
-    """Every call returns OK within its cap of events, and in parts it gives the same velocity and gap."""
+    """Every call returns OK within its cap of events, and in parts it gives the same velocity and
+    gap."""
     rng, calls, worst = np.random.default_rng(20), 0, 0.0
     for _ in range(AXES):
         axis, duration, state = _axis(rng), 10.0 ** rng.uniform(-5, 0), rest()
@@ -52,8 +62,18 @@ def always_finishes() -> dict[str, Any]:
         for _ in range(CALLS):
             command, pieces = _command(rng, axis, state), state.copy()
             before = state.tolist()
-            if advance(state, command, array, duration) != OK or abs(state[GAP]) > 0.5 * axis.backlash:
-                return {"passed": False, "calls": calls, "axis": str(axis), "command": command, "duration": duration, "state": str(before)}
+            if (
+                advance(state, command, array, duration) != OK
+                or abs(state[GAP]) > 0.5 * axis.backlash
+            ):
+                return {
+                    "passed": False,
+                    "calls": calls,
+                    "axis": str(axis),
+                    "command": command,
+                    "duration": duration,
+                    "state": str(before),
+                }
             for _ in range(parts):
                 advance(pieces, command, array, duration / parts)
             scale = abs(state[VELOCITY]) + 1e-3 * duration / axis.inertia
@@ -62,7 +82,8 @@ def always_finishes() -> dict[str, Any]:
 
 
 def agrees_with_an_integrator() -> dict[str, Any]:
-    """Clutch-like axes under random commands against DOP853 with events at a relative tolerance of 1e-12."""
+    """Clutch-like axes under random commands against DOP853 with events at a relative tolerance of
+    1e-12."""
     rng, worst = np.random.default_rng(21), 0.0
     for _ in range(REPLAYS):
         axis = CLUTCH._replace(
@@ -78,16 +99,28 @@ def agrees_with_an_integrator() -> dict[str, Any]:
                 return {"passed": False, "axis": str(axis)}
             scale = np.array([1.0, 30.0 * axis.constant / axis.inertia * 4e-3, 30.0, 1.0])
             worst = max(worst, float(np.max(np.abs(state[:4] - expected) / scale)))
-    return {"passed": worst < 1e-9 and math.isfinite(worst), "samples": REPLAYS * 10, "worst_relative_difference": worst}
+    return {
+        "passed": worst < 1e-9 and math.isfinite(worst),
+        "samples": REPLAYS * 10,
+        "worst_relative_difference": worst,
+    }
 
 
-def _laws(rng: np.random.Generator) -> Laws:
+def _laws(rng: np.random.Generator) -> AxisLaws:
     """Each law or not, over the range of a clutch."""
     forward, backward = (tuple(float(b) for b in curve) for curve in (FORWARD, BACKWARD))
-    shape = Shape(0.0, 63.0, (forward, backward), (forward, backward))
-    return Laws(
-        backward=None if rng.random() < 0.3 else Levels(rng.uniform(0.0, 4e-4), rng.uniform(0.05, 0.12), rng.uniform(0.1, 0.16)),
-        regimes=() if rng.random() < 0.5 else (Regime(rng.uniform(20.0, 300.0), rng.uniform(0.0, 1e-3), rng.uniform(0.0, 1e-3)),),
+    shape = FrictionPositionShape(0.0, 63.0, (forward, backward), (forward, backward))
+    return AxisLaws(
+        backward=None
+        if rng.random() < 0.3
+        else AxisFrictionLevels(
+            rng.uniform(0.0, 4e-4), rng.uniform(0.05, 0.12), rng.uniform(0.1, 0.16)
+        ),
+        regimes=()
+        if rng.random() < 0.5
+        else (
+            ViscousRegime(rng.uniform(20.0, 300.0), rng.uniform(0.0, 1e-3), rng.uniform(0.0, 1e-3)),
+        ),
         stribeck_velocity=float(rng.choice([0.0, rng.uniform(1.0, 20.0)])),
         stribeck_exponent=float(rng.choice([1.0, 2.0])),
         fresh=rng.uniform(0.3, 1.0),
@@ -99,7 +132,8 @@ def _laws(rng: np.random.Generator) -> Laws:
 
 
 def laws_agree_with_an_integrator() -> dict[str, Any]:
-    """Clutch-like axes with laws under random commands against the independent integration of tests/engine/laws_reference.py."""
+    """Clutch-like axes with laws under random commands against the independent integration of
+    tests/engine/laws_reference.py."""
     rng, worst = np.random.default_rng(22), 0.0
     for _ in range(LAWFUL):
         axis = CLUTCH._replace(
@@ -116,9 +150,18 @@ def laws_agree_with_an_integrator() -> dict[str, Any]:
             scale = np.array([1.0, 30.0 * axis.constant / axis.inertia * 4e-3, 30.0, 1.0])
             difference = float(np.max(np.abs(state[:4] - expected) / scale))
             if difference > 1e-6:
-                return {"passed": False, "axis": str(axis), "command": float(command), "difference": difference}
+                return {
+                    "passed": False,
+                    "axis": str(axis),
+                    "command": float(command),
+                    "difference": difference,
+                }
             worst = max(worst, difference)
-    return {"passed": math.isfinite(worst), "samples": LAWFUL * 8, "worst_relative_difference": worst}
+    return {
+        "passed": math.isfinite(worst),
+        "samples": LAWFUL * 8,
+        "worst_relative_difference": worst,
+    }
 
 
 def laws_always_finish() -> dict[str, Any]:
@@ -129,7 +172,10 @@ def laws_always_finish() -> dict[str, Any]:
         axis = plain._replace(
             laws=laws._replace(
                 backward=None,
-                regimes=tuple(regime._replace(forward=plain.viscous * 2.0, backward=0.0) for regime in laws.regimes),
+                regimes=tuple(
+                    regime._replace(forward=plain.viscous * 2.0, backward=0.0)
+                    for regime in laws.regimes
+                ),
                 stribeck_velocity=laws.stribeck_velocity * 10.0 ** rng.uniform(-6, 0),
             )
         )
@@ -138,7 +184,14 @@ def laws_always_finish() -> dict[str, Any]:
             command, before = _command(rng, axis, state), state.tolist()
             status, calls = advance(state, command, array, duration), calls + 1
             if status != OK or not laws.stops[0] <= state[POSITION] <= laws.stops[1]:
-                return {"passed": False, "status": status, "axis": str(axis), "command": command, "duration": duration, "state": before}
+                return {
+                    "passed": False,
+                    "status": status,
+                    "axis": str(axis),
+                    "command": command,
+                    "duration": duration,
+                    "state": before,
+                }
     return {"passed": True, "calls": calls}
 
 

@@ -1,7 +1,9 @@
-"""The inertia beside friction that varies with the position: does the weak form's interval hold it, on the tutorial's clutch and test?
+"""The inertia beside friction that varies with the position: does the weak form's interval hold it,
+on the tutorial's clutch and test?
 
-Each seed has its own inertia, within the bench's range, its own turning places, encoder phase and noise: `excite --kind sines` played to
-configs/clutch/nonlinear.yaml under the gains of docs/tutorial.md. It passes between 92 and 98 % of the records.
+Each seed has its own inertia, within the bench's range, its own turning places, encoder phase and
+noise: `excite --kind sines` played to configs/clutch/nonlinear.yaml under the gains of
+docs/tutorial.md. It passes between 92 and 98 % of the records.
 """
 
 from __future__ import annotations
@@ -12,33 +14,42 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from frictool.cli.bench_servo import Gains
+from frictool.cli.bench_servo import ServoGains
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.identify.estimators.weak import weak
-from frictool.identify.excite.kinds import Settings as Test
-from frictool.identify.excite.kinds import excite
-from frictool.identify.methods import Settings
-from frictool.identify.record import Record, record_of
-from frictool.simulate.bench_test import bench_test
+from frictool.identify.excite.excitation_kinds import ExcitationSettings as Test
+from frictool.identify.excite.excitation_kinds import excite
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, record_of
+from frictool.simulate.bench_experiment import bench_test
 from tests.accept.check_identify import HIGHEST, LOWEST, RATE
 from tests.identify.benches import ROOT, clutch
 from tests.identify.test_friction_map import KNEE
 
 SEEDS = 200
-GAINS, NOISE = Gains(30.0, 0.1, None), 0.1  # A
+GAINS, NOISE = ServoGains(30.0, 0.1, None), 0.1  # A
 
 
-def played(seed: int) -> tuple[Record, float]:
+def played(seed: int) -> tuple[MotionRecord, float]:
     """The record of a seed, and its inertia."""
     model = load(ROOT / "configs" / "clutch" / "nonlinear.yaml", Model)
     known = model.bench.mechanics.inertia
     inertia = float(np.random.default_rng([seed, 77]).uniform(*known.interval))
     drawn = msgspec.structs.replace(model.parameters.inertia, value=inertia)
-    model = msgspec.structs.replace(model, parameters=msgspec.structs.replace(model.parameters, inertia=drawn))
+    model = msgspec.structs.replace(
+        model, parameters=msgspec.structs.replace(model.parameters, inertia=drawn)
+    )
     test = excite("sines", model.bench, Test(seed=seed)).as_log("sines")
-    log = bench_test(model, test, GAINS.servo(model.bench), NOISE, seed, Provenance(command="accept", frictool="0"))
+    log = bench_test(
+        model,
+        test,
+        GAINS.servo(model.bench),
+        NOISE,
+        seed,
+        Provenance(command="accept", frictool="0"),
+    )
     return record_of(log, model.bench), inertia
 
 
@@ -47,7 +58,7 @@ def coverage() -> dict[str, Any]:
     hits, knees, errors, halves, right = 0, 0, [], [], 0
     for seed in range(SEEDS):
         record, inertia = played(seed)
-        found = weak([record], clutch(), Settings(RATE))
+        found = weak([record], clutch(), IdentificationSettings(RATE))
         interval = found.parameters["inertia"]
         hits += interval.low <= inertia <= interval.high
         errors.append(interval.value / inertia - 1.0)
@@ -68,4 +79,6 @@ def coverage() -> dict[str, Any]:
     }
 
 
-CHECKS: dict[str, Callable[[], dict[str, Any]]] = {"identify: inertia beside the friction map": coverage}
+CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
+    "identify: inertia beside the friction map": coverage
+}

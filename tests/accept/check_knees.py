@@ -1,7 +1,9 @@
-"""Knees of friction over speed: none on a plain clutch, whatever its inertia is within the bench's range, and that of figure 4.10 is found.
+"""Knees of friction over speed: none on a plain clutch, whatever its inertia is within the bench's
+range, and that of figure 4.10 is found.
 
-Plain are the axes of `check_identify`. The knee is that of the non-linear clutch (configs/clutch/nonlinear.yaml), its inertia drawn from
-the bench's range: from sines and ramps together, since its friction varies with position (`friction_map`), and from sines alone.
+Plain are the axes of `check_identify`. The knee is that of the non-linear clutch
+(configs/clutch/nonlinear.yaml), its inertia drawn from the bench's range: from sines and ramps
+together, since its friction varies with position (`friction_map`), and from sines alone.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ import numpy as np
 
 from frictool.identify.estimators.sines import sines as method_of_sines
 from frictool.identify.identification import identify
-from frictool.identify.methods import Settings
+from frictool.identify.methods import IdentificationSettings
 from sample_logs.make import TRUTH, ramp, sines
 from tests.accept.check_identify import RATE, experiment
 from tests.identify.benches import clutch, record
@@ -30,7 +32,12 @@ def false_knees(clutches: int, encoder_step: float = TRUTH.encoder_step) -> int:
     found = 0
     for seed in range(clutches):
         truth, bench = experiment(seed, encoder_step)
-        found += method_of_sines([record(sines(seed, truth), truth)], bench, Settings(RATE)).details["knees"] > 0
+        found += (
+            method_of_sines(
+                [record(sines(seed, truth), truth)], bench, IdentificationSettings(RATE)
+            ).details["knees"]
+            > 0
+        )
     return found
 
 
@@ -39,14 +46,17 @@ def _is_there(knees: list[float]) -> bool:
 
 
 def true_knees(clutches: int) -> tuple[int, int]:
-    """On how many non-linear clutches the knee, and no other, is found: with ramps, and by sines alone."""
+    """On how many non-linear clutches the knee, and no other, is found: with ramps, and by sines
+    alone."""
     bench, mapped, alone = clutch(), 0, 0
     for seed in range(clutches):
-        inertia = float(np.random.default_rng([seed, 77]).uniform(*bench.mechanics.inertia.interval))
+        inertia = float(
+            np.random.default_rng([seed, 77]).uniform(*bench.mechanics.inertia.interval)
+        )
         truth = nonlinear_clutch()._replace(inertia=inertia)
         log = record(sines(seed, truth), truth)
         for number, ramps in enumerate(([record(ramp(seed, truth), truth, "ramp")], [])):
-            laws = identify([log], ramps, bench, "sines", Settings(RATE)).laws
+            laws = identify([log], ramps, bench, "sines", IdentificationSettings(RATE)).laws
             there = _is_there([regime.above.value for regime in laws.regimes] if laws else [])
             mapped, alone = mapped + (there and number == 0), alone + (there and number == 1)
     return mapped, alone
@@ -56,7 +66,14 @@ def knees() -> dict[str, Any]:
     """At most 2 % of false knees, and 95 % of the true ones."""
     false, (mapped, alone) = false_knees(CLUTCHES), true_knees(KNEES)
     passed = false <= FALSE * CLUTCHES and mapped >= FOUND * KNEES
-    return {"passed": passed, "plain": CLUTCHES, "false_knees": false, "with_knee": KNEES, "found": mapped, "found_by_sines_alone": alone}
+    return {
+        "passed": passed,
+        "plain": CLUTCHES,
+        "false_knees": false,
+        "with_knee": KNEES,
+        "found": mapped,
+        "found_by_sines_alone": alone,
+    }
 
 
 CHECKS: dict[str, Callable[[], dict[str, Any]]] = {"identify: knees, false and true": knees}

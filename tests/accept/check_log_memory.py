@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from frictool.logs.canonical.chunks import chunked
-from frictool.logs.canonical.mcap_layout import Head
+from frictool.logs.canonical.mcap_layout import StreamHeader
 from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
-from frictool.logs.flow import Samples
+from frictool.logs.canonical.sample_chunks import chunked
+from frictool.logs.stream_source import SampleBlock
 from tests.cli.peak_memory import peak_mb
 from tests.logs.example import ROOT
 
@@ -28,13 +28,17 @@ def long_csv(path: Path) -> None:
     """Rows of a clutch at 1 kHz."""
     rng = np.random.default_rng(SEED)
     counts, current = np.cumsum(rng.integers(-1, 2, BLOCK)), rng.normal(size=BLOCK)
-    counts -= np.linspace(0, counts[-1], BLOCK).astype(int)  # it ends where it began, so that blocks can follow one another
+    counts -= np.linspace(0, counts[-1], BLOCK).astype(
+        int
+    )  # it ends where it began, so that blocks can follow one another
     rows = [f"{count},{amps:.3f}\n" for count, amps in zip(counts, current, strict=True)]
     with path.open("w") as stream:
         stream.write("time [s],encoder [count],current [A]\n")
         second = 0
         while stream.tell() < BYTES:
-            stream.writelines(f"{second + k // 1000}.{k % 1000:03d},{row}" for k, row in enumerate(rows))
+            stream.writelines(
+                f"{second + k // 1000}.{k % 1000:03d},{row}" for k, row in enumerate(rows)
+            )
             second += BLOCK // 1000
 
 
@@ -47,11 +51,13 @@ def long_mcap(path: Path) -> None:
         for number in range(10**9):
             if stream.tell() > BYTES:
                 return
-            yield Samples((written + np.arange(BLOCK)) * 50_000, tuple(rng.normal(size=(3, BLOCK))))
+            yield SampleBlock(
+                (written + np.arange(BLOCK)) * 50_000, tuple(rng.normal(size=(3, BLOCK)))
+            )
             written = (number + 1) * BLOCK
 
     with path.open("wb") as stream:
-        head = Head("/axis", ("position", "current", "effort"), ("rad", "A", "N m"))
+        head = StreamHeader("/axis", ("position", "current", "effort"), ("rad", "A", "N m"))
         write_streams(CanonicalWriter(stream, (head,), {}), [chunked(pieces())])
 
 
@@ -62,7 +68,12 @@ def _ingested(make: Callable[[Path], None], suffix: str) -> dict[str, Any]:
         start = time.perf_counter()
         peak = peak_mb("ingest", raw, "--bench", BENCH, "-o", log)
         size = raw.stat().st_size
-        return {"passed": peak < MOST_MB and size >= BYTES, "peak_mb": peak, "bytes": size, "seconds": time.perf_counter() - start}
+        return {
+            "passed": peak < MOST_MB and size >= BYTES,
+            "peak_mb": peak,
+            "bytes": size,
+            "seconds": time.perf_counter() - start,
+        }
 
 
 CHECKS = {

@@ -1,6 +1,8 @@
-"""Backlash and delay on simulated clutches with an encoder of 4096 points: how often their intervals hold what was put in.
+"""Backlash and delay on simulated clutches with an encoder of 4096 points: how often their
+intervals hold what was put in.
 
-The intervals reach over two windows, so that they may hold more often than stated; that is no failure here.
+The intervals reach over two windows, so that they may hold more often than stated; that is no
+failure here.
 """
 
 from __future__ import annotations
@@ -12,8 +14,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom
 
+from frictool.identify.fit_result import Interval
 from frictool.identify.measurement.reversals import reversals
-from frictool.identify.outcome import Interval
 from sample_logs.make import sines
 from tests.accept.check_identify import FINE_STEP, RATE, experiment
 from tests.identify.benches import record
@@ -30,15 +32,27 @@ def coverage() -> dict[str, Any]:
         put_in = float(generator.uniform(1.0, 4.0)), float(generator.uniform(-2e-3, 2e-3))
         truth = truth._replace(backlash=put_in[0])
         log = record(sines(seed, truth), truth)
-        found = reversals([replace(log, effort=np.interp(log.time - put_in[1], log.time, log.effort))], bench, RATE)
+        found = reversals(
+            [replace(log, effort=np.interp(log.time - put_in[1], log.time, log.effort))],
+            bench,
+            RATE,
+        )
         for k, (one, true) in enumerate(zip(found, put_in, strict=True)):
             if isinstance(one, Interval):
                 held[seed, k], halves[seed, k] = one.low <= true <= one.high, one.half_width
     least, names = int(binom.ppf(CHANCE, SEEDS, RATE)), ("backlash", "delay")
     out = {f"{name}_covered": int(held[:, k].sum()) for k, name in enumerate(names)}
     out |= {f"{name}_told": int(np.isfinite(halves[:, k]).sum()) for k, name in enumerate(names)}
-    sizes = {f"{name}_half_width": float(np.nanmedian(halves[:, k])) for k, name in enumerate(names)}
-    return {"passed": int(held.sum(axis=0).min()) >= least, "seeds": SEEDS, "least_accepted": least, **out, **sizes}
+    sizes = {
+        f"{name}_half_width": float(np.nanmedian(halves[:, k])) for k, name in enumerate(names)
+    }
+    return {
+        "passed": int(held.sum(axis=0).min()) >= least,
+        "seeds": SEEDS,
+        "least_accepted": least,
+        **out,
+        **sizes,
+    }
 
 
 CHECKS: dict[str, Callable[[], dict[str, Any]]] = {"identify: backlash and delay": coverage}

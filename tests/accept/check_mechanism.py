@@ -1,5 +1,6 @@
-"""Mechanisms of thesis 2.1-2.2 at full count: the exhaustive clutch against its reduction under every law of 5.4, its reductions over the
-slideway's friction, the elastic rebound of 4.4.4, and closed forms at many parameters.
+"""Mechanisms of thesis 2.1-2.2 at full count: the exhaustive clutch against its reduction under
+every law of 5.4, its reductions over the slideway's friction, the elastic rebound of 4.4.4, and
+closed forms at many parameters.
 
     python -m tests.accept build/accept.json "clutch, part by part: speed" ...
 """
@@ -38,23 +39,47 @@ def _controller(design: str, folder: Path) -> Path:
     target = folder / f"{design}.yaml"
     if not target.exists():
         chosen = CLUTCH / f"designs/{design}.yaml"
-        _done("synth", _model(folder), "--spec", CLUTCH / "spec.yaml", "--design", chosen, "-o", target)
+        _done(
+            "synth",
+            _model(folder),
+            "--spec",
+            CLUTCH / "spec.yaml",
+            "--design",
+            chosen,
+            "-o",
+            target,
+        )
     return target
 
 
 def clutch_of(design: str) -> dict[str, Any]:
-    """The rotor within the backlash, the response within 5 %, 5.4.1 met on the exhaustive clutch wherever it is on the reduced one.
+    """The rotor within the backlash, the response within 5 %, 5.4.1 met on the exhaustive clutch
+    wherever it is on the reduced one.
 
-    And on how many of the mechanisms drawn from the intervals of each. RST meets 5.4.1 on neither: it is only compared.
+    And on how many of the mechanisms drawn from the intervals of each. RST meets 5.4.1 on neither:
+    it is only compared.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        controller, scenario, model = _controller(design, folder), folder / "scenario.yaml", folder / "reduced.yaml"
+        controller, scenario, model = (
+            _controller(design, folder),
+            folder / "scenario.yaml",
+            folder / "reduced.yaml",
+        )
         text = (CLUTCH / "scenarios/mechanism.yaml").read_text()
         scenario.write_text(text.replace("plants: 20", f"plants: {PLANTS}"))
         _done("reduce", CLUTCH / "mechanism.yaml", "-o", model)
         for plant, log in ((CLUTCH / "mechanism.yaml", "exhaustive"), (model, "reduced")):
-            _done("simulate", plant, "--controller", controller, "--scenario", scenario, "-o", folder / f"{log}.mcap")
+            _done(
+                "simulate",
+                plant,
+                "--controller",
+                controller,
+                "--scenario",
+                scenario,
+                "-o",
+                folder / f"{log}.mcap",
+            )
         logs = (read_log(folder / f"{log}.mcap") for log in ("exhaustive", "reduced"))
         found = compared(design, load(CLUTCH / "spec.yaml", Spec), *logs)
     return {
@@ -70,26 +95,40 @@ def clutch_of(design: str) -> dict[str, Any]:
 
 
 def screws() -> dict[str, Any]:
-    """The engine against scipy on the screw's own equations, at random: mu on both sides of tan(alpha), both forms of friction."""
+    """The engine against scipy on the screw's own equations, at random: mu on both sides of
+    tan(alpha), both forms of friction."""
     random, worst, held = np.random.default_rng(216), 0.0, 0
     for index in range(SCREWS):
         steep, mu = float(random.uniform(0.03, 0.8)), float(random.uniform(0.01, 0.5))
         form = ("angle", "thesis")[index % 2]
         torques = random.uniform(-1.0, 2.0, 5)
         found = play(
-            SCREW.format(angle=math.atan(steep), mu=mu, form=form).replace("100, unit: N}", "0, unit: N}"),
+            SCREW.format(angle=math.atan(steep), mu=mu, form=form).replace(
+                "100, unit: N}", "0, unit: N}"
+            ),
             [[u] for u in torques for _ in range(50)],
         )
         by_hand = Screw(2e-5, 1.0, 6e-3, steep, mu, 20e3, thesis=form == "thesis")
         breaks = tuple(0.05 * k for k in range(1, 5))
-        theta, _ = by_hand.trajectory(lambda t, u=torques: float(u[min(int(t / 0.05 + 1e-9), 4)]), 0.0, found.time, breaks)
-        worst = max(worst, float(np.abs(found.position("screw") - theta).max() / max(np.abs(theta).max(), 1e-3)))
+        theta, _ = by_hand.trajectory(
+            lambda t, u=torques: float(u[min(int(t / 0.05 + 1e-9), 4)]), 0.0, found.time, breaks
+        )
+        worst = max(
+            worst,
+            float(np.abs(found.position("screw") - theta).max() / max(np.abs(theta).max(), 1e-3)),
+        )
         held += bool(found.speed("screw")[-1] == 0.0)
-    return {"passed": worst < 1e-6 and 0 < held < SCREWS, "worst_relative": worst, "screws": SCREWS, "at_rest_in_the_end": held}
+    return {
+        "passed": worst < 1e-6 and 0 < held < SCREWS,
+        "worst_relative": worst,
+        "screws": SCREWS,
+        "at_rest_in_the_end": held,
+    }
 
 
 def belts() -> dict[str, Any]:
-    """The engine's answer to a step of torque against the belt's own, drawn at random over four decades of inertia and stiffness."""
+    """The engine's answer to a step of torque against the belt's own, drawn at random over four
+    decades of inertia and stiffness."""
     random, worst = np.random.default_rng(215), 0.0
     for _ in range(BELTS):
         a, b = 10.0 ** random.uniform(-5, -1, 2)
@@ -97,7 +136,14 @@ def belts() -> dict[str, Any]:
         fast = math.sqrt(k * (a + b) / (a * b))
         c = random.uniform(0.0, 0.9) * 2.0 * k / fast
         by_hand = Belt(float(a), float(b), float(k), float(c))
-        text = BELT.format(a=by_hand.inertia_a, b=by_hand.inertia_b, k=by_hand.stiffness, c=by_hand.damping, radius_a=1.0, radius_b=1.0)
+        text = BELT.format(
+            a=by_hand.inertia_a,
+            b=by_hand.inertia_b,
+            k=by_hand.stiffness,
+            c=by_hand.damping,
+            radius_a=1.0,
+            radius_b=1.0,
+        )
         found = play(text, [[1.0]] * 100, period=0.2 / fast)
         expected = by_hand.step(found.time)
         worst = max(worst, float(np.abs(found.position("b") - expected).max() / expected.max()))
@@ -105,16 +151,37 @@ def belts() -> dict[str, Any]:
 
 
 def rebound() -> dict[str, Any]:
-    """4.4.4: under the PID the ramps of the torque lie around 0 with rigid flanks, aside of it with flanks that yield."""
+    """4.4.4: under the PID the ramps of the torque lie around 0 with rigid flanks, aside of it with
+    flanks that yield."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         controller = folder / "linear.yaml"
-        _done("synth", _model(folder), "--spec", CLUTCH / "spec.yaml", "--design", CLUTCH / "laws/linear.yaml", "-o", controller)
-        (folder / "yielding.yaml").write_text(to_yaml(yielding(load(CLUTCH / "mechanism.yaml", Mechanism))))
+        _done(
+            "synth",
+            _model(folder),
+            "--spec",
+            CLUTCH / "spec.yaml",
+            "--design",
+            CLUTCH / "laws/linear.yaml",
+            "-o",
+            controller,
+        )
+        (folder / "yielding.yaml").write_text(
+            to_yaml(yielding(load(CLUTCH / "mechanism.yaml", Mechanism)))
+        )
         found = []
         for plant in (CLUTCH / "mechanism.yaml", folder / "yielding.yaml"):
             log = folder / f"{plant.stem}.mcap"
-            _done("simulate", plant, "--controller", controller, "--scenario", CLUTCH / "scenarios/rebound.yaml", "-o", log)
+            _done(
+                "simulate",
+                plant,
+                "--controller",
+                controller,
+                "--scenario",
+                CLUTCH / "scenarios/rebound.yaml",
+                "-o",
+                log,
+            )
             found.append(ramps(read_log(log)))
     return {
         "passed": not not_shown(*found),

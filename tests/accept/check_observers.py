@@ -1,7 +1,8 @@
-"""The two tests of thesis 6.3.2 and 6.4.2 by the product's commands, as make -C configs/clutch observers does, and the three estimators of
-wear side by side.
+"""The two tests of thesis 6.3.2 and 6.4.2 by the product's commands, as make -C configs/clutch
+observers does, and the three estimators of wear side by side.
 
-    python -m tests.accept build/accept.json "6.3.2: first test" "6.3.2: second test" "6.3.2: the three compared"
+    python -m tests.accept build/accept.json "6.3.2: first test" "6.3.2: second test" "6.3.2: the
+    three compared"
 """
 
 from __future__ import annotations
@@ -25,7 +26,10 @@ DESIGNS = {
     "additive": ("--kind", "additive", "--decay", 0.94, "--quiet", 4),
 }
 PLANTS = {"first": CLUTCH / "observers/perfect.yaml", "second": CLUTCH / "nonlinear.yaml"}
-OPTIONS = {"first": ("--switch-speed", "10rad/s"), "second": ("--switch-speed", "100rad/s", "--inertia", 1.056e-5)}
+OPTIONS = {
+    "first": ("--switch-speed", "10rad/s"),
+    "second": ("--switch-speed", "100rad/s", "--inertia", 1.056e-5),
+}
 LAWS = {"rst": "designs/rst.yaml", "linear": "laws/linear.yaml", "speed": "designs/speed.yaml"}
 SOON, WITHIN = 1.0, 0.05  # s; relative
 SEEDS = 20
@@ -40,31 +44,76 @@ def played(test: str, loops: tuple[str, ...]) -> dict[str, dict[str, First | Sec
         own.mkdir()
         (own / "model.yaml").write_bytes(PLANTS[test].read_bytes())
         for kind, options in DESIGNS.items():
-            _done("observe", "design", own / "model.yaml", *options, *OPTIONS[test], "-o", own / f"{kind}.yaml")
+            _done(
+                "observe",
+                "design",
+                own / "model.yaml",
+                *options,
+                *OPTIONS[test],
+                "-o",
+                own / f"{kind}.yaml",
+            )
         for loop in loops:
             controller, log = own / f"{loop}_controller.yaml", own / loop / "run.mcap"
             log.parent.mkdir()
-            _done("synth", model, "--spec", CLUTCH / "spec.yaml", "--design", CLUTCH / LAWS[loop], "-o", controller)
+            _done(
+                "synth",
+                model,
+                "--spec",
+                CLUTCH / "spec.yaml",
+                "--design",
+                CLUTCH / LAWS[loop],
+                "-o",
+                controller,
+            )
             scenario = CLUTCH / f"observers/{test}.yaml"
-            _done("simulate", own / "model.yaml", "--controller", controller, "--scenario", scenario, "-o", log)
+            _done(
+                "simulate",
+                own / "model.yaml",
+                "--controller",
+                controller,
+                "--scenario",
+                scenario,
+                "-o",
+                log,
+            )
             for kind in DESIGNS:
                 estimates = own / loop / f"{kind}.mcap"
-                _done("observe", "run", own / "model.yaml", log, "--observer", own / f"{kind}.yaml", "-o", estimates)
-        return {loop: {kind: figures(folder, test, loop, kind) for kind in DESIGNS} for loop in loops}
+                _done(
+                    "observe",
+                    "run",
+                    own / "model.yaml",
+                    log,
+                    "--observer",
+                    own / f"{kind}.yaml",
+                    "-o",
+                    estimates,
+                )
+        return {
+            loop: {kind: figures(folder, test, loop, kind) for kind in DESIGNS} for loop in loops
+        }
 
 
 def first_test() -> dict[str, Any]:
-    """alpha and f + alpha within 5 % of 1.5 and of 1.5 f, within a second, under the RST and under a PID; as printed neither."""
+    """alpha and f + alpha within 5 % of 1.5 and of 1.5 f, within a second, under the RST and under
+    a PID; as printed neither."""
     found, passed = played("first", ("rst", "linear")), True
     for loop in found.values():
-        factor, decayed, added = loop["multiplicative"], loop["multiplicative_decay"], loop["additive"]
+        factor, decayed, added = (
+            loop["multiplicative"],
+            loop["multiplicative_decay"],
+            loop["additive"],
+        )
         for one in (factor, decayed):
             assert isinstance(one, First)
             passed &= one.settled <= SOON and abs(one.after / 1.5 - 1.0) <= WITHIN
         assert isinstance(added, First)
         passed &= added.settled <= SOON and added.friction <= 100.0 * WITHIN
         printed = [loop[f"{kind}_printed"] for kind in ("multiplicative", "additive")]
-        passed &= all(isinstance(one, First) and math.isinf(one.settled) and one.friction > 300.0 * WITHIN for one in printed)
+        passed &= all(
+            isinstance(one, First) and math.isinf(one.settled) and one.friction > 300.0 * WITHIN
+            for one in printed
+        )
     return {"passed": passed, **_told(found)}
 
 
@@ -78,16 +127,24 @@ def _told(found: dict[str, dict[str, First | Second]]) -> dict[str, Any]:
 
 
 def second_test() -> dict[str, Any]:
-    """Figures 6.6 to 6.10: the speed's error is larger than in the first test, alpha is off 1 and moves, an additive one between about -0.1
-    and 0.15 N m, friction is wrong by tens of per cent; gains for a perfect encoder let alpha drift to its bound."""
+    """Figures 6.6 to 6.10: the speed's error is larger than in the first test, alpha is off 1 and
+    moves, an additive one between about -0.1 and 0.15 N m, friction is wrong by tens of per cent;
+    gains for a perfect encoder let alpha drift to its bound."""
     found, ideal = played("second", ("linear", "speed")), played("first", ("linear",))["linear"]
     passed = True
     for loop in found.values():
         factor, added = loop["multiplicative"], loop["additive"]
         assert isinstance(factor, Second)
         assert isinstance(added, Second)
-        passed &= factor.velocity > 2.0 * ideal["multiplicative"].velocity and added.velocity > 2.0 * ideal["additive"].velocity
-        passed &= factor.low < 0.95 and factor.high > 1.05 and max(abs(mean - 1.0) for mean in factor.series) > 0.02
+        passed &= (
+            factor.velocity > 2.0 * ideal["multiplicative"].velocity
+            and added.velocity > 2.0 * ideal["additive"].velocity
+        )
+        passed &= (
+            factor.low < 0.95
+            and factor.high > 1.05
+            and max(abs(mean - 1.0) for mean in factor.series) > 0.02
+        )
         passed &= -0.15 < added.low < -0.05 < 0.05 < added.high < 0.2 and added.friction > 10.0
         for kind in ("multiplicative_decay", "additive_decay"):
             passed &= loop[kind].friction > 100.0
@@ -95,18 +152,27 @@ def second_test() -> dict[str, Any]:
 
 
 def the_three_compared() -> dict[str, Any]:
-    """On the second test the estimator's wear is nearer than that of the two switched observers, and so are its velocity and friction."""
+    """On the second test the estimator's wear is nearer than that of the two switched observers,
+    and so are its velocity and friction."""
     passed, rows = True, {}
     for loop in LOOPS:
         for wear in WEARS:
             found = {row.name: row for row in compared(loop, wear, SEEDS)}
             rows |= {f"{loop} {wear:g} {name}": asdict(row) for name, row in found.items()}
-            passed &= all(_better(found["observe run"], row) for name, row in found.items() if name != "observe run")
+            passed &= all(
+                _better(found["observe run"], row)
+                for name, row in found.items()
+                if name != "observe run"
+            )
     return {"passed": passed, **rows}
 
 
 def _better(own: Row, other: Row) -> bool:
-    return RATIO * max(abs(own.bias), own.deviation) < abs(other.bias) and own.velocity < other.velocity and own.friction < other.friction
+    return (
+        RATIO * max(abs(own.bias), own.deviation) < abs(other.bias)
+        and own.velocity < other.velocity
+        and own.friction < other.friction
+    )
 
 
 CHECKS = {

@@ -1,4 +1,5 @@
-"""The measured rack-and-pinion stroke by the commands that `make rack` runs: the published values, where the data are there."""
+"""The measured rack-and-pinion stroke by the commands that `make rack` runs: the published values,
+where the data are there."""
 
 from __future__ import annotations
 
@@ -11,7 +12,11 @@ import pytest
 
 from tests.identify.test_velocity_record import published_rack
 
-DRY, VISCOUS, BREAKAWAY = 10.1, 67.5, 29.6  # N, N s/m, N; least squares on the published part of the stroke
+DRY, VISCOUS, BREAKAWAY = (
+    10.1,
+    67.5,
+    29.6,
+)  # N, N s/m, N; least squares on the published part of the stroke
 NEAR = 0.02
 
 
@@ -23,7 +28,9 @@ def rack() -> dict[str, Any]:
         except pytest.skip.Exception as reason:
             return {"passed": True, "skipped": str(reason)}
     coulomb, viscous, breakaway = (found[name] for name in ("coulomb", "viscous", "breakaway"))
-    near = abs(coulomb["value"] / DRY - 1.0) <= NEAR and abs(viscous["value"] / VISCOUS - 1.0) <= NEAR
+    near = (
+        abs(coulomb["value"] / DRY - 1.0) <= NEAR and abs(viscous["value"] / VISCOUS - 1.0) <= NEAR
+    )
     return {
         "passed": near and breakaway["low"] <= BREAKAWAY <= breakaway["high"],
         "coulomb": coulomb["value"],

@@ -1,4 +1,5 @@
-"""A stranger's machine: two builds of a commit, a wheel with nothing else around it, processes that begin at once on an empty cache."""
+"""A stranger's machine: two builds of a commit, a wheel with nothing else around it, processes that
+begin at once on an empty cache."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ import venv
 from pathlib import Path
 from typing import Any
 
-from frictool.kernel_cache import PREFIX
+from frictool.runtime.kernel_cache import PREFIX
 from release.__main__ import ROOT, main
 
 CLUTCH, LOGS = ROOT / "configs/clutch", ROOT / "sample_logs"
@@ -35,11 +36,18 @@ def two_builds_are_one() -> dict[str, Any]:
     """The last commit built twice, in surroundings that differ, and complete."""
     with tempfile.TemporaryDirectory() as place, contextlib.redirect_stdout(io.StringIO()):
         main(Path(place))
-        return {"passed": True, **dict(reversed(line.split("  ")) for line in Path(place, "SHA256SUMS").read_text().splitlines())}
+        return {
+            "passed": True,
+            **dict(
+                reversed(line.split("  "))
+                for line in Path(place, "SHA256SUMS").read_text().splitlines()
+            ),
+        }
 
 
 def the_wheel_runs_by_itself() -> dict[str, Any]:
-    """In an environment with its dependencies only, from another folder: version, doctor, and the chain from bench logs to C."""
+    """In an environment with its dependencies only, from another folder: version, doctor, and the
+    chain from bench logs to C."""
     with tempfile.TemporaryDirectory() as place:
         with contextlib.redirect_stdout(io.StringIO()):
             main(Path(place, "dist"))
@@ -47,7 +55,19 @@ def the_wheel_runs_by_itself() -> dict[str, Any]:
         venv.create(Path(place, "env"), with_pip=True)
         programs, folder = Path(place, "env/bin"), Path(place, "elsewhere")
         folder.mkdir()
-        _run([programs / "python", "-m", "pip", "install", "-q", "-c", ROOT / "constraints.txt", wheel], folder)
+        _run(
+            [
+                programs / "python",
+                "-m",
+                "pip",
+                "install",
+                "-q",
+                "-c",
+                ROOT / "constraints.txt",
+                wheel,
+            ],
+            folder,
+        )
         version = _run([programs / "frictool", "--version"], folder)
         start = time.perf_counter()
         for line in CHAIN:
@@ -74,8 +94,21 @@ def many_begin_at_once() -> dict[str, Any]:
         again = _identifying(Path(place), "again.yaml").wait()
         same = {Path(place, "again.yaml").read_bytes()} == models
         unchanged = _kept(Path(place)) == before
-        passed = codes == [0] * AT_ONCE and again == 0 and len(models) == 1 and same and unchanged and bool(before)
-        return {"passed": passed, "processes": AT_ONCE, "models": len(models), "files": len(before), "compiled_again": not unchanged}
+        passed = (
+            codes == [0] * AT_ONCE
+            and again == 0
+            and len(models) == 1
+            and same
+            and unchanged
+            and bool(before)
+        )
+        return {
+            "passed": passed,
+            "processes": AT_ONCE,
+            "models": len(models),
+            "files": len(before),
+            "compiled_again": not unchanged,
+        }
 
 
 def one_is_killed() -> dict[str, Any]:
@@ -91,30 +124,56 @@ def one_is_killed() -> dict[str, Any]:
             process.wait()
             left.append(len(_kept(Path(place))))
         code = _identifying(Path(place), "model.yaml").wait()
-        return {"passed": code == 0 and Path(place, "model.yaml").read_bytes() == expected, "files_left": left}
+        return {
+            "passed": code == 0 and Path(place, "model.yaml").read_bytes() == expected,
+            "files_left": left,
+        }
 
 
 def _identifying(place: Path, name: str) -> subprocess.Popen[bytes]:
     """A process that keeps its kernels in `place`, where nothing was compiled."""
-    words = f"identify {LOGS}/sines.csv {LOGS}/ramp.csv --bench {CLUTCH}/bench.yaml -o {place / name}"
+    words = (
+        f"identify {LOGS}/sines.csv {LOGS}/ramp.csv --bench {CLUTCH}/bench.yaml -o {place / name}"
+    )
     environment = os.environ | {"NUMBA_CACHE_DIR": str(place / "kernels")}
     return subprocess.Popen(
-        [sys.executable, "-m", "frictool", *words.split()], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [sys.executable, "-m", "frictool", *words.split()],
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
 
 
 def _kept(place: Path) -> dict[str, int]:
     """What is kept, and when it was written."""
-    found = (path for folder in (place / "kernels").glob(f"{PREFIX}*") for path in folder.rglob("*.nb[ic]"))
+    found = (
+        path
+        for folder in (place / "kernels").glob(f"{PREFIX}*")
+        for path in folder.rglob("*.nb[ic]")
+    )
     return {path.name: path.stat().st_mtime_ns for path in found}
 
 
 def _run(command: list[Any], folder: Path) -> str:
-    """What a program prints. Raises RuntimeError with its last line where it ends otherwise than with 0."""
-    environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "NUMBA_CACHE_DIR")}
-    done = subprocess.run([str(word) for word in command], cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    """What a program prints. Raises RuntimeError with its last line where it ends otherwise than
+    with 0."""
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("PYTHONPATH", "NUMBA_CACHE_DIR")
+    }
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     if done.returncode != 0:
-        raise RuntimeError(f"{Path(command[0]).name} {command[1]}: exit {done.returncode}: {(done.stderr or done.stdout).strip()[-300:]}")
+        raise RuntimeError(
+            f"{Path(command[0]).name} {command[1]}: exit {done.returncode}: {(done.stderr or done.stdout).strip()[-300:]}"
+        )
     return done.stdout
 
 

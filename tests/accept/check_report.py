@@ -1,4 +1,5 @@
-"""What the report says of logs whose truth is known: limit cycles of table 5.1's loops, and loads behind a backlash."""
+"""What the report says of logs whose truth is known: limit cycles of table 5.1's loops, and loads
+behind a backlash."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
 from frictool.logs.log import Log, Stream
 from frictool.report.verdict import judge
-from frictool.simulate.step_test import step_test
+from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.design import design_controller
 from tests.engine.loops51 import LOOPS, TOLERANCE, deviation
 from tests.synth.example import ROOT, clutch_model
@@ -33,7 +34,13 @@ def metres(value: float) -> Quantity:
     return Quantity(value=value, unit="m")
 
 
-STEP = Scenario("scenario/1", "step", "linear", start=metres(0.0), steps=(Step(reference=metres(1.0), duration_s=600.0),))
+STEP = Scenario(
+    "scenario/1",
+    "step",
+    "linear",
+    start=metres(0.0),
+    steps=(Step(reference=metres(1.0), duration_s=600.0),),
+)
 RANDOM = Scenario(
     "scenario/1",
     "random plants",
@@ -42,7 +49,10 @@ RANDOM = Scenario(
     variants="random",
     plants=PLANTS,
     seed=5,
-    steps=tuple(Step(reference=Quantity(value=value, unit="rad"), duration_s=1.1) for value in (55.0, 5.0, 35.0, 15.0)),
+    steps=tuple(
+        Step(reference=Quantity(value=value, unit="rad"), duration_s=1.1)
+        for value in (55.0, 5.0, 35.0, 15.0)
+    ),
 )
 
 
@@ -52,28 +62,41 @@ def designed(model: Model, spec: Spec, design: Design) -> Controller:
 
 
 def limit_cycle(name: str) -> dict[str, Any]:
-    """Amplitude and period that the report tells of a loop held for 600 s, within 2 % of table 5.1's."""
+    """Amplitude and period that the report tells of a loop held for 600 s, within 2 % of table
+    5.1's."""
     model = load(MASS / ("smooth.yaml" if name.startswith("smooth") else "model.yaml"), Model)
     spec = load(MASS / "spec.yaml", Spec)
     controller = designed(model, spec, load(MASS / f"designs/{name}.yaml", Design))
-    log = step_test(model, controller, STEP, HERE)
+    log = simulate_closed_loop(model, controller, STEP, HERE)
     asked = msgspec.structs.replace(spec, limit_cycle=metres(0.0))
     verdict = judge(asked, [log], controller)
     found = verdict.evidence[0][1][0].values
-    amplitude, period = found["limit_cycle_amplitude"], found.get("limit_cycle_period", float("nan"))
+    amplitude, period = (
+        found["limit_cycle_amplitude"],
+        found.get("limit_cycle_period", float("nan")),
+    )
     printed = LOOPS[name].printed[3:]
-    away = [abs(deviation(value, known)) for value, known in zip((amplitude, period), printed, strict=True)]
+    away = [
+        abs(deviation(value, known))
+        for value, known in zip((amplitude, period), printed, strict=True)
+    ]
     cycles = float(printed[0]) > 0.0
     said = next(item.met for item in verdict.requirements if item.name == "limit_cycle")
     right = (max(away) <= TOLERANCE if cycles else amplitude == 0.0) and said is not cycles
-    return {"passed": right, "amplitude_m": amplitude, "period_s": period if cycles else None, "printed": list(printed)}
+    return {
+        "passed": right,
+        "amplitude_m": amplitude,
+        "period_s": period if cycles else None,
+        "printed": list(printed),
+    }
 
 
 def load_behind_the_backlash() -> dict[str, Any]:
-    """The bounds from motor position and backlash hold the load's error and overshoot, in every hold of random plants."""
+    """The bounds from motor position and backlash hold the load's error and overshoot, in every
+    hold of random plants."""
     model, spec = clutch_model(), load(CLUTCH / "spec.yaml", Spec)
     controller = designed(model, spec, load(CLUTCH / "designs/fast.yaml", Design))
-    log = step_test(model, controller, RANDOM, HERE)
+    log = simulate_closed_loop(model, controller, RANDOM, HERE)
     known = judge(spec, [log], controller).evidence
     bounded = judge(spec, [_without_load(log)], controller).evidence
     outside, widths, metrics = 0, [], 0
@@ -101,7 +124,9 @@ def _without_load(log: Log) -> Log:
     streams = []
     for stream in log.streams:
         kept = {name: values for name, values in stream.signals.items() if name != "load_position"}
-        streams.append(Stream(stream.topic, stream.time, kept, {name: stream.units[name] for name in kept}))
+        streams.append(
+            Stream(stream.topic, stream.time, kept, {name: stream.units[name] for name in kept})
+        )
     return Log(tuple(streams), log.metadata, log.source)
 
 

@@ -1,7 +1,9 @@
-"""The synthesis against SLICOT (sb10ad through ctrlsys), each call in a process of its own with a time-out.
+"""The synthesis against SLICOT (sb10ad through ctrlsys), each call in a process of its own with a
+time-out.
 
 the seeded family of orders 4 to 20     gamma within 1 %, both controllers rebuilt
-position loop, D12 = 0                  what SLICOT answers, and what ours gives for each vertex alone
+position loop, D12 = 0                  what SLICOT answers, and what ours gives for each vertex
+                                        alone
 annex C, regularised                    gamma and the true norm of SLICOT's own controller
 """
 
@@ -11,9 +13,9 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from frictool.lmi.hinf import controller, minimise
-from frictool.plant.generalised import GeneralisedPlant
-from frictool.verify.norms import norm
+from frictool.lmi.hinf_synthesis import controller, minimise
+from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.verify.hinf_norm import norm
 from tests.lmi.family import ORDERS, mixed_sensitivity
 from tests.lmi.slicot import AVAILABLE, MISSING, slicot
 from tests.synth.published import READINGS, annex_lft, annex_mixed, position
@@ -29,7 +31,12 @@ def compared(plant: GeneralisedPlant) -> dict[str, Any]:
     ours = time.perf_counter() - start
     start = time.perf_counter()
     theirs = slicot(plant, TIMEOUT)
-    told: dict[str, Any] = {"ours": found.optimum, "asked": found.gamma, "ours_true": reached, "ours_s": ours}
+    told: dict[str, Any] = {
+        "ours": found.optimum,
+        "asked": found.gamma,
+        "ours_true": reached,
+        "ours_s": ours,
+    }
     told |= {"slicot": theirs.gamma, "slicot_says": theirs.reason}
     if theirs.controller is not None:
         told["slicot_true"] = norm(plant.closed(theirs.controller))[0]
@@ -50,9 +57,17 @@ def family() -> dict[str, Any]:
             f"  order {order:2d}: ours {row['ours']:.5f} (true norm {row['ours_true']:.5f}), SLICOT {row['slicot']} {row['slicot_says']}",
             flush=True,
         )
-    off = {order: abs(row["ours"] / row["slicot"] - 1.0) if row["slicot"] else float("inf") for order, row in rows.items()}
+    off = {
+        order: abs(row["ours"] / row["slicot"] - 1.0) if row["slicot"] else float("inf")
+        for order, row in rows.items()
+    }
     kept = all(row["ours_true"] <= row["asked"] for row in rows.values())
-    return {"passed": kept and max(off.values()) <= WITHIN, "worst_difference": max(off.values()), "orders": len(rows), "rows": rows}
+    return {
+        "passed": kept and max(off.values()) <= WITHIN,
+        "worst_difference": max(off.values()),
+        "orders": len(rows),
+        "rows": rows,
+    }
 
 
 def without_d12() -> dict[str, Any]:
@@ -60,7 +75,13 @@ def without_d12() -> dict[str, Any]:
     if not AVAILABLE:
         return skipped()
     rows = [compared(plant) for plant in position()[::5]]
-    answers = sorted({row["slicot_says"] or f"gamma {row['slicot']:.4g}, its controller {row['slicot_true']:.4g}" for row in rows})
+    answers = sorted(
+        {
+            row["slicot_says"]
+            or f"gamma {row['slicot']:.4g}, its controller {row['slicot_true']:.4g}"
+            for row in rows
+        }
+    )
     return {
         "passed": all(row["ours_true"] <= row["asked"] for row in rows),
         "slicot_says": "; ".join(answers),
@@ -71,7 +92,8 @@ def without_d12() -> dict[str, Any]:
 
 
 def annex() -> dict[str, Any]:
-    """The regularised annex, LFT, which both can solve; and its LPV vertices, each alone for SLICOT."""
+    """The regularised annex, LFT, which both can solve; and its LPV vertices, each alone for
+    SLICOT."""
     if not AVAILABLE:
         return skipped()
     row = compared(annex_lft(READINGS["regularised"]))
@@ -82,7 +104,8 @@ def annex() -> dict[str, Any]:
 
 
 def beyond() -> dict[str, Any]:
-    """Order 24: SLICOT's own controller, rebuilt, does not reach the gamma that SLICOT tells; ours keeps what it was asked for."""
+    """Order 24: SLICOT's own controller, rebuilt, does not reach the gamma that SLICOT tells; ours
+    keeps what it was asked for."""
     if not AVAILABLE:
         return skipped()
     row = compared(mixed_sensitivity(24))

@@ -1,4 +1,5 @@
-"""The exact engine and the laws' drivers at full count: figures of 3.7, random drives against an integrator, runs that always end."""
+"""The exact engine and the laws' drivers at full count: figures of 3.7, random drives against an
+integrator, runs that always end."""
 
 from __future__ import annotations
 
@@ -7,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from frictool.engine.body import BREAKS_AWAY, SLIPS_BACK, moving
-from frictool.engine.drive import Drive, pid, spring
-from frictool.engine.laws import body_of, run_law
+from frictool.engine.drive import EffortFunction, pid, spring
+from frictool.engine.law_simulation import body_of, run_law
 from frictool.engine.status import EVENTS_FULL, OK
 from frictool.engine.trajectory import simulate
-from frictool.friction.extension import Extension
-from frictool.friction.table import LAWS
+from frictool.friction.extension import FrictionExtension
+from frictool.friction.law_registry import LAWS
 from tests.engine.extended_reference import MASS, Slow
 from tests.engine.table31 import reference_breakaways, table31
 from tests.friction.sets import STRIBECK, TABLE_3_1
@@ -30,17 +31,23 @@ LIMIT_CYCLES = {
 }
 
 
-def _drive(rng: np.random.Generator) -> Drive:
-    """Any combination of a held, ramped and swinging effort and of feedback; zeros and round numbers among them."""
+def _drive(rng: np.random.Generator) -> EffortFunction:
+    """Any combination of a held, ramped and swinging effort and of feedback; zeros and round
+    numbers among them."""
     high = np.array([2.0, 1.0, 3.0, 40.0, 6.0, 50.0, 5.0, 4.0, 1.0, 0.2])
     low = np.array([-2.0, -1.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, -1.0, -0.2])
     values = rng.uniform(low, high)
     kind = rng.random(values.size)
-    return Drive(*np.where(kind < 0.25, 0.0, np.where(kind < 0.7, values, np.round(4.0 * values) / 4.0)).tolist())
+    return EffortFunction(
+        *np.where(
+            kind < 0.25, 0.0, np.where(kind < 0.7, values, np.round(4.0 * values) / 4.0)
+        ).tolist()
+    )
 
 
 def always_ends() -> dict[str, Any]:
-    """Random masses, drives, end stops and tolerances: a run ends, or its room for events is full; events never repeat at one instant."""
+    """Random masses, drives, end stops and tolerances: a run ends, or its room for events is full;
+    events never repeat at one instant."""
     rng, full, most = np.random.default_rng(30), 0, 0
     for k in range(RUNS):
         stops = (-3.0, 3.0) if rng.random() < 0.5 else (-np.inf, np.inf)
@@ -51,33 +58,63 @@ def always_ends() -> dict[str, Any]:
         }
         end, drives = 10.0 ** rng.uniform(-1, 1.5), (_drive(rng), _drive(rng))
         state = moving(0.0, float(rng.uniform(-1.0, 1.0)))
-        run = simulate(table31(stops=stops, **changes), [(0.5 * end, drives[0]), (end, drives[1])], [end], state=state)
-        at_once = int(np.max(np.unique(run.events[:, 0], return_counts=True)[1])) if run.events.size else 0
+        run = simulate(
+            table31(stops=stops, **changes),
+            [(0.5 * end, drives[0]), (end, drives[1])],
+            [end],
+            state=state,
+        )
+        at_once = (
+            int(np.max(np.unique(run.events[:, 0], return_counts=True)[1]))
+            if run.events.size
+            else 0
+        )
         full, most = full + (run.status == EVENTS_FULL), max(most, at_once)
         if run.status not in (OK, EVENTS_FULL) or at_once > 6:
-            return {"passed": False, "run": k, "status": run.status, "at_once": at_once, "drives": str(drives), "changes": str(changes)}
+            return {
+                "passed": False,
+                "run": k,
+                "status": run.status,
+                "at_once": at_once,
+                "drives": str(drives),
+                "changes": str(changes),
+            }
     return {"passed": True, "runs": RUNS, "room_full": full, "most_events_at_one_instant": most}
 
 
 def agrees_with_an_integrator() -> dict[str, Any]:
-    """Random drives from rest against DOP853 with events at 1e-12: breakaway times and the last position."""
+    """Random drives from rest against DOP853 with events at 1e-12: breakaway times and the last
+    position."""
     rng, worst, compared = np.random.default_rng(31), 0.0, 0
     for _ in range(REPLAYS):
         drive = spring(float(rng.uniform(1.0, 20.0)), float(rng.uniform(0.02, 0.3)))
         if rng.random() < 0.5:
-            drive = pid(float(rng.uniform(1.0, 6.0)), float(rng.uniform(0.0, 6.0)), float(rng.uniform(0.5, 6.0)), 1.0)
+            drive = pid(
+                float(rng.uniform(1.0, 6.0)),
+                float(rng.uniform(0.0, 6.0)),
+                float(rng.uniform(0.5, 6.0)),
+                1.0,
+            )
         expected, last = reference_breakaways(table31(), drive, 12.0)
         run = simulate(table31(), [(12.0, drive)], [12.0])
         found = np.sort(np.concatenate([run.times_of(BREAKS_AWAY), run.times_of(SLIPS_BACK)]))
         if found.size != len(expected):
-            return {"passed": False, "drive": str(drive), "found": found.tolist(), "expected": expected}
-        worst = max(worst, float(np.max(np.abs(found - expected), initial=abs(run.state[0] - last[0]))))
+            return {
+                "passed": False,
+                "drive": str(drive),
+                "found": found.tolist(),
+                "expected": expected,
+            }
+        worst = max(
+            worst, float(np.max(np.abs(found - expected), initial=abs(run.state[0] - last[0])))
+        )
         compared += found.size
     return {"passed": worst < 1e-6, "breakaways": compared, "worst_difference_s_or_m": worst}
 
 
-def _extension(rng: np.random.Generator) -> Extension:
-    """Each part or not: levels of the other direction, polynomials of position, dwell, knees, memory, boundary lubrication."""
+def _extension(rng: np.random.Generator) -> FrictionExtension:
+    """Each part or not: levels of the other direction, polynomials of position, dwell, knees,
+    memory, boundary lubrication."""
 
     def maybe(value: Any, otherwise: Any) -> Any:
         return value if rng.random() < 0.6 else otherwise
@@ -87,7 +124,7 @@ def _extension(rng: np.random.Generator) -> Extension:
 
     coulomb = float(rng.uniform(0.7, 1.3))
     slopes = rng.uniform(0.0, 0.5, 2).tolist()
-    return Extension(
+    return FrictionExtension(
         backward_values=maybe({"coulomb": coulomb, "breakaway": 1.45 * coulomb}, {}),
         forward=maybe(factor(), (1.0,)),
         backward=maybe(factor(), (1.0,)),
@@ -101,36 +138,63 @@ def _extension(rng: np.random.Generator) -> Extension:
 
 
 def extended_agrees_with_an_integrator() -> dict[str, Any]:
-    """Random extensions and drives from rest against the formulae of tests/engine/extended_reference.py under DOP853 with events."""
+    """Random extensions and drives from rest against the formulae of
+    tests/engine/extended_reference.py under DOP853 with events."""
     rng, law, worst, compared = np.random.default_rng(32), LAWS["stribeck"], 0.0, 0
     for _ in range(EXTENDED):
         extension = _extension(rng)
         drive = spring(float(rng.uniform(1.0, 20.0)), float(rng.uniform(0.02, 0.3)))
         if rng.random() < 0.5:
-            drive = pid(float(rng.uniform(1.0, 6.0)), float(rng.uniform(0.0, 6.0)), float(rng.uniform(0.5, 6.0)), 1.0)
+            drive = pid(
+                float(rng.uniform(1.0, 6.0)),
+                float(rng.uniform(0.0, 6.0)),
+                float(rng.uniform(0.5, 6.0)),
+                1.0,
+            )
         expected, last = Slow(extension, drive).breakaways(8.0)
         run = simulate(body_of(law, law.pack(STRIBECK), MASS, extension), [(8.0, drive)], [8.0])
         found = np.sort(np.concatenate([run.times_of(BREAKS_AWAY), run.times_of(SLIPS_BACK)]))
         if run.status != OK or found.size != len(expected):
-            return {"passed": False, "drive": str(drive), "extension": str(extension), "found": found.tolist(), "expected": expected}
+            return {
+                "passed": False,
+                "drive": str(drive),
+                "extension": str(extension),
+                "found": found.tolist(),
+                "expected": expected,
+            }
         difference = float(np.max(np.abs(found - expected), initial=abs(run.state[0] - last[0])))
         if difference > 1e-6:
-            return {"passed": False, "drive": str(drive), "extension": str(extension), "difference_s_or_m": difference}
+            return {
+                "passed": False,
+                "drive": str(drive),
+                "extension": str(extension),
+                "difference_s_or_m": difference,
+            }
         worst, compared = max(worst, difference), compared + found.size
     return {"passed": True, "breakaways": compared, "worst_difference_s_or_m": worst}
 
 
 def limit_cycles() -> dict[str, Any]:
-    """300 s of (3.40): half the peak-to-peak of the last 100 s, and the period between passages of the target to the same side."""
+    """300 s of (3.40): half the peak-to-peak of the last 100 s, and the period between passages of
+    the target to the same side."""
     figures: dict[str, Any] = {"passed": True}
     for name, (amplitude, period, step, tolerance) in LIMIT_CYCLES.items():
         law = LAWS[name]
-        run = run_law(law, law.pack(TABLE_3_1[name]), 1.0, [(300.0, PID)], np.linspace(0.0, 300.0, 300_001), step=step)
+        run = run_law(
+            law,
+            law.pack(TABLE_3_1[name]),
+            1.0,
+            [(300.0, PID)],
+            np.linspace(0.0, 300.0, 300_001),
+            step=step,
+        )
         late = run.position[200_000:] - 1.0
         upwards = np.flatnonzero((late[:-1] < 0.0) & (late[1:] >= 0.0)) / 1e3
         found = (0.5 * float(np.ptp(late)), float(np.mean(np.diff(upwards))))
         figures[name] = {"amplitude_m": found[0], "period_s": found[1]}
-        near = abs(found[0] / amplitude - 1.0) < tolerance and abs(found[1] / period - 1.0) < tolerance
+        near = (
+            abs(found[0] / amplitude - 1.0) < tolerance and abs(found[1] / period - 1.0) < tolerance
+        )
         figures["passed"] = figures["passed"] and run.status == OK and near
     return figures
 

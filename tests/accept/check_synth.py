@@ -1,5 +1,6 @@
-"""Synthesis at full count: random uncertainties and weights never end in an accepted controller that fails an independent check, and the
-clutch's designs meet thesis 5.4.1 on random plants of the polytope that took no part in the synthesis."""
+"""Synthesis at full count: random uncertainties and weights never end in an accepted controller
+that fails an independent check, and the clutch's designs meet thesis 5.4.1 on random plants of the
+polytope that took no part in the synthesis."""
 
 from __future__ import annotations
 
@@ -22,24 +23,32 @@ from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
 from frictool.plant.polytope import intervals
 from frictool.report.verdict import judge
-from frictool.simulate.step_test import step_test
+from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.design import design_controller
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 HERE = Provenance("a check", "0")
 TRIALS, PLANTS, INSIDE = 300, 300, 10
-RATES = {"speed": 0.995, "fast": 0.995, "annex": 0.98, "minimax": 0.98}  # of the random plants that meet the specification
+RATES = {
+    "speed": 0.995,
+    "fast": 0.995,
+    "annex": 0.98,
+    "minimax": 0.98,
+}  # of the random plants that meet the specification
 LONGEST = 60.0  # s, of one synthesis, refused or not
 
 
 def _independent(system: StateSpace, vertex: Vertex, delay: int) -> tuple[float, float]:
-    """Spectral radius and modulus margin by another route: physical states and a scanned Nyquist curve, no code of frictool."""
+    """Spectral radius and modulus margin by another route: physical states and a scanned Nyquist
+    curve, no code of frictool."""
     j, s, k, lag, period = vertex.inertia, vertex.viscous, vertex.constant, 0.003, 1e-3
     flow = np.array([[-1 / lag, 0, 0, 1 / lag], [k / j, -s / j, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]])
     held = expm(flow * period)
     ad, bd, theta = held[:3, :3], held[:3, 3:], np.array([[0.0, 0.0, 1.0]])
-    a, b, c, d = (np.atleast_2d(np.array(m, dtype=float)) for m in (system.a, system.b, system.c, system.d))
+    a, b, c, d = (
+        np.atleast_2d(np.array(m, dtype=float)) for m in (system.a, system.b, system.c, system.d)
+    )
     n, m = 3, len(a)
     whole = np.zeros((n + m + delay,) * 2)
     whole[:n, :n], whole[n : n + m, n : n + m], whole[n : n + m, :n] = ad, a, -b @ theta
@@ -56,8 +65,9 @@ def _independent(system: StateSpace, vertex: Vertex, delay: int) -> tuple[float,
 
 
 def never_accepts_what_fails() -> dict[str, Any]:
-    """Random intervals, methods and weights: refused with exit 4 within a bounded time, or stable with the margin that the document says,
-    at every vertex and, stable and with the specified margin but for 1 %, at plants inside the intervals."""
+    """Random intervals, methods and weights: refused with exit 4 within a bounded time, or stable
+    with the margin that the document says, at every vertex and, stable and with the specified
+    margin but for 1 %, at plants inside the intervals."""
     spec, design = load(RIG / "spec.yaml", Spec), load(RIG / "designs/speed.yaml", Design)
     accepted, refused, worst, longest, wrong = 0, 0, 0.0, 0.0, []
 
@@ -90,12 +100,15 @@ def never_accepts_what_fails() -> dict[str, Any]:
     ) -> None:
         nonlocal accepted, refused, worst, longest
         model = clutch_model(
-            constant=(13.4e-3 * constant[0], 13.4e-3, 13.4e-3 * constant[1]), coulomb=(0.099 * coulomb[0], 0.099, 0.099 * coulomb[1])
+            constant=(13.4e-3 * constant[0], 13.4e-3, 13.4e-3 * constant[1]),
+            coulomb=(0.099 * coulomb[0], 0.099, 0.099 * coulomb[1]),
         )
         names = ("bandwidth_rad_s", "disturbance", "drive", "command")
         changed = msgspec.structs.replace(design.weights, **dict(zip(names, weights, strict=True)))
         schedule = ("viscous", "coulomb") if method == "lft_lpv" else None
-        asked = msgspec.structs.replace(design, weights=changed, method=method, domain=domain, schedule=schedule)
+        asked = msgspec.structs.replace(
+            design, weights=changed, method=method, domain=domain, schedule=schedule
+        )
         start = time.perf_counter()
         try:
             controller = design_controller(model, spec, asked, HERE)
@@ -130,18 +143,29 @@ def never_accepts_what_fails() -> dict[str, Any]:
 
 
 def every_design_of_the_rig() -> dict[str, Any]:
-    """Each design synthesises with its margin; those of the speed loop, at least 0.6, 0.55 and 0.6, meet 5.4.1 at all vertices."""
-    model, spec, steps = clutch_model(), load(RIG / "spec.yaml", Spec), load(RIG / "scenarios/steps.yaml", Scenario)
+    """Each design synthesises with its margin; those of the speed loop, at least 0.6, 0.55 and 0.6,
+    meet 5.4.1 at all vertices."""
+    model, spec, steps = (
+        clutch_model(),
+        load(RIG / "spec.yaml", Spec),
+        load(RIG / "scenarios/steps.yaml", Scenario),
+    )
     least = {"speed": 0.6, "annex": 0.55, "minimax": 0.6}
     told: dict[str, Any] = {}
     passed = True
     for path in sorted((RIG / "designs").glob("*.yaml")):
         controller = design_controller(model, spec, load(path, Design), HERE)
         margin = min(vertex.modulus_margin for vertex in controller.verified.vertices)
-        told[path.stem] = {"norm": controller.verified.gamma_verified, "margin": margin, "count_drive": controller.verified.count_drive}
+        told[path.stem] = {
+            "norm": controller.verified.gamma_verified,
+            "margin": margin,
+            "count_drive": controller.verified.count_drive,
+        }
         passed = passed and margin >= least.get(path.stem, 0.5)
         if controller.position_law is not None:
-            verdict = judge(spec, [step_test(model, controller, steps, HERE)], controller)
+            verdict = judge(
+                spec, [simulate_closed_loop(model, controller, steps, HERE)], controller
+            )
             told[path.stem]["met"] = sum(bool(item.met) for item in verdict.requirements)
             passed = passed and all(item.met for item in verdict.requirements)
     return {"passed": passed, **told}
@@ -151,21 +175,36 @@ def _random_plants(controller: Controller, model: Model, count: int, seed: int) 
     """Return `count` random plants inside the model's intervals."""
     rng, box, first = np.random.default_rng(seed), intervals(model), controller.verified.vertices[0]
     return [
-        msgspec.structs.replace(first, name=f"r{index:03d}", **{name: float(rng.uniform(*ends)) for name, ends in box.items()})
+        msgspec.structs.replace(
+            first,
+            name=f"r{index:03d}",
+            **{name: float(rng.uniform(*ends)) for name, ends in box.items()},
+        )
         for index in range(count)
     ]
 
 
-def specification_met(controller: Controller, model: Model, spec: Spec, origin: Provenance, plants: int) -> int:
-    """Return the number of `plants` random plants on which steps of 50 and 20 rad and a hold of 16 s meet `spec` but for its margin."""
+def specification_met(
+    controller: Controller, model: Model, spec: Spec, origin: Provenance, plants: int
+) -> int:
+    """Return the number of `plants` random plants on which steps of 50 and 20 rad and a hold of 16
+    s meet `spec` but for its margin."""
     steps = load(RIG / "scenarios/steps.yaml", Scenario)
     long_hold = (steps.steps[0], Step(reference=steps.steps[-1].reference, duration_s=16.0))
-    drawn = msgspec.structs.replace(steps, steps=long_hold, variants="random", plants=plants, seed=11)
-    log, alone = step_test(model, controller, drawn, origin), msgspec.structs.replace(spec, modulus_margin=None)
+    drawn = msgspec.structs.replace(
+        steps, steps=long_hold, variants="random", plants=plants, seed=11
+    )
+    log, alone = (
+        simulate_closed_loop(model, controller, drawn, origin),
+        msgspec.structs.replace(spec, modulus_margin=None),
+    )
     streams = log.streams[1:]  # the first is the nominal plant's
     if len(streams) != plants:
         raise RuntimeError(f"{len(streams)} plants were played, required: {plants}")
-    verdicts = [judge(alone, [type(log)((stream,), log.metadata, stream.topic)], controller) for stream in streams]
+    verdicts = [
+        judge(alone, [type(log)((stream,), log.metadata, stream.topic)], controller)
+        for stream in streams
+    ]
     return sum(all(item.met for item in verdict.requirements) for verdict in verdicts)
 
 
@@ -174,10 +213,16 @@ def meets_the_specification_on_random_plants() -> dict[str, Any]:
     model, spec = clutch_model(), load(RIG / "spec.yaml", Spec)
     met = {}
     for name in RATES:
-        controller = design_controller(model, spec, load(RIG / f"designs/{name}.yaml", Design), HERE)
+        controller = design_controller(
+            model, spec, load(RIG / f"designs/{name}.yaml", Design), HERE
+        )
         met[name] = specification_met(controller, model, spec, HERE, PLANTS)
     passed = all(met[name] >= rate * PLANTS for name, rate in RATES.items())
-    return {"passed": passed, "plants": PLANTS, **{f"{name}_inside": count for name, count in met.items()}}
+    return {
+        "passed": passed,
+        "plants": PLANTS,
+        **{f"{name}_inside": count for name, count in met.items()},
+    }
 
 
 CHECKS = {

@@ -1,4 +1,5 @@
-"""Output error at full count: table 4.1 in closed loop, and coverage of the intervals of the open loop."""
+"""Output error at full count: table 4.1 in closed loop, and coverage of the intervals of the open
+loop."""
 
 from __future__ import annotations
 
@@ -11,8 +12,8 @@ import numpy as np
 from scipy.stats import binom
 
 from frictool.identify.estimators.output_error import simulation_error
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import SLIDING
+from frictool.identify.fit_result import SLIDING
+from frictool.identify.methods import IdentificationSettings
 from tests.identify.linear_axis import linear_axis, linear_bench
 from tests.identify.test_output_error import closed_loop_errors
 
@@ -26,9 +27,15 @@ def table_4_1_closed_loop() -> dict[str, Any]:
     """rms errors of the simulation error in closed loop, in %, at most 1.15 times the trial's."""
     with tempfile.TemporaryDirectory() as folder:
         errors = [closed_loop_errors(seed, Path(folder)) for seed in range(SEEDS)]
-    rms = dict(zip(TRIAL, (100.0 * np.sqrt(np.mean(np.square(errors), axis=0))).tolist(), strict=True))
+    rms = dict(
+        zip(TRIAL, (100.0 * np.sqrt(np.mean(np.square(errors), axis=0))).tolist(), strict=True)
+    )
     passed = all(rms[name] <= MARGIN * limit for name, limit in TRIAL.items())
-    return {"passed": passed, "seeds": SEEDS, **{f"rms_percent_{name}": value for name, value in rms.items()}}
+    return {
+        "passed": passed,
+        "seeds": SEEDS,
+        **{f"rms_percent_{name}": value for name, value in rms.items()},
+    }
 
 
 def open_loop_coverage() -> dict[str, Any]:
@@ -36,11 +43,19 @@ def open_loop_coverage() -> dict[str, Any]:
     hits = np.zeros(len(SLIDING), dtype=int)
     for seed in range(AXES):
         truth, record = linear_axis(seed)
-        found = simulation_error([record], linear_bench(), Settings(RATE), ()).parameters
+        found = simulation_error(
+            [record], linear_bench(), IdentificationSettings(RATE), ()
+        ).parameters
         hits += [found[name].low <= getattr(truth, name) <= found[name].high for name in SLIDING]
     least = int(binom.ppf(CHANCE, AXES, RATE))
     covered = {f"covered_{name}": int(count) for name, count in zip(SLIDING, hits, strict=True)}
-    return {"passed": int(hits.min()) >= least, "seeds": AXES, "stated_rate": RATE, "least_accepted": least, **covered}
+    return {
+        "passed": int(hits.min()) >= least,
+        "seeds": AXES,
+        "stated_rate": RATE,
+        "least_accepted": least,
+        **covered,
+    }
 
 
 CHECKS: dict[str, Callable[[], dict[str, Any]]] = {

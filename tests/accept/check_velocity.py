@@ -1,4 +1,5 @@
-"""The causal velocity: its error beside (5.70) at the cut-off that is best for the log, and how often its intervals hold the true one."""
+"""The causal velocity: its error beside (5.70) at the cut-off that is best for the log, and how
+often its intervals hold the true one."""
 
 from __future__ import annotations
 
@@ -12,10 +13,20 @@ import pytest
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from frictool.observe.feed import feed
+from frictool.observe.sample_stream import open_stream
 from frictool.observe.velocity import VelocityEstimator
 from tests.identify.benches import data
-from tests.observe.fleet import Loop, Unit, believed, clutch, run, spread, steps, targets, with_encoder
+from tests.observe.fleet import (
+    Loop,
+    Unit,
+    believed,
+    clutch,
+    run,
+    spread,
+    steps,
+    targets,
+    with_encoder,
+)
 
 ROOT = Path(__file__).parents[2]
 SEEDS, WEARS = 60, (1.0, 1.5, 1.2)
@@ -24,11 +35,17 @@ LOOPS: tuple[Loop, ...] = ("speed", "linear")
 
 
 def clutches() -> dict[str, Any]:
-    """Each log: the observer's rms below two thirds of the best low-pass's; over all below half, and 93 % covered in motion."""
+    """Each log: the observer's rms below two thirds of the best low-pass's; over all below half,
+    and 93 % covered in motion."""
     ours, theirs, inside, moving = [], [], [], []
     for seed in range(SEEDS):
         for loop in LOOPS:
-            log = run(spread(seed, wear=WEARS[seed % 3]), steps() if seed % 2 == 0 else targets(seed), seed, loop)
+            log = run(
+                spread(seed, wear=WEARS[seed % 3]),
+                steps() if seed % 2 == 0 else targets(seed),
+                seed,
+                loop,
+            )
             estimator = VelocityEstimator(believed())
             found = np.concatenate([estimator.take(piece) for piece in log.pieces], axis=1)
             figures = estimator.figures()
@@ -40,7 +57,12 @@ def clutches() -> dict[str, Any]:
     ratio = np.array(ours) / np.array(theirs)
     rms, other = (float(np.sqrt(np.mean(np.square(each)))) for each in (ours, theirs))
     return {
-        "passed": bool(rms < 0.5 * other and ratio.max() < 2.0 / 3.0 and np.mean(moving) >= 0.93 and np.mean(inside) <= 0.99),
+        "passed": bool(
+            rms < 0.5 * other
+            and ratio.max() < 2.0 / 3.0
+            and np.mean(moving) >= 0.93
+            and np.mean(inside) <= 0.99
+        ),
         "logs": len(ours),
         "rms": rms,
         "rms_low_pass": other,
@@ -52,7 +74,8 @@ def clutches() -> dict[str, Any]:
 
 
 def rates() -> dict[str, Any]:
-    """Encoders of 256 to 1e5 counts, 0 to 0.5 A of noise, inertias as believed and 10 % less: 95 % are stated, 94 % held at least."""
+    """Encoders of 256 to 1e5 counts, 0 to 0.5 A of noise, inertias as believed and 10 % less: 95 %
+    are stated, 94 % held at least."""
     covered: dict[str, float] = {}
     wide: dict[str, float] = {}
     for counts, noise, inertia in product(COUNTS, NOISES, INERTIAS):
@@ -64,11 +87,17 @@ def rates() -> dict[str, Any]:
             found = np.concatenate([estimator.take(piece) for piece in log.pieces], axis=1)
             moving = log.velocity != 0.0
             inside.append(((found[1] <= log.velocity) & (log.velocity <= found[2]))[moving].mean())
-            width.append(0.5 * np.mean((found[2] - found[1])[moving]) / np.sqrt(np.mean((found[0] - log.velocity)[moving] ** 2)))
+            width.append(
+                0.5
+                * np.mean((found[2] - found[1])[moving])
+                / np.sqrt(np.mean((found[0] - log.velocity)[moving] ** 2))
+            )
         name = f"{counts:g} counts, {noise:g} A, inertia {inertia:g}"
         covered[name], wide[name] = float(np.mean(inside)), float(np.mean(width))
     return {
-        "passed": min(covered.values()) >= 0.94 and max(covered.values()) <= 0.995 and max(wide.values()) < 3.5,
+        "passed": min(covered.values()) >= 0.94
+        and max(covered.values()) <= 0.995
+        and max(wide.values()) < 3.5,
         "covered_in_motion": covered,
         "half_width_over_rms_error": wide,
     }
@@ -82,7 +111,7 @@ def emps() -> dict[str, Any]:
         return {"passed": True, "skipped": str(reason)}
     model = load(ROOT / "configs/emps/published.yaml", Model)
     estimator = VelocityEstimator(model)
-    for piece in feed(path, model.bench).pieces():
+    for piece in open_stream(path, model.bench).pieces():
         estimator.take(piece)
     found = estimator.figures()
     return {"passed": found["velocity_rms"] < 0.5 * found["velocity_rms_filter"], **found}

@@ -1,8 +1,10 @@
-"""Wear estimated on the clutch with its encoder of 56 points (thesis 6.3.2, second test): precision, intervals, moves it takes, alarms.
+"""Wear estimated on the clutch with its encoder of 56 points (thesis 6.3.2, second test):
+precision, intervals, moves it takes, alarms.
 
-The log is 20 s of steps under the speed form or a PID, 0.5 A of noise on the current; what the estimator believes has the inertia 20 % low.
-Each seed has its own noise and its own phase of the encoder. Spread plants are those of `tests/observe/fleet.py`. The floor of the
-intervals and everything else that was chosen was chosen on other seeds (from 5000 on).
+The log is 20 s of steps under the speed form or a PID, 0.5 A of noise on the current; what the
+estimator believes has the inertia 20 % low. Each seed has its own noise and its own phase of the
+encoder. Spread plants are those of `tests/observe/fleet.py`. The floor of the intervals and
+everything else that was chosen was chosen on other seeds (from 5000 on).
 """
 
 from __future__ import annotations
@@ -13,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from frictool.observe.alarm import judge
-from frictool.observe.estimate import Estimate
+from frictool.observe.estimate import WearEstimate
 from frictool.observe.wear.estimator import WearEstimator
 from frictool.observe.wear.moves import Move
+from frictool.observe.wear_limit import judge
 from tests.observe.fleet import Loop, Unit, believed, clutch, run, spread, steps, targets
 
 SEEDS = 200
@@ -32,11 +34,14 @@ PHASE_STREAM = 104  # beside the seed
 
 def reference(seed: int, random: bool = False) -> np.ndarray[Any, np.dtype[np.float64]]:
     """The steps of 6.3.2, or random ones, [rad], begun anywhere within a count of the encoder."""
-    phase = float(np.random.Generator(np.random.PCG64([seed, PHASE_STREAM])).random()) * clutch().bench.encoder.resolution
+    phase = (
+        float(np.random.Generator(np.random.PCG64([seed, PHASE_STREAM])).random())
+        * clutch().bench.encoder.resolution
+    )
     return (targets(seed) if random else steps()) + phase
 
 
-def estimates(unit: Unit, seed: int, loop: Loop, random: bool = False) -> list[Estimate]:
+def estimates(unit: Unit, seed: int, loop: Loop, random: bool = False) -> list[WearEstimate]:
     """What is known after each move of a log."""
     estimator, found = WearEstimator(believed()), []
     for piece in run(unit, reference(seed, random), seed, loop).pieces:
@@ -60,7 +65,7 @@ class Runs:
         self.moves: list[int] = []
         self.halves: list[float] = []
 
-    def take(self, found: list[Estimate], wear: float) -> None:
+    def take(self, found: list[WearEstimate], wear: float) -> None:
         """A run's estimates."""
         last, soon = found[-1].wear, found[min(SOON, len(found)) - 1].wear
         self.last.append(100.0 * (last.value / wear - 1.0))
@@ -103,12 +108,21 @@ def nominal() -> dict[str, Any]:
                 every.take(found, wear)
             parts[f"{loop}, wear {wear:g}"] = own.figures
     figures = every.figures
-    passed = all(abs(part["bias_percent"]) <= BIAS and part["deviation_percent"] <= DEVIATION for part in parts.values())
-    return {"passed": passed and _reached(figures), "runs": len(every.last), **figures, "parts": parts}
+    passed = all(
+        abs(part["bias_percent"]) <= BIAS and part["deviation_percent"] <= DEVIATION
+        for part in parts.values()
+    )
+    return {
+        "passed": passed and _reached(figures),
+        "runs": len(every.last),
+        **figures,
+        "parts": parts,
+    }
 
 
 def spread_plants() -> dict[str, Any]:
-    """Plants that differ from the model in what 9 of the reference says, steps of 6.3.2 and random ones."""
+    """Plants that differ from the model in what 9 of the reference says, steps of 6.3.2 and random
+    ones."""
     every, parts = Runs(), {}
     for loop in LOOPS:
         for random in (False, True):
@@ -120,7 +134,12 @@ def spread_plants() -> dict[str, Any]:
                 every.take(found, unit.wear)
             parts[f"{loop}, {'random' if random else '6.3.2'}"] = own.figures
     figures = every.figures
-    return {"passed": figures["largest_percent"] <= LARGEST and _reached(figures), "runs": len(every.last), **figures, "parts": parts}
+    return {
+        "passed": figures["largest_percent"] <= LARGEST and _reached(figures),
+        "runs": len(every.last),
+        **figures,
+        "parts": parts,
+    }
 
 
 def _reached(figures: dict[str, float]) -> bool:
@@ -128,8 +147,9 @@ def _reached(figures: dict[str, float]) -> bool:
     return covers(figures["covered"]) and figures[f"within_{WITHIN:g}_after_{SOON}"] >= OFTEN
 
 
-def windows(wear: float, count: int) -> Iterator[Estimate]:
-    """What SOON moves and no others tell of spread plants: `count` times, along both kinds of steps, under both loops."""
+def windows(wear: float, count: int) -> Iterator[WearEstimate]:
+    """What SOON moves and no others tell of spread plants: `count` times, along both kinds of
+    steps, under both loops."""
     given, seed = 0, 0
     while given < count:
         for loop in LOOPS:
@@ -155,7 +175,10 @@ def alarms() -> dict[str, Any]:
     """At LIMIT: none where nothing has worn, one in every window at WORN."""
     healthy = [judge(one, LIMIT) for one in windows(1.0, WINDOWS)]
     worn = [judge(one, LIMIT) for one in windows(WORN, WINDOWS)]
-    false, missed = sum(one.exceeded is not False for one in healthy), sum(one.exceeded is not True for one in worn)
+    false, missed = (
+        sum(one.exceeded is not False for one in healthy),
+        sum(one.exceeded is not True for one in worn),
+    )
     return {
         "passed": false == 0 and missed == 0,
         "healthy_windows": len(healthy),

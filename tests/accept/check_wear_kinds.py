@@ -1,7 +1,9 @@
-"""Kinds of wear told apart on the clutch of thesis 6.3.2 (second test), what a wrong or late measurement does, and EMPS's record.
+"""Kinds of wear told apart on the clutch of thesis 6.3.2 (second test), what a wrong or late
+measurement does, and EMPS's record.
 
-Each seed has its own noise, phase of the encoder and size of wear; 20 s, steps and random targets in turn, 0.5 A of noise on the current;
-what the estimator believes has the inertia 20 % low. What was chosen in kinds.py was chosen on other seeds (from 5000 on).
+Each seed has its own noise, phase of the encoder and size of wear; 20 s, steps and random targets
+in turn, 0.5 A of noise on the current; what the estimator believes has the inertia 20 % low. What
+was chosen in kinds.py was chosen on other seeds (from 5000 on).
 """
 
 from __future__ import annotations
@@ -18,11 +20,11 @@ from scipy.stats import binom
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from frictool.observe.alarm import judge
-from frictool.observe.commissioning import commissioned
-from frictool.observe.estimate import Estimate, Kind, Range
-from frictool.observe.feed import feed
+from frictool.observe.commissioning import commissioning_of_estimate
+from frictool.observe.estimate import EstimateRange, Kind, WearEstimate
+from frictool.observe.sample_stream import open_stream
 from frictool.observe.wear.estimator import WearEstimator
+from frictool.observe.wear_limit import judge
 from tests.accept.check_wear import LOOPS, SOON, reference
 from tests.observe.fleet import EDGE, ROOT, Loop, Unit, believed, clutch, run, spread
 
@@ -35,7 +37,10 @@ SIZES: dict[Kind, tuple[dict[str, float], ...]] = {
     "zones": tuple({"zone": zone} for zone in (1.1, 1.2, 1.3, 1.5)),
 }
 RIGHT = 0.98  # of the runs of each kind
-STATED, CHANCE = 0.93, 1e-3  # the least part of intervals that hold; the chance of a draw that holds fewer
+STATED, CHANCE = (
+    0.93,
+    1e-3,
+)  # the least part of intervals that hold; the chance of a draw that holds fewer
 UNITS = 100
 LIMIT, SOUND, WORN = 1.25, 1.2, 1.3
 LARGEST = 2.0  # %, of the ratio to commissioning
@@ -44,7 +49,7 @@ EMPS = ROOT / "configs" / "emps" / "published.yaml"
 EMPS_WITHIN = 0.1  # of the identified Coulomb friction
 
 
-def estimates(unit: Unit, seed: int, loop: Loop) -> list[Estimate]:
+def estimates(unit: Unit, seed: int, loop: Loop) -> list[WearEstimate]:
     """What is known after each move of a log; every other one of random targets."""
     estimator, found = WearEstimator(believed()), []
     for piece in run(unit, reference(seed, random=seed % 2 == 1), seed, loop).pieces:
@@ -52,25 +57,34 @@ def estimates(unit: Unit, seed: int, loop: Loop) -> list[Estimate]:
     return [*found, *estimator.finish()]
 
 
-def estimated(unit: Unit, seed: int, loop: Loop) -> Estimate:
+def estimated(unit: Unit, seed: int, loop: Loop) -> WearEstimate:
     """What is known at the end of a log."""
     return estimates(unit, seed, loop)[-1]
 
 
-def truths(unit: Unit, found: Estimate) -> Iterator[tuple[str, Range, float]]:
-    """(name, estimate, truth) of what is told beside the kind; a zone that the worn one begins in has no one truth."""
+def truths(unit: Unit, found: WearEstimate) -> Iterator[tuple[str, EstimateRange, float]]:
+    """(name, estimate, truth) of what is told beside the kind; a zone that the worn one begins in
+    has no one truth."""
     if found.added is not None:
         yield "added", found.added, unit.added
-    for name, worn, own in (("forward", found.forward, unit.forward), ("backward", found.backward, unit.backward)):
+    for name, worn, own in (
+        ("forward", found.forward, unit.forward),
+        ("backward", found.backward, unit.backward),
+    ):
         if worn is not None and found.kind in ("none", "multiplicative", "directional"):
             yield name, worn, own * unit.wear
     for zone in found.zones:
         if zone.high <= EDGE or zone.low >= EDGE:
-            yield ("zone, worn" if zone.low >= EDGE else "zone, sound"), zone.wear, unit.zone if zone.low >= EDGE else 1.0
+            yield (
+                ("zone, worn" if zone.low >= EDGE else "zone, sound"),
+                zone.wear,
+                unit.zone if zone.low >= EDGE else 1.0,
+            )
 
 
 def confusion(loop: Loop, plants: str) -> dict[str, Any]:
-    """Which kind is told of runs of each kind, at the end and after SOON moves, and whether the intervals of its values hold."""
+    """Which kind is told of runs of each kind, at the end and after SOON moves, and whether the
+    intervals of its values hold."""
     table: dict[str, Counter[str]] = {}
     soon: dict[str, Counter[str]] = {}
     held: dict[str, list[bool]] = {}
@@ -83,7 +97,9 @@ def confusion(loop: Loop, plants: str) -> dict[str, Any]:
             known = estimates(unit, seed, loop)
             found = known[-1]
             table[kind][found.kind] += 1
-            if kind != "zones" or seed % 2 == 1:  # the steps of 6.3.2 have not been beyond EDGE by then
+            if (
+                kind != "zones" or seed % 2 == 1
+            ):  # the steps of 6.3.2 have not been beyond EDGE by then
                 soon[kind][known[SOON - 1].kind] += 1
             for name, told, truth in truths(unit, found) if found.kind == kind else ():
                 held.setdefault(name, []).append(told.low <= truth <= told.high)
@@ -96,19 +112,27 @@ def confusion(loop: Loop, plants: str) -> dict[str, Any]:
         "told": {kind: dict(counts) for kind, counts in table.items()},
         f"told_after_{SOON}_moves": {kind: dict(counts) for kind, counts in soon.items()},
         "held": {name: round(float(np.mean(hits)), 3) for name, hits in held.items()},
-        "largest_error": {name: round(float(np.max(np.abs(values))), 4) for name, values in errors.items()},
+        "largest_error": {
+            name: round(float(np.max(np.abs(values))), 4) for name, values in errors.items()
+        },
     }
 
 
 def constants() -> dict[str, Any]:
-    """Units whose torque constant is not the bench's: a log at commissioning, and later ones, sound and worn, judged on the ratio."""
-    low, high = (end / clutch().bench.actuator.constant.value for end in clutch().bench.actuator.constant.interval)
+    """Units whose torque constant is not the bench's: a log at commissioning, and later ones, sound
+    and worn, judged on the ratio."""
+    low, high = (
+        end / clutch().bench.actuator.constant.value
+        for end in clutch().bench.actuator.constant.interval
+    )
     plain, ratios, held, scaled, alarms, within = [], [], [], [], Counter[str](), 0
     for seed in range(UNITS):
-        constant = (low, high)[seed % 2] if seed < UNITS // 2 else float(low + (high - low) * seed / UNITS)
+        constant = (
+            (low, high)[seed % 2] if seed < UNITS // 2 else float(low + (high - low) * seed / UNITS)
+        )
         loop = LOOPS[seed % len(LOOPS)]
         first = estimated(spread(seed, constant=constant), seed, loop)
-        unit = commissioned(first, "first")
+        unit = commissioning_of_estimate(first, "first")
         for wear in (SOUND, WORN):
             found = estimated(spread(seed, constant=constant, wear=wear), SEEDS + seed, loop)
             ratio = unit.ratio(found)
@@ -127,7 +151,9 @@ def constants() -> dict[str, Any]:
         "runs": len(ratios),
         "largest_error_percent_of_wear": round(100.0 * float(np.max(np.abs(plain))), 2),
         "largest_error_percent_of_ratio": round(worst, 2),
-        "largest_error_percent_of_wear_times_constant": round(100.0 * float(np.max(np.abs(scaled))), 2),
+        "largest_error_percent_of_wear_times_constant": round(
+            100.0 * float(np.max(np.abs(scaled))), 2
+        ),
         "ratio_held": float(np.mean(held)),
         "wear_within_the_scale": within,
         "alarms": dict(alarms),
@@ -135,13 +161,14 @@ def constants() -> dict[str, Any]:
 
 
 def late() -> dict[str, Any]:
-    """A current that is logged 1 ms late: the error of the wear, and of its ratio to a commissioning that was logged as late."""
+    """A current that is logged 1 ms late: the error of the wear, and of its ratio to a
+    commissioning that was logged as late."""
     errors: dict[str, list[float]] = {"wear": [], "ratio": []}
     parts = {}
     for loop in LOOPS:
         own = []
         for seed in range(LATE_SEEDS):
-            first = commissioned(estimated(Unit(late=1), SEEDS + seed, loop), "first")
+            first = commissioning_of_estimate(estimated(Unit(late=1), SEEDS + seed, loop), "first")
             found = estimated(Unit(late=1, wear=WORN), seed, loop)
             own.append(found.wear.value / WORN - 1.0)
             errors["ratio"].append(first.ratio(found).value / WORN - 1.0)
@@ -157,20 +184,27 @@ def late() -> dict[str, Any]:
 
 
 def emps() -> dict[str, Any]:
-    """The measured record: Coulomb friction along it over what was identified. Before the axis has moved both ways it is not told
-    from an offset, and the interval has to say so."""
+    """The measured record: Coulomb friction along it over what was identified. Before the axis has
+    moved both ways it is not told from an offset, and the interval has to say so."""
     folder = Path(os.environ.get("FRICTOOL_DATA", ROOT.parent / "shared" / "data"))
     path = folder / "emps" / "DATA_EMPS.mat"
     if not path.is_file():
-        return {"passed": True, "skipped": "the EMPS record is not here; set FRICTOOL_DATA to the folder that holds emps/DATA_EMPS.mat"}
+        return {
+            "passed": True,
+            "skipped": "the EMPS record is not here; set FRICTOOL_DATA to the folder that holds emps/DATA_EMPS.mat",
+        }
     one_way, both_ways = tracked(path)
     friction = load(EMPS, Model).parameters.coulomb.value
     values = [one.wear.value for one in both_ways]
     open_before = all(one.wear.low <= 1.0 <= one.wear.high for one in one_way)
     return {
-        "passed": open_before and bool(values) and max(abs(value - 1.0) for value in values) <= EMPS_WITHIN,
+        "passed": open_before
+        and bool(values)
+        and max(abs(value - 1.0) for value in values) <= EMPS_WITHIN,
         "identified_N": friction,
-        "tracked_N": [round(friction * end, 2) for end in (min(values), float(np.median(values)), max(values))],
+        "tracked_N": [
+            round(friction * end, 2) for end in (min(values), float(np.median(values)), max(values))
+        ],
         "from_s": round(both_ways[0].time, 2),
         "estimates": len(values),
         "kind": both_ways[-1].kind,
@@ -182,18 +216,26 @@ def emps() -> dict[str, Any]:
     }
 
 
-def tracked(path: Path) -> tuple[list[Estimate], list[Estimate]]:
+def tracked(path: Path) -> tuple[list[WearEstimate], list[WearEstimate]]:
     """Estimates along EMPS's record before the first move back, and from it on."""
     model = load(EMPS, Model)
     estimator = WearEstimator(model)
-    moves = [move for piece in feed(path, model.bench).pieces() for move in estimator.moves.take(piece)]
+    moves = [
+        move
+        for piece in open_stream(path, model.bench).pieces()
+        for move in estimator.moves.take(piece)
+    ]
     found = [estimator.learn(move) for move in moves]
     turned = next(index for index, move in enumerate(moves) if move.direction < 0)
     return found[:turned], found[turned:]
 
 
 CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
-    **{f"wear: kinds, {loop}, {plants}": partial(confusion, loop, plants) for loop in LOOPS for plants in ("nominal", "spread")},
+    **{
+        f"wear: kinds, {loop}, {plants}": partial(confusion, loop, plants)
+        for loop in LOOPS
+        for plants in ("nominal", "spread")
+    },
     "wear: a wrong torque constant": constants,
     "wear: a current 1 ms late": late,
     "wear: EMPS's Coulomb friction": emps,

@@ -51,11 +51,17 @@ def test_a_misspelt_name_is_told_with_those_that_there_are() -> None:
 
 def test_importing_the_packages_loads_no_library() -> None:
     code = f"import sys, {', '.join(f'frictool.{name}' for name in PACKAGES)}; print(*sorted(set({HEAVY!r}) & set(sys.modules)))"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == ""
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout.strip()
+        == ""
+    )
 
 
 def test_a_module_that_was_imported_first_hides_no_function() -> None:
-    """A submodule becomes an attribute of its package: none may have the name of a function that the package offers."""
+    """A submodule becomes an attribute of its package: none may have the name of a function that
+    the package offers."""
     for name in PACKAGES:
         package = importlib.import_module(f"frictool.{name}")
         for offered in package.__all__:

@@ -1,4 +1,5 @@
-"""docs/api.md, whose blocks tests/docs plays: each has its output, and the table names what there is."""
+"""docs/api.md, whose blocks tests/docs plays: each has its output, and the table names what there
+is."""
 
 from __future__ import annotations
 

@@ -9,20 +9,20 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.campaign import campaign, conduct
-from frictool.campaign.telling.machine import as_json
+from frictool.campaign import campaign, campaign_run
+from frictool.campaign.views.json_view import as_json
 from frictool.cli.campaign import TRIALS
 from frictool.documents import Bench, Mechanism, Model, Scenario, Spec, load, save, to_yaml
-from frictool.documents.provenance import called, digest
+from frictool.documents.provenance import digest, provenance_of_call
 from frictool.documents.quantity import Span
 from frictool.documents.spread import Spread
-from frictool.engine.servo import Servo
+from frictool.engine.servo import PositionServo
 from frictool.equations import equations
 from frictool.errors import DocumentError, FrictoolError, InputFileError, LogError, OutputError
 from frictool.export import export
 from frictool.identify import NothingIdentified, identify
 from frictool.identify.assess import assess
-from frictool.identify.excite import Settings, excite
+from frictool.identify.excite import ExcitationSettings, excite
 from frictool.identify.info import info
 from frictool.identify.info.text import table
 from frictool.identify.validate import validate
@@ -50,7 +50,9 @@ def test_a_document_says_what_it_is(tmp_path: Path) -> None:
     with pytest.raises(DocumentError, match="format: is missing"):
         load(tmp_path / "a.yaml")
     (tmp_path / "b.yaml").write_text("name: a\nformat: bensh/1\n")
-    with pytest.raises(DocumentError, match=r"b\.yaml:2: format: found 'bensh/1'; allowed: bench/1"):
+    with pytest.raises(
+        DocumentError, match=r"b\.yaml:2: format: found 'bensh/1'; allowed: bench/1"
+    ):
         load(tmp_path / "b.yaml")
     (tmp_path / "c.yaml").write_text("- 1\n")
     with pytest.raises(DocumentError, match="format: is missing"):
@@ -62,18 +64,23 @@ def test_a_document_says_what_it_is(tmp_path: Path) -> None:
 def test_what_is_saved_is_what_is_loaded_and_what_provenance_names(tmp_path: Path) -> None:
     save(MODEL, tmp_path / "model.yaml")
     assert load(tmp_path / "model.yaml", Model) == MODEL
-    (named,) = called("a function", model=MODEL, observer=None).inputs
+    (named,) = provenance_of_call("a function", model=MODEL, observer=None).inputs
     assert (named.name, named.sha256) == ("model.yaml", digest(tmp_path / "model.yaml"))
     assert [path.name for path in tmp_path.iterdir()] == ["model.yaml"]
     with pytest.raises(OutputError, match="cannot be written"):
         save(MODEL, tmp_path / "missing" / "model.yaml")
     with pytest.raises(OutputError, match="cannot be written"):
-        write_log(log_of([0.0, 1.0], {"position": [0.0, 1.0]}, "rotary"), tmp_path / "missing" / "log.mcap")
+        write_log(
+            log_of([0.0, 1.0], {"position": [0.0, 1.0]}, "rotary"),
+            tmp_path / "missing" / "log.mcap",
+        )
 
 
 def test_a_log_of_arrays_is_a_log(tmp_path: Path) -> None:
     time = np.arange(50) * 1e-3
-    log = log_of(time, {"position": np.sin(time), "current": np.cos(time)}, axis="rotary", name="mine")
+    log = log_of(
+        time, {"position": np.sin(time), "current": np.cos(time)}, axis="rotary", name="mine"
+    )
     assert log.main.units == {"position": "rad", "current": "A"}
     write_log(log, tmp_path / "mine.mcap")
     again = read_log(str(tmp_path / "mine.mcap")).main
@@ -94,18 +101,22 @@ def test_a_log_of_arrays_is_a_log(tmp_path: Path) -> None:
         ([], {"position": []}, "fewer than 2"),
     ],
 )
-def test_arrays_that_are_no_log_are_refused(time: list[float], signals: dict[str, list[float]], words: str) -> None:
+def test_arrays_that_are_no_log_are_refused(
+    time: list[float], signals: dict[str, list[float]], words: str
+) -> None:
     with pytest.raises(LogError, match=words):
         log_of(time, signals, "rotary")
 
 
 def test_a_test_is_planned_played_identified_and_validated() -> None:
     """The whole way of a bench in memory: what is found is what was put in."""
-    sines = excite("sines", BENCH, Settings(duration=4.0, speeds=3))
-    servo = Servo(proportional=30.0 * 0.1 * 13.4e-3, derivative=0.1 * 13.4e-3)
+    sines = excite("sines", BENCH, ExcitationSettings(duration=4.0, speeds=3))
+    servo = PositionServo(proportional=30.0 * 0.1 * 13.4e-3, derivative=0.1 * 13.4e-3)
     log = play(MODEL, sines.as_log("sines"), servo=servo, drive_noise=0.02, seed=3)
     found = identify([log], BENCH)
-    assert found.model.parameters.coulomb.value == pytest.approx(MODEL.parameters.coulomb.value, rel=0.02)
+    assert found.model.parameters.coulomb.value == pytest.approx(
+        MODEL.parameters.coulomb.value, rel=0.02
+    )
     assert found.model.provenance.command == "frictool.identify.identify() in Python"
     assert found.records[0].time.size == log.main.time.size
     assert validate(found.model, log).errors["velocity"] < 0.2
@@ -116,10 +127,19 @@ def test_a_test_is_planned_played_identified_and_validated() -> None:
 def test_a_function_gives_what_its_command_writes(tmp_path: Path) -> None:
     path, bench = ROOT / "sample_logs/ramp.csv", CLUTCH / "bench.yaml"
     assert run("identify", path, "--bench", bench, "-o", tmp_path / "model.yaml").code == 0
-    written, found = load(tmp_path / "model.yaml", Model), identify([read_log(path, BENCH)], load(bench, Bench)).model
+    written, found = (
+        load(tmp_path / "model.yaml", Model),
+        identify([read_log(path, BENCH)], load(bench, Bench)).model,
+    )
     assert written.parameters == found.parameters
-    without = [line for line in to_yaml(found).splitlines() if line not in (tmp_path / "model.yaml").read_text().splitlines()]
-    assert all("Python" in line or "sha256" in line or "bench.yaml" in line for line in without), without
+    without = [
+        line
+        for line in to_yaml(found).splitlines()
+        if line not in (tmp_path / "model.yaml").read_text().splitlines()
+    ]
+    assert all("Python" in line or "sha256" in line or "bench.yaml" in line for line in without), (
+        without
+    )
 
 
 def test_a_log_that_tells_nothing_says_so() -> None:
@@ -138,7 +158,9 @@ def test_what_a_log_holds_is_told_of_one_in_memory_and_of_a_file(tmp_path: Path)
     path = ROOT / "sample_logs/sines.csv"
     of_file = info(path, BENCH)
     assert table(of_file) + "\n" == run("info", path, "--bench", CLUTCH / "bench.yaml").stdout
-    assert of_file.facts == json.loads(run("info", path, "--bench", CLUTCH / "bench.yaml", "--json").stdout)
+    assert of_file.facts == json.loads(
+        run("info", path, "--bench", CLUTCH / "bench.yaml", "--json").stdout
+    )
     in_memory = info(read_log(path, BENCH), BENCH)
     assert in_memory.facts["test"] == of_file.facts["test"] == {"kind": "sines", "given": False}
     assert in_memory.facts["encoder_step"] == of_file.facts["encoder_step"]
@@ -155,7 +177,9 @@ def test_a_model_needs_a_controller_and_a_mechanism_its_sources() -> None:
 def test_a_scenario_that_replays_a_log_asks_for_it() -> None:
     replay = load(CLUTCH / "scenarios/replay.yaml", Scenario)
     for stage in (simulate, lambda *documents: campaign(*documents, clutch_spec())):
-        with pytest.raises(DocumentError, match=r"scenario: reference\.log: is a log to replay, and none is given"):
+        with pytest.raises(
+            DocumentError, match=r"scenario: reference\.log: is a log to replay, and none is given"
+        ):
             stage(MODEL, truthful(controller()), replay)
 
 
@@ -187,19 +211,38 @@ def test_an_observer_is_designed_and_a_log_observed(tmp_path: Path) -> None:
     write_log(log, tmp_path / "steps.mcap")
     seen, again = observe(MODEL, log), observe(MODEL, tmp_path / "steps.mcap")
     assert seen.outcome.estimate == again.outcome.estimate
-    np.testing.assert_array_equal(seen.estimates.main.signals["velocity"], again.estimates.main.signals["velocity"])
+    np.testing.assert_array_equal(
+        seen.estimates.main.signals["velocity"], again.estimates.main.signals["velocity"]
+    )
 
 
-def test_a_campaign_says_what_its_command_says_and_its_worst_case_is_played_again(tmp_path: Path) -> None:
+def test_a_campaign_says_what_its_command_says_and_its_worst_case_is_played_again(
+    tmp_path: Path,
+) -> None:
     command = rig.write(tmp_path, rig.played(rig.EVERYTHING))
-    result = run(*command, "-n", "4", "--cores", "1", "--worst", tmp_path / "worst", "--evaluations", "8", "--json")
-    plant, own, scenario, spec = (load(tmp_path / f"{name}.yaml") for name in ("model", "controller", "scenario", "spec"))
+    result = run(
+        *command,
+        "-n",
+        "4",
+        "--cores",
+        "1",
+        "--worst",
+        tmp_path / "worst",
+        "--evaluations",
+        "8",
+        "--json",
+    )
+    plant, own, scenario, spec = (
+        load(tmp_path / f"{name}.yaml") for name in ("model", "controller", "scenario", "spec")
+    )
     found = campaign(plant, own, scenario, spec, trials=4, evaluations=8)
-    assert json.loads(json.dumps(as_json(found.findings)).replace("NaN", "null")) == json.loads(result.stdout)
+    assert json.loads(json.dumps(as_json(found.findings)).replace("NaN", "null")) == json.loads(
+        result.stdout
+    )
     case = next(one for one in found.worst if one.requirement == "overshoot")
     again = judge(spec, [simulate(plant, own, case.played)], own)
     assert case.value == next(one.value for one in again.requirements if one.name == "overshoot")
-    assert conduct.TRIALS == TRIALS
+    assert campaign_run.TRIALS == TRIALS
 
 
 def test_a_campaign_that_cannot_be_is_told_by_its_documents() -> None:
@@ -227,11 +270,17 @@ def test_a_campaign_that_cannot_be_is_told_by_its_documents() -> None:
 
 
 def test_words_that_are_none_are_refused_with_those_that_are() -> None:
-    with pytest.raises(FrictoolError, match="kind: found 'sliding'; allowed: multiplicative, additive, tracking"):
+    with pytest.raises(
+        FrictoolError, match="kind: found 'sliding'; allowed: multiplicative, additive, tracking"
+    ):
         design_observer(MODEL, "sliding")
-    with pytest.raises(FrictoolError, match="language: found 'fortran'; allowed: c, json, cmsis, matlab"):
+    with pytest.raises(
+        FrictoolError, match="language: found 'fortran'; allowed: c, json, cmsis, matlab"
+    ):
         export(truthful(controller()), "fortran")
-    with pytest.raises(FrictoolError, match="number: found 'int8'; allowed: double, float, q31, q15"):
+    with pytest.raises(
+        FrictoolError, match="number: found 'int8'; allowed: double, float, q31, q15"
+    ):
         export(truthful(controller()), "c", "int8")
     with pytest.raises(LogError, match="axis: found 'rotatory'; allowed: rotary, linear"):
         log_of([0.0, 1.0], {"position": [0.0, 1.0]}, "rotatory")

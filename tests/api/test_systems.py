@@ -1,4 +1,5 @@
-"""Controllers and models as systems of python-control and scipy, and theirs as controllers of ours."""
+"""Controllers and models as systems of python-control and scipy, and theirs as controllers of
+ours."""
 
 from __future__ import annotations
 
@@ -13,11 +14,18 @@ from scipy import signal
 
 from frictool.documents import Spec, load, save
 from frictool.documents.controller import Controller
-from frictool.documents.design_blocks import PositionLaw
+from frictool.documents.design_blocks import PositionLawDesign
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.lti import Lti
-from frictool.synth import own_controller
-from frictool.systems import as_lti, controller_system, loop_system, plant_system, to_control, to_scipy
+from frictool.synth import external_controller
+from frictool.systems import (
+    as_lti,
+    controller_system,
+    loop_system,
+    plant_system,
+    to_control,
+    to_scipy,
+)
 from frictool.verify import verify
 from tests.synth.example import ROOT, clutch_model
 
@@ -32,13 +40,17 @@ PID = signal.TransferFunction(LEAD, np.polymul([1.0 / (8 * CROSSING), 1.0], [1.0
 
 @pytest.fixture(scope="module")
 def controller() -> Controller:
-    return own_controller(PID, MODEL, SPEC, name="pid")
+    return external_controller(PID, MODEL, SPEC, name="pid")
 
 
 def sampled(document: Any, angles: np.ndarray) -> np.ndarray:
     """Response of a stored state space on the unit circle, by the definition."""
-    a, b, c, d = (np.array(rows, dtype=float) for rows in (document.a, document.b, document.c, document.d))
-    return np.array([(c @ np.linalg.solve(np.exp(1j * w) * np.eye(len(a)) - a, b) + d)[0, 0] for w in angles])
+    a, b, c, d = (
+        np.array(rows, dtype=float) for rows in (document.a, document.b, document.c, document.d)
+    )
+    return np.array(
+        [(c @ np.linalg.solve(np.exp(1j * w) * np.eye(len(a)) - a, b) + d)[0, 0] for w in angles]
+    )
 
 
 def test_a_controller_has_the_response_of_its_stored_coefficients(controller: Controller) -> None:
@@ -59,13 +71,21 @@ def test_it_is_the_continuous_one_by_tustin(controller: Controller) -> None:
 
 @pytest.mark.parametrize("which", [0, -1])
 def test_a_vertex_has_the_stored_margin(controller: Controller, which: int) -> None:
-    """The loop put together by python-control alone, from the physical parameters: zero-order hold, delay, controller."""
+    """The loop put together by python-control alone, from the physical parameters: zero-order hold,
+    delay, controller."""
     vertex, lag = controller.verified.vertices[which], MODEL.bench.actuator.loop_time_constant_s
-    axis = control.tf([vertex.constant], np.polymul([lag, 1.0], [vertex.inertia, vertex.viscous, 0.0]))
-    plant, angles = control.sample_system(control.ss(axis), PERIOD, "zoh"), np.linspace(0.02, 0.6, 4000)
+    axis = control.tf(
+        [vertex.constant], np.polymul([lag, 1.0], [vertex.inertia, vertex.viscous, 0.0])
+    )
+    plant, angles = (
+        control.sample_system(control.ss(axis), PERIOD, "zoh"),
+        np.linspace(0.02, 0.6, 4000),
+    )
     z = np.exp(1j * angles)
     open_loop = to_control(controller)(z) * plant(z) * z**-controller.delay_samples
-    assert 1.0 / np.abs(1.0 / (1.0 + open_loop)).max() == pytest.approx(vertex.modulus_margin, rel=1e-6)
+    assert 1.0 / np.abs(1.0 / (1.0 + open_loop)).max() == pytest.approx(
+        vertex.modulus_margin, rel=1e-6
+    )
     ours = loop_system(controller, vertex.name).response(angles / PERIOD)[:, 0, 0]
     np.testing.assert_allclose(ours, open_loop, rtol=1e-7)
 
@@ -74,7 +94,9 @@ def test_a_model_is_its_axis() -> None:
     axis, lag = to_control(MODEL), MODEL.bench.actuator.loop_time_constant_s
     s = 1j * np.geomspace(1.0, 1e4, 50)
     p = MODEL.parameters
-    expected = MODEL.bench.actuator.constant.value / ((lag * s + 1.0) * (p.inertia.value * s + p.viscous.value) * s)
+    expected = MODEL.bench.actuator.constant.value / (
+        (lag * s + 1.0) * (p.inertia.value * s + p.viscous.value) * s
+    )
     assert axis.dt == 0
     np.testing.assert_allclose(axis(s), expected, rtol=1e-9)
     held = plant_system(MODEL, sampled=True)
@@ -94,22 +116,41 @@ def test_a_model_is_its_axis() -> None:
         PID.to_ss(),
         PID.to_zpk(),
         signal.StateSpace(
-            *signal.cont2discrete((PID.to_ss().A, PID.to_ss().B, PID.to_ss().C, PID.to_ss().D), PERIOD, "bilinear")[:4], dt=PERIOD
+            *signal.cont2discrete(
+                (PID.to_ss().A, PID.to_ss().B, PID.to_ss().C, PID.to_ss().D), PERIOD, "bilinear"
+            )[:4],
+            dt=PERIOD,
         ),
     ],
-    ids=["control.tf", "control.ss", "control sampled", "scipy tf", "scipy ss", "scipy zpk", "scipy sampled"],
+    ids=[
+        "control.tf",
+        "control.ss",
+        "control sampled",
+        "scipy tf",
+        "scipy ss",
+        "scipy zpk",
+        "scipy sampled",
+    ],
 )
 def test_whoever_s_system_it_is_the_same(given: Any, controller: Controller) -> None:
     found = as_lti(given, PERIOD)
     response = found.response(ANGLES / PERIOD)[:, 0, 0]
-    np.testing.assert_allclose(response, controller_system(controller).response(ANGLES / PERIOD)[:, 0, 0], rtol=1e-5)
+    np.testing.assert_allclose(
+        response, controller_system(controller).response(ANGLES / PERIOD)[:, 0, 0], rtol=1e-5
+    )
 
 
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        (control.ss(np.eye(1) * 0.5, np.ones((1, 2)), np.ones((1, 1)), np.zeros((1, 2)), PERIOD), "2 inputs and 1 outputs"),
-        (control.tf([1.0], [1.0, -0.5], 2 * PERIOD), "is sampled at 0.002 s; allowed: continuous, or the bench's period of 0.001 s"),
+        (
+            control.ss(np.eye(1) * 0.5, np.ones((1, 2)), np.ones((1, 1)), np.zeros((1, 2)), PERIOD),
+            "2 inputs and 1 outputs",
+        ),
+        (
+            control.tf([1.0], [1.0, -0.5], 2 * PERIOD),
+            "is sampled at 0.002 s; allowed: continuous, or the bench's period of 0.001 s",
+        ),
         (control.tf([1.0, 0.0], [1.0]), "improper"),
         (control.ss([[0.5]], [[1.0]], [[np.inf]], [[0.0]], PERIOD), "not finite"),
         (3.0, "a float is no linear system"),
@@ -120,7 +161,9 @@ def test_what_is_no_such_system_is_refused(given: Any, words: str) -> None:
         as_lti(given, PERIOD)
 
 
-def test_one_s_own_controller_is_verified_kept_and_read_again(controller: Controller, tmp_path: Path) -> None:
+def test_one_s_own_controller_is_verified_kept_and_read_again(
+    controller: Controller, tmp_path: Path
+) -> None:
     assert controller.method == "own"
     found = verify(controller)
     assert found.proved == ()  # it has no certificate
@@ -131,8 +174,8 @@ def test_one_s_own_controller_is_verified_kept_and_read_again(controller: Contro
 
 def test_one_s_own_speed_loop_goes_under_a_position_law() -> None:
     lead = signal.TransferFunction(LEAD[:2], [1.0 / (8 * CROSSING), 1.0])
-    law = PositionLaw(action="cut", kind="square_root", formula="sqrt(F/J)")
-    found = own_controller(lead, MODEL, SPEC, position_law=law)
+    law = PositionLawDesign(action="cut", kind="square_root", formula="sqrt(F/J)")
+    found = external_controller(lead, MODEL, SPEC, position_law=law)
     assert found.structure == "speed_cascade"
     assert found.position_law is not None
     assert verify(found).unaltered
@@ -148,7 +191,7 @@ def test_one_s_own_speed_loop_goes_under_a_position_law() -> None:
 )
 def test_what_is_not_verified_is_refused(system: Any, words: str) -> None:
     with pytest.raises(NoSolutionError, match=words):
-        own_controller(system, MODEL, SPEC)
+        external_controller(system, MODEL, SPEC)
 
 
 def test_vertices_are_those_of_the_controller(controller: Controller) -> None:
@@ -158,11 +201,16 @@ def test_vertices_are_those_of_the_controller(controller: Controller) -> None:
         plant_system(MODEL, "v01")
 
 
-@pytest.mark.parametrize("function", [to_control, to_scipy, controller_system, plant_system, lambda it: loop_system(it, "v01")])
+@pytest.mark.parametrize(
+    "function",
+    [to_control, to_scipy, controller_system, plant_system, lambda it: loop_system(it, "v01")],
+)
 def test_what_is_no_model_and_no_controller_is_told(function: Any) -> None:
     with pytest.raises(FrictoolError, match=r"found int; allowed: (Model, )?Controller"):
         function(42)
-    with pytest.raises(FrictoolError, match=r"found Mechanism; allowed: .*; reduce it to a model first"):
+    with pytest.raises(
+        FrictoolError, match=r"found Mechanism; allowed: .*; reduce it to a model first"
+    ):
         function(load(ROOT / "configs/clutch/mechanism.yaml"))
 
 

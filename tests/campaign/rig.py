@@ -1,4 +1,5 @@
-"""A rig whose campaign takes milliseconds a trial: the made-up clutch, its controller, one step, and what varies."""
+"""A rig whose campaign takes milliseconds a trial: the made-up clutch, its controller, one step,
+and what varies."""
 
 from __future__ import annotations
 
@@ -6,9 +7,9 @@ from pathlib import Path
 
 import msgspec
 
-from frictool.campaign.drawing.space import plant_factors, space_of
-from frictool.campaign.drawing.spreading import spread_factors
-from frictool.campaign.playing.playing import CampaignTrial, Setting, plant_of
+from frictool.campaign.draws.space import plant_factors, space_of
+from frictool.campaign.draws.spread_factors import spread_factors
+from frictool.campaign.trials.trial_player import CampaignSetting, TrialPlayer, plant_of
 from frictool.documents.conditions import DriftPoint, Drifts
 from frictool.documents.quantity import Span
 from frictool.documents.scenario import Scenario
@@ -25,7 +26,7 @@ from frictool.documents.spread import (
     Warmth,
 )
 from frictool.documents.writing import to_yaml
-from frictool.simulate.agreement import Names
+from frictool.simulate.document_agreement import DocumentNames
 from tests.report.example import clutch_spec
 from tests.simulate.example import controller, scenario
 from tests.synth.example import clutch_model
@@ -43,7 +44,9 @@ EVERYTHING = Spread(
         SpreadFault("drive_gain", lasts_s=LastingBand(0.1, 0.3), gain_error=GainBand(-0.05, 0.05)),
     ),
     disturbances=(
-        SpreadDisturbance("pulse", Span(-0.1, 0.1, "N m"), InstantBand(0.0, 0.4), LastingBand(0.01, 0.05)),
+        SpreadDisturbance(
+            "pulse", Span(-0.1, 0.1, "N m"), InstantBand(0.0, 0.4), LastingBand(0.01, 0.05)
+        ),
         SpreadDisturbance("step", Span(0.0, 0.01, "N m")),
     ),
 )
@@ -55,15 +58,27 @@ def played(spread: Spread | None = None, **fields: object) -> Scenario:
     return scenario(40.0, **{"spread": spread, "drive_noise": 0.05, "seed": 3, **fields})
 
 
-def trial(spread: Spread | None = EVERYTHING, seed: int = 3, **fields: object) -> CampaignTrial:
+def trial(spread: Spread | None = EVERYTHING, seed: int = 3, **fields: object) -> TrialPlayer:
     """What plays draws of it, in memory."""
-    setting = Setting(clutch_model(), truthful(controller()), played(spread, **fields), clutch_spec(), None, Names(), "double")
-    factors = [*plant_factors(plant_of(setting.plant).ranges(), (spread or Spread()).parameters, {}), *spread_factors(setting.scenario)]
-    return CampaignTrial(setting, space_of(factors), seed)
+    setting = CampaignSetting(
+        clutch_model(),
+        truthful(controller()),
+        played(spread, **fields),
+        clutch_spec(),
+        None,
+        DocumentNames(),
+        "double",
+    )
+    factors = [
+        *plant_factors(plant_of(setting.plant).ranges(), (spread or Spread()).parameters, {}),
+        *spread_factors(setting.scenario),
+    ]
+    return TrialPlayer(setting, space_of(factors), seed)
 
 
 def write(folder: Path, scenario: Scenario | None = None, **spec: object) -> list[str | Path]:
-    """model.yaml, controller.yaml, scenario.yaml and spec.yaml in `folder`; the arguments of a campaign of them."""
+    """model.yaml, controller.yaml, scenario.yaml and spec.yaml in `folder`; the arguments of a
+    campaign of them."""
     folder.mkdir(parents=True, exist_ok=True)
     documents: dict[str, msgspec.Struct] = {
         "model": clutch_model(),

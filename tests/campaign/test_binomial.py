@@ -1,4 +1,5 @@
-"""Bounds of a share: the exact ones of Clopper and Pearson, and how often they hold, summed and not sampled."""
+"""Bounds of a share: the exact ones of Clopper and Pearson, and how often they hold, summed and not
+sampled."""
 
 from __future__ import annotations
 
@@ -10,15 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from frictool.campaign.drawing.sampling import Method
-from frictool.campaign.statistics.binomial import draws_to_show, interval, lower, upper
+from frictool.campaign.draws.sampling import Method
+from frictool.campaign.statistics.clopper_pearson import draws_to_show, interval, lower, upper
 
 COUNTS = st.integers(1, 400).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n)))
 
 
 @settings(max_examples=40)
 @given(COUNTS, st.floats(0.5, 0.999))
-def test_the_interval_is_that_of_clopper_and_pearson(counts: tuple[int, int], confidence: float) -> None:
+def test_the_interval_is_that_of_clopper_and_pearson(
+    counts: tuple[int, int], confidence: float
+) -> None:
     count, draws = counts
     exact = stats.binomtest(count, draws).proportion_ci(confidence, "exact")
     assert interval(count, draws, confidence) == pytest.approx((exact.low, exact.high), abs=1e-9)
@@ -44,9 +47,11 @@ def test_the_bounds_hold_at_least_as_often_as_they_say(draws: int) -> None:
 
 
 def _missed(draws: int, method: Method) -> float:
-    """How often the interval misses 1/2 where a plant fails if just one of two factors is in its upper half, in a Latin hypercube.
+    """How often the interval misses 1/2 where a plant fails if just one of two factors is in its
+    upper half, in a Latin hypercube.
 
-    n/2 draws have x1 < 1/2, and H of them, hypergeometric, x2 < 1/2 too: n - 2 H fail. Nothing of it is what either factor does alone.
+    n/2 draws have x1 < 1/2, and H of them, hypergeometric, x2 < 1/2 too: n - 2 H fail. Nothing of
+    it is what either factor does alone.
     """
     both = np.arange(draws // 2 + 1)
     chances = stats.hypergeom.pmf(both, draws, draws // 2, draws // 2)
@@ -56,15 +61,22 @@ def _missed(draws: int, method: Method) -> float:
 
 def test_the_interval_of_a_latin_hypercube_holds_where_factors_act_only_together() -> None:
     sizes = [*range(4, 120, 2), 206, 336, 764]
-    assert sum(_missed(draws, "random") > 0.05 for draws in sizes) > 10  # as if the draws were independent
+    assert (
+        sum(_missed(draws, "random") > 0.05 for draws in sizes) > 10
+    )  # as if the draws were independent
     assert all(_missed(draws, "latin") <= 0.05 for draws in sizes)
 
 
 @pytest.mark.parametrize("draws", [10, 60, 400])
-def test_a_failure_that_no_draw_of_a_latin_hypercube_meets_is_as_rare_as_the_bound_says(draws: int) -> None:
-    """A band of width 1/n about the diagonal of two factors: its draws are the fixed points of a permutation, of which 1 in e has none."""
+def test_a_failure_that_no_draw_of_a_latin_hypercube_meets_is_as_rare_as_the_bound_says(
+    draws: int,
+) -> None:
+    """A band of width 1/n about the diagonal of two factors: its draws are the fixed points of a
+    permutation, of which 1 in e has none."""
     assert lower(draws, draws, 1.0 - np.exp(-1.0), "latin") <= 1.0 - 1.0 / draws
-    assert lower(draws, draws, 1.0 - np.exp(-1.0), "random") > 1.0 - 1.0 / draws  # n independent draws would have been believed
+    assert (
+        lower(draws, draws, 1.0 - np.exp(-1.0), "random") > 1.0 - 1.0 / draws
+    )  # n independent draws would have been believed
 
 
 def test_how_many_draws_would_show_a_rate_is_the_least_number_that_does() -> None:

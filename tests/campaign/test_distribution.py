@@ -1,4 +1,5 @@
-"""Quantiles and tolerance bounds: held to what the beta distribution of order statistics says; histograms that lose no trial."""
+"""Quantiles and tolerance bounds: held to what the beta distribution of order statistics says;
+histograms that lose no trial."""
 
 from __future__ import annotations
 
@@ -11,20 +12,26 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import stats
 
-from frictool.campaign.playing.trials import BROKEN, UNDECIDED, Metric, Trials
 from frictool.campaign.statistics.distribution import COVERED, distribution, fewest, rank
+from frictool.campaign.trials.trials import BROKEN, UNDECIDED, MetricLimit, Trials
 from tests.campaign.example import factors, trials_of
 
 
 def _with(trials: Trials, values: np.ndarray, relation: str = "<=", limit: float = 0.5) -> Trials:
     """The same trials with another metric."""
-    kept = np.where(np.isnan(values), UNDECIDED, (values <= limit) if relation == "<=" else (values >= limit)).astype(np.int8)
-    metric = Metric("metric", "metric", "1", limit, relation)
-    return dataclasses.replace(trials, metrics=(metric,), found=values[:, None], met=kept[:, None], passed=kept)
+    kept = np.where(
+        np.isnan(values), UNDECIDED, (values <= limit) if relation == "<=" else (values >= limit)
+    ).astype(np.int8)
+    metric = MetricLimit("metric", "metric", "1", limit, relation)
+    return dataclasses.replace(
+        trials, metrics=(metric,), found=values[:, None], met=kept[:, None], passed=kept
+    )
 
 
 def trials(values: np.ndarray, relation: str = "<=", limit: float = 0.5) -> Trials:
-    return _with(trials_of(factors(1), [lambda v: v[:, 0]], [limit], values.size), values, relation, limit)
+    return _with(
+        trials_of(factors(1), [lambda v: v[:, 0]], [limit], values.size), values, relation, limit
+    )
 
 
 def test_59_draws_are_the_fewest_for_95_percent_with_95_percent() -> None:
@@ -51,7 +58,8 @@ def test_the_interval_of_a_quantile_misses_it_as_rarely_as_it_says(level: float)
     assert one.value == level * n
     assert one.low is not None
     assert one.high is not None
-    # of n uniform draws the r-th smallest is Beta(r, n - r + 1): how often the upper end lies below the quantile, the lower one above it
+    # of n uniform draws the r-th smallest is Beta(r, n - r + 1): how often the upper end lies below
+    # the quantile, the lower one above it
     assert stats.beta.cdf(level, one.high, n - one.high + 1) <= 0.025
     assert stats.beta.sf(level, one.low, n - one.low + 1) <= 0.025
     assert stats.beta.cdf(level, one.high - 1, n - one.high + 2) > 0.025  # no nearer value does
@@ -62,11 +70,17 @@ def test_too_few_draws_leave_the_interval_of_an_outer_quantile_open() -> None:
     fifth, half, last = distribution(trials(np.arange(1.0, 31.0)), 0, "random").quantiles
     assert (fifth.level, fifth.low) == (0.05, -np.inf)
     assert (last.level, last.high) == (0.95, np.inf)
-    for quantile, ends in ((fifth, [fifth.high]), (half, [half.low, half.high]), (last, [last.low])):
+    for quantile, ends in (
+        (fifth, [fifth.high]),
+        (half, [half.low, half.high]),
+        (last, [last.low]),
+    ):
         assert all(end is not None and np.isfinite(end) for end in ends), quantile
 
 
-def test_trials_without_a_value_are_taken_as_the_worst_by_the_bound_and_not_by_the_quantiles() -> None:
+def test_trials_without_a_value_are_taken_as_the_worst_by_the_bound_and_not_by_the_quantiles() -> (
+    None
+):
     values = np.arange(200.0)
     whole = distribution(trials(values), 0, "random")
     values[[3, 50]] = np.nan
@@ -114,8 +128,14 @@ def test_all_vertices_have_no_intervals() -> None:
 
 
 @settings(max_examples=40)
-@given(arrays(float, st.integers(1, 60), elements=st.floats(-1e6, 1e6, width=32)), st.data(), st.sampled_from(["<=", ">="]))
-def test_a_histogram_loses_no_trial_and_no_bin_has_both_sides_of_the_limit(values: np.ndarray, data: st.DataObject, relation: str) -> None:
+@given(
+    arrays(float, st.integers(1, 60), elements=st.floats(-1e6, 1e6, width=32)),
+    st.data(),
+    st.sampled_from(["<=", ">="]),
+)
+def test_a_histogram_loses_no_trial_and_no_bin_has_both_sides_of_the_limit(
+    values: np.ndarray, data: st.DataObject, relation: str
+) -> None:
     limit = data.draw(st.one_of(st.sampled_from(values.tolist()), st.floats(-1e6, 1e6, width=32)))
     bins = distribution(trials(values, relation, limit), 0, "random").histogram
     assert bins.counts.sum() == values.size
@@ -133,7 +153,9 @@ def test_a_few_that_are_far_from_the_others_do_not_make_these_one_bar() -> None:
     assert bins.counts.sum() == 990
     assert np.count_nonzero(bins.counts) > 15
     assert 1.5 in bins.edges
-    assert distribution(trials(values, limit=5000.0), 0, "random").histogram.edges[-1] > 5000.0  # the limit has values beyond it
+    assert (
+        distribution(trials(values, limit=5000.0), 0, "random").histogram.edges[-1] > 5000.0
+    )  # the limit has values beyond it
 
 
 def test_a_broken_requirement_is_counted() -> None:

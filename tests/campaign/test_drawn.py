@@ -1,4 +1,5 @@
-"""A draw as a scenario: each factor at its place, the ends at the ends, the file the same as the scenario."""
+"""A draw as a scenario: each factor at its place, the ends at the ends, the file the same as the
+scenario."""
 
 from __future__ import annotations
 
@@ -11,14 +12,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.campaign.drawing.drawn import nominal_of, scenario_of
-from frictool.campaign.drawing.space import Space, space_of
-from frictool.campaign.drawing.spreading import spread_factors
+from frictool.campaign.draws.drawn_scenario import nominal_of, scenario_of
+from frictool.campaign.draws.space import FactorSpace, space_of
+from frictool.campaign.draws.spread_factors import spread_factors
 from frictool.documents.conditions import DriftPoint
 from frictool.documents.quantity import Quantity, Span
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
-from frictool.documents.spread import CountBand, FactorBand, InstantBand, Spread, SpreadFault, Temperature, Warmth
+from frictool.documents.spread import (
+    CountBand,
+    FactorBand,
+    InstantBand,
+    Spread,
+    SpreadFault,
+    Temperature,
+    Warmth,
+)
 from frictool.documents.writing import to_yaml
 from tests.campaign.example import factors
 from tests.campaign.rig import EVERYTHING, SLOW_WEAR, played, trial
@@ -29,9 +38,13 @@ TRIAL = trial()
 
 
 def at(base: Scenario, **values: float) -> Scenario:
-    """The scenario with each factor in the middle, but for those given by what their names end in."""
+    """The scenario with each factor in the middle, but for those given by what their names end
+    in."""
     space = space_of(spread_factors(base))
-    chosen = [next((v for end, v in values.items() if f.name.endswith(end)), 0.5 * (f.low + f.high)) for f in space.factors]
+    chosen = [
+        next((v for end, v in values.items() if f.name.endswith(end)), 0.5 * (f.low + f.high))
+        for f in space.factors
+    ]
     return scenario_of(base, space, np.array(chosen), (0, 0), ENCODER_STEP)
 
 
@@ -47,13 +60,19 @@ def test_a_range_of_one_value_is_that_value() -> None:
 
 
 def test_wear_and_temperature_are_factors_throughout() -> None:
-    spread = Spread(wear=FactorBand(1.0, 1.5), temperature=Temperature(Warmth(viscous=1.4), Warmth(viscous=0.6, constant=0.9)))
+    spread = Spread(
+        wear=FactorBand(1.0, 1.5),
+        temperature=Temperature(Warmth(viscous=1.4), Warmth(viscous=0.6, constant=0.9)),
+    )
     drawn = at(played(spread), wear=1.25, temperature=0.75)
     assert drawn.drifts.friction == (DriftPoint(0.0, 1.25),)
     assert drawn.drifts.viscous[0].factor == pytest.approx(0.8)
     assert drawn.drifts.constant[0].factor == pytest.approx(0.925)
     slow = at(played(spread, drifts=SLOW_WEAR), wear=1.5)
-    assert [(point.at_s, point.factor) for point in slow.drifts.friction] == [(0.0, 1.5), (0.5, pytest.approx(1.8))]
+    assert [(point.at_s, point.factor) for point in slow.drifts.friction] == [
+        (0.0, 1.5),
+        (0.5, pytest.approx(1.8)),
+    ]
 
 
 def test_the_start_is_drawn_and_so_is_its_place_within_the_count() -> None:
@@ -64,15 +83,22 @@ def test_the_start_is_drawn_and_so_is_its_place_within_the_count() -> None:
 
 
 def test_a_fault_of_no_counts_is_none() -> None:
-    spread = Spread(sensor_faults=(SpreadFault("lost_counts", InstantBand(0.1, 0.1), counts=CountBand(-1, 1)),))
+    spread = Spread(
+        sensor_faults=(SpreadFault("lost_counts", InstantBand(0.1, 0.1), counts=CountBand(-1, 1)),)
+    )
     assert at(played(spread), counts=0.0).sensor_faults == ()
     (fault,) = at(played(spread), counts=-1.0).sensor_faults
     assert (fault.counts, fault.at_s, fault.until_s) == (-1, 0.1, None)
 
 
 @settings(max_examples=20)
-@given(st.lists(st.floats(0.0, 1.0), min_size=SPREAD_SIZE + 4, max_size=SPREAD_SIZE + 4), st.integers(0, 10**6))
-def test_a_drawn_scenario_survives_its_file_to_the_last_bit(tmp_path_factory: pytest.TempPathFactory, unit: list[float], draw: int) -> None:
+@given(
+    st.lists(st.floats(0.0, 1.0), min_size=SPREAD_SIZE + 4, max_size=SPREAD_SIZE + 4),
+    st.integers(0, 10**6),
+)
+def test_a_drawn_scenario_survives_its_file_to_the_last_bit(
+    tmp_path_factory: pytest.TempPathFactory, unit: list[float], draw: int
+) -> None:
     drawn = TRIAL.scenario(np.array(unit), draw)
     path = tmp_path_factory.getbasetemp() / "drawn.yaml"
     path.write_text(to_yaml(drawn))
@@ -85,7 +111,7 @@ def test_the_nominal_scenario_is_the_file_without_what_varies() -> None:
 
 
 def test_noise_is_of_the_draw_and_without_noise_the_seed_stays() -> None:
-    space = Space(factors(1).factors)
+    space = FactorSpace(factors(1).factors)
     values = np.array([0.5])
     seeds = {scenario_of(played(), space, values, (0, draw), 0.1).seed for draw in range(10)}
     assert len(seeds) == 10
@@ -94,6 +120,10 @@ def test_noise_is_of_the_draw_and_without_noise_the_seed_stays() -> None:
 
 
 def test_ends_of_bands_are_in_order(tmp_path: Path) -> None:
-    for wrong in (lambda: FactorBand(1.5, 1.0), lambda: CountBand(2, -2), lambda: InstantBand(1.0, 0.5)):
+    for wrong in (
+        lambda: FactorBand(1.5, 1.0),
+        lambda: CountBand(2, -2),
+        lambda: InstantBand(1.0, 0.5),
+    ):
         with pytest.raises(ValueError, match="allowed: low <= high"):
             wrong()

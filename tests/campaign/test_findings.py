@@ -9,12 +9,12 @@ import re
 import numpy as np
 import pytest
 
-from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED
-from frictool.campaign.statistics.binomial import lower
+from frictool.campaign.statistics.clopper_pearson import lower
 from frictool.campaign.statistics.findings import find
-from frictool.campaign.telling.machine import as_json
-from frictool.campaign.telling.text import lines
-from frictool.campaign.telling.words import headline, percent
+from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED
+from frictool.campaign.views.json_view import as_json
+from frictool.campaign.views.messages import headline, percent
+from frictool.campaign.views.text_view import lines
 from tests.campaign.findings_example import CORNERS, HOSTILE, findings, stopped, trials
 
 
@@ -31,7 +31,12 @@ def test_every_trial_has_to_pass_unless_a_rate_is_asked_for() -> None:
 def _told(made):
     """Without the requirement that no trial tells."""
     keep = [0, 1, 3]
-    return dataclasses.replace(made, metrics=tuple(made.metrics[j] for j in keep), found=made.found[:, keep], met=made.met[:, keep])
+    return dataclasses.replace(
+        made,
+        metrics=tuple(made.metrics[j] for j in keep),
+        found=made.found[:, keep],
+        met=made.met[:, keep],
+    )
 
 
 @pytest.mark.parametrize("share", [0.5, 0.8, 0.9])
@@ -45,7 +50,9 @@ def test_a_rate_is_reached_by_its_lower_bound_and_not_by_the_rate(share: float) 
     assert found.outcome == "NOT SHOWN"
     bound = lower(int(400 * share), 400)
     assert find(dataclasses.replace(made, passed=passed), "random", at_least=bound).reached
-    assert find(dataclasses.replace(made, passed=passed), "random", at_least=0.999).outcome == "FAIL"
+    assert (
+        find(dataclasses.replace(made, passed=passed), "random", at_least=0.999).outcome == "FAIL"
+    )
 
 
 def test_the_draws_that_would_show_a_rate_are_told() -> None:
@@ -73,7 +80,9 @@ def test_what_cannot_be_told_is_no_pass() -> None:
 def test_a_requirement_that_no_trial_tells_is_said_in_the_first_line() -> None:
     found = findings(trials(slow=np.inf))
     assert found.undecided_requirements == ("limit_cycle",)
-    assert headline(found).startswith("UNDECIDED: all 400 draws pass; at most 0.75 % fail (95 % confidence)")
+    assert headline(found).startswith(
+        "UNDECIDED: all 400 draws pass; at most 0.75 % fail (95 % confidence)"
+    )
     assert headline(found).endswith("no trial decides: limit cycle")
 
 
@@ -98,7 +107,9 @@ def test_vertices_are_counted_and_have_no_rate() -> None:
         (9, 0.9, float("nan"), "nan"),
     ],
 )
-def test_what_makes_no_sense_is_refused(count: int, at_least: float | None, confidence: float, message: str) -> None:
+def test_what_makes_no_sense_is_refused(
+    count: int, at_least: float | None, confidence: float, message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
         find(trials(count), "random", at_least=at_least, confidence=confidence)
 
@@ -126,9 +137,13 @@ def test_the_text_says_what_fails_where_and_why() -> None:
     assert "modulus margin    inertia 99 ± 2 % (falls)" in text
     assert "rest              it is the same in every trial" in text
     assert "limit cycle       no trial has a value" in text
-    assert "response time 95 0.47 s where <= 0.4 s is asked: Coulomb friction 0.14 N m, lost counts -2" in text
     assert (
-        "    frictool simulate a/model.yaml --controller a/controller.yaml --scenario w/worst_response_time_95.yaml -o w/worst.mcap" in told
+        "response time 95 0.47 s where <= 0.4 s is asked: Coulomb friction 0.14 N m, lost counts -2"
+        in text
+    )
+    assert (
+        "    frictool simulate a/model.yaml --controller a/controller.yaml --scenario w/worst_response_time_95.yaml -o w/worst.mcap"
+        in told
     )
 
 
@@ -143,12 +158,17 @@ def test_the_json_has_every_figure_and_none_that_json_has_not() -> None:
     told = json.loads(json.dumps(as_json(found), allow_nan=False))
     assert told["verdict"] == "fail"
     assert told["passed"] + told["failed"] + told["undecided"] == told["trials"] == 400
-    assert told["not_simulated"] == [{"draw": draw, "reason": "the position is beyond 1e3 rad"} for draw in (5, 9)]
+    assert told["not_simulated"] == [
+        {"draw": draw, "reason": "the position is beyond 1e3 rad"} for draw in (5, 9)
+    ]
     response = told["metrics"][0]
     assert response["worst"]["value"] is None  # beyond any
     assert response["beyond_any_value"] > 0
     assert (
-        sum(response["histogram"]["counts"]) + response["histogram"]["outside"] + response["beyond_any_value"] + response["without_value"]
+        sum(response["histogram"]["counts"])
+        + response["histogram"]["outside"]
+        + response["beyond_any_value"]
+        + response["without_value"]
         == 400
     )
     assert told["failures"][0]["question"] == "any"
@@ -173,5 +193,7 @@ def test_the_same_trials_give_the_same_findings() -> None:
         (0.9999999, "nearest", "99.999990 %"),
     ],
 )
-def test_shares_are_written_so_that_none_that_is_not_all_reads_as_all(share: float, toward: str, text: str) -> None:
+def test_shares_are_written_so_that_none_that_is_not_all_reads_as_all(
+    share: float, toward: str, text: str
+) -> None:
     assert percent(share, toward) == text

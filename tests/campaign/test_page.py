@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from frictool.campaign.statistics.findings import find
-from frictool.campaign.telling.page import page
-from frictool.campaign.telling.pictures import failing_plane, metric
+from frictool.campaign.views.campaign_figures import failing_plane, metric
+from frictool.campaign.views.page import page
 from frictool.documents.provenance import Input, Provenance
 from tests.campaign.example import factors, trials_of
 from tests.campaign.findings_example import CORNERS, HOSTILE, findings, stopped, trials
@@ -18,7 +18,9 @@ from tests.report.chromium import browser
 from tests.report.chromium import find as find_chromium
 from tests.report.test_page import SVG_NAMESPACES, Page
 
-MADE = Provenance("frictool campaign model.yaml controller.yaml", "0.1.0", (Input("model.yaml", "ab" * 32),))
+MADE = Provenance(
+    "frictool campaign model.yaml controller.yaml", "0.1.0", (Input("model.yaml", "ab" * 32),)
+)
 
 
 @pytest.fixture(name="full", scope="module")
@@ -26,7 +28,9 @@ def _full() -> str:
     return page(findings(stopped(trials(), (5, 9))), MADE)
 
 
-def test_the_answer_comes_first_then_what_passes_where_failures_come_from_and_the_pictures(full: str) -> None:
+def test_the_answer_comes_first_then_what_passes_where_failures_come_from_and_the_pictures(
+    full: str,
+) -> None:
     text = Page(full).text
     parts = [
         "FAIL: ",
@@ -42,10 +46,15 @@ def test_the_answer_comes_first_then_what_passes_where_failures_come_from_and_th
     assert places == sorted(places)
 
 
-def test_the_fate_of_every_trial_and_the_command_that_replays_the_worst_are_on_it(full: str) -> None:
+def test_the_fate_of_every_trial_and_the_command_that_replays_the_worst_are_on_it(
+    full: str,
+) -> None:
     text = Page(full).text
     assert "the position is beyond 1e3 rad" in text
-    assert "frictool simulate model.yaml --controller controller.yaml --scenario worst_response_time_95.yaml" in text
+    assert (
+        "frictool simulate model.yaml --controller controller.yaml --scenario worst_response_time_95.yaml"
+        in text
+    )
     assert "What could not be simulated: 2 against 398" in text
     assert "The same in every trial that has it: rest 0 A." in text
     assert "limit cycle" in text
@@ -55,7 +64,11 @@ def test_the_fate_of_every_trial_and_the_command_that_replays_the_worst_are_on_i
 def test_it_asks_nobody_for_anything(full: str) -> None:
     found = Page(full)
     assert "script" not in found.tags
-    addresses = [value for name, value in found.attributes if re.match(r"(src|href|xlink:href|action|xmlns.*)$", name)]
+    addresses = [
+        value
+        for name, value in found.attributes
+        if re.match(r"(src|href|xlink:href|action|xmlns.*)$", name)
+    ]
     assert all(value.startswith("#") or value in SVG_NAMESPACES for value in addresses)
     assert "@import" not in full
     assert "url(http" not in full
@@ -83,7 +96,9 @@ def test_every_trial_is_a_point_of_the_plane_as_long_as_they_are_few_then_cells_
         picture = failing_plane(found)
         assert picture is not None
         drawn = re.findall(r'<path d="([^"]*)"[^>]*stroke-linecap: round', picture.svg)
-        assert sum(len(re.findall(r"M \S+ \S+ *\n?L \S+ \S+", path)) for path in drawn) == dots  # a lone M draws nothing
+        assert (
+            sum(len(re.findall(r"M \S+ \S+ *\n?L \S+ \S+", path)) for path in drawn) == dots
+        )  # a lone M draws nothing
         assert ("grey: those that pass" in picture.caption) == (dots > 0)
 
 
@@ -119,10 +134,18 @@ def test_a_browser_shows_it_on_a_phone_and_on_a_desk(full: str, tmp_path: Path) 
             seen = chromium.open(target, width)
             assert not seen.console
             assert not seen.dialogs
-            assert [address for address in seen.requests if not address.startswith(("file:", "data:"))] == []
+            assert [
+                address for address in seen.requests if not address.startswith(("file:", "data:"))
+            ] == []
             assert chromium.evaluate("document.documentElement.scrollWidth") <= width
-            rows = chromium.evaluate("[...document.querySelectorAll('tbody tr')].map(r => r.getBoundingClientRect().height)")
-            assert max(rows) < 100  # px: no column is so narrow that its words stand one under the other
-            sizes = chromium.evaluate("[...document.querySelectorAll('figure svg')].map(s => s.getBoundingClientRect().width)")
+            rows = chromium.evaluate(
+                "[...document.querySelectorAll('tbody tr')].map(r => r.getBoundingClientRect().height)"
+            )
+            assert (
+                max(rows) < 100
+            )  # px: no column is so narrow that its words stand one under the other
+            sizes = chromium.evaluate(
+                "[...document.querySelectorAll('figure svg')].map(s => s.getBoundingClientRect().width)"
+            )
             assert len(sizes) >= 5
             assert min(sizes) > 0.4 * min(width, 1160)

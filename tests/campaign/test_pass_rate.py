@@ -1,4 +1,5 @@
-"""The pass rate: undecided trials on neither side, those that could not be simulated as failures, vertices without a rate."""
+"""The pass rate: undecided trials on neither side, those that could not be simulated as failures,
+vertices without a rate."""
 
 from __future__ import annotations
 
@@ -7,9 +8,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from frictool.campaign.playing.trials import UNDECIDED
-from frictool.campaign.statistics.binomial import interval, lower
+from frictool.campaign.statistics.clopper_pearson import interval, lower
 from frictool.campaign.statistics.pass_rate import pass_rate
+from frictool.campaign.trials.trials import UNDECIDED
 from tests.campaign.example import factors, trials_of
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from frictool.campaign.drawing.sampling import MOST_VERTICES, Method, draws_of, noise_seed
+from frictool.campaign.draws.sampling import MOST_VERTICES, Method, draws_of, noise_seed
 
 
 def test_a_random_draw_is_the_same_however_many_there_are() -> None:
@@ -29,7 +29,8 @@ def test_a_latin_hypercube_has_one_draw_in_each_part_of_each_factor(count: int) 
 
 
 def test_a_latin_hypercube_has_means_that_vary_less() -> None:
-    """What it is for (McKay, Beckman and Conover 1979): of a sum of functions of one factor each, by more than a factor n."""
+    """What it is for (McKay, Beckman and Conover 1979): of a sum of functions of one factor each,
+    by more than a factor n."""
 
     def means(method: Method) -> list[float]:
         draws = (draws_of(method, 50, 3, seed).units for seed in range(60))
@@ -46,7 +47,10 @@ def test_all_vertices_are_there_once() -> None:
     assert set(draws.units.ravel()) == {0.0, 1.0}
 
 
-@pytest.mark.parametrize(("factors", "asked", "count"), [(13, None, MOST_VERTICES), (70, None, MOST_VERTICES), (4, 5, 5), (4, 99, 16)])
+@pytest.mark.parametrize(
+    ("factors", "asked", "count"),
+    [(13, None, MOST_VERTICES), (70, None, MOST_VERTICES), (4, 5, 5), (4, 99, 16)],
+)
 def test_too_many_vertices_are_a_part_of_them(factors: int, asked: int | None, count: int) -> None:
     draws = draws_of("vertices", asked, factors, seed=3)
     assert draws.units.shape == (count, factors)

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from frictool.campaign.drawing.space import Factor, Space
-from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Trials
+from frictool.campaign.draws.space import Factor, FactorSpace
 from frictool.campaign.statistics.sensitivity import masks, sensitivity
+from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
 from tests.campaign.example import factors, trials_of
 from tests.campaign.test_variance_shares import vertices
 
@@ -36,17 +36,25 @@ def test_each_requirement_has_the_factors_that_break_it() -> None:
     assert second.regions[2].direction == "both ends"
 
 
-def test_a_question_that_only_repeats_another_is_not_asked_twice_and_none_without_failures() -> None:
-    assert [name for name, _, _ in masks(trials_of(factors(3), [late, far], [1.4, 9.0], 300))] == [""]
+def test_a_question_that_only_repeats_another_is_not_asked_twice_and_none_without_failures() -> (
+    None
+):
+    assert [name for name, _, _ in masks(trials_of(factors(3), [late, far], [1.4, 9.0], 300))] == [
+        ""
+    ]
     assert sensitivity(trials_of(factors(2), [late], [9.0], 300), drawn=True).questions == ()
-    assert sensitivity(trials_of(factors(2), [late], [-1.0], 300), drawn=True).questions == ()  # none passes
+    assert (
+        sensitivity(trials_of(factors(2), [late], [-1.0], 300), drawn=True).questions == ()
+    )  # none passes
     assert sensitivity(trials_of(factors(2), [late], [-1.0], 300), drawn=True).pair is None
 
 
 def test_what_cannot_be_simulated_is_a_question_of_its_own() -> None:
     made = trials_of(factors(3), [late], [9.0], 400)
     stopped = np.flatnonzero(made.values[:, 2] < 0.1)
-    found = sensitivity(trials_of(factors(3), [late], [1.8], 400, failed=stopped.tolist()), drawn=True)
+    found = sensitivity(
+        trials_of(factors(3), [late], [1.8], 400, failed=stopped.tolist()), drawn=True
+    )
     assert [question.name for question in found.questions] == ["", "metric_1", "not simulated"]
     assert found.questions[-1].named == (2,)
     assert found.questions[-1].failing == stopped.size
@@ -79,7 +87,10 @@ def test_without_an_interaction_there_is_nothing_beyond() -> None:
     beyond = []
     for seed in range(30):
         coin = np.random.default_rng(1000 + seed).random(500)
-        found = sensitivity(trials_of(factors(2), [lambda v, c=coin: 0.5 * v[:, 0] + c], [1.2], 500, seed), drawn=True).pair
+        found = sensitivity(
+            trials_of(factors(2), [lambda v, c=coin: 0.5 * v[:, 0] + c], [1.2], 500, seed),
+            drawn=True,
+        ).pair
         assert found is not None
         beyond.append(found.beyond / found.error)
     assert np.std(beyond) < 1.5
@@ -94,15 +105,19 @@ def test_vertices_have_no_probabilities() -> None:
     assert found.pair is not None
     assert (found.pair.first, found.pair.second, found.pair.error) == (0, 1, 0.0)
     assert found.pair.joint == pytest.approx(1.0)
-    assert found.pair.beyond == pytest.approx(1.0 / 3.0)  # both are needed: shares of 1/3 each alone
+    assert found.pair.beyond == pytest.approx(
+        1.0 / 3.0
+    )  # both are needed: shares of 1/3 each alone
 
 
 def _counts(n: int) -> Trials:
     made = trials_of(factors(1), [lambda v: v[:, 0]], [9.0], n)
-    space = Space((Factor("lost", -2.0, 2.0, "1", "lost counts", 0.0, "sensor", whole=True),))
+    space = FactorSpace((Factor("lost", -2.0, 2.0, "1", "lost counts", 0.0, "sensor", whole=True),))
     values = space.values(made.units)
     met = np.where(np.abs(values) > 1.5, BROKEN, MET).astype(np.int8)
-    return dataclasses.replace(made, space=space, values=values, found=np.abs(values), met=met, passed=met[:, 0])
+    return dataclasses.replace(
+        made, space=space, values=values, found=np.abs(values), met=met, passed=met[:, 0]
+    )
 
 
 def test_a_factor_of_whole_numbers_has_a_slice_for_each() -> None:
@@ -115,7 +130,12 @@ def test_a_factor_of_whole_numbers_has_a_slice_for_each() -> None:
 
 def test_a_campaign_without_a_factor_has_nothing_to_explain() -> None:
     made = trials_of(factors(1), [late_of_noise], [0.5], 100)
-    found = sensitivity(dataclasses.replace(made, space=Space(()), units=made.units[:, :0], values=made.values[:, :0]), drawn=True)
+    found = sensitivity(
+        dataclasses.replace(
+            made, space=FactorSpace(()), units=made.units[:, :0], values=made.values[:, :0]
+        ),
+        drawn=True,
+    )
     assert found.pair is None
     assert found.influences[0].shares == ()
     assert found.questions[0].named == ()

@@ -9,25 +9,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.campaign.playing.store import Store
-from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Trial
-from frictool.campaign.playing.worst import Worst
+from frictool.campaign.trials.differential_evolution import SearchResult
+from frictool.campaign.trials.trial_store import TrialStore
+from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, TrialResult
 from frictool.errors import InputFileError, OutputError
 
 HEADER = {"frictool": "1", "method": "random", "seed": 4, "model": "a" * 64}
 TRIALS = [
-    Trial(0, (0.1 + 0.2, math.nan, math.inf), (MET, UNDECIDED, BROKEN)),
-    Trial(7, (), (), "v: a plant of “glass”\nbroke"),
-    Trial(3, (-math.inf, 1e-300, 5.0), (BROKEN, MET, MET)),
+    TrialResult(0, (0.1 + 0.2, math.nan, math.inf), (MET, UNDECIDED, BROKEN)),
+    TrialResult(7, (), (), "v: a plant of “glass”\nbroke"),
+    TrialResult(3, (-math.inf, 1e-300, 5.0), (BROKEN, MET, MET)),
 ]
 ASKED = ("overshoot", 300, 1000)
-WORST = Worst("overshoot", math.inf, 4.5, (0.0, 0.1 + 0.7, 1.0), 12, 300, 2)
+WORST = SearchResult("overshoot", math.inf, 4.5, (0.0, 0.1 + 0.7, 1.0), 12, 300, 2)
 
 
 @pytest.fixture(name="path")
 def _path(tmp_path: Path) -> Path:
     path = tmp_path / "trials.jsonl"
-    with Store(path, HEADER) as store:
+    with TrialStore(path, HEADER) as store:
         store.add(TRIALS[:2])
         store.add_worst(ASKED, WORST)
         store.add(TRIALS[2:])
@@ -35,51 +35,63 @@ def _path(tmp_path: Path) -> Path:
 
 
 def test_what_was_added_is_there_again(path: Path) -> None:
-    with Store(path, HEADER) as store:
+    with TrialStore(path, HEADER) as store:
         assert repr(store.trials) == repr({trial.draw: trial for trial in TRIALS})  # nan is not nan
         assert store.worst == {ASKED: WORST}
 
 
 @given(st.data())
-def test_a_kill_at_any_byte_loses_the_line_that_was_written_at_most(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+def test_a_kill_at_any_byte_loses_the_line_that_was_written_at_most(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
     path = tmp_path_factory.getbasetemp() / "killed.jsonl"
     path.unlink(missing_ok=True)
-    with Store(path, HEADER) as store:
+    with TrialStore(path, HEADER) as store:
         store.add(TRIALS)
     whole = path.read_bytes()
     cut = data.draw(st.integers(0, len(whole)))
     path.write_bytes(whole[:cut])
-    with Store(path, HEADER) as store:
+    with TrialStore(path, HEADER) as store:
         assert len(store.trials) == max(0, whole[:cut].count(b"\n") - 1)
         store.add([trial for trial in TRIALS if trial.draw not in store.trials])
     assert path.read_bytes() == whole
 
 
 def test_another_campaign_s_file_is_refused_by_what_differs(path: Path) -> None:
-    with pytest.raises(InputFileError, match="another campaign, with another seed: found 4, here 5"):
-        Store(path, HEADER | {"seed": 5})
+    with pytest.raises(
+        InputFileError, match="another campaign, with another seed: found 4, here 5"
+    ):
+        TrialStore(path, HEADER | {"seed": 5})
     with pytest.raises(InputFileError, match="another model; name another file"):
-        Store(path, HEADER | {"model": "b" * 64})
+        TrialStore(path, HEADER | {"model": "b" * 64})
 
 
-def test_a_campaign_that_ends_before_its_first_trial_leaves_no_file(tmp_path: Path, path: Path) -> None:
+def test_a_campaign_that_ends_before_its_first_trial_leaves_no_file(
+    tmp_path: Path, path: Path
+) -> None:
     kept = path.read_bytes()
     for file in (tmp_path / "new.jsonl", path):
-        with pytest.raises(RuntimeError), Store(file, HEADER):
+        with pytest.raises(RuntimeError), TrialStore(file, HEADER):
             raise RuntimeError
     assert not (tmp_path / "new.jsonl").exists()
     assert path.read_bytes() == kept
 
 
 def test_what_is_no_such_file_is_refused_and_stays_as_it_was(tmp_path: Path) -> None:
-    for content in (b"draw,passed\n0,met\n", b"[]\n", b'{"format":"campaign-trials/1"', b"\x00\xff\n", b"x"):
+    for content in (
+        b"draw,passed\n0,met\n",
+        b"[]\n",
+        b'{"format":"campaign-trials/1"',
+        b"\x00\xff\n",
+        b"x",
+    ):
         path = tmp_path / "other.csv"
         path.write_bytes(content)
         if content.startswith(b'{"format"'):  # a header that a kill has cut off
-            Store(path, HEADER).close()
+            TrialStore(path, HEADER).close()
             continue
         with pytest.raises(InputFileError):
-            Store(path, HEADER)
+            TrialStore(path, HEADER)
         assert path.read_bytes() == content
 
 
@@ -88,18 +100,21 @@ def test_damage_in_the_middle_is_told_by_its_line(path: Path) -> None:
     for damaged in ("[1, 0]x", "[1]", "{}", '["a", 1, [], []]', "null"):
         path.write_text("\n".join([lines[0], lines[1], damaged, *lines[2:]]))
         with pytest.raises(InputFileError, match=r"trials.jsonl:3: is no line of kept trials"):
-            Store(path, HEADER)
+            TrialStore(path, HEADER)
 
 
 def test_one_campaign_at_a_time_writes_it(path: Path) -> None:
-    with Store(path, HEADER), pytest.raises(OutputError, match="another campaign writes it now"):
-        Store(path, HEADER)
-    Store(path, HEADER).remove()
+    with (
+        TrialStore(path, HEADER),
+        pytest.raises(OutputError, match="another campaign writes it now"),
+    ):
+        TrialStore(path, HEADER)
+    TrialStore(path, HEADER).remove()
     assert not path.exists()
 
 
 def test_without_a_file_nothing_is_kept(tmp_path: Path) -> None:
-    with Store(None, HEADER) as store:
+    with TrialStore(None, HEADER) as store:
         store.add(TRIALS)
         assert set(store.trials) == {0, 3, 7}
         store.remove()
@@ -107,7 +122,7 @@ def test_without_a_file_nothing_is_kept(tmp_path: Path) -> None:
 
 def test_a_folder_and_a_place_that_cannot_be_are_one_line(tmp_path: Path) -> None:
     with pytest.raises(InputFileError, match="is a directory"):
-        Store(tmp_path, HEADER)
+        TrialStore(tmp_path, HEADER)
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
-        Store(tmp_path / "file" / "below", HEADER)
+        TrialStore(tmp_path / "file" / "below", HEADER)

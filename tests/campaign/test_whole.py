@@ -1,4 +1,5 @@
-"""Shares of one whole: the nearest point to the estimates in units of their errors, and nearer to every truth."""
+"""Shares of one whole: the nearest point to the estimates in units of their errors, and nearer to
+every truth."""
 
 from __future__ import annotations
 
@@ -8,14 +9,20 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from frictool.campaign.statistics.sensitivity import sensitivity
-from frictool.campaign.statistics.whole import within_whole
+from frictool.campaign.statistics.simplex_projection import within_whole
 from tests.campaign.example import factors, trials_of
 
-SHARES = st.lists(st.tuples(st.floats(0.0, 1.2), st.floats(0.01, 0.3), st.floats(0.0, 1.0)), min_size=1, max_size=6)
+SHARES = st.lists(
+    st.tuples(st.floats(0.0, 1.2), st.floats(0.01, 0.3), st.floats(0.0, 1.0)),
+    min_size=1,
+    max_size=6,
+)
 
 
 @given(SHARES)
-def test_what_is_found_can_be_and_is_nearer_to_whatever_is_true(drawn: list[tuple[float, float, float]]) -> None:
+def test_what_is_found_can_be_and_is_nearer_to_whatever_is_true(
+    drawn: list[tuple[float, float, float]],
+) -> None:
     shares, errors, true = np.array(drawn).T
     true = true / max(1.0, true.sum())
     found = within_whole(shares, errors)
@@ -47,7 +54,8 @@ def test_what_is_known_least_gives_most_and_what_is_below_0_stays() -> None:
 
 
 def test_the_shares_that_a_campaign_tells_are_parts_of_one_whole() -> None:
-    """Two factors that make all of the metric: without it a third of these campaigns would tell more than 100 %."""
+    """Two factors that make all of the metric: without it a third of these campaigns would tell
+    more than 100 %."""
     for seed in range(20):
         trials = trials_of(factors(3), [lambda v: 2.0 * v[:, 0] + v[:, 1]], [np.inf], 100, seed)
         one = sensitivity(trials, drawn=True).influences[0]

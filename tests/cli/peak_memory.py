@@ -1,6 +1,7 @@
 """The most memory that a command needs, measured in a process of its own.
 
-VmHWM is the process's own: ru_maxrss begins with that of the process that started it, which may be larger.
+VmHWM is the process's own: ru_maxrss begins with that of the process that started it, which may be
+larger.
 """
 
 from __future__ import annotations
@@ -23,5 +24,10 @@ print(next(line.split()[1] for line in open("/proc/self/status") if line.startsw
 
 def peak_mb(*arguments: str | Path) -> float:
     """MB of resident memory. Raises subprocess.CalledProcessError where the command fails."""
-    done = subprocess.run([sys.executable, "-c", RUN, *map(str, arguments)], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", RUN, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return int(done.stderr.splitlines()[-1]) / 1024.0

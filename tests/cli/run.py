@@ -1,4 +1,5 @@
-"""Runs a command line within the test's process, as a shell would see it: exit code, stdout, stderr, raw bytes of stdout."""
+"""Runs a command line within the test's process, as a shell would see it: exit code, stdout,
+stderr, raw bytes of stdout."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ class Result:
 
 
 def run(*arguments: str | Path) -> Result:
-    """`frictool ARGUMENTS` through `frictool.cli.main.main`. What is no foreseen error is raised, as a traceback would be."""
+    """`frictool ARGUMENTS` through `frictool.cli.main.main`. What is no foreseen error is raised,
+    as a traceback would be."""
     out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
     err = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
     code = 0
@@ -48,7 +50,8 @@ def _bytes(stream: io.TextIOWrapper) -> bytes:
 
 
 def refused(result: Result, code: int, *words: str) -> None:
-    """Asserts that the command ended with `code` and one line on stderr that holds `words`, and printed nothing else."""
+    """Asserts that the command ended with `code` and one line on stderr that holds `words`, and
+    printed nothing else."""
     assert result.code == code, f"exit {result.code}: {result.stderr}"
     assert result.stderr.count("\n") == 1, result.stderr
     assert result.stderr.startswith("error: "), result.stderr

@@ -61,7 +61,8 @@ def _binary(path: Path) -> None:
 
 
 def _truncated(path: Path) -> None:
-    """Cut within a value: documents in their last map, where they have one, other files in the middle."""
+    """Cut within a value: documents in their last map, where they have one, other files in the
+    middle."""
     data = path.read_bytes()
     cut = data.rfind(b"{") + 4 if path.suffix == ".yaml" and b"{" in data else len(data) // 2
     path.write_bytes(data[:cut].rstrip(b"\n"))
@@ -86,7 +87,9 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("command", "word", "damage"), CASES, ids=lambda item: getattr(item, "__name__", str(item)))
+@pytest.mark.parametrize(
+    ("command", "word", "damage"), CASES, ids=lambda item: getattr(item, "__name__", str(item))
+)
 def test_a_damaged_input_is_one_line_and_no_output(
     command: str, word: str, damage: Callable[[Path], None], chain: Path, tmp_path: Path
 ) -> None:
@@ -105,16 +108,27 @@ def test_a_damaged_input_is_one_line_and_no_output(
 
 @pytest.mark.parametrize("lost", [1, 2])
 @pytest.mark.parametrize(
-    "line", ["ingest {log} --bench {bench}", "identify {log} --bench {bench}", "report {log} --bench {bench} --spec {spec}"]
+    "line",
+    [
+        "ingest {log} --bench {bench}",
+        "identify {log} --bench {bench}",
+        "report {log} --bench {bench} --spec {spec}",
+    ],
 )
 def test_a_raw_log_cut_in_its_last_number_is_refused(line: str, lost: int, tmp_path: Path) -> None:
     """What is left of the number parses: the missing line end tells."""
     log = tmp_path / "log.csv"
-    log.write_text("time,encoder,current\n" + "".join(f"{k / 1000:.3f},{k},{k + 10}\n" for k in range(60)))
+    log.write_text(
+        "time,encoder,current\n" + "".join(f"{k / 1000:.3f},{k},{k + 10}\n" for k in range(60))
+    )
     log.write_bytes(log.read_bytes()[:-lost])
     words = line.format(log=log, bench=RIG / "bench.yaml", spec=RIG / "spec.yaml").split()
     result = run(*words, "-o", tmp_path / "out")
-    refused(result, 3, f"{log}:61: the last line has no line end: the file may be cut; add a line end if it is whole")
+    refused(
+        result,
+        3,
+        f"{log}:61: the last line has no line end: the file may be cut; add a line end if it is whole",
+    )
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
 
 
@@ -126,7 +140,10 @@ def test_an_input_is_never_overwritten(command: str, chain: Path, tmp_path: Path
             shutil.copy(chain / name, tmp_path / name)
     target = tmp_path / words[1]
     before = target.read_bytes()
-    result = run(*(tmp_path / name if "." in name else name for name in words[:-1]), also_called(target, Path(words[-1]).suffix))
+    result = run(
+        *(tmp_path / name if "." in name else name for name in words[:-1]),
+        also_called(target, Path(words[-1]).suffix),
+    )
     refused(result, 3, "input")
     assert target.read_bytes() == before
 

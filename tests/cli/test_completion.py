@@ -1,4 +1,5 @@
-"""`frictool completion`: the script that a shell evaluates, and what frictool answers when the shell asks."""
+"""`frictool completion`: the script that a shell evaluates, and what frictool answers when the
+shell asks."""
 
 from __future__ import annotations
 
@@ -27,12 +28,19 @@ finally:
 
 
 def answered(words: str, incomplete: str = "") -> tuple[list[str], str]:
-    """What frictool answers for a line that ends in `incomplete`, without what it says of the kind, and the heavy libraries it loaded."""
+    """What frictool answers for a line that ends in `incomplete`, without what it says of the kind,
+    and the heavy libraries it loaded."""
     line = f"frictool {words} {incomplete}".split()
     place = len(line) if not incomplete else len(line) - 1
-    environment = os.environ | {VARIABLE: "bash_complete", "COMP_WORDS": " ".join(line), "COMP_CWORD": str(place)}
+    environment = os.environ | {
+        VARIABLE: "bash_complete",
+        "COMP_WORDS": " ".join(line),
+        "COMP_CWORD": str(place),
+    }
     code = ASKING.replace("{HEAVY}", repr(HEAVY))
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
     return done.stdout.split(), done.stderr.strip()
 
 
@@ -55,7 +63,9 @@ def test_commands_are_completed_without_loading_any() -> None:
         ("completion", "", [f"plain,{shell}" for shell in INSTALL]),
     ],
 )
-def test_options_choices_and_files_are_completed(words: str, incomplete: str, expected: list[str]) -> None:
+def test_options_choices_and_files_are_completed(
+    words: str, incomplete: str, expected: list[str]
+) -> None:
     found, heavy = answered(words, incomplete)
     assert found == expected
     assert "numba" not in heavy
@@ -79,7 +89,13 @@ def test_bash_completes_with_it(tmp_path: Path) -> None:
     script = run("completion", "bash").stdout
     asks = 'COMP_WORDS=(frictool export --lang cm); COMP_CWORD=3; _frictool_completion frictool; echo "${COMPREPLY[@]}"'
     environment = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"}
-    done = subprocess.run(["bash", "-c", f"{script}\n{asks}"], env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        ["bash", "-c", f"{script}\n{asks}"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert (done.stdout, done.stderr) == ("cmsis\n", "")
 
 
@@ -94,7 +110,9 @@ def test_the_shell_is_the_variable_s(monkeypatch: pytest.MonkeyPatch, tmp_path: 
 
 
 def test_the_module_is_the_program() -> None:
-    done = subprocess.run([sys.executable, "-m", "frictool", "--version"], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "frictool", "--version"], capture_output=True, text=True, check=True
+    )
     assert done.stdout == run("--version").stdout
     assert done.stdout.startswith("frictool ")
     assert done.stdout.endswith(f"Python {sys.version.split()[0]}\n")

@@ -9,7 +9,7 @@ from click import UsageError
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.cli.endings import FORMATS, check_ending
+from frictool.cli.file_endings import FORMATS, check_ending
 from tests.cli.run import run
 
 CAMPAIGN = "campaign m.yaml c.yaml --scenario s.yaml --spec p.yaml"
@@ -27,7 +27,11 @@ OUTPUTS = [
     ("simulate m.yaml --controller c.yaml --scenario s.yaml -o", "run.mat", "end it in .mcap"),
     ("ingest raw.csv --bench b.yaml -o", "log.csv", "end it in .mcap"),
     ("ingest raw.csv --guess -o", "bench.mcap", "end it in .yaml or .yml"),
-    ("excite --bench b.yaml --kind sine -o", "t", "does not say its format: end it in .csv or .mcap"),
+    (
+        "excite --bench b.yaml --kind sine -o",
+        "t",
+        "does not say its format: end it in .csv or .mcap",
+    ),
     ("observe run m.yaml a.mcap --plot", "wear.png", "end it in .svg, .html or .htm"),
     ("observe design m.yaml --kind tracking -o", "o.html", "end it in .yaml or .yml"),
     ("reduce mechanism.yaml -o", "m.pdf", "end it in .yaml or .yml"),
@@ -39,8 +43,14 @@ OUTPUTS = [
 ]
 
 
-@pytest.mark.parametrize(("command", "name", "words"), OUTPUTS, ids=[f"{command.split(' ')[0]} {name}" for command, name, _ in OUTPUTS])
-def test_a_name_that_says_another_format_is_a_wrong_command_line(tmp_path: Path, command: str, name: str, words: str) -> None:
+@pytest.mark.parametrize(
+    ("command", "name", "words"),
+    OUTPUTS,
+    ids=[f"{command.split(' ')[0]} {name}" for command, name, _ in OUTPUTS],
+)
+def test_a_name_that_says_another_format_is_a_wrong_command_line(
+    tmp_path: Path, command: str, name: str, words: str
+) -> None:
     result = run(*command.split(" "), tmp_path / name)
     assert result.code == 2, result.stderr
     assert name in result.stderr
@@ -49,9 +59,13 @@ def test_a_name_that_says_another_format_is_a_wrong_command_line(tmp_path: Path,
 
 
 @given(st.sampled_from(sorted(FORMATS)), st.text("abz", max_size=3))
-def test_the_endings_of_a_format_are_its_own_and_those_that_say_none_are_free(form: str, free: str) -> None:
+def test_the_endings_of_a_format_are_its_own_and_those_that_say_none_are_free(
+    form: str, free: str
+) -> None:
     for name, endings in FORMATS.items():
-        for target in (Path(f"{out}") for ending in endings for out in (f"out{ending}", f"OUT{ending.upper()}")):
+        for target in (
+            Path(f"{out}") for ending in endings for out in (f"out{ending}", f"OUT{ending.upper()}")
+        ):
             if name == form:
                 check_ending(target, (form,), chooses=True)
             else:

@@ -1,4 +1,5 @@
-"""`frictool equations`: what it prints and writes, and how a wrong mechanism is refused at the command line."""
+"""`frictool equations`: what it prints and writes, and how a wrong mechanism is refused at the
+command line."""
 
 from __future__ import annotations
 
@@ -23,15 +24,25 @@ def train(tmp_path: Path) -> Path:
 def test_text_latex_and_data(train: Path, tmp_path: Path) -> None:
     printed = run("equations", train)
     assert printed.code == 0
-    assert "  J_motor omega_motor' = K_drive i_drive - F_bearing - p_reducer lambda_reducer" in printed.stdout
-    assert re.search(r"^  K_drive +0.02 +N m/A +sources.drive.constant$", printed.stdout, re.MULTILINE)
+    assert (
+        "  J_motor omega_motor' = K_drive i_drive - F_bearing - p_reducer lambda_reducer"
+        in printed.stdout
+    )
+    assert re.search(
+        r"^  K_drive +0.02 +N m/A +sources.drive.constant$", printed.stdout, re.MULTILINE
+    )
     written = run("equations", train, "--latex", "-o", tmp_path / "train.tex", "--json")
     assert written.code == 0
     assert json.loads(written.stdout)["name"] == "train"
-    assert r"J_{\mathrm{motor}}\,\dot{\omega}_{\mathrm{motor}} &= " in (tmp_path / "train.tex").read_text()
+    assert (
+        r"J_{\mathrm{motor}}\,\dot{\omega}_{\mathrm{motor}} &= "
+        in (tmp_path / "train.tex").read_text()
+    )
     assert run("equations", train, "--json").stdout == written.stdout
     assert run("equations", train).stdout == printed.stdout
-    refused(run("equations", train, "-o", also_called(train, ".txt")), 3, "is an input of this command")
+    refused(
+        run("equations", train, "-o", also_called(train, ".txt")), 3, "is an input of this command"
+    )
 
 
 @pytest.mark.parametrize(
@@ -41,18 +52,34 @@ def test_text_latex_and_data(train: Path, tmp_path: Path) -> None:
         (
             "[cart, ground]",
             "[cart]",
-            ("train.yaml:10: links.spring.between: found one end, [cart]; allowed: two; the frame is an end too",),
+            (
+                "train.yaml:10: links.spring.between: found one end, [cart]; allowed: two; the frame is an end too",
+            ),
         ),
-        ("unit: N/mm", "unit: N m/rad", ("train.yaml:10: links.spring.stiffness.unit: found a multiple of N m/rad; allowed: N/m",)),
+        (
+            "unit: N/mm",
+            "unit: N m/rad",
+            (
+                "train.yaml:10: links.spring.stiffness.unit: found a multiple of N m/rad; allowed: N/m",
+            ),
+        ),
         (
             "  rack:",
             "  chain: {kind: belt, between: [motor, shaft], radius_a: {value: 1, unit: cm}, radius_b: {value: 3, unit: cm}}\n  rack:",
-            ("train.yaml:9: links.chain: moves shaft 0.333333 as far as motor, and reducer moves it -0.25 as far",),
+            (
+                "train.yaml:9: links.chain: moves shaft 0.333333 as far as motor, and reducer moves it -0.25 as far",
+            ),
         ),
-        ("format: mechanism/1", "format: model/1", ("train.yaml:1: format: found 'model/1'; allowed: mechanism/1",)),
+        (
+            "format: mechanism/1",
+            "format: model/1",
+            ("train.yaml:1: format: found 'model/1'; allowed: mechanism/1",),
+        ),
     ],
 )
-def test_a_wrong_mechanism_is_one_line(old: str, new: str, words: tuple[str, ...], train: Path) -> None:
+def test_a_wrong_mechanism_is_one_line(
+    old: str, new: str, words: tuple[str, ...], train: Path
+) -> None:
     assert old in TRAIN
     train.write_text(TRAIN.replace(old, new, 1))
     refused(run("equations", train), 3, *words)

@@ -1,4 +1,5 @@
-"""Example values of `frictool init` that nobody replaced: every command that reads them warns, and every verdict repeats it."""
+"""Example values of `frictool init` that nobody replaced: every command that reads them warns, and
+every verdict repeats it."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.documents.starter import Start, examples, starting_documents
+from frictool.documents.starting_documents import StartingRig, example_keys, starting_documents
 from frictool.documents.writing import to_yaml
 from tests.campaign.rig import played
 from tests.cli.run import run
@@ -25,22 +26,34 @@ LOG = ROOT / "sample_logs/ramp.csv"
 
 
 @pytest.mark.parametrize(
-    "start", [Start("rig", "rotary"), Start("rig", "linear", axis_source="example"), Start("rig", "rotary", period=1e-3, step=0.1)]
+    "start",
+    [
+        StartingRig("rig", "rotary"),
+        StartingRig("rig", "linear", axis_source="example"),
+        StartingRig("rig", "rotary", period=1e-3, step=0.1),
+    ],
 )
-def test_each_document_lists_the_keys_that_its_comments_mark(start: Start, tmp_path: Path) -> None:
+def test_each_document_lists_the_keys_that_its_comments_mark(
+    start: StartingRig, tmp_path: Path
+) -> None:
     for name, text in starting_documents(start).items():
         if name == "Makefile":
             continue
         (tmp_path / "document.yaml").write_text(text)
-        assert list(load(tmp_path / "document.yaml").examples) == examples(start)[name]
+        assert list(load(tmp_path / "document.yaml").examples) == example_keys(start)[name]
 
 
-def test_a_command_that_reads_a_bench_of_examples_names_them_until_they_are_replaced(tmp_path: Path) -> None:
+def test_a_command_that_reads_a_bench_of_examples_names_them_until_they_are_replaced(
+    tmp_path: Path,
+) -> None:
     assert run("init", tmp_path / "rig", "--from", LOG, "--axis", "rotary").code == 0
     bench = tmp_path / "rig/bench.yaml"
     keys = load(bench, Bench).examples
     assert "mechanics.inertia" in keys
-    for command in (["info", LOG, "--bench", bench], ["ingest", LOG, "--bench", bench, "-o", tmp_path / "log.mcap"]):
+    for command in (
+        ["info", LOG, "--bench", bench],
+        ["ingest", LOG, "--bench", bench, "-o", tmp_path / "log.mcap"],
+    ):
         done = run(*command)
         assert done.code == 0
         assert done.stderr.count(LEFT) == 1
@@ -62,7 +75,12 @@ def test_what_a_model_copies_of_its_bench_carries_the_examples(tmp_path: Path) -
     done = run("identify", sines, "--bench", bench, "-o", model)
     assert done.code == 0, done.stderr
     assert load(model).bench.examples == load(bench, Bench).examples
-    assert "bench.mechanics.inertia" in run("observe", "design", model, "--kind", "tracking", "-o", tmp_path / "observer.yaml").stderr
+    assert (
+        "bench.mechanics.inertia"
+        in run(
+            "observe", "design", model, "--kind", "tracking", "-o", tmp_path / "observer.yaml"
+        ).stderr
+    )
 
 
 class Rig:
@@ -71,11 +89,21 @@ class Rig:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         model, loop = clutch_model(), truthful(controller())
-        bench = msgspec.structs.replace(model.bench, examples=("mechanics.inertia", "actuator.limit"))
-        spec = clutch_spec(rest=None, overshoot_percent=1e4, static_error=None, oscillations=None, response_time_95_s=0.55)
+        bench = msgspec.structs.replace(
+            model.bench, examples=("mechanics.inertia", "actuator.limit")
+        )
+        spec = clutch_spec(
+            rest=None,
+            overshoot_percent=1e4,
+            static_error=None,
+            oscillations=None,
+            response_time_95_s=0.55,
+        )
         documents = {
             "model": msgspec.structs.replace(model, bench=bench),
-            "controller": msgspec.structs.replace(loop, bench=msgspec.structs.replace(loop.bench, examples=bench.examples)),
+            "controller": msgspec.structs.replace(
+                loop, bench=msgspec.structs.replace(loop.bench, examples=bench.examples)
+            ),
             "scenario": msgspec.structs.replace(played(), examples=("steps",)),
             "spec": msgspec.structs.replace(spec, examples=("modulus_margin",)),
         }
@@ -88,10 +116,16 @@ class Rig:
 
 def test_every_output_of_a_verdict_repeats_them(tmp_path: Path) -> None:
     rig, log = Rig(tmp_path), tmp_path / "run.mcap"
-    done = run("simulate", rig.model, "--controller", rig.controller, "--scenario", rig.scenario, "-o", log)
+    done = run(
+        "simulate", rig.model, "--controller", rig.controller, "--scenario", rig.scenario, "-o", log
+    )
     assert done.code == 0, done.stderr
-    assert done.stderr.count(LEFT) == 2  # the model's bench, which the controller has too, and the scenario
-    told = f"{LEFT}: spec: modulus_margin; bench: mechanics.inertia, actuator.limit; scenario: steps"
+    assert (
+        done.stderr.count(LEFT) == 2
+    )  # the model's bench, which the controller has too, and the scenario
+    told = (
+        f"{LEFT}: spec: modulus_margin; bench: mechanics.inertia, actuator.limit; scenario: steps"
+    )
     page, suite, table = (tmp_path / f"report.{kind}" for kind in ("html", "xml", "md"))
     words = ("report", log, "--spec", rig.spec, "--controller", rig.controller)
     shown = run(*words, "-o", page, "--junit", suite, "--markdown", table)
@@ -121,5 +155,7 @@ def test_every_output_of_a_verdict_repeats_them(tmp_path: Path) -> None:
 
 
 def test_documents_without_examples_are_read_without_a_word(tmp_path: Path) -> None:
-    done = run("info", ROOT / "sample_logs/sines.csv", "--bench", ROOT / "configs/clutch/bench.yaml")
+    done = run(
+        "info", ROOT / "sample_logs/sines.csv", "--bench", ROOT / "configs/clutch/bench.yaml"
+    )
     assert (done.code, done.stderr) == (0, "")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from frictool.cli.folder import archive, save_folder
+from frictool.cli.output_folder import archive, save_folder
 from frictool.errors import OutputError
 from tests.cli.run import refused, run
 
@@ -76,7 +76,10 @@ def test_an_input_is_never_overwritten(tmp_path: Path) -> None:
 def test_archive_is_a_function_of_the_files() -> None:
     assert archive(FILES) == archive(dict(FILES))
     with tarfile.open(fileobj=io.BytesIO(archive(FILES))) as tar:
-        assert [(entry.name, entry.mtime, entry.uid, entry.mode) for entry in tar] == [("a.txt", 0, 0, 0o644), ("deep/b.txt", 0, 0, 0o644)]
+        assert [(entry.name, entry.mtime, entry.uid, entry.mode) for entry in tar] == [
+            ("a.txt", 0, 0, 0o644),
+            ("deep/b.txt", 0, 0, 0o644),
+        ]
 
 
 MISSING = [
@@ -95,8 +98,17 @@ MISSING = [
 @pytest.mark.parametrize(("line", "target"), MISSING, ids=lambda item: item.split()[0])
 def test_a_missing_folder_is_named_and_not_made(line: str, target: str, tmp_path: Path) -> None:
     """A misspelt folder must not become one."""
-    given = {"sines": ROOT / "sample_logs/sines.csv", "bench": ROOT / "configs/clutch/bench.yaml", "out": tmp_path / "bulid" / "logs"}
+    given = {
+        "sines": ROOT / "sample_logs/sines.csv",
+        "bench": ROOT / "configs/clutch/bench.yaml",
+        "out": tmp_path / "bulid" / "logs",
+    }
     words = line.format(**given).split()
     result = run(*words)
-    refused(result, 3, f"{given['out'] / target}: there is no folder {given['out']}", f"mkdir -p {given['out']}")
+    refused(
+        result,
+        3,
+        f"{given['out'] / target}: there is no folder {given['out']}",
+        f"mkdir -p {given['out']}",
+    )
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,5 @@
-"""`init --from` and `ingest --guess` on the files of public loggers: nothing is guessed that the file does not tell."""
+"""`init --from` and `ingest --guess` on the files of public loggers: nothing is guessed that the
+file does not tell."""
 
 from __future__ import annotations
 
@@ -10,14 +11,18 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.logs.channels.naming import unit_in
+from frictool.logs.channels.column_names import unit_in
 from tests.cli.run import refused, run
 from tests.logs.loggers import LOGGERS, twincat
 
 ASKED = "?"
 EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
     "twincat": {"position": ("fActPosition", ASKED), "effort": (ASKED, ASKED)},
-    "siemens": {"time": ("Time", ASKED), "position": ("_DriveAxis_1.ActualPosition", ASKED), "effort": (ASKED, ASKED)},
+    "siemens": {
+        "time": ("Time", ASKED),
+        "position": ("_DriveAxis_1.ActualPosition", ASKED),
+        "effort": (ASKED, ASKED),
+    },
     "odrive": {
         "time": ("time", "s"),
         "position": ("pos_estimate", ASKED),
@@ -31,11 +36,28 @@ EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
         "current": ("q_current", ASKED),
     },
     "kinova": {},
-    "rtde": {"time": ("timestamp", "s"), "position": (ASKED, ASKED), "velocity": (ASKED, ASKED), "current": (ASKED, ASKED)},
-    "torque_sensor": {"time": ("time", "s"), "position": ("position", "rad"), "current": ("current", "A")},
-    "torque_only": {"time": ("time", "s"), "position": ("position", "rad"), "effort": (ASKED, "N m")},
+    "rtde": {
+        "time": ("timestamp", "s"),
+        "position": (ASKED, ASKED),
+        "velocity": (ASKED, ASKED),
+        "current": (ASKED, ASKED),
+    },
+    "torque_sensor": {
+        "time": ("time", "s"),
+        "position": ("position", "rad"),
+        "current": ("current", "A"),
+    },
+    "torque_only": {
+        "time": ("time", "s"),
+        "position": ("position", "rad"),
+        "effort": (ASKED, "N m"),
+    },
     "torque_cur": {"time": ("t", "s"), "position": ("Pos", "rad"), "current": (ASKED, ASKED)},
-    "sample_index": {"time": ("t", ASKED), "position": ("angle", "deg"), "current": ("current", "A")},
+    "sample_index": {
+        "time": ("t", ASKED),
+        "position": ("angle", "deg"),
+        "current": ("current", "A"),
+    },
     "odrive_s1": {
         "time": ("timestamp_ms", "ms"),
         "position": ("measured_position_deg", "deg"),
@@ -44,7 +66,12 @@ EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
         "current": ("measured_current_A", "A"),
         "current_command": ("command_current_A", "A"),
     },
-    "laas": {"time": ("Time", "s"), "position": ("Position", ASKED), "velocity": ("Velocity", ASKED), "current": ("Iq", ASKED)},
+    "laas": {
+        "time": ("Time", "s"),
+        "position": ("Position", ASKED),
+        "velocity": ("Velocity", ASKED),
+        "current": ("Iq", ASKED),
+    },
 }
 
 
@@ -59,19 +86,26 @@ def guessed(folder: Path, text: str) -> tuple[dict[str, Any], Path]:
 @pytest.mark.parametrize("name", LOGGERS)
 def test_what_a_logger_does_not_tell_is_asked(name: str, tmp_path: Path):
     facts, bench = guessed(tmp_path, LOGGERS[name])
-    assert {channel: tuple(column) for channel, column in facts["columns"].items()} == EXPECTED[name]
+    assert {channel: tuple(column) for channel, column in facts["columns"].items()} == EXPECTED[
+        name
+    ]
     asked = {channel for channel, column in EXPECTED[name].items() if ASKED in column}
     assert set(facts["questions"]) == asked
     if not asked:
         load(bench, Bench)
         return
     refused(
-        run("ingest", tmp_path / "log.csv", "--bench", bench, "-o", tmp_path / "log.mcap"), 3, "bench.yaml:", "which the log did not tell"
+        run("ingest", tmp_path / "log.csv", "--bench", bench, "-o", tmp_path / "log.mcap"),
+        3,
+        "bench.yaml:",
+        "which the log did not tell",
     )
     shown = run("ingest", "--guess", tmp_path / "log.csv", "--axis", "rotary", "-o", bench).stdout
     for channel in asked:
         assert f"  columns.{channel}: fill in " in shown
-        (line,) = [line for line in bench.read_text().splitlines() if line.startswith(f"  {channel}: ")]
+        (line,) = [
+            line for line in bench.read_text().splitlines() if line.startswith(f"  {channel}: ")
+        ]
         assert "# fill in " in line
 
 
@@ -80,7 +114,10 @@ def test_the_channels_of_twincat_keep_their_names_and_units(tmp_path: Path):
     facts, bench = guessed(tmp_path, twincat(unit="deg"))
     assert facts["columns"] == {"position": ["fActPosition", "deg"]}
     assert "fActTorque" in facts["left"]
-    assert "header in line 5, units in line 19, numbers from line 23" in run("info", tmp_path / "log.csv", "--bench", bench).stdout
+    assert (
+        "header in line 5, units in line 19, numbers from line 23"
+        in run("info", tmp_path / "log.csv", "--bench", bench).stdout
+    )
 
 
 def test_a_column_that_two_joints_have_is_chosen_by_hand(tmp_path: Path):
@@ -92,28 +129,52 @@ def test_a_column_that_two_joints_have_is_chosen_by_hand(tmp_path: Path):
         ("velocity", "actual_qd_1", "rad/s"),
         ("current", "actual_current_1", "A"),
     ):
-        text = text.replace(f'  {channel}: {{column: "?", unit: "?"}}', f"  {channel}: {{column: {column}, unit: {unit}}}")
+        text = text.replace(
+            f'  {channel}: {{column: "?", unit: "?"}}',
+            f"  {channel}: {{column: {column}, unit: {unit}}}",
+        )
     bench.write_text(text)
-    assert run("ingest", tmp_path / "log.csv", "--bench", bench, "-o", tmp_path / "log.mcap").code == 0
+    assert (
+        run("ingest", tmp_path / "log.csv", "--bench", bench, "-o", tmp_path / "log.mcap").code == 0
+    )
 
 
 @pytest.mark.parametrize(
     ("name", "unit"),
-    [("t_ms", "ms"), ("omega_rpm", "rpm"), ("rpm", "rpm"), ("pos", None), ("x", None), ("vel rad/s", "rad/s"), ("a", None), ("i_mA", "mA")],
+    [
+        ("t_ms", "ms"),
+        ("omega_rpm", "rpm"),
+        ("rpm", "rpm"),
+        ("pos", None),
+        ("x", None),
+        ("vel rad/s", "rad/s"),
+        ("a", None),
+        ("i_mA", "mA"),
+    ],
 )
 def test_a_unit_that_ends_a_name(name: str, unit: str | None):
     assert unit_in(name) == unit
 
 
-@pytest.mark.parametrize("name", ["odrive", "moteus", "torque_sensor", "torque_only", "torque_cur", "odrive_s1", "laas"])
+@pytest.mark.parametrize(
+    "name", ["odrive", "moteus", "torque_sensor", "torque_only", "torque_cur", "odrive_s1", "laas"]
+)
 def test_info_shows_a_raw_file_in_its_own_units(name: str, tmp_path: Path):
-    """Nothing is converted, and no effort is made of a current: the file does not tell the actuator."""
+    """Nothing is converted, and no effort is made of a current: the file does not tell the
+    actuator."""
     log = tmp_path / "log.csv"
     log.write_text(LOGGERS[name])
     result = run("info", log, "--json")
     assert result.code == 0, result.stderr
-    shown = {row["name"]: (row["column"].rpartition(" [")[0], row["unit"]) for row in json.loads(result.stdout)["channels"]}
-    assert shown == {channel: column for channel, column in EXPECTED[name].items() if channel != "time" and column[0] != ASKED}
+    shown = {
+        row["name"]: (row["column"].rpartition(" [")[0], row["unit"])
+        for row in json.loads(result.stdout)["channels"]
+    }
+    assert shown == {
+        channel: column
+        for channel, column in EXPECTED[name].items()
+        if channel != "time" and column[0] != ASKED
+    }
     assert "guessed without --bench: " in result.stderr
     assert run("info", log).stdout.startswith("log.csv: ")
 
@@ -138,4 +199,6 @@ def test_info_counts_the_rows_without_a_number_and_says_where_they_are(tmp_path:
         "lost: 1 sample from 0.059 to 0.061 s: column 'current': no finite number\n",
     ):
         assert line in result.stdout, result.stdout
-    assert sum(loss["samples"] for loss in json.loads(run("info", log, "--json").stdout)["lost"]) == 4
+    assert (
+        sum(loss["samples"] for loss in json.loads(run("info", log, "--json").stdout)["lost"]) == 4
+    )

@@ -1,4 +1,5 @@
-"""`frictool identify --each`: many logs to a model each, the same as alone, and wherever it is made; what is bad is a row."""
+"""`frictool identify --each`: many logs to a model each, the same as alone, and wherever it is
+made; what is bad is a row."""
 
 from __future__ import annotations
 
@@ -16,11 +17,11 @@ import pytest
 from frictool.documents.provenance import Input, digest
 from frictool.documents.writing import to_yaml
 from frictool.errors import LogError
-from frictool.identify.each import Identify, groups
-from frictool.identify.each_table import COLUMNS
-from frictool.identify.methods import DEFAULT, Settings
-from frictool.logs.fleet import Member, members
-from frictool.logs.origin import Name
+from frictool.identify.batch import IdentifyJob, groups
+from frictool.identify.batch_table import COLUMNS
+from frictool.identify.methods import DEFAULT, IdentificationSettings
+from frictool.logs.fleet import FleetLog, members
+from frictool.logs.origin import LogName
 from tests.cli.run import Result, refused, run
 from tests.identify.benches import CLUTCH, ROOT, clutch
 
@@ -29,12 +30,16 @@ DATE = r"\d{4}-\d\d-\d\d"
 
 
 def part(number: int, scale: float) -> str:
-    """A third of the sample log, its current scaled: as of an actuator with other friction and another inertia."""
+    """A third of the sample log, its current scaled: as of an actuator with other friction and
+    another inertia."""
     lines = (ROOT / "sample_logs" / "sines.csv").read_text().splitlines()
     head = [line for line in lines if not line[0].isdigit()]
     rows = [line.rsplit(",", 1) for line in lines[len(head) :]]
     third = rows[number * len(rows) // 3 : (number + 1) * len(rows) // 3]
-    return "\n".join([*head, *(f"{others},{float(current) * scale!r}" for others, current in third)]) + "\n"
+    return (
+        "\n".join([*head, *(f"{others},{float(current) * scale!r}" for others, current in third)])
+        + "\n"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +69,14 @@ def made(fleet: SimpleNamespace) -> SimpleNamespace:
     target = fleet.root / "models"
     result = each("log", fleet.folder, "--date", DATE, "--cores", "1", "-o", target)
     assert result.code == 3, result.stderr
-    return SimpleNamespace(folder=target, told=result.stdout, rows=table((target / "parameters.csv").read_text()))
+    return SimpleNamespace(
+        folder=target, told=result.stdout, rows=table((target / "parameters.csv").read_text())
+    )
 
 
-def test_each_log_gives_the_model_that_it_gives_alone(fleet: SimpleNamespace, made: SimpleNamespace, tmp_path: Path) -> None:
+def test_each_log_gives_the_model_that_it_gives_alone(
+    fleet: SimpleNamespace, made: SimpleNamespace, tmp_path: Path
+) -> None:
     alone = tmp_path / "alone.yaml"
     assert run("identify", fleet.first, "--bench", CLUTCH, "-o", alone).code == 0
     assert (made.folder / "U1" / "2026-01-03.yaml").read_bytes() == alone.read_bytes()
@@ -78,7 +87,9 @@ def test_each_log_gives_the_model_that_it_gives_alone(fleet: SimpleNamespace, ma
     for row in made.rows[:3]:
         assert (made.folder / row["model"]).is_file()
         assert float(row["coulomb_low"]) < float(row["coulomb"]) < float(row["coulomb_high"])
-        assert row["breakaway"] == ""  # no ramps: the bench's interval in the model is nothing that the log has given
+        assert (
+            row["breakaway"] == ""
+        )  # no ramps: the bench's interval in the model is nothing that the log has given
     assert made.rows[3]["model"] == ""
     assert made.rows[3]["reason"] == "has 1 row; a log has at least 2"
     assert not (made.folder / "U3").exists()
@@ -88,32 +99,50 @@ def test_each_log_gives_the_model_that_it_gives_alone(fleet: SimpleNamespace, ma
     assert "logs of one unit" not in coulomb
 
 
-def test_what_travels_to_another_process_gives_the_same_model(fleet: SimpleNamespace, made: SimpleNamespace) -> None:
+def test_what_travels_to_another_process_gives_the_same_model(
+    fleet: SimpleNamespace, made: SimpleNamespace
+) -> None:
     """`python -m tests.accept build/accept.json cluster.commands` runs the command on a cluster."""
     text = (made.folder / "U1" / "2026-01-03.yaml").read_text()
     (group,) = groups(members([fleet.first]), "log")
-    group = replace(group, words=next(line for line in text.splitlines() if "command:" in line).partition(": ")[2])
-    work = Identify(to_yaml(clutch()), Input(CLUTCH.name, digest(CLUTCH)), DEFAULT, Settings())
+    group = replace(
+        group,
+        words=next(line for line in text.splitlines() if "command:" in line).partition(": ")[2],
+    )
+    work = IdentifyJob(
+        to_yaml(clutch()), Input(CLUTCH.name, digest(CLUTCH)), DEFAULT, IdentificationSettings()
+    )
     there = pickle.loads(pickle.dumps(work))
     back = pickle.loads(pickle.dumps(there((fleet.first,), pickle.loads(pickle.dumps(group)))))
     assert back.found.text == text
 
 
-def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(fleet: SimpleNamespace, tmp_path: Path) -> None:
+def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(
+    fleet: SimpleNamespace, tmp_path: Path
+) -> None:
     (tmp_path / "models").mkdir()
     for name in ("a.csv", "b.csv"):
         (tmp_path / name).write_bytes(fleet.first.read_bytes())
     (tmp_path / "models" / "parameters.csv").write_text("unit,date,file\n")
     result = each("log", tmp_path, "-o", tmp_path / "models")
     assert result.code == 0
-    assert [row["file"] for row in table((tmp_path / "models" / "parameters.csv").read_text())] == ["a.csv", "b.csv"]
+    assert [row["file"] for row in table((tmp_path / "models" / "parameters.csv").read_text())] == [
+        "a.csv",
+        "b.csv",
+    ]
     assert "b.csv: warning: gives the same numbers as a.csv" in result.stdout
 
 
-def test_a_log_is_never_taken_for_an_earlier_table_and_overwritten(fleet: SimpleNamespace, tmp_path: Path) -> None:
+def test_a_log_is_never_taken_for_an_earlier_table_and_overwritten(
+    fleet: SimpleNamespace, tmp_path: Path
+) -> None:
     """A table is told from a log by what is in it: -o may be any name in the folder of the logs."""
     (tmp_path / "a.csv").write_bytes(fleet.first.read_bytes())
-    refused(each("log", tmp_path, "-o", tmp_path / "a.csv"), 3, "a.csv: is an input of this command and would be overwritten")
+    refused(
+        each("log", tmp_path, "-o", tmp_path / "a.csv"),
+        3,
+        "a.csv: is an input of this command and would be overwritten",
+    )
     assert (tmp_path / "a.csv").read_bytes() == fleet.first.read_bytes()
 
 
@@ -131,7 +160,9 @@ def test_the_tables_of_earlier_runs_are_no_logs_whatever_they_are_called(
         members([tmp_path / "fleet.csv"])
 
 
-def test_nothing_found_is_told_before_nothing_read_and_a_pattern_that_finds_nothing(fleet: SimpleNamespace, tmp_path: Path) -> None:
+def test_nothing_found_is_told_before_nothing_read_and_a_pattern_that_finds_nothing(
+    fleet: SimpleNamespace, tmp_path: Path
+) -> None:
     lines = fleet.first.read_text().splitlines()
     moved = next(number for number, line in enumerate(lines) if line[0].isdigit())
     still = [",".join([line.split(",")[0], *["0"] * line.count(",")]) for line in lines[moved:]]
@@ -153,7 +184,16 @@ def test_the_logs_of_a_folder_give_one_model(fleet: SimpleNamespace, tmp_path: P
         ("U1", "U1/2026-01-03.csv; U1/2026-02-03.csv"),
         ("U2", "U2/2026-01-04.csv"),
     ]
-    together = json.loads(run("identify", fleet.first, fleet.folder / "U1" / "2026-02-03.csv", "--bench", CLUTCH, "--json").stdout)
+    together = json.loads(
+        run(
+            "identify",
+            fleet.first,
+            fleet.folder / "U1" / "2026-02-03.csv",
+            "--bench",
+            CLUTCH,
+            "--json",
+        ).stdout
+    )
     assert float(rows[0]["coulomb"]) == together["parameters"]["coulomb"]["value"]
 
 
@@ -170,7 +210,9 @@ def test_the_machine_s_view_has_what_each_alone_prints(fleet: SimpleNamespace) -
     assert found["spread"] > 10.0 * found["expected"]
 
 
-def test_parquet_holds_the_same_with_types(fleet: SimpleNamespace, made: SimpleNamespace, tmp_path: Path) -> None:
+def test_parquet_holds_the_same_with_types(
+    fleet: SimpleNamespace, made: SimpleNamespace, tmp_path: Path
+) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     assert each("log", fleet.folder, "--date", DATE, "-o", tmp_path / "fleet.parquet").code == 3
     held = parquet.read_table(tmp_path / "fleet.parquet")
@@ -186,19 +228,40 @@ def test_models_have_names_of_their_own(tmp_path: Path) -> None:
     for name in names:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    assert [one.name for one in groups(members([tmp_path]), "log")] == ["a/x", "b/x.csv", "b/x.mat", "y"]
-    assert [one.name for one in groups(members([tmp_path / "a", tmp_path / "b"]), "folder")] == ["a", "b"]
+    assert [one.name for one in groups(members([tmp_path]), "log")] == [
+        "a/x",
+        "b/x.csv",
+        "b/x.mat",
+        "y",
+    ]
+    assert [one.name for one in groups(members([tmp_path / "a", tmp_path / "b"]), "folder")] == [
+        "a",
+        "b",
+    ]
     assert [one.name for one in groups(members([tmp_path]), "folder")] == ["a", "b", tmp_path.name]
-    assert [one.name for one in groups(members([tmp_path / name for name in names]), "log")] == ["a/x", "b/x.csv", "b/x.mat", "y"]
-    assert [one.name for one in groups([Member(tmp_path, Name("../../other/x.csv"))], "log")] == ["other/x"]
+    assert [one.name for one in groups(members([tmp_path / name for name in names]), "log")] == [
+        "a/x",
+        "b/x.csv",
+        "b/x.mat",
+        "y",
+    ]
+    assert [
+        one.name for one in groups([FleetLog(tmp_path, LogName("../../other/x.csv"))], "log")
+    ] == ["other/x"]
 
 
 def test_refusals_are_one_line(fleet: SimpleNamespace, tmp_path: Path) -> None:
     for arguments, word in (
         (("log", fleet.folder, "--ramp", fleet.first), "--ramp belongs to the logs of one model"),
-        (("log", fleet.folder, "--plot", tmp_path / "a.svg"), "--plot belongs to the logs of one model"),
+        (
+            ("log", fleet.folder, "--plot", tmp_path / "a.svg"),
+            "--plot belongs to the logs of one model",
+        ),
         (("log", "-"), "not standard input"),
-        (("log", fleet.folder, "--cores", "2", "--cluster", "tcp://127.0.0.1:1"), "--cores is of this machine"),
+        (
+            ("log", fleet.folder, "--cores", "2", "--cluster", "tcp://127.0.0.1:1"),
+            "--cores is of this machine",
+        ),
         (("log", fleet.folder, "--cores", "0"), "--cores"),
         (("log", fleet.folder, "--date", "("), "no regular expression"),
         (("log", fleet.folder, "-o", tmp_path / "model.yaml"), "the models go into a folder"),

@@ -19,7 +19,9 @@ EMPS = ROOT / "configs" / "emps" / "bench.yaml"
 UNITS = {"position": "rad", "current": "A", "command": "A"}
 
 
-def saved(folder: Path, metadata: dict[str, dict[str, str]] | None = None, **signals: np.ndarray) -> Path:
+def saved(
+    folder: Path, metadata: dict[str, dict[str, str]] | None = None, **signals: np.ndarray
+) -> Path:
     """A canonical log at 1 kHz."""
     time = np.arange(next(iter(signals.values())).size) * 0.001
     stream = Stream("/axis", time, signals, {name: UNITS[name] for name in signals})
@@ -43,7 +45,20 @@ def test_one_row_per_signal_with_what_the_machine_needs(tmp_path: Path):
         ("/axis", "current"),
         ("/axis/force", "effort"),
     ]
-    needed = {"name", "source", "unit", "samples", "rate_hz", "jitter_s", "gaps", "step", "held_s", "flat_tops", "low", "high"}
+    needed = {
+        "name",
+        "source",
+        "unit",
+        "samples",
+        "rate_hz",
+        "jitter_s",
+        "gaps",
+        "step",
+        "held_s",
+        "flat_tops",
+        "low",
+        "high",
+    }
     assert all(row.keys() >= needed for row in found["channels"])
     assert found.keys() >= {"channels", "duration_s", "encoder_step", "lost"}
 
@@ -54,13 +69,20 @@ def test_the_sample_logs(kind: str):
     assert found["test"] == {"kind": kind, "given": False}
     assert found["reversed"] == found["odd"] == []
     fed = {name for name, why in found["methods"].items() if why is None}
-    assert fed == {"breakaway"} if kind == "ramp" else {"least-squares", "sines"} <= fed and "breakaway" not in fed
+    assert (
+        fed == {"breakaway"}
+        if kind == "ramp"
+        else {"least-squares", "sines"} <= fed and "breakaway" not in fed
+    )
 
 
 def test_the_kind_that_was_given_is_believed(tmp_path: Path):
     path = saved(tmp_path, {"log": {"test": "ramp"}}, position=np.sin(np.arange(3000) / 300.0))
     assert facts(path)["test"] == {"kind": "ramp", "given": True}
-    assert "test: ramp (given): the effort grows from rest until the axis moves" in run("info", path).stdout
+    assert (
+        "test: ramp (given): the effort grows from rest until the axis moves"
+        in run("info", path).stdout
+    )
 
 
 def test_ingest_takes_the_kind(tmp_path: Path):
@@ -75,11 +97,16 @@ def test_saturation_holds_and_limits_in_text(tmp_path: Path):
     k = np.arange(6000)
     current = np.clip(80.0 * np.sin(k / 200.0), -50.0, 50.0)
     command = np.repeat(80.0 * np.sin(k[::4] / 200.0), 4)
-    path = saved(tmp_path, position=np.rint(40 * np.sin(k / 200.0)), current=current, command=command)
+    path = saved(
+        tmp_path, position=np.rint(40 * np.sin(k / 200.0)), current=current, command=command
+    )
     shown = run("info", path, "--bench", CLUTCH).stdout
     assert "saturated: /axis.current is flat at -50 A in " in shown
     assert "saturated: /axis.current is flat at 50 A in " in shown
-    assert f"saturated: /axis.current is at the bench's limit in {np.sum(np.abs(current) >= 49.0)} samples" in shown
+    assert (
+        f"saturated: /axis.current is at the bench's limit in {np.sum(np.abs(current) >= 49.0)} samples"
+        in shown
+    )
     assert "held: /axis.command keeps its value for 4 samples (0.004 s) or more" in shown
     assert "/axis.command is flat" not in shown
     without = run("info", path).stdout
@@ -89,41 +116,80 @@ def test_saturation_holds_and_limits_in_text(tmp_path: Path):
 
 def test_a_reversed_sensor_is_named(tmp_path: Path):
     bench = tmp_path / "bench.yaml"
-    bench.write_text(EMPS.read_text().replace("{column: vir, unit: V}", "{column: vir, unit: V, scale: -1}"))
+    bench.write_text(
+        EMPS.read_text().replace("{column: vir, unit: V}", "{column: vir, unit: V, scale: -1}")
+    )
     record = measured("emps/DATA_EMPS.mat")
     assert facts(record, "--bench", EMPS)["reversed"] == []
     assert facts(record, "--bench", bench)["reversed"] == ["effort"]
-    assert "odd: the effort takes energy from the axis" in run("info", record, "--bench", bench).stdout
+    assert (
+        "odd: the effort takes energy from the axis" in run("info", record, "--bench", bench).stdout
+    )
     ingested = run("ingest", record, "--bench", bench, "-o", tmp_path / "log.mcap")
     assert ingested.code == 0
     assert "warning: the effort takes energy from the axis" in ingested.stderr
 
 
 def test_what_was_lost_is_listed(tmp_path: Path):
-    loss = {"channels": ["/axis.position"], "reason": "a chunk is damaged", "start_s": 1.0, "end_s": 2.0, "samples": 1000}
-    path = saved(tmp_path, {"lost": {"1": msgspec.json.encode(loss).decode()}}, position=np.arange(50.0))
+    loss = {
+        "channels": ["/axis.position"],
+        "reason": "a chunk is damaged",
+        "start_s": 1.0,
+        "end_s": 2.0,
+        "samples": 1000,
+    }
+    path = saved(
+        tmp_path, {"lost": {"1": msgspec.json.encode(loss).decode()}}, position=np.arange(50.0)
+    )
     assert facts(path)["lost"] == [loss]
-    assert "lost: 1000 samples of /axis.position from 1 to 2 s: a chunk is damaged\n" in run("info", path).stdout
+    assert (
+        "lost: 1000 samples of /axis.position from 1 to 2 s: a chunk is damaged\n"
+        in run("info", path).stdout
+    )
 
 
 def test_numbers_that_nothing_measures(tmp_path: Path):
-    path = saved(tmp_path, position=np.array([0.0, 1e300, -1.7e308, 3.0] * 30), current=np.array([1e-320, 1.0, 1e308, 0.0] * 30))
+    path = saved(
+        tmp_path,
+        position=np.array([0.0, 1e300, -1.7e308, 3.0] * 30),
+        current=np.array([1e-320, 1.0, 1e308, 0.0] * 30),
+    )
     assert facts(path)["channels"][0]["high"] == 1e300
     raw = tmp_path / "raw.csv"
-    raw.write_text("time [s],encoder [count],current [A]\n" + "".join(f"{k / 1000},{k},{'1e308' if k == 5 else k}\n" for k in range(20)))
-    refused(run("info", raw, "--bench", CLUTCH), 3, "raw.csv:7: column 'current': found 1e+308; allowed: a finite number, 1e+100 at most")
+    raw.write_text(
+        "time [s],encoder [count],current [A]\n"
+        + "".join(f"{k / 1000},{k},{'1e308' if k == 5 else k}\n" for k in range(20))
+    )
+    refused(
+        run("info", raw, "--bench", CLUTCH),
+        3,
+        "raw.csv:7: column 'current': found 1e+308; allowed: a finite number, 1e+100 at most",
+    )
 
 
 def test_the_clocks_of_two_instruments(tmp_path: Path):
     time = np.arange(0.0, 20.0, 0.001)
 
     def stream(topic: str, clock: np.ndarray) -> Stream:
-        return Stream(topic, clock, {"position": np.sin(3.0 * time) + 0.5 * np.sin(7.1 * time)}, {"position": "rad"})
+        return Stream(
+            topic,
+            clock,
+            {"position": np.sin(3.0 * time) + 0.5 * np.sin(7.1 * time)},
+            {"position": "rad"},
+        )
 
     path = tmp_path / "two.mcap"
-    path.write_bytes(as_bytes(Log((stream("/axis", time), stream("/axis/laser", 0.004 + (1.0 + 2e-4) * time)), {})))
+    path.write_bytes(
+        as_bytes(
+            Log((stream("/axis", time), stream("/axis/laser", 0.004 + (1.0 + 2e-4) * time)), {})
+        )
+    )
     (clock,) = facts(path)["clocks"]
-    assert (clock["source"], clock["against"], clock["signal"]) == ("/axis/laser", "/axis", "position")
+    assert (clock["source"], clock["against"], clock["signal"]) == (
+        "/axis/laser",
+        "/axis",
+        "position",
+    )
     assert clock["offset_s"] == pytest.approx(0.004 + 2e-4 * 10.0, abs=2e-5)
     assert clock["drift"] == pytest.approx(2e-4, rel=0.02)
     text = f"clock: /axis/laser shows position {clock['offset_s']:.4g} s after /axis, drift {1e6 * clock['drift']:.4g} us in a second\n"
@@ -144,7 +210,9 @@ def test_the_same_log_gives_the_same_text_wherever_it_goes(tmp_path: Path):
 def test_a_drive_in_another_stream_than_the_position_is_told_with_what_to_do(tmp_path: Path):
     time = np.arange(500) / 1000.0
     position = Stream("/axis", time, {"position": np.sin(20.0 * time)}, {"position": "rad"})
-    current = Stream("/axis/motor", time + 0.0004, {"current": np.cos(20.0 * time)}, {"current": "A"})
+    current = Stream(
+        "/axis/motor", time + 0.0004, {"current": np.cos(20.0 * time)}, {"current": "A"}
+    )
     path, joined = tmp_path / "apart.mcap", tmp_path / "joined.mcap"
     path.write_bytes(as_bytes(Log((position, current), {})))
     assert facts(path)["odd"] == [
@@ -164,27 +232,55 @@ def test_a_refusal_to_unpack_is_the_reason_that_is_given(tmp_path: Path):
     h5py, path = pytest.importorskip("h5py"), tmp_path / "filled.h5"
     with h5py.File(path, "w") as file:
         for name in ("time", "encoder"):
-            file.create_dataset(name, shape=(250_000_000,), dtype="f8", chunks=(1 << 16,), fillvalue=1.0)
+            file.create_dataset(
+                name, shape=(250_000_000,), dtype="f8", chunks=(1 << 16,), fillvalue=1.0
+            )
     refused(run("info", path), 3, "filled.h5: announces 250000000 rows")
 
 
 @pytest.mark.parametrize("tail", [b"\0" * 100_000, b"\xff" * 30])
-def test_a_recording_without_a_readable_sample_is_not_sent_to_a_salvage_in_vain(tail: bytes, tmp_path: Path) -> None:
+def test_a_recording_without_a_readable_sample_is_not_sent_to_a_salvage_in_vain(
+    tail: bytes, tmp_path: Path
+) -> None:
     log, target = tmp_path / "log.mcap", tmp_path / "out.mcap"
     log.write_bytes(b"\x89MCAP0\r\n" + tail)
-    for command in (["info", log], ["info", log, "--bench", CLUTCH], ["ingest", log, "--bench", CLUTCH, "-o", target]):
+    for command in (
+        ["info", log],
+        ["info", log, "--bench", CLUTCH],
+        ["ingest", log, "--bench", CLUTCH, "-o", target],
+    ):
         result = run(*command)
-        refused(result, 3, "log.mcap: is damaged or cut off at byte 8", "no sample in it can be read: copy it again")
+        refused(
+            result,
+            3,
+            "log.mcap: is damaged or cut off at byte 8",
+            "no sample in it can be read: copy it again",
+        )
         assert "--salvage" not in result.stderr
-    refused(run("ingest", log, "--bench", CLUTCH, "--salvage", "-o", target), 3, "log.mcap: no sample in it can be read")
+    refused(
+        run("ingest", log, "--bench", CLUTCH, "--salvage", "-o", target),
+        3,
+        "log.mcap: no sample in it can be read",
+    )
     assert not target.exists()
 
 
-def test_a_recording_with_samples_behind_the_damage_is_sent_to_a_salvage_that_works(tmp_path: Path) -> None:
-    path, target = saved(tmp_path, position=np.arange(20_000.0), current=np.arange(20_000.0) % 7), tmp_path / "out.mcap"
+def test_a_recording_with_samples_behind_the_damage_is_sent_to_a_salvage_that_works(
+    tmp_path: Path,
+) -> None:
+    path, target = (
+        saved(tmp_path, position=np.arange(20_000.0), current=np.arange(20_000.0) % 7),
+        tmp_path / "out.mcap",
+    )
     data = bytearray(path.read_bytes())
     data[len(data) // 2 : len(data) // 2 + 100] = bytes(100)
     path.write_bytes(data)
-    refused(run("ingest", path, "--bench", CLUTCH, "-o", target), 3, "`frictool ingest --salvage` keeps what is whole")
-    assert run("ingest", path, "--bench", CLUTCH, "--salvage", "-o", target).code == 3  # data are lost
+    refused(
+        run("ingest", path, "--bench", CLUTCH, "-o", target),
+        3,
+        "`frictool ingest --salvage` keeps what is whole",
+    )
+    assert (
+        run("ingest", path, "--bench", CLUTCH, "--salvage", "-o", target).code == 3
+    )  # data are lost
     assert sum(channel["samples"] for channel in facts(target)["channels"]) == 2 * 16_000

@@ -19,7 +19,9 @@ from tests.logs.example import ROOT, as_bytes, golden_log, measured, same
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 SINES = ROOT / "sample_logs" / "sines.csv"
 STEPS = ROOT / "sample_logs" / "steps.csv"
-GOOD = "time [s],encoder [count],current [A]\n" + "".join(f"{k / 1000:.3f},{k},{k / 10}\n" for k in range(50))
+GOOD = "time [s],encoder [count],current [A]\n" + "".join(
+    f"{k / 1000:.3f},{k},{k / 10}\n" for k in range(50)
+)
 
 
 @pytest.fixture
@@ -38,7 +40,11 @@ def test_ingest_and_info(tmp_path: Path):
     assert shown.code == 0
     assert "encoder step: 0.1122 rad\n" in shown.stdout
     facts = json.loads(run("info", target, "--json").stdout)
-    assert {row["name"]: row["unit"] for row in facts["channels"]} == {"position": "rad", "current": "A", "effort": "N m"}
+    assert {row["name"]: row["unit"] for row in facts["channels"]} == {
+        "position": "rad",
+        "current": "A",
+        "effort": "N m",
+    }
     for row in facts["channels"]:
         assert row["source"] == "/axis"
         assert row["rate_hz"] == pytest.approx(1000.0)
@@ -57,7 +63,9 @@ def test_ingest_and_info(tmp_path: Path):
         (lambda k: k + (k % 7) ** 0.5, "none seen, positions lie on no lattice"),
     ],
 )
-def test_info_says_why_no_encoder_step_is_seen(tmp_path: Path, counts: Callable[[int], float], words: str):
+def test_info_says_why_no_encoder_step_is_seen(
+    tmp_path: Path, counts: Callable[[int], float], words: str
+):
     path = tmp_path / "raw.csv"
     rows = [f"{k / 1000:.3f},{counts(k)},0.1" for k in range(50)]
     path.write_text("\n".join(["time [s],encoder [count],current [A]", *rows]) + "\n")
@@ -79,7 +87,11 @@ def test_a_device_is_written_to_and_not_replaced(raw: Path):
     full = Path("/dev/full")
     if not full.is_char_device():
         pytest.skip("no /dev/full on this machine")
-    refused(run("ingest", raw, "--bench", CLUTCH, "-o", full), 3, "/dev/full: cannot be written: No space left on device")
+    refused(
+        run("ingest", raw, "--bench", CLUTCH, "-o", full),
+        3,
+        "/dev/full: cannot be written: No space left on device",
+    )
     assert full.is_char_device()
 
 
@@ -104,10 +116,15 @@ def test_provenance_has_names_and_digests_and_no_path(raw: Path, tmp_path: Path)
 def test_several_files_of_a_rig(tmp_path: Path):
     target = tmp_path / "log.mcap"
     result = run("ingest", SINES, STEPS, "--bench", CLUTCH, "-o", target, "--json")
-    assert [stream["topic"] for stream in json.loads(result.stdout)["streams"]] == ["/axis", "/axis/steps"]
+    assert [stream["topic"] for stream in json.loads(result.stdout)["streams"]] == [
+        "/axis",
+        "/axis/steps",
+    ]
     alone = tmp_path / "steps.mcap"
     run("ingest", STEPS, "--bench", CLUTCH, "-o", alone)
-    assert np.array_equal(read_mcap(target).streams[1].signals["position"], read_mcap(alone).main.signals["position"])
+    assert np.array_equal(
+        read_mcap(target).streams[1].signals["position"], read_mcap(alone).main.signals["position"]
+    )
 
 
 def test_a_canonical_log_passes_through_unmapped(tmp_path: Path):
@@ -115,7 +132,9 @@ def test_a_canonical_log_passes_through_unmapped(tmp_path: Path):
     source.write_bytes(as_bytes(golden_log()))
     assert run("ingest", source, "--bench", CLUTCH, "-o", target).code == 0
     found = read_mcap(target)
-    assert found.metadata["provenance"]["command"] == "frictool ingest source.mcap --bench bench.yaml"
+    assert (
+        found.metadata["provenance"]["command"] == "frictool ingest source.mcap --bench bench.yaml"
+    )
     found.metadata["provenance"] = golden_log().metadata["provenance"]
     assert same(found, golden_log())
 
@@ -130,7 +149,10 @@ def test_the_measured_machine(tmp_path: Path):
 
 
 def test_info_of_a_raw_file_is_in_its_own_units_without_the_bench(raw: Path):
-    shown = [json.loads(run("info", raw, *words, "--json").stdout)["channels"] for words in ((), ("--bench", CLUTCH))]
+    shown = [
+        json.loads(run("info", raw, *words, "--json").stdout)["channels"]
+        for words in ((), ("--bench", CLUTCH))
+    ]
     units = [{row["name"]: row["unit"] for row in rows} for rows in shown]
     assert units[0]["position"] == "count"
     assert "effort" not in units[0]
@@ -185,20 +207,47 @@ def test_an_mcap_of_something_else(tmp_path: Path):
 
 def test_help_imports_neither_numba_nor_numpy():
     script = (
-        "import json, sys; sys.argv = ['frictool', '--help']\nfrom frictool.cli.main import main\ntry: main()\nexcept SystemExit: pass\n"
+        "import json, sys; sys.argv = ['frictool', '--help']\n"
+        "from frictool.cli.main import main\ntry: main()\nexcept SystemExit: pass\n"
     )
     script += "print(json.dumps(sorted({name.partition('.')[0] for name in sys.modules})), file=sys.stderr)"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
     assert "Usage: " in done.stdout
     loaded = set(json.loads(done.stderr))
     assert "click" in loaded
-    assert not loaded & {"numpy", "numba", "cvxpy", "scipy", "mcap", "yaml", "msgspec", "pint", "matplotlib"}
+    assert not loaded & {
+        "numpy",
+        "numba",
+        "cvxpy",
+        "scipy",
+        "mcap",
+        "yaml",
+        "msgspec",
+        "pint",
+        "matplotlib",
+    }
 
 
-@pytest.mark.parametrize("line", ["position: {column: when, unit: rad, scale: 2}", "time: {column: when, unit: s, scale: 2}"])
+@pytest.mark.parametrize(
+    "line",
+    ["position: {column: when, unit: rad, scale: 2}", "time: {column: when, unit: s, scale: 2}"],
+)
 def test_a_column_of_dates_is_no_column_of_numbers(tmp_path: Path, line: str):
     raw, bench = tmp_path / "raw.csv", tmp_path / "bench.yaml"
-    raw.write_text("when;encoder;current\n" + "".join(f"2026-01-02T03:04:05.{k:03d}Z;{k};1\n" for k in range(9)))
+    raw.write_text(
+        "when;encoder;current\n"
+        + "".join(f"2026-01-02T03:04:05.{k:03d}Z;{k};1\n" for k in range(9))
+    )
     text = CLUTCH.read_text()
-    bench.write_text(text[: text.index("columns:")] + f"columns:\n  {line}\n  current: {{column: current, unit: A}}\n")
-    refused(run("ingest", raw, "--bench", bench, "-o", tmp_path / "x.mcap"), 3, "column 'when' holds dates", "leave it out of columns")
+    bench.write_text(
+        text[: text.index("columns:")]
+        + f"columns:\n  {line}\n  current: {{column: current, unit: A}}\n"
+    )
+    refused(
+        run("ingest", raw, "--bench", bench, "-o", tmp_path / "x.mcap"),
+        3,
+        "column 'when' holds dates",
+        "leave it out of columns",
+    )

@@ -31,7 +31,8 @@ def bench(tmp_path: Path) -> Path:
 
 
 def as_joint_states(csv: Path) -> list[Sent]:
-    """A log of the bench as a driver publishes it, beside a joint that stands still; the recorder is late, and not evenly."""
+    """A log of the bench as a driver publishes it, beside a joint that stands still; the recorder
+    is late, and not evenly."""
     rows = np.loadtxt(csv, delimiter=",", skiprows=1)
     template = joint_states([0.0])[0]
     sent = []
@@ -49,7 +50,11 @@ def as_joint_states(csv: Path) -> list[Sent]:
 
 
 def test_a_ros_2_bag_of_joint_states_ingests_and_identifies(tmp_path: Path, bench: Path):
-    bag, log, reference = tmp_path / "sines_bag.mcap", tmp_path / "sines.mcap", tmp_path / "reference.mcap"
+    bag, log, reference = (
+        tmp_path / "sines_bag.mcap",
+        tmp_path / "sines.mcap",
+        tmp_path / "reference.mcap",
+    )
     bag.write_bytes(ros2_mcap(as_joint_states(SINES)))
     result = run("ingest", bag, "--bench", bench, "-o", log)
     assert (result.code, result.stderr) == (0, "")
@@ -58,7 +63,10 @@ def test_a_ros_2_bag_of_joint_states_ingests_and_identifies(tmp_path: Path, benc
     ours, theirs = read_mcap(log).main, read_mcap(reference).main
     assert np.array_equal(ours.time, theirs.time)
     for name in ("position", "current", "effort"):
-        assert np.abs(ours.signals[name] - theirs.signals[name]).max() <= 1e-12 * np.abs(theirs.signals[name]).max()
+        assert (
+            np.abs(ours.signals[name] - theirs.signals[name]).max()
+            <= 1e-12 * np.abs(theirs.signals[name]).max()
+        )
     found = run("identify", log, "--bench", bench, "--json")
     assert found.code == 0, found.stderr
     parameters = json.loads(found.stdout)["parameters"]
@@ -68,7 +76,9 @@ def test_a_ros_2_bag_of_joint_states_ingests_and_identifies(tmp_path: Path, benc
 
 
 def test_the_folder_of_a_bag_is_an_input(tmp_path: Path, bench: Path):
-    bench.write_text(bench.read_text().replace("clutch]", "arm]").replace("effort[arm]", "velocity[arm]"))
+    bench.write_text(
+        bench.read_text().replace("clutch]", "arm]").replace("effort[arm]", "velocity[arm]")
+    )
     ros2_bag(tmp_path / "bag", np.arange(50.0).tolist())
     target = tmp_path / "log.mcap"
     result = run("ingest", tmp_path / "bag", "--bench", bench, "-o", target)
@@ -83,7 +93,12 @@ def test_a_recording_that_was_cut_is_refused_or_salvaged(tmp_path: Path, bench: 
     bag, target = tmp_path / "cut.mcap", tmp_path / "log.mcap"
     whole = ros2_mcap(as_joint_states(ROOT / "sample_logs" / "steps.csv"), chunk_size=20_000)
     bag.write_bytes(whole[: len(whole) // 2])
-    refused(run("ingest", bag, "--bench", bench, "-o", target), 3, "cut.mcap: is damaged or cut off at byte", "--salvage")
+    refused(
+        run("ingest", bag, "--bench", bench, "-o", target),
+        3,
+        "cut.mcap: is damaged or cut off at byte",
+        "--salvage",
+    )
     assert not target.exists()
     result = run("ingest", bag, "--bench", bench, "-o", target, "--salvage", "--json")
     assert result.code == 3
@@ -100,7 +115,10 @@ def test_a_recording_that_was_cut_is_refused_or_salvaged(tmp_path: Path, bench: 
 def test_a_recording_without_numbers_lists_what_is_there(tmp_path: Path, bench: Path):
     talker = measured("formats/ros2_talker.mcap")
     refused(
-        run("ingest", talker, "--bench", bench, "-o", tmp_path / "x.mcap"), 3, "has no topic with numbers", "/topic (std_msgs/msg/String)"
+        run("ingest", talker, "--bench", bench, "-o", tmp_path / "x.mcap"),
+        3,
+        "has no topic with numbers",
+        "/topic (std_msgs/msg/String)",
     )
     assert not (tmp_path / "x.mcap").exists()
 
@@ -113,7 +131,9 @@ def test_a_guess_of_a_bag_names_the_joint_that_moves_and_ingests(tmp_path: Path)
         for values in (one.content["name"], one.content["position"]):
             values.reverse()
     bag.write_bytes(ros2_mcap(second_joint_moves))
-    facts = json.loads(run("ingest", "--guess", bag, "--axis", "rotary", "-o", guessed, "--json").stdout)
+    facts = json.loads(
+        run("ingest", "--guess", bag, "--axis", "rotary", "-o", guessed, "--json").stdout
+    )
     assert facts["columns"]["position"] == ["/joint_states.position[arm]", "rad"]
     assert facts["sample_period_s"] == 0.001
     assert run("ingest", bag, "--bench", guessed, "-o", target).code == 0
@@ -124,13 +144,22 @@ def test_a_guess_of_a_bag_names_the_joint_that_moves_and_ingests(tmp_path: Path)
 
 
 def test_parts_of_a_recording_are_told_and_info_says_what_dates_it(tmp_path: Path, bench: Path):
-    bench.write_text(bench.read_text().replace("clutch]", "arm]").replace("effort[arm]", "velocity[arm]"))
+    bench.write_text(
+        bench.read_text().replace("clutch]", "arm]").replace("effort[arm]", "velocity[arm]")
+    )
     for part in range(2):
         start = START + part * 50 * PERIOD
-        (tmp_path / f"run_{part}.mcap").write_bytes(ros2_mcap(joint_states((50.0 * part + np.arange(50.0)).tolist(), start=start)))
+        (tmp_path / f"run_{part}.mcap").write_bytes(
+            ros2_mcap(joint_states((50.0 * part + np.arange(50.0)).tolist(), start=start))
+        )
     target = tmp_path / "log.mcap"
-    result = run("ingest", tmp_path / "run_1.mcap", tmp_path / "run_0.mcap", "--bench", bench, "-o", target)
-    assert (result.code, result.stderr) == (0, "run_0.mcap, run_1.mcap: taken as parts of one recording\n")
+    result = run(
+        "ingest", tmp_path / "run_1.mcap", tmp_path / "run_0.mcap", "--bench", bench, "-o", target
+    )
+    assert (result.code, result.stderr) == (
+        0,
+        "run_0.mcap, run_1.mcap: taken as parts of one recording\n",
+    )
     shown = run("info", target)
     assert "dated by: /axis by header.stamp\n" in shown.stdout
     assert json.loads(run("info", target, "--json").stdout)["dated_by"] == {"/axis": "header.stamp"}

@@ -40,7 +40,12 @@ def test_a_damaged_log_is_refused_or_salvaged(raw: Path, tmp_path: Path):
     log, cut, saved = tmp_path / "log.mcap", tmp_path / "cut.mcap", tmp_path / "saved.mcap"
     assert run("ingest", raw, "--bench", CLUTCH, "-o", log).code == 0
     cut.write_bytes(log.read_bytes()[: log.stat().st_size * 6 // 10])
-    refused(run("ingest", cut, "--bench", CLUTCH, "-o", saved), 3, "cut.mcap: is damaged or cut off", "--salvage")
+    refused(
+        run("ingest", cut, "--bench", CLUTCH, "-o", saved),
+        3,
+        "cut.mcap: is damaged or cut off",
+        "--salvage",
+    )
     assert not saved.exists()
     done = run("ingest", cut, "--bench", CLUTCH, "-o", saved, "--salvage", "--json")
     assert done.code == 3
@@ -52,7 +57,10 @@ def test_a_damaged_log_is_refused_or_salvaged(raw: Path, tmp_path: Path):
     facts = run("info", saved, "--json")
     assert facts.code == 0
     assert json.loads(facts.stdout)["lost"] == lost
-    assert np.array_equal(read_mcap(saved).main.signals["position"], read_mcap(log).main.signals["position"][: lost_from(lost)])
+    assert np.array_equal(
+        read_mcap(saved).main.signals["position"],
+        read_mcap(log).main.signals["position"][: lost_from(lost)],
+    )
 
 
 def lost_from(lost: list[dict[str, float]]) -> int:
@@ -64,7 +72,9 @@ def test_bad_rows_are_salvaged_and_counted(raw: Path, tmp_path: Path):
     text[100] = "0.099,n/a,1"
     text[200] = "0.199,1"
     raw.write_text("\n".join(text) + "\n")
-    refused(run("ingest", raw, "--bench", CLUTCH, "-o", tmp_path / "x.mcap"), 3, "raw.csv:101:", "'n/a'")
+    refused(
+        run("ingest", raw, "--bench", CLUTCH, "-o", tmp_path / "x.mcap"), 3, "raw.csv:101:", "'n/a'"
+    )
     done = run("ingest", raw, "--bench", CLUTCH, "-o", tmp_path / "x.mcap", "--salvage")
     assert done.code == 3
     assert "was read with data lost: 2 samples in 2 places" in done.stderr
@@ -81,13 +91,25 @@ def test_nothing_to_salvage_is_nothing_written(tmp_path: Path):
 
 def test_a_part_of_a_log(raw: Path, tmp_path: Path):
     target = tmp_path / "part.mcap"
-    assert run("ingest", raw, "--bench", CLUTCH, "--from", "0.5", "--to", "1.25", "-o", target).code == 0
+    assert (
+        run("ingest", raw, "--bench", CLUTCH, "--from", "0.5", "--to", "1.25", "-o", target).code
+        == 0
+    )
     log = read_mcap(target)
     assert (log.main.time[0], log.main.time[-1]) == (0.5, 1.25)
-    assert log.metadata["provenance"]["command"] == "frictool ingest raw.csv --bench bench.yaml --from 0.5 --to 1.25"
-    part = json.loads(run("info", raw, "--bench", CLUTCH, "--from", "0.5", "--to", "1.25", "--json").stdout)
+    assert (
+        log.metadata["provenance"]["command"]
+        == "frictool ingest raw.csv --bench bench.yaml --from 0.5 --to 1.25"
+    )
+    part = json.loads(
+        run("info", raw, "--bench", CLUTCH, "--from", "0.5", "--to", "1.25", "--json").stdout
+    )
     assert part["duration_s"] == pytest.approx(0.75)
-    refused(run("ingest", raw, "--bench", CLUTCH, "--from", "50", "-o", target), 3, "has no samples from 50 s")
+    refused(
+        run("ingest", raw, "--bench", CLUTCH, "--from", "50", "-o", target),
+        3,
+        "has no samples from 50 s",
+    )
     assert run("ingest", raw, "--bench", CLUTCH, "--from", "2", "--to", "1", "-o", target).code == 2
 
 
@@ -109,8 +131,12 @@ def test_standard_input(raw: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
     one, other = tmp_path / "one.mcap", tmp_path / "other.mcap"
     assert piped(raw.read_bytes(), "-").code == 0
     assert run("ingest", raw, "--bench", CLUTCH, "-o", other).code == 0
-    assert np.array_equal(read_mcap(one).main.signals["position"], read_mcap(other).main.signals["position"])
-    assert read_mcap(one).metadata["provenance"]["command"] == "frictool ingest - --bench bench.yaml"
+    assert np.array_equal(
+        read_mcap(one).main.signals["position"], read_mcap(other).main.signals["position"]
+    )
+    assert (
+        read_mcap(one).metadata["provenance"]["command"] == "frictool ingest - --bench bench.yaml"
+    )
     assert read_mcap(one).metadata["provenance"]["input_1"].startswith("stdin sha256:")
     assert piped(b"", "-", "-").code == 2
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(one.read_bytes())))
@@ -121,11 +147,17 @@ def test_standard_input(raw: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_a_fifo_is_refused_at_once(tmp_path: Path):
     fifo = tmp_path / "fifo"
     os.mkfifo(fifo)
-    refused(run("ingest", fifo, "--bench", CLUTCH, "-o", tmp_path / "x.mcap"), 3, "is not a regular file", "`frictool ingest -`")
+    refused(
+        run("ingest", fifo, "--bench", CLUTCH, "-o", tmp_path / "x.mcap"),
+        3,
+        "is not a regular file",
+        "`frictool ingest -`",
+    )
 
 
 def test_a_full_disk_leaves_nothing_behind(raw: Path, tmp_path: Path):
-    """A limit on the size of files stands for the disk: both refuse a write in the middle of the log."""
+    """A limit on the size of files stands for the disk: both refuse a write in the middle of the
+    log."""
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
@@ -148,7 +180,9 @@ def test_a_wait_for_the_compiler_is_told_once_on_a_terminal(raw: Path, tmp_path:
         ours, theirs = pty.openpty()
         environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / cache)}
         stderr = theirs if terminal else subprocess.PIPE
-        done = subprocess.run(line, stderr=stderr, stdout=subprocess.DEVNULL, env=environment, check=True)
+        done = subprocess.run(
+            line, stderr=stderr, stdout=subprocess.DEVNULL, env=environment, check=True
+        )
         os.write(theirs, b".")  # else there is nothing to read where nothing was told
         told.append((os.read(ours, 100_000) + (done.stderr or b"")).count(b"once per installation"))
         os.close(theirs)
@@ -159,10 +193,10 @@ def test_a_wait_for_the_compiler_is_told_once_on_a_terminal(raw: Path, tmp_path:
 def test_the_engine_tells_of_its_compiler_in_a_log_too(capsys: pytest.CaptureFixture[str]):
     """No terminal here: only what asks to be told everywhere is, and once."""
     progress._tell_once.cache_clear()
-    progress.tell_of_compiling()
+    progress.note_compiling()
     assert capsys.readouterr().err == ""
     for _ in range(2):
-        progress.tell_of_compiling(everywhere=True)
+        progress.note_compiling(everywhere=True)
     told = capsys.readouterr().err
     assert told.startswith("compiling for this machine")
     assert told.count("\n") == 1
@@ -190,19 +224,35 @@ def test_a_bar_on_a_terminal(raw: Path, tmp_path: Path):
 
 
 def test_memory_does_not_grow_with_the_log(tmp_path: Path):
-    """Four times the log, 144 MB of samples, in the memory of one that fills every buffer. The 2 GB of it are in `make accept`."""
+    """Four times the log, 144 MB of samples, in the memory of one that fills every buffer. The 2 GB
+    of it are in `make accept`."""
     block = rows(50_000).splitlines(keepends=True)[1:]
     bench = tmp_path / "bench.yaml"
-    bench.write_text("".join(line for line in CLUTCH.read_text().splitlines(keepends=True) if not line.startswith("  time:")))
+    bench.write_text(
+        "".join(
+            line
+            for line in CLUTCH.read_text().splitlines(keepends=True)
+            if not line.startswith("  time:")
+        )
+    )
     short, long = tmp_path / "short", tmp_path / "long"
     forward = [line.split(",", 1)[1] for line in block]
-    lines = "".join(forward + forward[::-1])  # to and fro, so that blocks follow one another without a jump
+    lines = "".join(
+        forward + forward[::-1]
+    )  # to and fro, so that blocks follow one another without a jump
     for path, times in ((short, 6), (long, 24)):
         path.with_suffix(".csv").write_text(HEADER.split(",", 1)[1] + lines * times)
     again = tmp_path / "again.mcap"
     for source, log in ((".csv", ".mcap"), (".mcap", None)):
         base, found = (
-            peak_mb("ingest", path.with_suffix(source), "--bench", bench, "-o", path.with_suffix(log) if log else again)
+            peak_mb(
+                "ingest",
+                path.with_suffix(source),
+                "--bench",
+                bench,
+                "-o",
+                path.with_suffix(log) if log else again,
+            )
             for path in (short, long)
         )
         assert found < base + 20.0

@@ -1,4 +1,5 @@
-"""`ingest` of text files: what was found of their layout, a bench to check, the rack's two exports."""
+"""`ingest` of text files: what was found of their layout, a bench to check, the rack's two
+exports."""
 
 from __future__ import annotations
 
@@ -15,7 +16,9 @@ from tests.cli.run import refused, run
 from tests.logs.example import ROOT, measured
 
 RACK = ROOT / "configs" / "rack" / "bench.yaml"
-EXPORT = "Motor test\nTime;Angle;Amps;State\nms;deg;A;\n" + "".join(f"{k},0;{k},5;-0,{k % 10};run\n" for k in range(40))
+EXPORT = "Motor test\nTime;Angle;Amps;State\nms;deg;A;\n" + "".join(
+    f"{k},0;{k},5;-0,{k % 10};run\n" for k in range(40)
+)
 
 
 def test_a_guess_is_written_to_be_checked_and_loads(tmp_path: Path):
@@ -23,7 +26,10 @@ def test_a_guess_is_written_to_be_checked_and_loads(tmp_path: Path):
     raw.write_text(EXPORT)
     result = run("ingest", "--guess", raw, "-o", bench)
     assert result.code == 0
-    assert "time is 'Time' [ms], position is 'Angle' [deg], current is 'Amps' [A]; check" in result.stdout
+    assert (
+        "time is 'Time' [ms], position is 'Angle' [deg], current is 'Amps' [A]; check"
+        in result.stdout
+    )
     text = bench.read_text()
     assert text.count("# guessed from export.csv: check") >= 4
     document = load(bench, Bench)
@@ -32,7 +38,10 @@ def test_a_guess_is_written_to_be_checked_and_loads(tmp_path: Path):
     examples, layout = ingested.stderr.splitlines()[:2]
     assert ingested.code == 0
     assert examples.startswith("warning: example values of `frictool init` are left in place: ")
-    assert layout == "export.csv: UTF-8, semicolon between cells, decimal comma, header in line 2, units in line 3, numbers from line 4"
+    assert (
+        layout
+        == "export.csv: UTF-8, semicolon between cells, decimal comma, header in line 2, units in line 3, numbers from line 4"
+    )
     assert read_mcap(log).metadata["layout"]["export.csv"].startswith("UTF-8, semicolon")
 
 
@@ -46,24 +55,50 @@ def test_a_guess_is_never_applied_unasked(tmp_path: Path):
     assert not out.exists()
     raw.write_text(EXPORT.replace("deg", "V").replace("Angle", "Level"))
     refused(run("ingest", "--guess", raw, "-o", out), 3, "give --axis rotary")
-    facts = json.loads(run("ingest", "--guess", raw, "--axis", "linear", "-o", out, "--json").stdout)
+    facts = json.loads(
+        run("ingest", "--guess", raw, "--axis", "linear", "-o", out, "--json").stdout
+    )
     assert facts["axis"] == "linear"
 
 
-@pytest.mark.parametrize("option", [("--bench", RACK), ("--resample", "0.01"), ("--from", "0"), ("--unit", "U1"), ("--salvage",)])
+@pytest.mark.parametrize(
+    "option",
+    [("--bench", RACK), ("--resample", "0.01"), ("--from", "0"), ("--unit", "U1"), ("--salvage",)],
+)
 def test_what_a_guess_would_leave_out_is_refused(option: tuple[str | Path, ...], tmp_path: Path):
     (tmp_path / "export.csv").write_text(EXPORT)
-    result = run("ingest", "--guess", tmp_path / "export.csv", *option, "-o", tmp_path / "bench.yaml")
+    result = run(
+        "ingest", "--guess", tmp_path / "export.csv", *option, "-o", tmp_path / "bench.yaml"
+    )
     assert result.code == 2
     assert f"leave out {option[0]}." in result.stderr
     assert not (tmp_path / "bench.yaml").exists()
-    alone = run("ingest", tmp_path / "export.csv", "--bench", RACK, "--axis", "rotary", "-o", tmp_path / "log.mcap")
+    alone = run(
+        "ingest",
+        tmp_path / "export.csv",
+        "--bench",
+        RACK,
+        "--axis",
+        "rotary",
+        "-o",
+        tmp_path / "log.mcap",
+    )
     assert (alone.code, "--axis belongs to --guess" in alone.stderr) == (2, True)
 
 
 def test_a_period_that_leaves_one_sample_is_refused(tmp_path: Path):
-    (tmp_path / "export.csv").write_text("time,encoder,current\n" + "".join(f"{k / 1000:.3f},{k},1\n" for k in range(40)))
-    words = ["ingest", tmp_path / "export.csv", "--bench", ROOT / "configs/clutch/bench.yaml", "-o", tmp_path / "log.mcap", "--resample"]
+    (tmp_path / "export.csv").write_text(
+        "time,encoder,current\n" + "".join(f"{k / 1000:.3f},{k},1\n" for k in range(40))
+    )
+    words = [
+        "ingest",
+        tmp_path / "export.csv",
+        "--bench",
+        ROOT / "configs/clutch/bench.yaml",
+        "-o",
+        tmp_path / "log.mcap",
+        "--resample",
+    ]
     refused(run(*words, "10"), 3, "export.csv: is shorter than a period of 10 s")
     assert not (tmp_path / "log.mcap").exists()
     assert run(*words, "0.039").code == 0
@@ -73,7 +108,10 @@ def test_the_rack_s_two_exports(tmp_path: Path):
     raw, log = [measured("rack/a3MR.csv"), measured("rack/a3NI.csv")], tmp_path / "stroke.mcap"
     result = run("ingest", *raw, "--bench", RACK, "-o", log)
     assert result.code == 0
-    assert "a3NI.csv: UTF-8, comma between cells, decimal point, header in line 3, units in line 4, numbers from line 5\n" in result.stderr
+    assert (
+        "a3NI.csv: UTF-8, comma between cells, decimal point, header in line 3, units in line 4, numbers from line 5\n"
+        in result.stderr
+    )
     read = read_mcap(log)
     assert [stream.topic for stream in read.streams] == ["/axis", "/axis/force"]
     assert read.metadata["clock_offset"] == {"/axis": "0.004 s, given"}
@@ -114,7 +152,10 @@ def test_info_tells_an_odd_thing_once(tmp_path: Path):
     raw, bench = tmp_path / "export.csv", tmp_path / "bench.yaml"
     time = np.arange(2000) / 1000.0
     rows = zip(time, np.degrees(np.sin(9.0 * time)), -np.cos(9.0 * time), strict=True)
-    raw.write_text("time [s],angle [deg],current [A]\n" + "".join(f"{t:.3f},{angle:.4f},{amps:.4f}\n" for t, angle, amps in rows))
+    raw.write_text(
+        "time [s],angle [deg],current [A]\n"
+        + "".join(f"{t:.3f},{angle:.4f},{amps:.4f}\n" for t, angle, amps in rows)
+    )
     assert run("ingest", "--guess", raw, "-o", bench).code == 0
     result = run("info", raw, "--bench", bench)
     (examples,) = result.stderr.splitlines()  # of the guessed bench; nothing of the log
@@ -123,26 +164,48 @@ def test_info_tells_an_odd_thing_once(tmp_path: Path):
 
 
 def test_a_decimal_comma_in_quotes_between_commas(tmp_path: Path):
-    """As a spreadsheet writes it where its language has a decimal comma and the delimiter is one too."""
+    """As a spreadsheet writes it where its language has a decimal comma and the delimiter is one
+    too."""
     plain, quoted, bench = tmp_path / "plain.csv", tmp_path / "quoted.csv", tmp_path / "bench.yaml"
     rows = [(k / 1000.0, 0.25 * k, -1.5 + k % 3) for k in range(40)]
-    plain.write_text("time [s],angle [deg],current [A]\n" + "".join(f"{a},{b},{c}\n" for a, b, c in rows))
+    plain.write_text(
+        "time [s],angle [deg],current [A]\n" + "".join(f"{a},{b},{c}\n" for a, b, c in rows)
+    )
     marked = (['"' + str(cell).replace(".", ",") + '"' for cell in row] for row in rows)
-    quoted.write_text('"time [s]","angle [deg]","current [A]"\n' + "".join(",".join(row) + "\n" for row in marked))
+    quoted.write_text(
+        '"time [s]","angle [deg]","current [A]"\n' + "".join(",".join(row) + "\n" for row in marked)
+    )
     assert run("ingest", "--guess", plain, "-o", bench).code == 0
     read = []
     for raw in (plain, quoted):
         assert run("ingest", raw, "--bench", bench, "-o", tmp_path / "log.mcap").code == 0
         read.append(read_mcap(tmp_path / "log.mcap").main)
     assert np.array_equal(read[0].time, read[1].time)
-    assert all(np.array_equal(read[0].signals[name], read[1].signals[name]) for name in ("position", "current"))
+    assert all(
+        np.array_equal(read[0].signals[name], read[1].signals[name])
+        for name in ("position", "current")
+    )
     bench.write_text(bench.read_text() + "layout: {delimiter: comma, decimal: comma}\n")
     assert run("ingest", quoted, "--bench", bench, "-o", tmp_path / "log.mcap").code == 0
 
 
 def test_a_canonical_log_is_cut_and_resampled_without_a_bench(tmp_path: Path):
     log, part = tmp_path / "log.mcap", tmp_path / "part.mcap"
-    assert run("ingest", ROOT / "sample_logs" / "steps.csv", "--bench", ROOT / "configs" / "clutch" / "bench.yaml", "-o", log).code == 0
-    assert run("ingest", log, "--from", "0.5", "--to", "1", "--resample", "0.01", "-o", part).code == 0
-    assert read_mcap(part).main.time.tolist() == pytest.approx(np.arange(0.5, 1.005, 0.01).tolist(), abs=1e-12)
+    assert (
+        run(
+            "ingest",
+            ROOT / "sample_logs" / "steps.csv",
+            "--bench",
+            ROOT / "configs" / "clutch" / "bench.yaml",
+            "-o",
+            log,
+        ).code
+        == 0
+    )
+    assert (
+        run("ingest", log, "--from", "0.5", "--to", "1", "--resample", "0.01", "-o", part).code == 0
+    )
+    assert read_mcap(part).main.time.tolist() == pytest.approx(
+        np.arange(0.5, 1.005, 0.01).tolist(), abs=1e-12
+    )
     assert "input_2" not in read_mcap(part).metadata["provenance"]

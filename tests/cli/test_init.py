@@ -1,4 +1,5 @@
-"""`frictool init`: documents that load, columns guessed from a log, a Makefile that chains, nothing overwritten."""
+"""`frictool init`: documents that load, columns guessed from a log, a Makefile that chains, nothing
+overwritten."""
 
 from __future__ import annotations
 
@@ -17,13 +18,18 @@ from frictool.documents.design import Design
 from frictool.documents.registry import DOCUMENTS, load, same_axis
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
-from frictool.documents.starter import FILES, Start, quoted, starting_documents
+from frictool.documents.starting_documents import FILES, StartingRig, quoted, starting_documents
 from frictool.logs.reading import read_log
 from tests.cli.run import refused, run
 
 ROOT = Path(__file__).parents[2]
 LOG = ROOT / "sample_logs/sines.csv"
-KINDS = {"bench.yaml": Bench, "spec.yaml": Spec, "designs/speed.yaml": Design, "scenarios/steps.yaml": Scenario}
+KINDS = {
+    "bench.yaml": Bench,
+    "spec.yaml": Spec,
+    "designs/speed.yaml": Design,
+    "scenarios/steps.yaml": Scenario,
+}
 
 
 def loaded(folder: Path) -> dict[Path, object]:
@@ -40,7 +46,9 @@ def test_documents_load_and_agree(axis: str, tmp_path: Path) -> None:
     folder = tmp_path / "deep/my rig"
     result = run("init", folder, "--axis", axis)
     assert result.code == 0
-    assert sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()) == sorted(FILES)
+    assert sorted(
+        str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()
+    ) == sorted(FILES)
     documents = loaded(folder)
     same_axis(documents)
     assert bench_of(folder).axis == axis
@@ -70,11 +78,19 @@ def test_a_log_fills_in_what_it_tells(tmp_path: Path) -> None:
 
 
 def test_a_matlab_file_gives_names_and_period_and_asks_for_units(tmp_path: Path) -> None:
-    """A MATLAB file has no units: the time's follows from the interval, the others are asked, and the bench waits for them."""
+    """A MATLAB file has no units: the time's follows from the interval, the others are asked, and
+    the bench waits for them."""
     log, rig = tmp_path / "bench.mat", tmp_path / "rig"
     k = np.arange(400)
     position = 2e-6 * np.rint(1e4 * np.sin(k / 30))
-    values = {"t": k * 2e-3, "qm": position, "qg": position + 1e-3, "vir": np.cos(k / 30), "spare": k % 7 + 0.5, "gain": 3.0}
+    values = {
+        "t": k * 2e-3,
+        "qm": position,
+        "qg": position + 1e-3,
+        "vir": np.cos(k / 30),
+        "spare": k % 7 + 0.5,
+        "gain": 3.0,
+    }
     scipy.io.savemat(log, values)
     made = run("init", rig, "--from", log, "--axis", "linear")
     assert made.code == 0
@@ -84,9 +100,19 @@ def test_a_matlab_file_gives_names_and_period_and_asks_for_units(tmp_path: Path)
     )
     document = rig / "bench.yaml"
     assert '  position: {column: qm, unit: "?"}' in document.read_text()
-    refused(run("info", log, "--bench", document), 3, "bench.yaml:", "columns.position: found unit '?'", "fill in")
+    refused(
+        run("info", log, "--bench", document),
+        3,
+        "bench.yaml:",
+        "columns.position: found unit '?'",
+        "fill in",
+    )
     for name, unit in (("qm", "m"), ("qg", "m"), ("vir", "V")):
-        document.write_text(document.read_text().replace(f'column: {name}, unit: "?"', f"column: {name}, unit: {unit}"))
+        document.write_text(
+            document.read_text().replace(
+                f'column: {name}, unit: "?"', f"column: {name}, unit: {unit}"
+            )
+        )
     bench = bench_of(rig)
     assert {channel: (c.column, c.unit) for channel, c in bench.columns.items()} == {
         "time": ("t", "s"),
@@ -101,7 +127,17 @@ def test_a_matlab_file_gives_names_and_period_and_asks_for_units(tmp_path: Path)
 
 
 def test_an_ingested_log_is_as_good(tmp_path: Path) -> None:
-    assert run("ingest", LOG, "--bench", ROOT / "configs/clutch/bench.yaml", "-o", tmp_path / "sines.mcap").code == 0
+    assert (
+        run(
+            "ingest",
+            LOG,
+            "--bench",
+            ROOT / "configs/clutch/bench.yaml",
+            "-o",
+            tmp_path / "sines.mcap",
+        ).code
+        == 0
+    )
     assert run("init", tmp_path / "rig", "--from", tmp_path / "sines.mcap").code == 0
     bench = bench_of(tmp_path / "rig")
     assert (bench.axis, bench.sample_period_s, bench.actuator.drive) == ("rotary", 0.001, "current")
@@ -112,7 +148,11 @@ def test_an_ingested_log_is_as_good(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("header", "axis", "columns"),
     [
-        ("t [ms],shaft angle [deg],I_q [mA]", "rotary", {"time": "ms", "position": "deg", "current": "mA"}),
+        (
+            "t [ms],shaft angle [deg],I_q [mA]",
+            "rotary",
+            {"time": "ms", "position": "deg", "current": "mA"},
+        ),
         (
             "Time [s];Position reference [mm];Position [mm];Speed [mm/s]",
             "linear",
@@ -123,7 +163,11 @@ def test_an_ingested_log_is_as_good(tmp_path: Path) -> None:
         ("when [s],what [rad],why [A]", "rotary", {"time": "s", "position": "rad", "current": "A"}),
         ("a,b,c [deg]", "rotary", {"position": "deg"}),
         ("t,displacement,i", "linear", {"time": "?", "position": "?", "current": "?"}),
-        ("t [s],encoder,omega [rad/s]", "rotary", {"time": "s", "position": "count", "velocity": "rad/s"}),
+        (
+            "t [s],encoder,omega [rad/s]",
+            "rotary",
+            {"time": "s", "position": "count", "velocity": "rad/s"},
+        ),
     ],
 )
 def test_units_are_believed_before_names_and_asked_where_nothing_tells(
@@ -131,7 +175,12 @@ def test_units_are_believed_before_names_and_asked_where_nothing_tells(
 ) -> None:
     log = tmp_path / "bench.csv"
     mark = ";" if ";" in header else ","
-    rows = [mark.join(str(value) for value in (k, *(k % 5 + shift for shift in range(header.count(mark))))) for k in range(20)]
+    rows = [
+        mark.join(
+            str(value) for value in (k, *(k % 5 + shift for shift in range(header.count(mark))))
+        )
+        for k in range(20)
+    ]
     log.write_text("\n".join([header, *rows]) + "\n")
     made = run("init", tmp_path / "rig", "--from", log, "--json")
     assert made.code == 0
@@ -142,9 +191,12 @@ def test_units_are_believed_before_names_and_asked_where_nothing_tells(
 
 
 def test_a_period_that_no_bench_has_is_not_guessed(tmp_path: Path) -> None:
-    """Time in microseconds under the unit of seconds: the document loads all the same, with the example's period."""
+    """Time in microseconds under the unit of seconds: the document loads all the same, with the
+    example's period."""
     log = tmp_path / "bench.csv"
-    log.write_text("t [s],theta [rad],u [V]\n" + "".join(f"{1000 * k},{k % 7},{k % 3}\n" for k in range(50)))
+    log.write_text(
+        "t [s],theta [rad],u [V]\n" + "".join(f"{1000 * k},{k % 7},{k % 3}\n" for k in range(50))
+    )
     assert run("init", tmp_path / "rig", "--from", log).code == 0
     assert bench_of(tmp_path / "rig").sample_period_s == 0.001
 
@@ -161,7 +213,8 @@ def test_a_period_that_no_bench_has_is_not_guessed(tmp_path: Path) -> None:
     ],
 )
 def test_an_axis_that_the_log_does_not_tell_has_to_be_given(header: str, tmp_path: Path) -> None:
-    """No unit, no name, only counts and per cents, or both kinds: a guess would carry the wrong examples to a verdict."""
+    """No unit, no name, only counts and per cents, or both kinds: a guess would carry the wrong
+    examples to a verdict."""
     log = tmp_path / "bench.csv"
     log.write_text("\n".join([header, *(f"{k},{k % 5},{k % 3}" for k in range(20))]) + "\n")
     refused(
@@ -174,18 +227,29 @@ def test_an_axis_that_the_log_does_not_tell_has_to_be_given(header: str, tmp_pat
     for axis in ("rotary", "linear"):
         assert run("init", tmp_path / axis, "--from", log, "--axis", axis).code == 0
         assert bench_of(tmp_path / axis).axis == axis
-        (line,) = [line for line in (tmp_path / axis / "bench.yaml").read_text().splitlines() if line.startswith("axis:")]
+        (line,) = [
+            line
+            for line in (tmp_path / axis / "bench.yaml").read_text().splitlines()
+            if line.startswith("axis:")
+        ]
         assert "guessed" not in line
         assert "example" not in line
 
 
 def marked(text: str) -> set[str]:
     """The last name of each key that is marked as an example."""
-    return {line.split(":")[0].strip() for line in text.splitlines() if "# example: replace" in line}
+    return {
+        line.split(":")[0].strip() for line in text.splitlines() if "# example: replace" in line
+    }
 
 
-@pytest.mark.parametrize(("axis", "log"), [(None, None), ("rotary", None), ("linear", None), ("rotary", LOG), ("linear", LOG)])
-def test_every_value_that_nobody_gave_is_marked_and_told(axis: str | None, log: Path | None, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("axis", "log"),
+    [(None, None), ("rotary", None), ("linear", None), ("rotary", LOG), ("linear", LOG)],
+)
+def test_every_value_that_nobody_gave_is_marked_and_told(
+    axis: str | None, log: Path | None, tmp_path: Path
+) -> None:
     folder = tmp_path / "rig"
     words = [*([] if axis is None else ["--axis", axis]), *([] if log is None else ["--from", log])]
     told = run("init", folder, *words).stdout
@@ -196,10 +260,20 @@ def test_every_value_that_nobody_gave_is_marked_and_told(axis: str | None, log: 
         assert f"\n  {name}: {', '.join(keys)}\n" in told
         for key in keys:
             assert _at(yaml.safe_load((folder / name).read_text()), key) is not None
-    ours = {"actuator.constant", "actuator.limit", "mechanics.inertia", "mechanics.travel", "delay_samples"}
+    ours = {
+        "actuator.constant",
+        "actuator.limit",
+        "mechanics.inertia",
+        "mechanics.travel",
+        "delay_samples",
+    }
     assert ours <= set(view["bench.yaml"])
     assert ("axis" in view["bench.yaml"]) == (axis is None)
-    assert ("sample_period_s" in view["bench.yaml"]) == ("columns.time" in view["bench.yaml"]) == (log is None)
+    assert (
+        ("sample_period_s" in view["bench.yaml"])
+        == ("columns.time" in view["bench.yaml"])
+        == (log is None)
+    )
     assert set(view["spec.yaml"]) == {
         "response_time_95_s",
         "overshoot_percent",
@@ -224,7 +298,11 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
     (tmp_path / "designs/speed.yaml").write_text("mine")
     (tmp_path / "spec.yaml").write_text("mine")
     refused(run("init", tmp_path), 3, "spec.yaml", "designs/speed.yaml", "nothing is overwritten")
-    assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")) == ["designs", "designs/speed.yaml", "spec.yaml"]
+    assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")) == [
+        "designs",
+        "designs/speed.yaml",
+        "spec.yaml",
+    ]
     assert (tmp_path / "spec.yaml").read_text() == "mine"
 
 
@@ -232,7 +310,9 @@ def test_same_inputs_same_bytes(tmp_path: Path) -> None:
     for name in ("one/rig", "two/rig"):
         assert run("init", tmp_path / name, "--axis", "linear").code == 0
     for name in FILES:
-        assert (tmp_path / "one/rig" / name).read_bytes() == (tmp_path / "two/rig" / name).read_bytes()
+        assert (tmp_path / "one/rig" / name).read_bytes() == (
+            tmp_path / "two/rig" / name
+        ).read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -251,10 +331,17 @@ def test_a_bad_log_leaves_no_folder(content: bytes, words: str, tmp_path: Path) 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["log.csv"]
 
 
-@given(st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=30), st.text(min_size=1, max_size=10))
-def test_any_name_and_column_survives(tmp_path_factory: pytest.TempPathFactory, name: str, column: str) -> None:
+@given(
+    st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=30),
+    st.text(min_size=1, max_size=10),
+)
+def test_any_name_and_column_survives(
+    tmp_path_factory: pytest.TempPathFactory, name: str, column: str
+) -> None:
     name, column = (text.encode("utf-8", "replace").decode() for text in (name, column))
-    start = Start(name, "linear", log=column, columns={"position": (column, "m")}, left=(column, name))
+    start = StartingRig(
+        name, "linear", log=column, columns={"position": (column, "m")}, left=(column, name)
+    )
     folder = tmp_path_factory.mktemp("rig")
     (folder / "bench.yaml").write_text(starting_documents(start)["bench.yaml"], newline="\n")
     bench = bench_of(folder)
@@ -267,4 +354,6 @@ def test_quoted_text_is_one_line(text: str) -> None:
 
 
 def test_every_kind_of_document_that_a_rig_writes_by_hand_is_there() -> None:
-    assert set(KINDS.values()) == {DOCUMENTS[name] for name in ("bench", "spec", "design", "scenario")}
+    assert set(KINDS.values()) == {
+        DOCUMENTS[name] for name in ("bench", "spec", "design", "scenario")
+    }

@@ -1,4 +1,5 @@
-"""A command that is terminated leaves nothing; what a killed one leaves is removed by the next, and never what a process is writing."""
+"""A command that is terminated leaves nothing; what a killed one leaves is removed by the next, and
+never what a process is writing."""
 
 from __future__ import annotations
 
@@ -11,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from frictool import part_files
 from frictool.doctor import examination
 from frictool.errors import LogError
-from frictool.part_files import PART, part_file, part_folder, remove_stale_parts
+from frictool.runtime import part_files
+from frictool.runtime.part_files import PART, part_file, part_folder, remove_stale_parts
 from tests.cli.run import run
 from tests.identify.benches import CLUTCH, ROOT
 
@@ -45,9 +46,21 @@ def writer() -> Iterator[Writer]:
     started: list[subprocess.Popen[str]] = []
 
     def start(target: Path) -> subprocess.Popen[str]:
-        words = [sys.executable, "-c", ENDLESS_WRITER, "ingest", str(SINES), "--bench", str(CLUTCH), "-o", str(target)]
+        words = [
+            sys.executable,
+            "-c",
+            ENDLESS_WRITER,
+            "ingest",
+            str(SINES),
+            "--bench",
+            str(CLUTCH),
+            "-o",
+            str(target),
+        ]
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-        process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+        process = subprocess.Popen(
+            words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        )
         started.append(process)
         assert process.stdout is not None
         assert process.stdout.readline() == "writing\n"
@@ -64,7 +77,9 @@ def names(folder: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("sent", [signal.SIGTERM, signal.SIGINT])
-def test_a_terminated_command_ends_as_interrupted_and_leaves_nothing(sent: signal.Signals, writer: Writer, tmp_path: Path) -> None:
+def test_a_terminated_command_ends_as_interrupted_and_leaves_nothing(
+    sent: signal.Signals, writer: Writer, tmp_path: Path
+) -> None:
     process = writer(tmp_path / "run.mcap")
     assert len(names(tmp_path)) == 1
     process.send_signal(sent)
@@ -74,7 +89,9 @@ def test_a_terminated_command_ends_as_interrupted_and_leaves_nothing(sent: signa
     assert names(tmp_path) == []
 
 
-def test_the_next_writer_removes_what_a_killed_one_left_and_nothing_else(writer: Writer, tmp_path: Path) -> None:
+def test_the_next_writer_removes_what_a_killed_one_left_and_nothing_else(
+    writer: Writer, tmp_path: Path
+) -> None:
     killed, alive = writer(tmp_path / "killed.mcap"), writer(tmp_path / "alive.mcap")
     for name in (".notes.part", "run.abcdefgh.part", ".own.ABCDEFGH.part"):
         (tmp_path / name).write_text("not of frictool")
@@ -90,7 +107,9 @@ def test_the_next_writer_removes_what_a_killed_one_left_and_nothing_else(writer:
     assert alive.returncode == 130
 
 
-def test_doctor_removes_what_killed_processes_left_here(writer: Writer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_removes_what_killed_processes_left_here(
+    writer: Writer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(examination, "examine", list)
     process = writer(tmp_path / "run.mcap")

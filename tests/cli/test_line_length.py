@@ -14,7 +14,11 @@ BENCH = ROOT / "configs/clutch/bench.yaml"
 
 
 @pytest.mark.parametrize("kind", ["sines", "steps", "ramp"])
-@pytest.mark.parametrize("command", [["info"], ["identify"], ["identify", "--method", "least-squares"], ["assess"]], ids=" ".join)
+@pytest.mark.parametrize(
+    "command",
+    [["info"], ["identify"], ["identify", "--method", "least-squares"], ["assess"]],
+    ids=" ".join,
+)
 def test_no_line_is_long(command: list[str], kind: str) -> None:
     result = run(*command, ROOT / f"sample_logs/{kind}.csv", "--bench", BENCH)
     text = result.stdout + result.stderr.replace(str(ROOT), "")

@@ -1,4 +1,5 @@
-"""`frictool observe design` from the command line: what it prints, what it writes, and when it refuses."""
+"""`frictool observe design` from the command line: what it prints, what it writes, and when it
+refuses."""
 
 from __future__ import annotations
 
@@ -21,22 +22,58 @@ def model(tmp_path: Path) -> Path:
 
 
 def test_text_tells_modes_gamma_and_what_the_certificate_does_not_hold(model: Path) -> None:
-    result = run("observe", "design", model, "--kind", "multiplicative", "--intervals", "4", "-o", model.parent / "observer.yaml")
+    result = run(
+        "observe",
+        "design",
+        model,
+        "--kind",
+        "multiplicative",
+        "--intervals",
+        "4",
+        "-o",
+        model.parent / "observer.yaml",
+    )
     assert result.code == 0
     stored = load(model.parent / "observer.yaml", Observer)
     assert stored.switched is not None
-    assert f"gamma {stored.switched.gamma:.4g} ({stored.switched.smallest_gamma:.4g} without a decay)" in result.stdout
+    assert (
+        f"gamma {stored.switched.gamma:.4g} ({stored.switched.smallest_gamma:.4g} without a decay)"
+        in result.stdout
+    )
     assert f"seen in simulation {stored.switched.simulated_gain:.4g}" in result.stdout
     assert "9 modes, 31 switches, stuck below 10 rad/s" in result.stdout
-    assert sum(line.split("  ")[0] in map(str, range(-4, 5)) for line in result.stdout.splitlines()) == 9
-    for note in ("the encoder is coarse", "may turn without passing mode 0", "alpha stands still", "viscous friction above a knee"):
+    assert (
+        sum(line.split("  ")[0] in map(str, range(-4, 5)) for line in result.stdout.splitlines())
+        == 9
+    )
+    for note in (
+        "the encoder is coarse",
+        "may turn without passing mode 0",
+        "alpha stands still",
+        "viscous friction above a knee",
+    ):
         assert note in result.stdout
-    assert stored.provenance.command == "frictool observe design model.yaml --kind multiplicative --intervals 4"
+    assert (
+        stored.provenance.command
+        == "frictool observe design model.yaml --kind multiplicative --intervals 4"
+    )
     assert [source.name for source in stored.provenance.inputs] == ["model.yaml"]
 
 
-def test_json_tells_what_the_document_holds_and_the_same_inputs_give_the_same_bytes(model: Path) -> None:
-    words = ("observe", "design", model, "--kind", "additive", "--inertia", "105.6 g cm^2", "--switch-speed", "100rad/s")
+def test_json_tells_what_the_document_holds_and_the_same_inputs_give_the_same_bytes(
+    model: Path,
+) -> None:
+    words = (
+        "observe",
+        "design",
+        model,
+        "--kind",
+        "additive",
+        "--inertia",
+        "105.6 g cm^2",
+        "--switch-speed",
+        "100rad/s",
+    )
     result = run(*words, "--json", "-o", model.parent / "observer.yaml")
     told, stored = json.loads(result.stdout), load(model.parent / "observer.yaml", Observer)
     assert stored.switched is not None
@@ -52,22 +89,52 @@ def test_json_tells_what_the_document_holds_and_the_same_inputs_give_the_same_by
 
 
 def test_options_reach_the_document(model: Path) -> None:
-    words = ("observe", "design", model, "--kind", "additive", "--weights", "1,50,0.01", "--decay", "0.99", "--stuck-speed", "zero")
+    words = (
+        "observe",
+        "design",
+        model,
+        "--kind",
+        "additive",
+        "--weights",
+        "1,50,0.01",
+        "--decay",
+        "0.99",
+        "--stuck-speed",
+        "zero",
+    )
     assert run(*words, "-o", model.parent / "observer.yaml").code == 0
     switched = load(model.parent / "observer.yaml", Observer).switched
     assert switched is not None
-    assert (switched.weights, switched.decay, switched.stuck_speed) == ((1.0, 50.0, 0.01), 0.99, 0.0)
+    assert (switched.weights, switched.decay, switched.stuck_speed) == (
+        (1.0, 50.0, 0.01),
+        0.99,
+        0.0,
+    )
 
 
 def test_a_tracking_observer(model: Path) -> None:
-    result = run("observe", "design", model, "--kind", "tracking", "--bandwidth", "150", "-o", model.parent / "observer.yaml")
+    result = run(
+        "observe",
+        "design",
+        model,
+        "--kind",
+        "tracking",
+        "--bandwidth",
+        "150",
+        "-o",
+        model.parent / "observer.yaml",
+    )
     assert result.code == 0
     stored = load(model.parent / "observer.yaml", Observer)
     assert stored.tracking is not None
     assert stored.tracking.bandwidth_rad_s == 150.0
     assert "tracking observer, 1 ms, bandwidth 150 rad/s" in result.stdout
     assert (
-        json.loads(run("observe", "design", model, "--kind", "tracking", "--drive-noise", "500mA", "--json").stdout)["bandwidth_rad_s"]
+        json.loads(
+            run(
+                "observe", "design", model, "--kind", "tracking", "--drive-noise", "500mA", "--json"
+            ).stdout
+        )["bandwidth_rad_s"]
         > 0.0
     )
 
@@ -75,8 +142,18 @@ def test_a_tracking_observer(model: Path) -> None:
 def test_no_solution_is_exit_4_and_no_file(model: Path) -> None:
     target = model.parent / "observer.yaml"
     words = ("observe", "design", model, "-o", target, "--kind")
-    refused(run(*words, "multiplicative", "--decay", "0.3", "--intervals", "4"), 4, "no gains were found", "decay nearer to 1")
-    refused(run(*words, "multiplicative", "--intervals", "2"), 4, "the forward friction turns at", "ask for at least 3")
+    refused(
+        run(*words, "multiplicative", "--decay", "0.3", "--intervals", "4"),
+        4,
+        "no gains were found",
+        "decay nearer to 1",
+    )
+    refused(
+        run(*words, "multiplicative", "--intervals", "2"),
+        4,
+        "the forward friction turns at",
+        "ask for at least 3",
+    )
     model.write_text(model.read_text().replace("    top_speed: {value: 400, unit: rad/s}\n", ""))
     refused(run(*words, "additive"), 4, "give --switch-speed, such as 10rad/s")
     assert not target.exists()
@@ -85,12 +162,24 @@ def test_no_solution_is_exit_4_and_no_file(model: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--kind", "additive", "--intervals", "3"), "--intervals is not for --kind additive; allowed: --switch-speed"),
-        (("--kind", "tracking", "--decay", "0.9"), "--decay is not for --kind tracking; allowed: --bandwidth, --drive-noise, --inertia"),
+        (
+            ("--kind", "additive", "--intervals", "3"),
+            "--intervals is not for --kind additive; allowed: --switch-speed",
+        ),
+        (
+            ("--kind", "tracking", "--decay", "0.9"),
+            "--decay is not for --kind tracking; allowed: --bandwidth, --drive-noise, --inertia",
+        ),
         (("--kind", "additive", "--weights", "1,100"), "found '1,100'; allowed: three numbers"),
         (("--kind", "additive", "--weights", "1,0,1"), "that of the speed above 0"),
-        (("--kind", "additive", "--inertia", "1.1e-5 kg"), "--inertia: unit 'kg' does not measure inertia of a rotary axis"),
-        (("--kind", "additive", "--inertia", "-1"), "--inertia: found '-1'; allowed: above 0 kg m^2"),
+        (
+            ("--kind", "additive", "--inertia", "1.1e-5 kg"),
+            "--inertia: unit 'kg' does not measure inertia of a rotary axis",
+        ),
+        (
+            ("--kind", "additive", "--inertia", "-1"),
+            "--inertia: found '-1'; allowed: above 0 kg m^2",
+        ),
         (
             ("--kind", "additive", "--switch-speed", "fast"),
             "--switch-speed: found 'fast'; allowed: a number with or without its unit, such as 10",
@@ -100,7 +189,10 @@ def test_no_solution_is_exit_4_and_no_file(model: Path) -> None:
             ("--kind", "additive", "--switch-speed", "1e9rad/s"),
             "found 1e+09 rad/s; allowed: below the bench's mechanics.top_speed, 400 rad/s",
         ),
-        (("--kind", "tracking", "--bandwidth", "1e9"), "found 1e+09 rad/s; allowed: above 0, at most 1000 rad/s"),
+        (
+            ("--kind", "tracking", "--bandwidth", "1e9"),
+            "found 1e+09 rad/s; allowed: above 0, at most 1000 rad/s",
+        ),
         (("--kind", "kalman"), "'kalman' is not one of"),
         ((), "Missing option '--kind'"),
     ],
@@ -113,5 +205,12 @@ def test_a_wrong_command_line_is_exit_2(words: tuple[str, ...], said: str, model
 
 
 def test_what_is_no_model_is_exit_3(tmp_path: Path) -> None:
-    refused(run("observe", "design", tmp_path / "absent.yaml", "--kind", "additive"), 3, "absent.yaml")
-    refused(run("observe", "design", ROOT / "configs/clutch/spec.yaml", "--kind", "additive"), 3, "spec.yaml", "format")
+    refused(
+        run("observe", "design", tmp_path / "absent.yaml", "--kind", "additive"), 3, "absent.yaml"
+    )
+    refused(
+        run("observe", "design", ROOT / "configs/clutch/spec.yaml", "--kind", "additive"),
+        3,
+        "spec.yaml",
+        "format",
+    )

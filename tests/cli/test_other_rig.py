@@ -1,4 +1,5 @@
-"""A rig that its controller was not verified for: another limit, encoder, winding or spring, or a model of the bench's values."""
+"""A rig that its controller was not verified for: another limit, encoder, winding or spring, or a
+model of the bench's values."""
 
 from __future__ import annotations
 
@@ -41,7 +42,9 @@ def with_actuator(**fields: Any) -> Model:
 
 
 def with_limit(ampere: float) -> Model:
-    return with_actuator(limit=msgspec.structs.replace(clutch_model().bench.actuator.limit, value=ampere))
+    return with_actuator(
+        limit=msgspec.structs.replace(clutch_model().bench.actuator.limit, value=ampere)
+    )
 
 
 def with_spring(stiffness: float) -> Model:
@@ -51,17 +54,30 @@ def with_spring(stiffness: float) -> Model:
 
 OTHERS = {
     "limit": (with_limit(5.0), "drive limit 5 A, verified 50 A"),
-    "encoder": (with_bench(encoder=Encoder(counts_per_revolution=14)), "encoder step 0.448799 rad, verified 0.1122 rad"),
-    "winding": (with_actuator(winding=Winding(2.0, 12.0)), "winding resistance 2 ohm, verified 0 ohm; winding voltage 12 V, verified none"),
-    "spring": (with_spring(0.05), "stiffness of a spring on the axis 0.05 N m/rad, verified 0 N m/rad"),
+    "encoder": (
+        with_bench(encoder=Encoder(counts_per_revolution=14)),
+        "encoder step 0.448799 rad, verified 0.1122 rad",
+    ),
+    "winding": (
+        with_actuator(winding=Winding(2.0, 12.0)),
+        "winding resistance 2 ohm, verified 0 ohm; winding voltage 12 V, verified none",
+    ),
+    "spring": (
+        with_spring(0.05),
+        "stiffness of a spring on the axis 0.05 N m/rad, verified 0 N m/rad",
+    ),
 }
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_another_rig_is_named_in_every_verdict_and_leaves_the_margin_undecided(rig: Rig, name: str) -> None:
+def test_another_rig_is_named_in_every_verdict_and_leaves_the_margin_undecided(
+    rig: Rig, name: str
+) -> None:
     model, named = OTHERS[name]
     rig.write(model, played(), 0.1)
-    answer = run("verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml", "--json")
+    answer = run(
+        "verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml", "--json"
+    )
     told = json.loads(answer.stdout)["model"]
     assert (answer.code, told["holds"], "; ".join(told["outside"])) == (1, False, named)
     assert named in rig.simulate().stderr
@@ -76,18 +92,25 @@ def test_another_rig_is_named_in_every_verdict_and_leaves_the_margin_undecided(r
 
 
 def test_saturation_is_judged_by_the_limit_that_was_played(rig: Rig) -> None:
-    """A drive that gives 0.5 A where the controller asks for 50 A is at its limit for most of the step."""
+    """A drive that gives 0.5 A where the controller asks for 50 A is at its limit for most of the
+    step."""
     rig.write(with_limit(0.5), played(), 0.1)
     spec = rig.folder / "spec.yaml"
     spec.write_text(spec.read_text() + "saturation_time_s: 0.001\n")
     rig.simulate()
-    outcome = {one["name"]: one for one in json.loads(rig.report("--json").stdout)["requirements"]}["saturation_time"]
+    outcome = {one["name"]: one for one in json.loads(rig.report("--json").stdout)["requirements"]}[
+        "saturation_time"
+    ]
     assert outcome["met"] is False
     assert outcome["value"] > 0.01
 
 
-@pytest.mark.parametrize("lost", ["the whole record", "loop_time_constant_s", "not a number", "interval"])
-def test_a_log_that_does_not_state_its_rig_leaves_the_margin_undecided_and_says_what_writes_it_again(rig: Rig, lost: str) -> None:
+@pytest.mark.parametrize(
+    "lost", ["the whole record", "loop_time_constant_s", "not a number", "interval"]
+)
+def test_a_log_that_does_not_state_its_rig_leaves_the_margin_undecided_and_says_what_writes_it_again(
+    rig: Rig, lost: str
+) -> None:
     """As a log of an earlier version."""
     rig.write(clutch_model(), played(), 0.1)
     rig.simulate()
@@ -108,7 +131,10 @@ def test_a_log_that_does_not_state_its_rig_leaves_the_margin_undecided_and_says_
     reason = str(margin_of(shown.stdout)["reason"])
     assert (shown.code, margin_of(shown.stdout)["met"]) == (1, None)
     assert named in reason
-    assert "frictool simulate model.yaml --controller controller.yaml --scenario scenario.yaml -o " in reason
+    assert (
+        "frictool simulate model.yaml --controller controller.yaml --scenario scenario.yaml -o "
+        in reason
+    )
 
 
 def test_the_bench_of_a_recorded_log_is_compared_with_the_controller_s(rig: Rig) -> None:
@@ -125,31 +151,50 @@ def test_the_bench_of_a_recorded_log_is_compared_with_the_controller_s(rig: Rig)
     assert rig.report("--bench", own).code == 0
     shown = rig.report("--bench", other, "--json")
     assert (shown.code, margin_of(shown.stdout)["met"]) == (1, None)
-    assert "time constant of the drive 0.02 s, verified 0.003 s" in str(json.loads(shown.stdout)["warnings"])
+    assert "time constant of the drive 0.02 s, verified 0.003 s" in str(
+        json.loads(shown.stdout)["warnings"]
+    )
 
 
 def test_a_model_of_the_bench_s_values_is_named_by_every_command_and_verdict(rig: Rig) -> None:
-    rig.write(msgspec.structs.replace(clutch_model(), bench_values_only="the sign is reversed"), played(), 0.1)
+    rig.write(
+        msgspec.structs.replace(clutch_model(), bench_values_only="the sign is reversed"),
+        played(),
+        0.1,
+    )
     named = "holds the bench's values only, since nothing was identified (the sign is reversed)"
     assert named in rig.simulate().stderr
     assert rig.simulate().stderr.count(named) == 1
     for done in (rig.report("--json"), rig.campaign("--json")):
         assert named in str(json.loads(done.stdout)["warnings"])
-    assert named in run("verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml").stderr
+    assert (
+        named
+        in run(
+            "verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml"
+        ).stderr
+    )
 
 
 def test_verify_computes_the_margin_with_the_resonances_of_the_model(rig: Rig) -> None:
-    """The controller was designed without them; a link that rings near its bandwidth makes its loop unstable."""
+    """The controller was designed without them; a link that rings near its bandwidth makes its loop
+    unstable."""
     soft = Resonances(links=("belt",), poles=(Oscillation(30.0, 0.01),))
     rig.write(msgspec.structs.replace(clutch_model(), resonances=soft), played(), 0.1)
-    answer = run("verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml", "--json")
+    answer = run(
+        "verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml", "--json"
+    )
     told = json.loads(answer.stdout)["model"]
     assert (answer.code, told["holds"], told["modulus_margin_with_resonances"]) == (1, False, 0.0)
 
 
 def test_a_plant_beyond_the_certificate_is_named_though_its_own_margin_holds(rig: Rig) -> None:
-    """`given` makes one plant stronger than the controller was verified for, within a model that it was verified for."""
-    rig.write(clutch_model(), played(variants="given", given={"constant": Quantity(value=0.0145, unit="N m/A")}), 0.1)
+    """`given` makes one plant stronger than the controller was verified for, within a model that it
+    was verified for."""
+    rig.write(
+        clutch_model(),
+        played(variants="given", given={"constant": Quantity(value=0.0145, unit="N m/A")}),
+        0.1,
+    )
     assert rig.simulate().stderr == ""
     shown = rig.report("--json")
     assert (shown.code, margin_of(shown.stdout)["met"]) == (0, True)
@@ -162,7 +207,9 @@ def test_the_verdict_names_a_block_that_was_changed_after_the_verification(rig: 
     verified = with_digests(CONTROLLER)
     assert verified.position_law is not None
     law = msgspec.structs.replace(verified.position_law, gain=0.9 * verified.position_law.gain)
-    (rig.folder / "controller.yaml").write_text(to_yaml(msgspec.structs.replace(verified, position_law=law)))
+    (rig.folder / "controller.yaml").write_text(
+        to_yaml(msgspec.structs.replace(verified, position_law=law))
+    )
     rig.simulate()
     named = "speed: changed after it was verified: position_law; `frictool verify` says what still holds"
     shown = rig.report("--json")

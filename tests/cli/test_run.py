@@ -27,4 +27,9 @@ def test_a_wrong_command_line_is_exit_2():
 
 def test_an_input_error_is_one_line(tmp_path):
     missing = tmp_path / "model.yaml"
-    refused(run("synth", missing, "--spec", missing, "--design", missing), 3, "model.yaml", "no such file")
+    refused(
+        run("synth", missing, "--spec", missing, "--design", missing),
+        3,
+        "model.yaml",
+        "no such file",
+    )

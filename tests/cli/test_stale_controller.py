@@ -1,4 +1,5 @@
-"""A model that its controller was not verified for: its own vertices are played, its own margins judged, and every verdict names it."""
+"""A model that its controller was not verified for: its own vertices are played, its own margins
+judged, and every verdict names it."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ from frictool.documents.scenario import Scenario
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from frictool.plant.polytope import PlantPoint
-from frictool.verify.controller import check_feedback
-from frictool.verify.effective import feedbacks_of
+from frictool.verify.document_check import check_feedback
+from frictool.verify.feedback_loops import feedbacks_of
 from tests.campaign.rig import played
 from tests.cli.run import Result, run
 from tests.report.example import clutch_spec
@@ -29,17 +30,25 @@ CONTROLLER = truthful(controller())
 
 
 def with_inertia(low: float, high: float) -> Model:
-    """The clutch's model, its identified inertia in another interval; its bench has the usual range over the product's life."""
+    """The clutch's model, its identified inertia in another interval; its bench has the usual range
+    over the product's life."""
     model = clutch_model()
-    inertia = msgspec.structs.replace(model.parameters.inertia, value=0.5 * (low + high), low=low, high=high)
-    return msgspec.structs.replace(model, parameters=msgspec.structs.replace(model.parameters, inertia=inertia))
+    inertia = msgspec.structs.replace(
+        model.parameters.inertia, value=0.5 * (low + high), low=low, high=high
+    )
+    return msgspec.structs.replace(
+        model, parameters=msgspec.structs.replace(model.parameters, inertia=inertia)
+    )
 
 
 def margin_at(inertia: float, viscous: float, constant: float) -> float:
     """Return the modulus margin of the rebuilt loop."""
     rates = PlantPoint("", inertia, viscous, 0.1, constant).rates
     return min(
-        check_feedback(loop, rates, CONTROLLER.bench.actuator.loop_time_constant_s, 1).modulus_margin for loop in feedbacks_of(CONTROLLER)
+        check_feedback(
+            loop, rates, CONTROLLER.bench.actuator.loop_time_constant_s, 1
+        ).modulus_margin
+        for loop in feedbacks_of(CONTROLLER)
     )
 
 
@@ -51,14 +60,33 @@ class Rig:
 
     def write(self, model: Model, scenario: Scenario, limit: float) -> None:
         spec = clutch_spec(
-            modulus_margin=limit, rest=None, static_error=None, oscillations=None, overshoot_percent=1e4, response_time_95_s=0.55
+            modulus_margin=limit,
+            rest=None,
+            static_error=None,
+            oscillations=None,
+            overshoot_percent=1e4,
+            response_time_95_s=0.55,
         )
-        for name, document in {"model": model, "controller": CONTROLLER, "scenario": scenario, "spec": spec}.items():
+        for name, document in {
+            "model": model,
+            "controller": CONTROLLER,
+            "scenario": scenario,
+            "spec": spec,
+        }.items():
             (self.folder / f"{name}.yaml").write_text(to_yaml(document))
 
     def simulate(self) -> Result:
         files = [self.folder / f"{name}.yaml" for name in ("model", "controller", "scenario")]
-        done = run("simulate", files[0], "--controller", files[1], "--scenario", files[2], "-o", self.folder / "run.mcap")
+        done = run(
+            "simulate",
+            files[0],
+            "--controller",
+            files[1],
+            "--scenario",
+            files[2],
+            "-o",
+            self.folder / "run.mcap",
+        )
         assert done.code == 0, done.stderr
         return done
 
@@ -67,8 +95,22 @@ class Rig:
         return run("report", paths[0], "--spec", paths[1], "--controller", paths[2], *more)
 
     def campaign(self, *more: str | Path) -> Result:
-        paths = [self.folder / f"{name}.yaml" for name in ("model", "controller", "scenario", "spec")]
-        return run("campaign", *paths[:2], "--scenario", paths[2], "--spec", paths[3], "--cores", "1", "-n", "12", *more)
+        paths = [
+            self.folder / f"{name}.yaml" for name in ("model", "controller", "scenario", "spec")
+        ]
+        return run(
+            "campaign",
+            *paths[:2],
+            "--scenario",
+            paths[2],
+            "--spec",
+            paths[3],
+            "--cores",
+            "1",
+            "-n",
+            "12",
+            *more,
+        )
 
 
 @pytest.fixture(name="rig")
@@ -81,7 +123,9 @@ def margin_of(text: str) -> dict[str, object]:
     return found
 
 
-def test_a_margin_that_the_played_plant_misses_is_broken_though_the_controller_s_vertices_have_it(rig: Rig) -> None:
+def test_a_margin_that_the_played_plant_misses_is_broken_though_the_controller_s_vertices_have_it(
+    rig: Rig,
+) -> None:
     """The light ends of the model's own ranges, with the least friction and the strongest drive."""
     vertices = min(vertex.modulus_margin for vertex in CONTROLLER.verified.vertices)
     true = margin_at(4.9e-6, 0.0, 14.0e-3)
@@ -111,7 +155,11 @@ def test_a_model_outside_is_undecided_and_named_in_every_output(rig: Rig) -> Non
     told = json.loads(rig.report("--json").stdout)
     assert margin_of(json.dumps(told))["met"] is None
     assert any(named in line for line in told["warnings"])
-    warnings = [one.get("value", "") for one in ET.parse(suite).getroot().iter("property") if one.get("name") == "warning"]
+    warnings = [
+        one.get("value", "")
+        for one in ET.parse(suite).getroot().iter("property")
+        if one.get("name") == "warning"
+    ]
     for text in (shown.stdout, page.read_text(), table.read_text().replace("\\", ""), *warnings):
         assert named in text
     assert rig.report("--allow-undecided").code == 0
@@ -123,10 +171,18 @@ def test_a_model_outside_is_undecided_and_named_in_every_output(rig: Rig) -> Non
         assert named in text
 
 
-def test_coulomb_friction_outside_is_undecided_and_named_though_no_margin_depends_on_it(rig: Rig) -> None:
+def test_coulomb_friction_outside_is_undecided_and_named_though_no_margin_depends_on_it(
+    rig: Rig,
+) -> None:
     model = clutch_model()
     coulomb = msgspec.structs.replace(model.parameters.coulomb, value=0.25, low=0.24, high=0.26)
-    rig.write(msgspec.structs.replace(model, parameters=msgspec.structs.replace(model.parameters, coulomb=coulomb)), played(), 0.1)
+    rig.write(
+        msgspec.structs.replace(
+            model, parameters=msgspec.structs.replace(model.parameters, coulomb=coulomb)
+        ),
+        played(),
+        0.1,
+    )
     named = "to 0.26 N m, verified"
     assert named in rig.simulate().stderr
     shown = rig.report("--json")
@@ -141,7 +197,12 @@ def test_a_model_within_is_judged_by_the_margins_of_what_was_played(rig: Rig) ->
     rig.write(clutch_model(), played(variants="vertices"), 0.1)
     assert "warning" not in rig.simulate().stderr
     shown = rig.report("--json")
-    corners = [margin_at(j, s, k) for j in (1.11e-5, 1.53e-5) for s in (0.0, 7.62e-4) for k in (12.8e-3, 14.0e-3)]
+    corners = [
+        margin_at(j, s, k)
+        for j in (1.11e-5, 1.53e-5)
+        for s in (0.0, 7.62e-4)
+        for k in (12.8e-3, 14.0e-3)
+    ]
     assert (shown.code, margin_of(shown.stdout)["met"]) == (0, True)
     assert margin_of(shown.stdout)["value"] == pytest.approx(min(corners), rel=1e-5)
     assert json.loads(shown.stdout)["warnings"] == []
@@ -162,7 +223,9 @@ def test_a_campaign_has_the_margin_of_each_draw(rig: Rig) -> None:
 def test_draws_beyond_the_certificate_are_named_and_judged_by_their_own_margins(rig: Rig) -> None:
     from frictool.documents.spread import Spread, Temperature, Warmth
 
-    rig.write(clutch_model(), played(Spread(temperature=Temperature(Warmth(), Warmth(constant=0.9)))), 0.1)
+    rig.write(
+        clutch_model(), played(Spread(temperature=Temperature(Warmth(), Warmth(constant=0.9)))), 0.1
+    )
     found = rig.campaign()
     assert found.code == 0
     assert "draws reach beyond the intervals of speed" in found.stdout
@@ -170,7 +233,9 @@ def test_draws_beyond_the_certificate_are_named_and_judged_by_their_own_margins(
 
 
 @pytest.mark.parametrize("broken", ["no record", "no plant"])
-def test_a_log_that_does_not_describe_its_plant_leaves_the_margin_undecided(rig: Rig, broken: str) -> None:
+def test_a_log_that_does_not_describe_its_plant_leaves_the_margin_undecided(
+    rig: Rig, broken: str
+) -> None:
     rig.write(clutch_model(), played(), 0.1)
     rig.simulate()
     log = read_mcap(rig.folder / "run.mcap")
@@ -196,20 +261,27 @@ def test_the_margin_on_a_mechanism_is_undecided(rig: Rig) -> None:
 
 @pytest.mark.parametrize(("low", "holds"), [(1.11e-5, True), (4.9e-6, False)])
 def test_verify_answers_for_a_model_alone(rig: Rig, low: float, holds: bool) -> None:
-    """The example has no certificate, which is exit code 1 by itself; what is said of the model is the same."""
+    """The example has no certificate, which is exit code 1 by itself; what is said of the model is
+    the same."""
     rig.write(with_inertia(low, 1.53e-5), played(), 0.1)
-    done = run("verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml", "--json")
+    done = run(
+        "verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml", "--json"
+    )
     told = json.loads(done.stdout)["model"]
     assert (done.code, bool(told["outside"])) == (1, not holds)
     assert told["modulus_margin"] == pytest.approx(margin_at(low, 0.0, 14.0e-3), rel=1e-5)
     assert told["at"]["inertia"] == low
-    text = run("verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml").stdout
+    text = run(
+        "verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml"
+    ).stdout
     assert ("not what the controller was verified for: inertia" in text) is not holds
 
 
 def test_verify_refuses_a_model_of_another_bench(rig: Rig) -> None:
     model = clutch_model()
-    other = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, delay_samples=2))
+    other = msgspec.structs.replace(
+        model, bench=msgspec.structs.replace(model.bench, delay_samples=2)
+    )
     rig.write(other, played(), 0.1)
     done = run("verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml")
     assert done.code == 3
@@ -222,13 +294,30 @@ def test_a_model_whose_drive_has_another_time_constant_is_not_played(rig: Rig, l
     model = clutch_model()
     actuator = msgspec.structs.replace(model.bench.actuator, loop_time_constant_s=lag)
     rig.write(
-        msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, actuator=actuator)), played(variants="vertices"), 0.1
+        msgspec.structs.replace(
+            model, bench=msgspec.structs.replace(model.bench, actuator=actuator)
+        ),
+        played(variants="vertices"),
+        0.1,
     )
-    model_file, controller_file, scenario = (rig.folder / f"{name}.yaml" for name in ("model", "controller", "scenario"))
-    named = f"bench.actuator.loop_time_constant_s: found 0.003, but the bench of {model_file} has {lag}"
+    model_file, controller_file, scenario = (
+        rig.folder / f"{name}.yaml" for name in ("model", "controller", "scenario")
+    )
+    named = (
+        f"bench.actuator.loop_time_constant_s: found 0.003, but the bench of {model_file} has {lag}"
+    )
     message = f"{named}; synthesise again for this bench"
     output = rig.folder / "run.mcap"
-    simulated = run("simulate", model_file, "--controller", controller_file, "--scenario", scenario, "-o", output)
+    simulated = run(
+        "simulate",
+        model_file,
+        "--controller",
+        controller_file,
+        "--scenario",
+        scenario,
+        "-o",
+        output,
+    )
     for done in (simulated, rig.campaign("-o", rig.folder / "found.html")):
         assert done.code == 3
         assert message in done.stderr

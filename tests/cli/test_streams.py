@@ -1,4 +1,5 @@
-"""Standard streams that are full, closed, or no longer read: one line at the most, never a traceback."""
+"""Standard streams that are full, closed, or no longer read: one line at the most, never a
+traceback."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ def test_a_reader_that_leaves_gets_no_traceback() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell with a pipe is needed")
 def test_a_reader_that_leaves_is_no_answer() -> None:
-    """Exit code 1 would say that the answer is no; the reader has left before anything is written."""
+    """Exit code 1 would say that the answer is no; the reader has left before anything is
+    written."""
     words = " ".join(f"'{word}'" for word in COMMAND)
     line = f"{{ sleep 0.5; {words}; echo $? >&2; }} | true"
     done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False)

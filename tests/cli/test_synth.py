@@ -26,7 +26,15 @@ def folder(tmp_path: Path) -> Path:
 
 
 def _arguments(folder: Path) -> list[str | Path]:
-    return ["synth", folder / "model.yaml", "--spec", folder / "spec.yaml", "--design", folder / "design.yaml", "--vertices-only"]
+    return [
+        "synth",
+        folder / "model.yaml",
+        "--spec",
+        folder / "spec.yaml",
+        "--design",
+        folder / "design.yaml",
+        "--vertices-only",
+    ]
 
 
 def test_json_tells_what_the_document_holds(folder: Path) -> None:
@@ -40,8 +48,15 @@ def test_json_tells_what_the_document_holds(folder: Path) -> None:
     assert told["sample_period_s"] == 0.001
     assert len(told["vertices"]) == 16
     assert all(vertex["stable"] and vertex["modulus_margin"] >= 0.5 for vertex in told["vertices"])
-    assert stored.provenance.command == "frictool synth model.yaml --spec spec.yaml --design design.yaml --vertices-only"
-    assert [source.name for source in stored.provenance.inputs] == ["model.yaml", "spec.yaml", "design.yaml"]
+    assert (
+        stored.provenance.command
+        == "frictool synth model.yaml --spec spec.yaml --design design.yaml --vertices-only"
+    )
+    assert [source.name for source in stored.provenance.inputs] == [
+        "model.yaml",
+        "spec.yaml",
+        "design.yaml",
+    ]
 
 
 def test_the_same_inputs_give_the_same_bytes(folder: Path) -> None:
@@ -50,7 +65,11 @@ def test_the_same_inputs_give_the_same_bytes(folder: Path) -> None:
     assert (folder / "first.yaml").read_bytes() == (folder / "second.yaml").read_bytes()
     to_stdout = run(*_arguments(folder), "-o", "-")
     assert to_stdout.out == (folder / "first.yaml").read_bytes()
-    for told in ("1 sample of delay", " rad^0.5/s by sqrt(F/J), band 2 rad,", "\n        kg m^2     N m s/rad  N m        N m/A\nv01 "):
+    for told in (
+        "1 sample of delay",
+        " rad^0.5/s by sqrt(F/J), band 2 rad,",
+        "\n        kg m^2     N m s/rad  N m        N m/A\nv01 ",
+    ):
         assert told in to_stdout.stderr
 
 
@@ -59,7 +78,13 @@ def test_a_design_that_is_not_verified_is_exit_4_and_no_file(folder: Path) -> No
     (folder / "spec.yaml").write_text(spec.replace("modulus_margin: 0.5", "modulus_margin: 0.95"))
     result = run(*_arguments(folder), "-o", folder / "controller.yaml")
     refused(
-        result, 4, "not verified", "vertex v", "modulus margin", "(inertia 1.11e-05 kg m^2, viscous ", " N m/A) with 1 sample of delay;"
+        result,
+        4,
+        "not verified",
+        "vertex v",
+        "modulus margin",
+        "(inertia 1.11e-05 kg m^2, viscous ",
+        " N m/A) with 1 sample of delay;",
     )
     assert not (folder / "controller.yaml").exists()
 
@@ -76,7 +101,17 @@ def test_a_picture_over_another_file_of_the_command_is_refused_at_once(folder: P
     same = run(*_arguments(folder), "-o", folder / "same", "--plot", folder / "same")
     assert same.code == 2
     assert "-o and --plot have the same name" in same.stderr
-    refused(run(*_arguments(folder), "-o", controller, "--plot", also_called(folder / "spec.yaml", ".svg")), 3, "is an input")
+    refused(
+        run(
+            *_arguments(folder),
+            "-o",
+            controller,
+            "--plot",
+            also_called(folder / "spec.yaml", ".svg"),
+        ),
+        3,
+        "is an input",
+    )
     assert not controller.exists()
 
 
@@ -90,13 +125,39 @@ def test_a_picture_over_another_file_of_the_command_is_refused_at_once(folder: P
             3,
             ["position_law.band", "0.1 rad", "at least the encoder's"],
         ),
-        ("design", "band: {value: 2, unit: rad}", "band: {value: 2.5, unit: rad}", 3, ["2.5 rad", "at most static_error", "2 rad"]),
-        ("spec", "static_error: {value: 2,", "static_error: {value: 1,", 3, ["found 2 rad", "at most static_error", "1 rad"]),
-        ("spec", "_95_s: 0.22", "_95_s: 0.04", 4, ["is 0.04 s", "at least 0.05", "step of 40 rad", "inertia 1.53e-05", "actuator.limit"]),
-        ("spec", "drive_peak: {value: 50, unit: A}", "drive_peak: 10", 3, ["drive_peak: found 10", "write {value: 10, unit: A}"]),
+        (
+            "design",
+            "band: {value: 2, unit: rad}",
+            "band: {value: 2.5, unit: rad}",
+            3,
+            ["2.5 rad", "at most static_error", "2 rad"],
+        ),
+        (
+            "spec",
+            "static_error: {value: 2,",
+            "static_error: {value: 1,",
+            3,
+            ["found 2 rad", "at most static_error", "1 rad"],
+        ),
+        (
+            "spec",
+            "_95_s: 0.22",
+            "_95_s: 0.04",
+            4,
+            ["is 0.04 s", "at least 0.05", "step of 40 rad", "inertia 1.53e-05", "actuator.limit"],
+        ),
+        (
+            "spec",
+            "drive_peak: {value: 50, unit: A}",
+            "drive_peak: 10",
+            3,
+            ["drive_peak: found 10", "write {value: 10, unit: A}"],
+        ),
     ],
 )
-def test_what_encoder_and_drive_cannot_give_is_refused(folder: Path, file: str, old: str, new: str, code: int, words: list[str]) -> None:
+def test_what_encoder_and_drive_cannot_give_is_refused(
+    folder: Path, file: str, old: str, new: str, code: int, words: list[str]
+) -> None:
     text = (folder / f"{file}.yaml").read_text()
     assert old in text
     (folder / f"{file}.yaml").write_text(text.replace(old, new))
@@ -107,10 +168,25 @@ def test_what_encoder_and_drive_cannot_give_is_refused(folder: Path, file: str, 
 @pytest.mark.parametrize(
     ("file", "old", "new", "place"),
     [
-        ("design", "band: {value: 2, unit: rad}", "band: {value: 0.1, unit: rad}", ("design", "band: {value")),
-        ("spec", "static_error: {value: 2,", "static_error: {value: 1,", ("design", "band: {value")),
+        (
+            "design",
+            "band: {value: 2, unit: rad}",
+            "band: {value: 0.1, unit: rad}",
+            ("design", "band: {value"),
+        ),
+        (
+            "spec",
+            "static_error: {value: 2,",
+            "static_error: {value: 1,",
+            ("design", "band: {value"),
+        ),
         ("spec", "_95_s: 0.22", "_95_s: 0.04", ("spec", "response_time_95_s:")),
-        ("design", "recentring: 1.05", "recentring: 1.05\nvelocity: {filter_rad_s: 1.0e+5}", ("design", "velocity:")),
+        (
+            "design",
+            "recentring: 1.05",
+            "recentring: 1.05\nvelocity: {filter_rad_s: 1.0e+5}",
+            ("design", "velocity:"),
+        ),
     ],
 )
 def test_a_key_that_another_document_excludes_is_named_with_file_and_line(
@@ -120,7 +196,11 @@ def test_a_key_that_another_document_excludes_is_named_with_file_and_line(
     assert old in changed.read_text()
     changed.write_text(changed.read_text().replace(old, new))
     document = folder / f"{place[0]}.yaml"
-    (line,) = [number for number, text in enumerate(document.read_text().splitlines(), start=1) if place[1] in text]
+    (line,) = [
+        number
+        for number, text in enumerate(document.read_text().splitlines(), start=1)
+        if place[1] in text
+    ]
     done = run(*_arguments(folder), "-o", folder / "controller.yaml")
     assert done.code in (3, 4)
     assert done.stderr.startswith(f"error: {document}:{line}: ")

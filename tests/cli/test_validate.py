@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from frictool.documents.quantity import Axis
-from frictool.engine.replay import FREE, replay, replayed
-from frictool.engine.servo import Servo, serve
+from frictool.engine.effort_replay import FREE, replay, replay_parameters
+from frictool.engine.servo import PositionServo, follow_reference
 from frictool.identify.validate.picture import effort_label
 from frictool.plant.axis import AxisParameters, rest
 from tests.cli.run import also_called, refused, run
@@ -65,14 +65,20 @@ def model(folder: Path, inertia: float = 2.0) -> Path:
 
 
 def log(folder: Path, closed: bool = False, columns: str = "time,x,wanted,i") -> Path:
-    """What the axis does, written as a bench would: open loop under a current, or along a reference."""
+    """What the axis does, written as a bench would: open loop under a current, or along a
+    reference."""
     time = np.arange(4000) * PERIOD
     wanted = 0.05 * (1.0 - np.cos(2.0 * np.pi * time))
     current = 0.5 * np.sin(2.0 * np.pi * 1.3 * time) + 0.3 * np.sin(2.0 * np.pi * 0.4 * time)
-    p, x, v, u = replayed(AXIS), np.empty(time.size), np.empty(time.size), np.empty(time.size)
+    p, x, v, u = (
+        replay_parameters(AXIS),
+        np.empty(time.size),
+        np.empty(time.size),
+        np.empty(time.size),
+    )
     if closed:
-        servo = np.array(Servo(CONSTANT * KP * KV, derivative=CONSTANT * KV, limit=200.0))
-        assert serve(p, np.empty(0), rest(), servo, wanted, 0.0, PERIOD, x, v, u) == 0
+        servo = np.array(PositionServo(CONSTANT * KP * KV, derivative=CONSTANT * KV, limit=200.0))
+        assert follow_reference(p, np.empty(0), rest(), servo, wanted, 0.0, PERIOD, x, v, u) == 0
         current = u / CONSTANT
     else:
         assert replay(p, np.empty(0), rest(), CONSTANT * current, x, FREE, PERIOD, x, v) == 0
@@ -102,12 +108,25 @@ def test_the_true_model_does_what_was_measured(tmp_path: Path) -> None:
 def test_a_wrong_model_does_not_and_each_error_says_so(tmp_path: Path) -> None:
     measured = log(tmp_path)
     right, wrong = figures(model(tmp_path), measured), figures(model(tmp_path, 2.5), measured)
-    for name in ("position_rmse_m", "position_error_rel", "velocity_error_rel", "acceleration_error_rel", "force_error_rel"):
+    for name in (
+        "position_rmse_m",
+        "position_error_rel",
+        "velocity_error_rel",
+        "acceleration_error_rel",
+        "force_error_rel",
+    ):
         assert wrong[name] > 3.0 * right[name]
 
 
 def test_with_the_gains_the_reference_drives_the_model(tmp_path: Path) -> None:
-    found = figures(model(tmp_path), log(tmp_path, closed=True), "--position-gain", str(KP), "--speed-gain", str(KV))
+    found = figures(
+        model(tmp_path),
+        log(tmp_path, closed=True),
+        "--position-gain",
+        str(KP),
+        "--speed-gain",
+        str(KV),
+    )
     assert found["loop"] == "closed"
     assert found["position_rmse_m"] < 1e-6
     assert found["force_error_rel"] < 1e-3
@@ -133,11 +152,18 @@ def test_the_plot_is_the_same_each_time_and_text_tells_the_errors(tmp_path: Path
     [
         ("time,x,wanted,i", ["--position-gain", "3"], 2, "--speed-gain"),
         ("time,x,wanted,i", ["--skip", "5000"], 3, "skip fewer"),
-        ("time,x,wanted,i", ["--cutoff-hz", "1e-10"], 3, "is shorter than the period of a cut-off at 1e-10 Hz; raise --cutoff-hz"),
+        (
+            "time,x,wanted,i",
+            ["--cutoff-hz", "1e-10"],
+            3,
+            "is shorter than the period of a cut-off at 1e-10 Hz; raise --cutoff-hz",
+        ),
         ("time,x,wanted,i", ["--speed-gain", "-1", "--position-gain", "1"], 2, "--speed-gain"),
     ],
 )
-def test_what_cannot_be_done_is_one_line(tmp_path: Path, columns: str, options: list[str], code: int, words: str) -> None:
+def test_what_cannot_be_done_is_one_line(
+    tmp_path: Path, columns: str, options: list[str], code: int, words: str
+) -> None:
     result = run("validate", model(tmp_path), log(tmp_path, columns=columns), *options)
     assert result.code == code
     assert words in result.stderr
@@ -155,7 +181,10 @@ def test_the_log_is_not_overwritten(tmp_path: Path) -> None:
 
 def test_emps_in_closed_loop_is_within_the_published_errors(tmp_path: Path) -> None:
     record, path = data("emps", "DATA_EMPS.mat"), tmp_path / "model.yaml"
-    assert run("identify", record, "--bench", EMPS, "--method", "inverse-dynamic", "-o", path).code == 0
+    assert (
+        run("identify", record, "--bench", EMPS, "--method", "inverse-dynamic", "-o", path).code
+        == 0
+    )
     found = figures(path, record, "--position-gain", "160.18", "--speed-gain", "243.45")
     published = {"position": 0.01375, "velocity": 0.229, "acceleration": 8.60, "force": 5.85}
     for name, percent in published.items():
@@ -167,4 +196,8 @@ def test_a_log_in_the_place_of_the_model(tmp_path: Path):
     log, model = tmp_path / "log.mcap", tmp_path / "model.yaml"
     log.write_bytes(as_bytes(golden_log()))
     model.write_text("format: model/2\n")
-    refused(run("validate", log, model), 3, "model.yaml: is a document (model/2), and log.mcap is none; write the document first")
+    refused(
+        run("validate", log, model),
+        3,
+        "model.yaml: is a document (model/2), and log.mcap is none; write the document first",
+    )

@@ -37,7 +37,10 @@ def _with_gain(controller: Controller, factor: float, *, forms: bool = False) ->
 
 
 def _louder(k: StateSpace, factor: float) -> StateSpace:
-    rows = {name: tuple(tuple(factor * value for value in row) for row in getattr(k, name)) for name in ("c", "d")}
+    rows = {
+        name: tuple(tuple(factor * value for value in row) for row in getattr(k, name))
+        for name in ("c", "d")
+    }
     return msgspec.structs.replace(k, **rows)
 
 
@@ -47,7 +50,12 @@ def test_what_was_written_is_read_and_proved(tmp_path: Path) -> None:
     assert load(path, Controller).certificate == certified("speed").certificate
     text = run("verify", path)
     assert text.code == 0, text.stderr
-    for words in ("proved for every constant", "0.0128 to 0.014 N m/A", "norm from the weighted", "modulus margin is above 0.6"):
+    for words in (
+        "proved for every constant",
+        "0.0128 to 0.014 N m/A",
+        "norm from the weighted",
+        "modulus margin is above 0.6",
+    ):
         assert words in text.stdout
     found = json.loads(run("verify", path, "--json").stdout)
     assert [one["of"] for one in found["certificate"]] == ["norm", "sensitivity"]
@@ -60,8 +68,12 @@ def test_what_was_written_is_read_and_proved(tmp_path: Path) -> None:
 
 
 def test_an_edit_within_what_is_proved_is_exit_1_and_the_bounds_hold(tmp_path: Path) -> None:
-    """In the twelfth digit no figure changes; by one in ten thousand figures do. The bounds are proved of both."""
-    for factor, shown in ((1.0 + 1e-12, "all as stored"), (1.0001, "verified.gamma_verified: found ")):
+    """In the twelfth digit no figure changes; by one in ten thousand figures do. The bounds are
+    proved of both."""
+    for factor, shown in (
+        (1.0 + 1e-12, "all as stored"),
+        (1.0001, "verified.gamma_verified: found "),
+    ):
         path = _written(tmp_path, _with_gain(certified("speed"), factor, forms=True))
         result = run("verify", path)
         assert (result.code, result.stderr) == (1, "")
@@ -76,17 +88,27 @@ def test_an_edit_within_what_is_proved_is_exit_1_and_the_bounds_hold(tmp_path: P
 def test_a_gain_changed_by_a_fifth_is_exit_4(tmp_path: Path) -> None:
     changed = _with_gain(certified("speed"), 1.2)
     for told in (changed, truthful(changed)):  # whatever it says of its margins
-        refused(run("verify", _written(tmp_path, told)), 4, "speed: not proved: norm <", "bounded-real inequality", "K/J")
+        refused(
+            run("verify", _written(tmp_path, told)),
+            4,
+            "speed: not proved: norm <",
+            "bounded-real inequality",
+            "K/J",
+        )
 
 
 def test_a_margin_that_is_not_what_the_document_says_is_exit_1(tmp_path: Path) -> None:
     controller = certified("speed")
     first, *others = controller.verified.vertices
     vertices = (msgspec.structs.replace(first, modulus_margin=first.modulus_margin * 1.01), *others)
-    told = msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, vertices=vertices))
+    told = msgspec.structs.replace(
+        controller, verified=msgspec.structs.replace(controller.verified, vertices=vertices)
+    )
     result = run("verify", _written(tmp_path, told))
     assert (result.code, result.stderr) == (1, "")
-    shown = f"found {vertices[0].modulus_margin:.6g}, the coefficients give {first.modulus_margin:.6g}"
+    shown = (
+        f"found {vertices[0].modulus_margin:.6g}, the coefficients give {first.modulus_margin:.6g}"
+    )
     assert f"verified.vertices[0].modulus_margin: {shown}" in result.stdout
     assert "changed after" not in result.stdout
 
@@ -95,8 +117,15 @@ def test_a_vertex_outside_of_the_box_is_exit_4(tmp_path: Path) -> None:
     certificate = certified("speed").certificate
     assert certificate is not None
     box = msgspec.structs.replace(certificate.box, coulomb=(0.018, 0.17))
-    smaller = msgspec.structs.replace(certified("speed"), certificate=msgspec.structs.replace(certificate, box=box))
-    refused(run("verify", _written(tmp_path, smaller)), 4, "vertex v0", "has coulomb 0.18, the certificate's box 0.018 to 0.17")
+    smaller = msgspec.structs.replace(
+        certified("speed"), certificate=msgspec.structs.replace(certificate, box=box)
+    )
+    refused(
+        run("verify", _written(tmp_path, smaller)),
+        4,
+        "vertex v0",
+        "has coulomb 0.18, the certificate's box 0.018 to 0.17",
+    )
 
 
 def test_without_a_certificate_the_answer_is_no(tmp_path: Path) -> None:
@@ -109,7 +138,13 @@ def test_without_a_certificate_the_answer_is_no(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("found", "told"), [("version: 1", "version: 2"), ("bits: 22", "bits: many"), ("below: ", "below: -"), ("factor:", "factors:")]
+    ("found", "told"),
+    [
+        ("version: 1", "version: 2"),
+        ("bits: 22", "bits: many"),
+        ("below: ", "below: -"),
+        ("factor:", "factors:"),
+    ],
 )
 def test_a_bad_document_is_exit_3(tmp_path: Path, found: str, told: str) -> None:
     path = _written(tmp_path, certified("speed"))
@@ -124,5 +159,7 @@ def test_no_solver_is_loaded(tmp_path: Path) -> None:
         "try: main()\nexcept SystemExit as stop: assert not stop.code, stop.code\n"
         "assert not {'clarabel', 'cvxpy', 'scs'} & set(sys.modules)"
     )
-    done = subprocess.run([sys.executable, "-c", script, str(path)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(path)], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr

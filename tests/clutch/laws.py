@@ -1,10 +1,14 @@
-"""Friction compensated (5.1) against friction used (5.2): the laws of one rig, each on its nominal plant and its vertices, as a table.
+"""Friction compensated (5.1) against friction used (5.2): the laws of one rig, each on its nominal
+plant and its vertices, as a table.
 
-    python -m tests.clutch.laws SPEC BUILD [LAW...]        BUILD/LAW/run.mcap (make -C configs/clutch compare_laws, configs/emps too)
+    python -m tests.clutch.laws SPEC BUILD [LAW...]        BUILD/LAW/run.mcap (make -C
+                                                           configs/clutch compare_laws, configs/emps
+                                                           too)
 
-The logs end with a hold of 15 s or more. Response, overshoot, error: the worst over the steps, of the nominal plant. Limit cycle: the
-largest of the last hold on any plant. cycling: how many of all plants do; with ?, of how many the hold moves and does not tell. drive at
-rest: of the command, root mean square over the last third, the mean over the plants.
+The logs end with a hold of 15 s or more. Response, overshoot, error: the worst over the steps, of
+the nominal plant. Limit cycle: the largest of the last hold on any plant. cycling: how many of all
+plants do; with ?, of how many the hold moves and does not tell. drive at rest: of the command, root
+mean square over the last third, the mean over the plants.
 """
 
 from __future__ import annotations
@@ -24,7 +28,15 @@ from frictool.logs.log import MAIN_TOPIC, Log
 from frictool.logs.reading import read_log
 from frictool.report.verdict import judge
 
-HEADS = ("response ms", "overshoot %", "error counts", "cycle counts", "its period s", "cycling", "drive at rest")
+HEADS = (
+    "response ms",
+    "overshoot %",
+    "error counts",
+    "cycle counts",
+    "its period s",
+    "cycling",
+    "drive at rest",
+)
 
 
 @dataclass(frozen=True)
@@ -58,14 +70,32 @@ def law(name: str, spec: Spec, controller: Controller, log: Log) -> Law:
         if item.stream.topic == MAIN_TOPIC:
             own = [hold.values for hold in holds]
     worst = max(cycles)
-    response, overshoot, error = (max(values.get(key, 0.0) for values in own) for key in ("response_time_95", "overshoot", "static_error"))
+    response, overshoot, error = (
+        max(values.get(key, 0.0) for values in own)
+        for key in ("response_time_95", "overshoot", "static_error")
+    )
     count = sum(amplitude > 0.0 for amplitude, _ in cycles)
-    return Law(name, response, overshoot, error / step, worst[0] / step, worst[1], count, untold, len(drives), mean(drives))
+    return Law(
+        name,
+        response,
+        overshoot,
+        error / step,
+        worst[0] / step,
+        worst[1],
+        count,
+        untold,
+        len(drives),
+        mean(drives),
+    )
 
 
 def table(laws: list[Law], unit: str) -> list[str]:
     """The laws, one a line."""
-    lines = [f"{'law':<26}" + "".join(f"{head:>15}" for head in HEADS[:-1]) + f"{HEADS[-1] + ' ' + unit:>18}"]
+    lines = [
+        f"{'law':<26}"
+        + "".join(f"{head:>15}" for head in HEADS[:-1])
+        + f"{HEADS[-1] + ' ' + unit:>18}"
+    ]
     for one in laws:
         response = "never" if math.isinf(one.response) else f"{1e3 * one.response:.0f}"
         cycle = (f"{one.amplitude:.4g}", f"{one.period:.3g}") if one.cycling else ("none", "-")
@@ -76,7 +106,11 @@ def table(laws: list[Law], unit: str) -> list[str]:
             *cycle,
             f"{one.cycling} of {one.plants}" + (f", {one.untold} ?" if one.untold else ""),
         )
-        lines.append(f"{one.name:<26}" + "".join(f"{figure:>15}" for figure in figures) + f"{one.drive:>18.3f}")
+        lines.append(
+            f"{one.name:<26}"
+            + "".join(f"{figure:>15}" for figure in figures)
+            + f"{one.drive:>18.3f}"
+        )
     return lines
 
 

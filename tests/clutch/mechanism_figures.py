@@ -1,10 +1,12 @@
 """Figures 2.12 to 2.14 of the thesis, from a mechanism.yaml of the clutch: a page.
 
-    python -m tests.clutch.mechanism_figures MECHANISM PAGE.html        (make -C configs/clutch mechanism)
+    python -m tests.clutch.mechanism_figures MECHANISM PAGE.html        (make -C configs/clutch
+                                                                        mechanism)
 
 2.12  what both springs put on the cart, F_s2 and F_s1 tan(alpha), and mu_c F_s1, over its way
-2.13  the cart's resistance F_r5 in both directions (2.28): never driving where the mechanism is irreversible (2.27)
-2.14  the torque that the rotor feels in both directions, C_r2 + r/eta F_r5, beside what was identified (4.42), (4.44)
+2.13  the cart's resistance F_r5 in both directions (2.28): never driving where the mechanism is
+irreversible (2.27) 2.14  the torque that the rotor feels in both directions, C_r2 + r/eta F_r5,
+beside what was identified (4.42), (4.44)
 """
 
 from __future__ import annotations
@@ -19,10 +21,19 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from frictool.documents.mechanism import Cam, Curve, FrictionOf, Hydraulic, Link, Mechanism, Rack, Spring
+from frictool.documents.mechanism import (
+    Cam,
+    Curve,
+    FrictionOf,
+    Hydraulic,
+    Link,
+    Mechanism,
+    Rack,
+    Spring,
+)
 from frictool.documents.registry import load
 from frictool.plant.mechanism.curves import monotone_cubic
-from frictool.svg import drawing, render
+from frictool.presentation.svg import drawing, render
 from tests.clutch.mechanism_curves import rotor_torque
 
 Vector = NDArray[np.float64]
@@ -49,7 +60,8 @@ $figures
 
 @dataclass(frozen=True)
 class Forces:
-    """Over the cart's way x (n,) [m]: F_s2, F_s1 tan(alpha), mu_c F_s1 [N]; r [m/rad], eta, C_r2 [N m]."""
+    """Over the cart's way x (n,) [m]: F_s2, F_s1 tan(alpha), mu_c F_s1 [N]; r [m/rad], eta, C_r2 [N
+    m]."""
 
     x: Vector
     clutch: Vector
@@ -62,7 +74,10 @@ class Forces:
     @property
     def cart(self) -> tuple[Vector, Vector]:
         """F_r5 forward and backward (2.28)."""
-        return self.clutch - self.compensation + self.friction, self.clutch - self.compensation - self.friction
+        return (
+            self.clutch - self.compensation + self.friction,
+            self.clutch - self.compensation - self.friction,
+        )
 
     @property
     def rotor(self) -> tuple[Vector, Vector]:
@@ -73,8 +88,13 @@ class Forces:
 
 
 def forces(mechanism: Mechanism) -> Forces:
-    """What acts on the cart of the clutch's mechanism. Raises KeyError where it is not one of the clutch."""
-    rack, areas, cam = _link(mechanism, "rack", Rack), _link(mechanism, "hydraulics", Hydraulic), _link(mechanism, "compensation", Cam)
+    """What acts on the cart of the clutch's mechanism. Raises KeyError where it is not one of the
+    clutch."""
+    rack, areas, cam = (
+        _link(mechanism, "rack", Rack),
+        _link(mechanism, "hydraulics", Hydraulic),
+        _link(mechanism, "compensation", Cam),
+    )
     clutch, brushes = _link(mechanism, "clutch", Spring), _link(mechanism, "brushes", FrictionOf)
     assert clutch.force is not None
     ratio = areas.area_a.value / areas.area_b.value
@@ -117,11 +137,23 @@ def figures(found: Forces) -> list[str]:
         return [
             _figure("Figure 2.12: what acts on the cart", ("cart x, mm", "N"), way, springs),
             _figure("Figure 2.13: resistance of the cart", ("cart x, mm", "N"), way, cart),
-            _figure("Figure 2.14: torque that the rotor feels; crosses: identified (4.42)", ("rotor, rad", "N m"), theta, rotor, published),
+            _figure(
+                "Figure 2.14: torque that the rotor feels; crosses: identified (4.42)",
+                ("rotor, rad", "N m"),
+                theta,
+                rotor,
+                published,
+            ),
         ]
 
 
-def _figure(title: str, labels: tuple[str, str], x: Vector, lines: tuple[Line, ...], points: tuple[Points, ...] = ()) -> str:
+def _figure(
+    title: str,
+    labels: tuple[str, str],
+    x: Vector,
+    lines: tuple[Line, ...],
+    points: tuple[Points, ...] = (),
+) -> str:
     figure = Figure(figsize=(7.6, 3.4))
     figure.subplots_adjust(left=0.1, right=0.98, bottom=0.15, top=0.9)
     axes = figure.subplots()
@@ -146,7 +178,9 @@ def main(arguments: list[str]) -> int:
     target.write_text(TEXT.substitute(source=source.name, figures="\n".join(figures(found))))
     share = np.abs(found.clutch - found.compensation) / found.friction
     at, most = 1e3 * found.x[share.argmax()], 100.0 * share.max()
-    print(f"(2.27): the springs leave at most {most:.0f} % of the slideway's friction, at {at:.2f} mm of the cart")
+    print(
+        f"(2.27): the springs leave at most {most:.0f} % of the slideway's friction, at {at:.2f} mm of the cart"
+    )
     return 0
 
 

@@ -1,13 +1,19 @@
-"""The asymmetry of thesis 4.4.4 (figures 4.14-4.16): torque ramps of the PID's limit cycle, with rigid flanks and with ones that yield.
+"""The asymmetry of thesis 4.4.4 (figures 4.14-4.16): torque ramps of the PID's limit cycle, with
+rigid flanks and with ones that yield.
 
-    python -m tests.clutch.rebound yielding MECHANISM -o YIELDING      the same mechanism, its backlash with flanks that yield
-    python -m tests.clutch.rebound compare RIGID.mcap YIELDING.mcap    (make -C configs/clutch rebound)
+    python -m tests.clutch.rebound yielding MECHANISM -o YIELDING      the same mechanism, its
+                                                                       backlash with flanks that
+                                                                       yield
+    python -m tests.clutch.rebound compare RIGID.mcap YIELDING.mcap    (make -C configs/clutch
+                                                                       rebound)
 
-The integrator ramps the torque up and down between the two that break the rotor away; on the bench "the ramps are not centred around 0",
-because parts that were wound up push the rotor back. centre: the middle of the torques at which the rotor stands, over the second half of a
-hold; half: half of what lies between them. With rigid flanks the rotor cycles inside the backlash against its brushes alone, around 0.
-With flanks that yield it cycles against a wound-up flank. Exit code 1 where a rigid centre is beyond a twentieth of its half, or
-fewer than half of the yielding ones are beyond a quarter of theirs.
+The integrator ramps the torque up and down between the two that break the rotor away; on the bench
+"the ramps are not centred around 0", because parts that were wound up push the rotor back. centre:
+the middle of the torques at which the rotor stands, over the second half of a hold; half: half of
+what lies between them. With rigid flanks the rotor cycles inside the backlash against its brushes
+alone, around 0. With flanks that yield it cycles against a wound-up flank. Exit code 1 where a
+rigid centre is beyond a twentieth of its half, or fewer than half of the yielding ones are beyond a
+quarter of theirs.
 """
 
 from __future__ import annotations
@@ -34,7 +40,8 @@ CENTRED, OFF = 0.05, 0.25  # of half the swing
 
 @dataclass(frozen=True)
 class Ramps:
-    """Of one hold at `reference` [rad]: middle and half of the torques at standstill [N m], how often the ramp turns."""
+    """Of one hold at `reference` [rad]: middle and half of the torques at standstill [N m], how
+    often the ramp turns."""
 
     reference: float
     centre: float
@@ -76,7 +83,11 @@ def ramps(log: Log) -> list[Ramps]:
 
 def missed(rigid: list[Ramps], soft: list[Ramps]) -> list[str]:
     """What does not show the asymmetry as the text has it."""
-    out = [f"rigid flanks, {one.reference:g} rad: ramps around {one.centre:.4f} N m" for one in rigid if one.asymmetry > CENTRED]
+    out = [
+        f"rigid flanks, {one.reference:g} rad: ramps around {one.centre:.4f} N m"
+        for one in rigid
+        if one.asymmetry > CENTRED
+    ]
     aside = sum(one.asymmetry > OFF for one in soft)
     if 2 * aside < len(soft):
         out.append(f"flanks that yield: ramps aside of 0 on {aside} of {len(soft)} holds")

@@ -1,4 +1,5 @@
-"""configs/clutch/mechanism.yaml says what tests/clutch/mechanism_curves.py computes, and what the thesis publishes."""
+"""configs/clutch/mechanism.yaml says what tests/clutch/mechanism_curves.py computes, and what the
+thesis publishes."""
 
 from __future__ import annotations
 
@@ -17,7 +18,9 @@ THETA = np.linspace(0.0, TRAVEL, 1261)
 
 
 def _at(curve: Curve, x: np.ndarray) -> np.ndarray:
-    return PchipInterpolator(curve.position.values, curve.value.values)(np.clip(x, curve.position.values[0], curve.position.values[-1]))
+    return PchipInterpolator(curve.position.values, curve.value.values)(
+        np.clip(x, curve.position.values[0], curve.position.values[-1])
+    )
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +30,9 @@ def mechanism() -> Mechanism:
 
 def forces(mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray, float]:
     """mu_c F_s1 and F_res [N] over THETA, and r/eta."""
-    rack, hydraulics, cam, clutch = (mechanism.links[name] for name in ("rack", "hydraulics", "compensation", "clutch"))
+    rack, hydraulics, cam, clutch = (
+        mechanism.links[name] for name in ("rack", "hydraulics", "compensation", "clutch")
+    )
     assert isinstance(rack, Rack)
     assert isinstance(hydraulics, Hydraulic)
     assert isinstance(cam, Cam)
@@ -48,14 +53,25 @@ def test_the_file_holds_the_curves_of_the_script() -> None:
 
 def test_in_slip_the_rotor_feels_the_friction_that_was_identified(mechanism: Mechanism) -> None:
     friction, residual, to_rotor = forces(mechanism)
-    for found, published in zip((friction + residual, friction - residual), rotor_torque(THETA), strict=True):
-        assert np.abs(BRUSHES + to_rotor * found - published).max() < 5e-4  # N m, of 0.05 to 0.19: monotone cubics flatten the extrema
+    for found, published in zip(
+        (friction + residual, friction - residual), rotor_torque(THETA), strict=True
+    ):
+        assert (
+            np.abs(BRUSHES + to_rotor * found - published).max() < 5e-4
+        )  # N m, of 0.05 to 0.19: monotone cubics flatten the extrema
 
 
-def test_at_rest_it_holds_what_was_identified_but_for_the_tenth_of_the_springs_residual(mechanism: Mechanism) -> None:
+def test_at_rest_it_holds_what_was_identified_but_for_the_tenth_of_the_springs_residual(
+    mechanism: Mechanism,
+) -> None:
     friction, residual, to_rotor = forces(mechanism)
-    for found, published in zip((1.1 * friction + residual, 1.1 * friction - residual), rotor_torque(THETA), strict=True):
-        assert np.abs(1.1 * BRUSHES + to_rotor * found - 1.1 * published).max() < 0.1 * to_rotor * np.abs(residual).max() + 5e-4
+    for found, published in zip(
+        (1.1 * friction + residual, 1.1 * friction - residual), rotor_torque(THETA), strict=True
+    ):
+        assert (
+            np.abs(1.1 * BRUSHES + to_rotor * found - 1.1 * published).max()
+            < 0.1 * to_rotor * np.abs(residual).max() + 5e-4
+        )
 
 
 def test_it_is_irreversible_over_the_whole_travel(mechanism: Mechanism) -> None:
@@ -74,5 +90,7 @@ def test_sizes_are_those_of_the_text(mechanism: Mechanism) -> None:
     assert rotor.inertia is not None
     assert cart.mass is not None
     assert slave.mass is not None
-    assert RATIO**2 * (cart.mass.value + 0.36 * slave.mass.value) < 2e-3 * rotor.inertia.value  # "negligible", 2.2.4
+    assert (
+        RATIO**2 * (cart.mass.value + 0.36 * slave.mass.value) < 2e-3 * rotor.inertia.value
+    )  # "negligible", 2.2.4
     assert brushes.parameters["coulomb"].value == BRUSHES

@@ -1,11 +1,15 @@
-"""What an observer's speed buys a controller beside that of the encoder's difference: laws of one rig with both, on the same plants.
+"""What an observer's speed buys a controller beside that of the encoder's difference: laws of one
+rig with both, on the same plants.
 
-    python -m tests.clutch.velocity SPEC BUILD LAW...      BUILD/LAW/{controller,observed}.yaml, {run,observed}.mcap
+    python -m tests.clutch.velocity SPEC BUILD LAW...      BUILD/LAW/{controller,observed}.yaml,
+                                                           {run,observed}.mcap
                                                            (make -C configs/clutch velocity)
 
-Response, overshoot, error: the worst over the steps, of the nominal plant. meeting: plants that meet the specification; cycling: plants
-with a limit cycle in the last hold. speed: rms error of what the controller took for the speed, nominal and worst plant. jitter: rms of
-what the command changes by from sample to sample, mean over the plants. margin: modulus margin of the linear loops at the worst vertex.
+Response, overshoot, error: the worst over the steps, of the nominal plant. meeting: plants that
+meet the specification; cycling: plants with a limit cycle in the last hold. speed: rms error of
+what the controller took for the speed, nominal and worst plant. jitter: rms of what the command
+changes by from sample to sample, mean over the plants. margin: modulus margin of the linear loops
+at the worst vertex.
 """
 
 from __future__ import annotations
@@ -26,15 +30,30 @@ from frictool.report.stream_metrics import stream_metrics
 from frictool.report.verdict import judge
 from tests.clutch.laws import law
 
-HEADS = ("response ms", "overshoot %", "error counts", "meeting", "cycling", "speed", "worst speed", "jitter", "margin")
+HEADS = (
+    "response ms",
+    "overshoot %",
+    "error counts",
+    "meeting",
+    "cycling",
+    "speed",
+    "worst speed",
+    "jitter",
+    "margin",
+)
 RUNS = {"(5.70)": ("controller.yaml", "run.mcap"), "observer": ("observed.yaml", "observed.mcap")}
 
 
 def figures(spec: Spec, controller: Controller, log: Log) -> list[str]:
     """Of one law with one speed, as HEADS."""
     own, verdict = law("", spec, controller, log), judge(spec, [log], controller)
-    errors = [stream_metrics(spec, evidence)[0].get("velocity_error_rms", math.nan) for evidence, _ in verdict.evidence]
-    jitter = np.mean([np.sqrt(np.mean(np.diff(stream.signals["command"]) ** 2)) for stream in log.streams])
+    errors = [
+        stream_metrics(spec, evidence)[0].get("velocity_error_rms", math.nan)
+        for evidence, _ in verdict.evidence
+    ]
+    jitter = np.mean(
+        [np.sqrt(np.mean(np.diff(stream.signals["command"]) ** 2)) for stream in log.streams]
+    )
     return [
         "never" if math.isinf(own.response) else f"{1e3 * own.response:.0f}",
         f"{own.overshoot:.1f}",

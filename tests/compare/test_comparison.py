@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 
 from frictool.compare.comparison import Comparison, compare
-from frictool.compare.machine import as_json
+from frictool.compare.comparison_setting import table_3_1
+from frictool.compare.json_view import as_json
 from frictool.compare.page import page
-from frictool.compare.setting import table_3_1
-from frictool.compare.text import lines
-from frictool.documents.provenance import record
+from frictool.compare.text_view import lines
+from frictool.documents.provenance import provenance_of_command
 from frictool.errors import NoSolutionError
 from tests.compare.example import Failing, Told
 
@@ -24,7 +24,9 @@ def found() -> Comparison:
 
 def test_each_law_is_judged_against_the_reference(found: Comparison) -> None:
     tests = ("stick_slip", "limit_cycle", "presliding", "drift")
-    assert {law: tuple(tested.verdicts[test] for test in tests) for law, tested in found.laws.items()} == {
+    assert {
+        law: tuple(tested.verdicts[test] for test in tests) for law, tested in found.laws.items()
+    } == {
         "stribeck": ("+", "+", "-", "+"),
         "lugre": ("+", "+", "±", "-"),
         "hybrid_a": ("-", "+", "-", "+"),
@@ -70,8 +72,17 @@ def test_json_has_the_keys_that_programs_look_for(found: Comparison) -> None:
     assert lugre["limit_cycle"]["period_s"] == pytest.approx(24.24, rel=1e-4)
     assert lugre["presliding"]["closure"] == pytest.approx(0.2 / 1.5)
     assert lugre["drift"]["z_max_units"] == pytest.approx(86.0)
-    assert lugre["verdicts"] == {"stick_slip": "+", "limit_cycle": "+", "presliding": "±", "drift": "-"}
-    assert view["laws"]["stribeck"]["presliding"] == {"compliance": False, "closure": None, "area": None}
+    assert lugre["verdicts"] == {
+        "stick_slip": "+",
+        "limit_cycle": "+",
+        "presliding": "±",
+        "drift": "-",
+    }
+    assert view["laws"]["stribeck"]["presliding"] == {
+        "compliance": False,
+        "closure": None,
+        "area": None,
+    }
 
 
 def test_text_says_what_json_says(found: Comparison) -> None:
@@ -79,21 +90,33 @@ def test_text_says_what_json_says(found: Comparison) -> None:
     row = next(line.split() for line in text if line.startswith("lugre"))
     assert row[:3] == ["lugre", "9", "6.565"]
     assert row[-1] == "86"
-    assert any(line.startswith("table 3.2, hybrid_a, stick-slip: computed -, printed +: these parameters do it") for line in text)
+    assert any(
+        line.startswith(
+            "table 3.2, hybrid_a, stick-slip: computed -, printed +: these parameters do it"
+        )
+        for line in text
+    )
 
 
-def test_the_page_holds_the_figures_of_the_thesis_and_nothing_from_elsewhere(found: Comparison) -> None:
-    html = page(found, record("frictool compare", []))
-    assert html == page(found, record("frictool compare", []))
+def test_the_page_holds_the_figures_of_the_thesis_and_nothing_from_elsewhere(
+    found: Comparison,
+) -> None:
+    html = page(found, provenance_of_command("frictool compare", []))
+    assert html == page(found, provenance_of_command("frictool compare", []))
     for number in ("3.11", "3.13", "3.15", "3.17", "3.18", "3.22"):
         assert f"Thesis {number}." in html
     assert "Thesis 3.21." not in html  # hybrid C was not compared
-    assert html.count("<svg") == html.count("</svg>") == 6 + 3 + 1 + 1  # and every test of a law that the thesis does not show
+    assert (
+        html.count("<svg") == html.count("</svg>") == 6 + 3 + 1 + 1
+    )  # and every test of a law that the thesis does not show
     assert "<script" not in html
     assert "http" not in html.replace("http://www.w3.org/", "").replace("http-equiv", "")
 
 
 def test_a_name_from_a_file_is_escaped_in_the_page(found: Comparison) -> None:
-    html = page(replace(found, setting=replace(found.setting, name="<b>x")), record("frictool compare", []))
+    html = page(
+        replace(found, setting=replace(found.setting, name="<b>x")),
+        provenance_of_command("frictool compare", []),
+    )
     assert "<b>x" not in html
     assert "&lt;b&gt;x" in html

@@ -1,4 +1,5 @@
-"""The real laws with table 3.1: figures that the thesis or a derivation gives, and the rules of the hybrid versions."""
+"""The real laws with table 3.1: figures that the thesis or a derivation gives, and the rules of the
+hybrid versions."""
 
 from __future__ import annotations
 
@@ -7,28 +8,45 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frictool.compare import contact, drift, limit_cycle, presliding, protocol, stick_slip
+from frictool.compare import (
+    drift_criterion,
+    input_protocol,
+    limit_cycle_criterion,
+    prescribed_motion,
+    presliding_criterion,
+    stick_slip_criterion,
+)
 from frictool.compare.comparison import POINTS_PER_LEG
-from frictool.compare.laws import Laws, violations
-from frictool.compare.setting import similar, table_3_1
-from frictool.friction.table import LAWS
+from frictool.compare.comparison_setting import scaled_setting, table_3_1
+from frictool.compare.law_simulator import LawSimulator, setting_violations
+from frictool.friction.law_registry import LAWS
 
 TABLE = table_3_1()
-SIMULATOR = Laws(TABLE)
+SIMULATOR = LawSimulator(TABLE)
 
 
-def pulled(law: str) -> stick_slip.StickSlip:
-    return stick_slip.measure(SIMULATOR.run(law, protocol.stick_slip(TABLE.scales), 60_001), TABLE.stribeck_velocity)
+def pulled(law: str) -> stick_slip_criterion.StickSlipResult:
+    return stick_slip_criterion.measure(
+        SIMULATOR.run(law, input_protocol.stick_slip(TABLE.scales), 60_001), TABLE.stribeck_velocity
+    )
 
 
-def wandered(law: str) -> drift.Drift:
-    return drift.measure(SIMULATOR.run(law, protocol.drift(TABLE.scales), 20_401), TABLE.presliding, 1.0)
+def wandered(law: str) -> drift_criterion.DriftResult:
+    return drift_criterion.measure(
+        SIMULATOR.run(law, input_protocol.drift(TABLE.scales), 20_401), TABLE.presliding, 1.0
+    )
 
 
-def crept(law: str) -> presliding.Presliding:
-    path, turning = protocol.presliding_path(TABLE.presliding, POINTS_PER_LEG)
-    friction = SIMULATOR.creep(law, path, protocol.CREEP_SPEED)
-    return presliding.RIGID if friction is None else presliding.measure(path, friction, turning, TABLE.breakaway, TABLE.presliding)
+def crept(law: str) -> presliding_criterion.PreslidingResult:
+    path, turning = input_protocol.presliding_path(TABLE.presliding, POINTS_PER_LEG)
+    friction = SIMULATOR.creep(law, path, input_protocol.CREEP_SPEED)
+    return (
+        presliding_criterion.RIGID
+        if friction is None
+        else presliding_criterion.measure(
+            path, friction, turning, TABLE.breakaway, TABLE.presliding
+        )
+    )
 
 
 def test_the_event_exact_law_sticks_and_slips_as_derived() -> None:
@@ -42,26 +60,39 @@ def test_the_event_exact_law_sticks_and_slips_as_derived() -> None:
 
 
 @pytest.mark.parametrize(
-    ("law", "sticks", "period"), [("lugre", 9, 6.395), ("hybrid_a", 9, 6.5124), ("karnopp", 9, 6.455), ("dahl", 1, None)]
+    ("law", "sticks", "period"),
+    [("lugre", 9, 6.395), ("hybrid_a", 9, 6.5124), ("karnopp", 9, 6.455), ("dahl", 1, None)],
 )
 def test_stick_slip(law: str, sticks: int, period: float | None) -> None:
     found = pulled(law)
     assert (found.sticks, found.period_s) == (sticks, period and pytest.approx(period, rel=2e-3))
 
 
-def test_a_limit_cycle_lasts_with_a_rigid_stick_and_dies_out_with_an_elasto_plastic_contact() -> None:
-    def cycling(law: str) -> limit_cycle.LimitCycle:
-        return limit_cycle.measure(SIMULATOR.run(law, protocol.limit_cycle(TABLE.scales), 60_001), TABLE.presliding)
+def test_a_limit_cycle_lasts_with_a_rigid_stick_and_dies_out_with_an_elasto_plastic_contact() -> (
+    None
+):
+    def cycling(law: str) -> limit_cycle_criterion.LimitCycleResult:
+        return limit_cycle_criterion.measure(
+            SIMULATOR.run(law, input_protocol.limit_cycle(TABLE.scales), 60_001), TABLE.presliding
+        )
 
     exact, plastic = cycling("stribeck"), cycling("elasto_plastic")
-    assert (exact.amplitude, exact.period_s) == (pytest.approx(0.0669, abs=1e-4), pytest.approx(23.73, abs=1e-2))
+    assert (exact.amplitude, exact.period_s) == (
+        pytest.approx(0.0669, abs=1e-4),
+        pytest.approx(23.73, abs=1e-2),
+    )
     assert plastic.period_s is None
     assert plastic.verdict(exact) == "-"
 
 
 @pytest.mark.parametrize(
     ("law", "closure", "area", "verdict"),
-    [("lugre", 0.116, 0.377, "±"), ("elasto_plastic", 0.0, 0.001, "±"), ("hybrid_b", 0.0, 0.001, "±"), ("hybrid_c", 0.0, 0.455, "+")],
+    [
+        ("lugre", 0.116, 0.377, "±"),
+        ("elasto_plastic", 0.0, 0.001, "±"),
+        ("hybrid_b", 0.0, 0.001, "±"),
+        ("hybrid_c", 0.0, 0.455, "+"),
+    ],
 )
 def test_presliding(law: str, closure: float, area: float, verdict: str) -> None:
     found = crept(law)
@@ -70,23 +101,35 @@ def test_presliding(law: str, closure: float, area: float, verdict: str) -> None
     assert found.verdict == verdict
 
 
-@pytest.mark.parametrize("law", ["coulomb", "stribeck", "karnopp", "svc_band", "coulomb_tanh", "hybrid_a"])
+@pytest.mark.parametrize(
+    "law", ["coulomb", "stribeck", "karnopp", "svc_band", "coulomb_tanh", "hybrid_a"]
+)
 def test_rigid_and_creeping_laws_have_no_presliding(law: str) -> None:
-    assert crept(law) == presliding.RIGID
+    assert crept(law) == presliding_criterion.RIGID
 
 
 @pytest.mark.parametrize(
-    ("law", "units"), [("lugre", 86.0), ("dahl", 221.0), ("svc_band", 9700.0), ("stribeck", 0.0), ("maxwell_slip", 0.0)]
+    ("law", "units"),
+    [
+        ("lugre", 86.0),
+        ("dahl", 221.0),
+        ("svc_band", 9700.0),
+        ("stribeck", 0.0),
+        ("maxwell_slip", 0.0),
+    ],
 )
 def test_drift(law: str, units: float) -> None:
     assert wandered(law).z_max_units == pytest.approx(units, rel=0.015, abs=1e-3)
 
 
 def test_another_actuator_gives_the_same_figures_in_its_own_units() -> None:
-    """Similarity: mass, force and time of a clutch; every dimensionless figure is that of table 3.1."""
-    clutch = similar("clutch", "rotary", 1.3e-5, 0.1, 0.15, 3.8e-4)
-    scales, laws = clutch.scales, Laws(clutch)
-    found = stick_slip.measure(laws.run("stribeck", protocol.stick_slip(scales), 20_001), clutch.stribeck_velocity)
+    """Similarity: mass, force and time of a clutch; every dimensionless figure is that of table
+    3.1."""
+    clutch = scaled_setting("clutch", "rotary", 1.3e-5, 0.1, 0.15, 3.8e-4)
+    scales, laws = clutch.scales, LawSimulator(clutch)
+    found = stick_slip_criterion.measure(
+        laws.run("stribeck", input_protocol.stick_slip(scales), 20_001), clutch.stribeck_velocity
+    )
     here = pulled("stribeck")
     assert found.period_s is not None
     assert here.period_s is not None
@@ -96,20 +139,29 @@ def test_another_actuator_gives_the_same_figures_in_its_own_units() -> None:
 
 def test_the_printed_table_breaks_3_31_and_only_for_hybrid_versions() -> None:
     printed = replace(TABLE, step=1e-4, switch_velocity=1e-4)
-    broken, advice = violations(printed, ("lugre", "hybrid_a", "hybrid_b"))
+    broken, advice = setting_violations(printed, ("lugre", "hybrid_a", "hybrid_b"))
     assert len(broken) == len(advice) == 1
     assert broken[0].startswith("(3.11) m Sigma > u_max T_e")
     assert "0.0001 N s" in broken[0]
     assert "0.0002 N s" in broken[0]
     assert advice[0].startswith("(3.2) Sigma > 3 v_s")
-    assert violations(printed, ("lugre", "stribeck")) == ([], [])
-    assert violations(TABLE, SIMULATOR.names()) == ([], [])
-    assert violations(replace(printed, step=4e-5), ("hybrid_b",))[0] == []
+    assert setting_violations(printed, ("lugre", "stribeck")) == ([], [])
+    assert setting_violations(TABLE, SIMULATOR.names()) == ([], [])
+    assert setting_violations(replace(printed, step=4e-5), ("hybrid_b",))[0] == []
 
 
 def test_parameters_are_counted_as_in_table_3_2() -> None:
-    counted = {law: SIMULATOR.parameters(law) for law in ("lugre", "elasto_plastic", "hybrid_a", "hybrid_b", "hybrid_c")}
-    assert counted == {"lugre": 7, "elasto_plastic": 8, "hybrid_a": 5, "hybrid_b": 6, "hybrid_c": 6 + 20 * 21 // 2}
+    counted = {
+        law: SIMULATOR.parameters(law)
+        for law in ("lugre", "elasto_plastic", "hybrid_a", "hybrid_b", "hybrid_c")
+    }
+    assert counted == {
+        "lugre": 7,
+        "elasto_plastic": 8,
+        "hybrid_a": 5,
+        "hybrid_b": 6,
+        "hybrid_c": 6 + 20 * 21 // 2,
+    }
 
 
 @pytest.mark.parametrize("law", ["lugre", "leuven", "maxwell_slip", "hybrid_b", "stribeck"])
@@ -117,7 +169,9 @@ def test_a_steady_slide_follows_the_curve_of_stribeck(law: str) -> None:
     """The contact's own steady state at three speeds, against (2.34) written out."""
     for v in (3e-4, 1e-3, 5e-3):
         steps = np.full(4000, TABLE.presliding / 50.0 / v)
-        friction = contact.follow(LAWS[law], SIMULATOR.packed(law), np.full(4000, v), steps)[-1]
+        friction = prescribed_motion.friction_along(
+            LAWS[law], SIMULATOR.packed(law), np.full(4000, v), steps
+        )[-1]
         assert friction == pytest.approx(1.0 + 0.5 * np.exp(-((v / 1e-3) ** 2)) + 0.4 * v, rel=2e-3)
 
 
@@ -138,6 +192,6 @@ def test_a_steady_slide_follows_the_curve_of_stribeck(law: str) -> None:
     ],
 )
 def test_cells_of_table_2_1(law: str, row: str, cell: str) -> None:
-    run = SIMULATOR.run(law, protocol.drift(TABLE.scales), 20_401)
+    run = SIMULATOR.run(law, input_protocol.drift(TABLE.scales), 20_401)
     compliance = SIMULATOR.creep(law, np.linspace(0.0, 1e-6, 3), 1e-6) is not None
     assert SIMULATOR.properties(law, compliance, run)[row] == cell

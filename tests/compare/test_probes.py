@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from frictool.compare import probes
-from frictool.compare.setting import similar, table_3_1
+from frictool.compare.comparison_setting import scaled_setting, table_3_1
 from frictool.compare.trajectory import Vector
 
 TABLE = table_3_1()
@@ -40,7 +40,10 @@ def test_the_stribeck_effect_is_a_friction_that_falls() -> None:
 
 def test_viscous_friction_grows_with_speed() -> None:
     assert probes.viscous_friction(along(stribeck), TABLE) == "+"
-    assert probes.viscous_friction(along(lambda v: 1.0 + 0.5 * math.exp(-((v / 1e-3) ** 2))), TABLE) == "-"
+    assert (
+        probes.viscous_friction(along(lambda v: 1.0 + 0.5 * math.exp(-((v / 1e-3) ** 2))), TABLE)
+        == "-"
+    )
 
 
 def test_frictional_memory_is_a_loop_over_speed() -> None:
@@ -55,7 +58,12 @@ def test_rising_static_friction_is_a_breakaway_that_depends_on_the_rate() -> Non
 
 @pytest.mark.parametrize(
     ("compliance", "held", "settles", "cell"),
-    [(True, True, True, "-"), (False, False, True, "-"), (False, True, False, "±"), (False, True, True, "+")],
+    [
+        (True, True, True, "-"),
+        (False, False, True, "-"),
+        (False, True, False, "±"),
+        (False, True, True, "+"),
+    ],
 )
 def test_stiction(compliance: bool, held: bool, settles: bool, cell: str) -> None:
     assert probes.stiction(compliance, held, settles) == cell
@@ -73,8 +81,9 @@ def test_a_fixed_step_settles_with_a_band_and_not_with_a_point() -> None:
 
 
 def test_similar_actuators_have_similar_probes() -> None:
-    """Scales turn mass, Coulomb and viscous friction into those of table 3.1; the same law has the same cells there."""
-    other = similar("other", "rotary", 1.3e-5, 0.1, 0.15, 3.8e-4)
+    """Scales turn mass, Coulomb and viscous friction into those of table 3.1; the same law has the
+    same cells there."""
+    other = scaled_setting("other", "rotary", 1.3e-5, 0.1, 0.15, 3.8e-4)
     scales = other.scales
     assert other.mass * scales.length / scales.time**2 / scales.force == pytest.approx(1.0)
     assert other.viscous * scales.speed / scales.force == pytest.approx(0.4)

@@ -1,4 +1,5 @@
-"""A program around a single block, run in double sample by sample: inputs and states by name, every named value to be seen."""
+"""A program around a single block, run in double sample by sample: inputs and states by name, every
+named value to be seen."""
 
 from __future__ import annotations
 
@@ -7,8 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.machine import machine, run_values
-from frictool.control.program import Node, Program
+from frictool.control.compiled_program import compile_program, run_values
+from frictool.control.program import Program, ProgramNode
 
 Vector = NDArray[np.float64]
 WIDE = 1e9
@@ -17,10 +18,10 @@ WIDE = 1e9
 class Block:
     """`build` writes the block into the program and returns what it makes."""
 
-    def __init__(self, build: Callable[[Program], Node]) -> None:
+    def __init__(self, build: Callable[[Program], ProgramNode]) -> None:
         self.program = Program()
         self.program.output = build(self.program)
-        self.machine = machine(self.program)
+        self.machine = compile_program(self.program)
 
     def place(self, name: str) -> int:
         """Of an input, a state or a named value."""
@@ -47,10 +48,11 @@ class Block:
         return np.array([self.step(**dict(zip(inputs, row, strict=True))) for row in rows])
 
     def value(self, name: str) -> float:
-        """Of an input, a state or a named value, after the last sample: of a state, what it will be at the next one."""
+        """Of an input, a state or a named value, after the last sample: of a state, what it will be
+        at the next one."""
         return float(self.machine.real[self.place(name)])
 
 
-def given(program: Program, name: str) -> Node:
+def given(program: Program, name: str) -> ProgramNode:
     """An input that may be anything."""
     return program.inputs.get(name) or program.input(name, -WIDE, WIDE)

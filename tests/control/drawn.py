@@ -1,4 +1,5 @@
-"""Controllers of every structure and block, and what an axis may show them, drawn by hypothesis: for arithmetic, not for a loop."""
+"""Controllers of every structure and block, and what an axis may show them, drawn by hypothesis:
+for arithmetic, not for a loop."""
 
 from __future__ import annotations
 
@@ -52,13 +53,19 @@ def space(a: Matrix, b: Matrix, c: Matrix, d: float) -> StateSpace:
 
 @st.composite
 def linear_controllers(draw: st.DrawFn, *, bounded: bool = False) -> LinearController:
-    """State space or sections, with and without integrators, anti-windup, conditional integration; `bounded`: no state may run away."""
+    """State space or sections, with and without integrators, anti-windup, conditional integration;
+    `bounded`: no state may run away."""
     random = np.random.default_rng(draw(seeds))
     entering = draw(st.sampled_from(["eta", "speed_error"]))
     if draw(st.booleans()):
         return _sections(random, draw(st.integers(1, 3)), entering)
     n = draw(st.integers(0, 4))
-    a, b, c, gains = stable(random, n), random.standard_normal(n), random.standard_normal(n), np.zeros(n)
+    a, b, c, gains = (
+        stable(random, n),
+        random.standard_normal(n),
+        random.standard_normal(n),
+        np.zeros(n),
+    )
     integrator = n > 0 and draw(st.booleans())
     if integrator:
         a[0], a[0, 0] = 0.0, 1.0
@@ -71,19 +78,32 @@ def linear_controllers(draw: st.DrawFn, *, bounded: bool = False) -> LinearContr
         if bounded and n and np.max(np.abs(np.linalg.eigvals(closed))) > 0.97:
             gains = np.zeros(n)
     b[random.random(n) < 0.2] = 0.0
-    discrete = space(a, b, c, float(random.standard_normal()) * draw(st.sampled_from([0.0, 1.0, 1.0])))
-    return LinearController(discrete, discrete, (), tuple(map(float, gains)), input=entering, conditional=conditional)
+    discrete = space(
+        a, b, c, float(random.standard_normal()) * draw(st.sampled_from([0.0, 1.0, 1.0]))
+    )
+    return LinearController(
+        discrete, discrete, (), tuple(map(float, gains)), input=entering, conditional=conditional
+    )
 
 
 def _sections(random: np.random.Generator, count: int, entering: str) -> LinearController:
     rows = []
     for _ in range(count):
         radius, angle = random.uniform(0.0, 0.95), random.uniform(0.0, math.pi)
-        rows.append((*random.standard_normal(3), 1.0, -2.0 * radius * math.cos(angle), radius * radius))
-    discrete = space(np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0)  # another form of it, which does not run
+        rows.append(
+            (*random.standard_normal(3), 1.0, -2.0 * radius * math.cos(angle), radius * radius)
+        )
+    discrete = space(
+        np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0
+    )  # another form of it, which does not run
     sos = tuple(tuple(map(float, row)) for row in rows)
-    gains = tuple(float(value) for value in 0.01 * random.standard_normal(2 * count) * (random.random(2 * count) < 0.5))
-    return LinearController(discrete, discrete, sos, (), input=entering, form="sos", sos_anti_windup=gains)
+    gains = tuple(
+        float(value)
+        for value in 0.01 * random.standard_normal(2 * count) * (random.random(2 * count) < 0.5)
+    )
+    return LinearController(
+        discrete, discrete, sos, (), input=entering, form="sos", sos_anti_windup=gains
+    )
 
 
 def laws(action: st.SearchStrategy[str]) -> st.SearchStrategy[PositionLaw]:
@@ -125,18 +145,27 @@ velocities = st.builds(
     order=st.sampled_from([1, 2]),
     bandwidth_rad_s=st.sampled_from([0.0, 150.0, 300.0, 1900.0]),
 )
-prefilters = st.none() | st.builds(Prefilter, natural_frequency_rad_s=st.floats(5.0, 300.0), damping=st.floats(0.5, 1.5))
-windings = st.none() | st.builds(Winding, resistance_ohm=st.floats(0.05, 1.0), voltage_v=st.floats(1.0, 24.0))
+prefilters = st.none() | st.builds(
+    Prefilter, natural_frequency_rad_s=st.floats(5.0, 300.0), damping=st.floats(0.5, 1.5)
+)
+windings = st.none() | st.builds(
+    Winding, resistance_ohm=st.floats(0.05, 1.0), voltage_v=st.floats(1.0, 24.0)
+)
 
 
 @st.composite
 def controllers(draw: st.DrawFn, *, bounded: bool = False, scheduled: bool = True) -> Controller:
-    """Any composition of blocks on the clutch's bench. `bounded`: none whose states may run away; `scheduled`: some with a schedule."""
+    """Any composition of blocks on the clutch's bench. `bounded`: none whose states may run away;
+    `scheduled`: some with a schedule."""
     base = on_the_clutch()
     actuator = msgspec.structs.replace(base.bench.actuator, winding=draw(windings))
     linear = draw(linear_controllers(bounded=bounded))
     cascade = draw(st.booleans())
-    schedule = draw(st.none() | st.integers(0, 4).flatmap(schedules)) if scheduled and linear.form == "state_space" else None
+    schedule = (
+        draw(st.none() | st.integers(0, 4).flatmap(schedules))
+        if scheduled and linear.form == "state_space"
+        else None
+    )
     return msgspec.structs.replace(
         base,
         drive_limit=draw(st.sampled_from([0.5, 50.0])),
@@ -171,11 +200,16 @@ def schedules(draw: st.DrawFn, n: int) -> Schedule:
 
 @st.composite
 def wanderings(draw: st.DrawFn, samples: int = 50) -> tuple[float, list[Sample]]:
-    """A start, then references held for a while and positions that wander by counts, with rests in between."""
+    """A start, then references held for a while and positions that wander by counts, with rests in
+    between."""
     start = STEP * draw(st.integers(0, 400))
     rows, position = [], start
     for _ in range(draw(st.integers(1, 4))):
-        reference = draw(st.one_of(st.floats(0.0, TRAVEL), st.just(position), st.floats(position - 2.0, position + 2.0)))
+        reference = draw(
+            st.one_of(
+                st.floats(0.0, TRAVEL), st.just(position), st.floats(position - 2.0, position + 2.0)
+            )
+        )
         random, most = np.random.default_rng(draw(seeds)), draw(st.sampled_from([0, 0, 1, 3]))
         for move in random.integers(-most, most + 1, samples):
             position += STEP * float(move)
@@ -185,7 +219,8 @@ def wanderings(draw: st.DrawFn, samples: int = 50) -> tuple[float, list[Sample]]
 
 @st.composite
 def assaults(draw: st.DrawFn, samples: int = 60) -> tuple[float, list[Sample]]:
-    """What no axis does: references from end to end at every sample, positions that jump over their whole interval, and beyond it."""
+    """What no axis does: references from end to end at every sample, positions that jump over their
+    whole interval, and beyond it."""
     random = np.random.default_rng(draw(seeds))
     low, high, top = -0.5 * TRAVEL, 1.5 * TRAVEL, 1600.0
     pools = ([low, high], [low, high, 0.0, TRAVEL], [10.0 * low, 10.0 * high, low, high])
@@ -195,4 +230,6 @@ def assaults(draw: st.DrawFn, samples: int = 60) -> tuple[float, list[Sample]]:
     if draw(st.booleans()):  # every sample from one end to the other
         held[:, 1] = np.where(np.arange(samples) % 2 == 0, low, high)
     speeds = random.choice([-top, top, 10.0 * top, 0.0], samples)
-    return float(random.choice(pool)), [(float(r), float(y), float(v)) for (r, y), v in zip(held, speeds, strict=True)]
+    return float(random.choice(pool)), [
+        (float(r), float(y), float(v)) for (r, y), v in zip(held, speeds, strict=True)
+    ]

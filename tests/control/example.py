@@ -8,26 +8,38 @@ import msgspec
 import numpy as np
 from scipy import signal
 
-from frictool.control.composition import controller_program
-from frictool.control.machine import Machine, machine, start_at
+from frictool.control.compiled_program import CompiledProgram, compile_program, start_at
+from frictool.control.controller_composition import controller_program
 from frictool.documents.bench import Bench
-from frictool.documents.controller import Controller, DelayCheck, LinearController, PositionLaw, Prefilter, Velocity, Verified, Vertex
+from frictool.documents.controller import (
+    Controller,
+    DelayCheck,
+    LinearController,
+    PositionLaw,
+    Prefilter,
+    Velocity,
+    Verified,
+    Vertex,
+)
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.engine.closed_loop import MEASURED, RECORD_SIZE, measure, run
 from frictool.engine.conditions import NO_CONDITIONS
 from frictool.engine.status import OK
 from frictool.plant.axis import AxisParameters, rest
-from frictool.plant.load import Load
 from frictool.plant.lti import Lti
+from frictool.plant.position_load import PositionLoad
 from frictool.synth.realisation import stored_forms
 
 ROOT = Path(__file__).parents[2]
 CONSTANT = 13.4e-3
-# K_p (s + 1/T_i) on eta with two poles, N m per rad: a PI speed controller with a lag and a roll-off
+# K_p (s + 1/T_i) on eta with two poles, N m per rad: a PI speed controller with a lag and a
+# roll-off
 GAIN, ZERO, POLES = 1.6e-3, 1 / 0.047, (1793.0, 3000.0)
 CUT_LAW = PositionLaw(gain=81.1, formula="sqrt(F/J)", band=2.0, action="cut", settled_speed=5.0)
-BRAKE_LAW = PositionLaw(gain=160.0, formula="sqrt(2F/J)", band=1.1, action="brake", settled_speed=5.0, rest_speed=40.0)
+BRAKE_LAW = PositionLaw(
+    gain=160.0, formula="sqrt(2F/J)", band=1.1, action="brake", settled_speed=5.0, rest_speed=40.0
+)
 
 
 def speed_controller(period: float = 1e-3) -> LinearController:
@@ -38,10 +50,25 @@ def speed_controller(period: float = 1e-3) -> LinearController:
 
 
 def clutch_controller(
-    law: PositionLaw = CUT_LAW, *, prefilter: bool = True, speed: LinearController | None = None, limit: float = 50.0
+    law: PositionLaw = CUT_LAW,
+    *,
+    prefilter: bool = True,
+    speed: LinearController | None = None,
+    limit: float = 50.0,
 ) -> Controller:
     """A controller of the clutch: encoder of 56 points, 1 ms, 50 A."""
-    vertex = Vertex("nominal", 1.32e-5, 3.81e-4, 0.099, CONSTANT, 1.0, 1.0, 0.6, True, (DelayCheck(0, 0.98, 0.6), DelayCheck(1, 0.98, 0.5)))
+    vertex = Vertex(
+        "nominal",
+        1.32e-5,
+        3.81e-4,
+        0.099,
+        CONSTANT,
+        1.0,
+        1.0,
+        0.6,
+        True,
+        (DelayCheck(0, 0.98, 0.6), DelayCheck(1, 0.98, 0.5)),
+    )
     return Controller(
         format="controller/1",
         name="speed",
@@ -64,18 +91,26 @@ def clutch_controller(
     )
 
 
-def started(controller: Controller, position: float) -> Machine:
+def started(controller: Controller, position: float) -> CompiledProgram:
     """The controller in double, at rest at `position` [rad]."""
-    made = machine(controller_program(controller))
+    made = compile_program(controller_program(controller))
     start_at(made, position)
     return made
 
 
 def emps_controller() -> Controller:
-    """A controller of the EMPS carriage: encoder of 50 nm, 1 ms, 10 V; crosses over at some 80 rad/s, and brakes with virtual friction."""
+    """A controller of the EMPS carriage: encoder of 50 nm, 1 ms, 10 V; crosses over at some 80
+    rad/s, and brakes with virtual friction."""
     continuous = signal.zpk2ss([-20.0], [-1500.0, -2500.0], 210.0 * 1500.0 * 2500.0)
     linear = stored_forms(Lti(*signal.cont2discrete(continuous, 1e-3, "bilinear")[:4], 1e-3))
-    law = PositionLaw(gain=1.45, formula="sqrt(2F/J)", band=1e-4, action="brake", settled_speed=1e-3, rest_speed=2e-3)
+    law = PositionLaw(
+        gain=1.45,
+        formula="sqrt(2F/J)",
+        band=1e-4,
+        action="brake",
+        settled_speed=1e-3,
+        rest_speed=2e-3,
+    )
     return msgspec.structs.replace(
         clutch_controller(BRAKE_LAW, speed=linear, limit=10.0),
         axis="linear",
@@ -87,8 +122,11 @@ def emps_controller() -> Controller:
     )
 
 
-def closed_loop_inputs(controller: Controller, start: float, target: float, samples: int = 1200) -> list[dict[str, float]]:
-    """What the controller sees on the axis of its bench, a sample a row: a step there, and half-way back."""
+def closed_loop_inputs(
+    controller: Controller, start: float, target: float, samples: int = 1200
+) -> list[dict[str, float]]:
+    """What the controller sees on the axis of its bench, a sample a row: a step there, and half-way
+    back."""
     bench = controller.bench
     mechanics, actuator = bench.mechanics, bench.actuator
     axis = AxisParameters(
@@ -99,7 +137,20 @@ def closed_loop_inputs(controller: Controller, start: float, target: float, samp
     references = np.where(np.arange(samples) < samples // 2, target, 0.5 * (start + target))
     record = np.zeros((samples, RECORD_SIZE))
     made = started(controller, measure(start, axis.encoder_step))
-    status = run(axis.as_array(), rest(start), made, references, bench.sample_period_s, 1, record, Load().as_array(), NO_CONDITIONS)
+    status = run(
+        axis.as_array(),
+        rest(start),
+        made,
+        references,
+        bench.sample_period_s,
+        1,
+        record,
+        PositionLoad().as_array(),
+        NO_CONDITIONS,
+    )
     assert status == OK
     positions = record[:, MEASURED]
-    return [{"reference": float(r), "position": float(y)} for r, y in zip(references, positions, strict=True)]
+    return [
+        {"reference": float(r), "position": float(y)}
+        for r, y in zip(references, positions, strict=True)
+    ]

@@ -1,4 +1,5 @@
-"""Programs done once more, an operation at a time in plain Python: in numpy.float32, and in whole numbers without bounds."""
+"""Programs done once more, an operation at a time in plain Python: in numpy.float32, and in whole
+numbers without bounds."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from frictool.control.fixed_point import FixedProgram
-from frictool.control.program import Node, Program
+from frictool.control.program import Program, ProgramNode
 
 WORD, LONG = 2**31, 2**63
 INVALID = -WORD
@@ -31,13 +32,15 @@ class InFloat:
             self.values[node.index] = Single(inputs[name])
         for node in self.program.nodes:
             if node.index not in self.values:
-                self.values[node.index] = self.done(node, [self.values[arg.index] for arg in node.args])
+                self.values[node.index] = self.done(
+                    node, [self.values[arg.index] for arg in node.args]
+                )
         for state, source in self.program.updates.items():
             self.states[state] = self.values[source.index]
         assert self.program.output is not None
         return float(self.values[self.program.output.index])
 
-    def done(self, node: Node, of: list[np.float32]) -> np.float32:
+    def done(self, node: ProgramNode, of: list[np.float32]) -> np.float32:
         match node.op:
             case "constant":
                 return Single(node.value)
@@ -58,7 +61,7 @@ class InFloat:
                 return Single(chosen(node, of))
 
 
-def chosen(node: Node, of: list[Any]) -> Any:
+def chosen(node: ProgramNode, of: list[Any]) -> Any:
     """The operations that do not round: comparisons, logic, choices, signs."""
     match node.op:
         case "neg":
@@ -91,7 +94,8 @@ class Overflow(AssertionError):
 
 
 def shifted(value: int, shift: int) -> int:
-    """value 2^-shift to the nearest, halves away from zero; what is formed on the way fits 64 bits."""
+    """value 2^-shift to the nearest, halves away from zero; what is formed on the way fits 64
+    bits."""
     if shift <= 0:
         return long(value * 2**-shift)
     size = long(abs(value) + 2 ** (shift - 1)) // 2**shift
@@ -105,12 +109,16 @@ def long(value: int) -> int:
 
 
 class InWords:
-    """A program in fixed point, in whole numbers; raises Overflow where a value leaves its proved interval, its word or 64 bits."""
+    """A program in fixed point, in whole numbers; raises Overflow where a value leaves its proved
+    interval, its word or 64 bits."""
 
     def __init__(self, scaled: FixedProgram, position: float) -> None:
         self.scaled, self.program = scaled, scaled.program
         fraction = scaled.fractions
-        self.states = {state.index: round(math.ldexp(state.value, fraction[state.index])) for state in self.program.states.values()}
+        self.states = {
+            state.index: round(math.ldexp(state.value, fraction[state.index]))
+            for state in self.program.states.values()
+        }
         for state in self.program.starts:
             measured = self.program.inputs["position"].index
             word = shifted(self.given(measured, position), fraction[measured] - fraction[state])
@@ -123,7 +131,8 @@ class InWords:
         return min(max(word, low), high)
 
     def given(self, place: int, value: float) -> int:
-        """The word of an input: nearest, halves to even, saturated; INVALID for what is no number."""
+        """The word of an input: nearest, halves to even, saturated; INVALID for what is no
+        number."""
         if not math.isfinite(value):
             return INVALID
         return self.within(place, round(math.ldexp(value, self.scaled.fractions[place])))
@@ -134,21 +143,28 @@ class InWords:
             self.values[node.index] = self.given(node.index, inputs[name])
         for node in self.program.nodes:
             if node.index not in self.values:
-                self.values[node.index] = self.done(node, [self.values[arg.index] for arg in node.args])
+                self.values[node.index] = self.done(
+                    node, [self.values[arg.index] for arg in node.args]
+                )
             low, high = self.scaled.words[node.index]
             if self.values[node.index] == INVALID and node.op == "input":
                 continue
             if not (low <= self.values[node.index] <= high and abs(self.values[node.index]) < WORD):
-                raise Overflow(f"value {node.index} ({node.op}) is {self.values[node.index]}, outside [{low}, {high}]")
+                raise Overflow(
+                    f"value {node.index} ({node.op}) is {self.values[node.index]}, outside [{low}, {high}]"
+                )
         for state, source in self.program.updates.items():
             word = shifted(self.values[source.index], self.scaled.write_shift[state])
             self.states[state] = self.within(state, word)
             if self.states[state] != word:
                 self.saturated.add(state)
         assert self.program.output is not None
-        return math.ldexp(self.values[self.program.output.index], -self.scaled.fractions[self.program.output.index])
+        return math.ldexp(
+            self.values[self.program.output.index],
+            -self.scaled.fractions[self.program.output.index],
+        )
 
-    def done(self, node: Node, of: list[int]) -> int:
+    def done(self, node: ProgramNode, of: list[int]) -> int:
         sa, sb, s = self.scaled.shifts.get(node.index, (0, 0, 0))
         match node.op:
             case "constant":
@@ -163,7 +179,9 @@ class InWords:
                 return math.isqrt(long(of[0] * 2**s))
             case "dot":
                 total, half = 0, len(of) // 2
-                for c, x, shift in zip(of[:half], of[half:], self.scaled.term_shifts[node.index], strict=True):
+                for c, x, shift in zip(
+                    of[:half], of[half:], self.scaled.term_shifts[node.index], strict=True
+                ):
                     total = long(total + shifted(long(c * x), shift))
                 return shifted(total, s)
             case "select":

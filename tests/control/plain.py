@@ -1,6 +1,8 @@
-"""The controller once more, in plain Python on named values: slow, and read beside the thesis rather than beside the program.
+"""The controller once more, in plain Python on named values: slow, and read beside the thesis
+rather than beside the program.
 
-Sums are in the order that docs/theory/control.md states, so that it is equal to the program bit by bit, and not nearly.
+Sums are in the order that docs/theory/control.md states, so that it is equal to the program bit by
+bit, and not nearly.
 """
 
 from __future__ import annotations
@@ -31,7 +33,8 @@ def saturating(x: float) -> float:
 
 
 class PlainController:
-    """One axis under a controller document. `mode` is "run", "brake" or "rest"; `scheduled`: parameters by name, to be set."""
+    """One axis under a controller document. `mode` is "run", "brake" or "rest"; `scheduled`:
+    parameters by name, to be set."""
 
     def __init__(self, controller: Controller, position: float) -> None:
         self.document, self.period = controller, controller.sample_period_s
@@ -40,11 +43,17 @@ class PlainController:
         self.r = self.r_last = self.y = position
         self.r_speed = 0.0
         self.speed = 0.0
-        self.stages = [(0.0, 0.0)] * controller.velocity.order  # of the low-pass: what entered last, and what left
+        self.stages = [
+            (0.0, 0.0)
+        ] * controller.velocity.order  # of the low-pass: what entered last, and what left
         self.eta = 0.0
         self.limited = 0
         self.observed = self.found = 0.0
-        space = controller.schedule.corners[0].discrete if controller.schedule else controller.linear.discrete
+        space = (
+            controller.schedule.corners[0].discrete
+            if controller.schedule
+            else controller.linear.discrete
+        )
         self.x = [0.0] * (2 * len(controller.linear.sos) if self.sections else len(space.a))
         self.scheduled: dict[str, float] = {}
         for name in controller.schedule.parameters if controller.schedule else ():
@@ -82,7 +91,8 @@ class PlainController:
         self.r_speed, self.r_last = speed, reference
 
     def measure(self, motion: float, velocity: float) -> None:
-        """The encoder's difference through as many equal low-passes as the order says: (5.70) with two."""
+        """The encoder's difference through as many equal low-passes as the order says: (5.70) with
+        two."""
         own = self.document.velocity
         if own.source == "measured":
             self.speed = velocity
@@ -103,7 +113,10 @@ class PlainController:
         if actuator.winding is not None:
             resistance, voltage = actuator.winding.resistance_ohm, actuator.winding.voltage_v
             stall, back = voltage / resistance, actuator.constant.value / resistance * self.speed
-            self.low, self.high = max(-limit, min(limit, -stall - back)), min(limit, max(-limit, stall - back))
+            self.low, self.high = (
+                max(-limit, min(limit, -stall - back)),
+                min(limit, max(-limit, stall - back)),
+            )
 
     # the two structures
 
@@ -121,7 +134,11 @@ class PlainController:
 
     def next_mode(self) -> str:
         law = self.document.position_law
-        moving = law.settled_speed is not None and self.document.prefilter is not None and abs(self.r_speed) >= law.settled_speed
+        moving = (
+            law.settled_speed is not None
+            and self.document.prefilter is not None
+            and abs(self.r_speed) >= law.settled_speed
+        )
         if abs(self.error) > law.band or moving:
             return "run"
         stops = law.action == "cut" or self.mode == "rest" or abs(self.speed) < law.rest_speed
@@ -147,8 +164,14 @@ class PlainController:
             return False
         path = 0.0
         if own.condition == "energy":
-            path = 0.5 * own.inertia / (own.coulomb + own.virtual_coulomb) * (self.speed * self.speed)
-        if own.settled_speed is not None and self.document.prefilter is not None and abs(self.r_speed) >= own.settled_speed:
+            path = (
+                0.5 * own.inertia / (own.coulomb + own.virtual_coulomb) * (self.speed * self.speed)
+            )
+        if (
+            own.settled_speed is not None
+            and self.document.prefilter is not None
+            and abs(self.r_speed) >= own.settled_speed
+        ):
             return False
         return abs(abs(self.error) - path) < own.band  # (5.7)
 
@@ -157,13 +180,20 @@ class PlainController:
         own = self.document.limiter
         if own is None or own.virtual_coulomb == 0.0:
             return 0.0
-        torque = own.virtual_coulomb / self.document.bench.actuator.constant.value * saturating(1.0 / own.virtual_speed * self.speed)
+        torque = (
+            own.virtual_coulomb
+            / self.document.bench.actuator.constant.value
+            * saturating(1.0 / own.virtual_speed * self.speed)
+        )
         return within(-torque, self.low, self.high)
 
     # the linear controller, and what is added
 
     def compensation(self) -> float:
-        own, constant = self.document.friction_compensation, self.document.bench.actuator.constant.value
+        own, constant = (
+            self.document.friction_compensation,
+            self.document.bench.actuator.constant.value,
+        )
         if own is None:
             return 0.0
         if own.source == "model":
@@ -173,12 +203,16 @@ class PlainController:
             dry = own.gain * own.coulomb / constant * saturating(1.0 / own.smoothing_speed * speed)
             return dry + own.gain * own.viscous / constant * speed
         carried = own.observer_rad_s * (own.inertia / constant) * self.speed
-        self.found = min(max(self.observed - carried, -self.document.drive_limit), self.document.drive_limit)
+        self.found = min(
+            max(self.observed - carried, -self.document.drive_limit), self.document.drive_limit
+        )
         return own.gain * self.found
 
     def linear(self, entering: float) -> float:
         added = self.compensation()
-        drive, left = self.chain(entering) if self.sections else (self.equation_output(entering), [])
+        drive, left = (
+            self.chain(entering) if self.sections else (self.equation_output(entering), [])
+        )
         drive = drive + added if self.document.friction_compensation is not None else drive
         limited = within(drive, self.low, self.high)
         met = (drive > self.high) - (drive < self.low)
@@ -194,21 +228,40 @@ class PlainController:
             self.observed += own.observer_rad_s * self.period * (applied - self.found)
         return applied
 
-    def coefficients(self) -> tuple[list[list[float]], list[float], list[float], float, list[float]]:
+    def coefficients(
+        self,
+    ) -> tuple[list[list[float]], list[float], list[float], float, list[float]]:
         """(a, b, c, d, l) at this sample: the document's, or the sum over the corners (5.64)."""
         spaces, gains = [self.document.linear.discrete], [self.document.linear.anti_windup]
         weights = [1.0]
         if self.document.schedule is not None:
             corners = self.document.schedule.corners
-            spaces, gains, weights = [one.discrete for one in corners], [one.anti_windup for one in corners], self.weights()
+            spaces, gains, weights = (
+                [one.discrete for one in corners],
+                [one.anti_windup for one in corners],
+                self.weights(),
+            )
 
         def total(values: Sequence[float]) -> float:
-            return values[0] if all(value == values[0] for value in values) else summed_all(values, weights)
+            return (
+                values[0]
+                if all(value == values[0] for value in values)
+                else summed_all(values, weights)
+            )
 
         n = len(spaces[0].a)
         a = [[total([s.a[i][j] for s in spaces]) for j in range(n)] for i in range(n)]
-        b, c = [total([s.b[i][0] for s in spaces]) for i in range(n)], [total([s.c[0][i] for s in spaces]) for i in range(n)]
-        return a, b, c, total([s.d[0][0] for s in spaces]), [total([one[i] for one in gains]) for i in range(n)]
+        b, c = (
+            [total([s.b[i][0] for s in spaces]) for i in range(n)],
+            [total([s.c[0][i] for s in spaces]) for i in range(n)],
+        )
+        return (
+            a,
+            b,
+            c,
+            total([s.d[0][0] for s in spaces]),
+            [total([one[i] for one in gains]) for i in range(n)],
+        )
 
     def weights(self) -> list[float]:
         """alpha_i of (5.46)."""
@@ -235,7 +288,9 @@ class PlainController:
         spaces = [one.discrete for one in schedule.corners] if schedule else [own.discrete]
         for i in range(len(b)):
             rows = [space.a[i] for space in spaces]
-            integrator = all(row[i] == 1.0 and sum(value != 0.0 for value in row) == 1 for row in rows)
+            integrator = all(
+                row[i] == 1.0 and sum(value != 0.0 for value in row) == 1 for row in rows
+            )
             holds = own.conditional and (met * entering > 0.0 or self.mode == "rest")
             if integrator and (holds or self.released):
                 x.append(self.x[i])
@@ -254,9 +309,13 @@ class PlainController:
             signal = leaving
         return signal, passed
 
-    def advance_chain(self, entering: float, passed: list[tuple[float, float]], excess: float) -> None:
+    def advance_chain(
+        self, entering: float, passed: list[tuple[float, float]], excess: float
+    ) -> None:
         gains, x = self.document.linear.sos_anti_windup, []
-        for k, ((_, b1, b2, _, a1, a2), (e, y)) in enumerate(zip(self.document.linear.sos, passed, strict=True)):
+        for k, ((_, b1, b2, _, a1, a2), (e, y)) in enumerate(
+            zip(self.document.linear.sos, passed, strict=True)
+        ):
             one, two = b1 * e - a1 * y + self.x[2 * k + 1], b2 * e - a2 * y
             for value, gain in ((one, gains[2 * k]), (two, gains[2 * k + 1])):
                 value = value + gain * excess if gain != 0.0 else value

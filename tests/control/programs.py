@@ -1,4 +1,5 @@
-"""Random programs: any operation on any values, with inputs and states of any size; arithmetic without a meaning."""
+"""Random programs: any operation on any values, with inputs and states of any size; arithmetic
+without a meaning."""
 
 from __future__ import annotations
 
@@ -6,9 +7,26 @@ import math
 
 import numpy as np
 
-from frictool.control.program import Node, Program
+from frictool.control.program import Program, ProgramNode
 
-OPERATIONS = ("add", "sub", "mul", "square", "neg", "abs", "min", "max", "sqrt", "lt", "le", "and", "or", "not", "select", "dot")
+OPERATIONS = (
+    "add",
+    "sub",
+    "mul",
+    "square",
+    "neg",
+    "abs",
+    "min",
+    "max",
+    "sqrt",
+    "lt",
+    "le",
+    "and",
+    "or",
+    "not",
+    "select",
+    "dot",
+)
 NAMES = ("reference", "position", "velocity")
 
 
@@ -16,26 +34,34 @@ class _Drawing:
     def __init__(self, seed: int) -> None:
         self.random = np.random.default_rng(seed)
         self.program = Program()
-        self.numbers: list[Node] = []
-        self.truths: list[Node] = []
+        self.numbers: list[ProgramNode] = []
+        self.truths: list[ProgramNode] = []
 
     def size(self, decades: float = 3.0) -> float:
         return float(10.0 ** self.random.uniform(-decades, decades))
 
     def interval(self) -> tuple[float, float]:
         low, high = sorted(self.size() * float(side) for side in self.random.uniform(-1.0, 1.0, 2))
-        return (low, high) if self.random.random() < 0.5 else (-max(-low, high, 1e-3), max(-low, high, 1e-3))
+        return (
+            (low, high)
+            if self.random.random() < 0.5
+            else (-max(-low, high, 1e-3), max(-low, high, 1e-3))
+        )
 
-    def number(self) -> Node:
+    def number(self) -> ProgramNode:
         return self.numbers[int(self.random.integers(len(self.numbers)))]
 
-    def truth(self) -> Node:
+    def truth(self) -> ProgramNode:
         if not self.truths or self.random.random() < 0.3:
             self.truths.append(self.number() < self.number())
         return self.truths[int(self.random.integers(len(self.truths)))]
 
-    def constant(self, name: str) -> Node:
-        value = float(self.random.integers(-3, 4)) if self.random.random() < 0.3 else self.size() * float(self.random.choice([-1, 1]))
+    def constant(self, name: str) -> ProgramNode:
+        value = (
+            float(self.random.integers(-3, 4))
+            if self.random.random() < 0.3
+            else self.size() * float(self.random.choice([-1, 1]))
+        )
         return self.program.constant(value, name if self.random.random() < 0.7 else "")
 
     def add(self, index: int) -> None:
@@ -67,7 +93,9 @@ class _Drawing:
             case "dot":
                 count = int(self.random.integers(1, 5))
                 coefficients = [self.constant(f"k{index}_{j}") for j in range(count)]
-                self.numbers.append(program.dot(coefficients, [self.number() for _ in range(count)]))
+                self.numbers.append(
+                    program.dot(coefficients, [self.number() for _ in range(count)])
+                )
             case op:
                 self.numbers.append(program.node(op, one, other))
 
@@ -97,7 +125,14 @@ def hostile(seed: int, program: Program, samples: int) -> list[dict[str, float]]
         row = {}
         for name, node in program.inputs.items():
             width = node.high - node.low
-            pool = (node.low, node.high, math.nextafter(node.high, node.low), random.uniform(node.low, node.high), 100.0 * width, -width)
+            pool = (
+                node.low,
+                node.high,
+                math.nextafter(node.high, node.low),
+                random.uniform(node.low, node.high),
+                100.0 * width,
+                -width,
+            )
             row[name] = float(random.choice(pool))
         rows.append(row)
     return rows

@@ -1,4 +1,5 @@
-"""The composed program in double: equal to the plain controller bit by bit on any input, for both structures and every block."""
+"""The composed program in double: equal to the plain controller bit by bit on any input, for both
+structures and every block."""
 
 from __future__ import annotations
 
@@ -7,8 +8,8 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.control.composition import controller_program
-from frictool.control.machine import control_step, machine, read, start_at
+from frictool.control.compiled_program import compile_program, control_step, read, start_at
+from frictool.control.controller_composition import controller_program
 from frictool.documents.controller import Controller
 from tests.control.drawn import Sample, assaults, controllers, wanderings
 from tests.control.plain import PlainController
@@ -26,17 +27,26 @@ def test_equals_the_plain_controller_bit_by_bit(
 ) -> None:
     start, samples = sequence
     plain, program = PlainController(controller, start), controller_program(controller)
-    made = machine(program)
+    made = compile_program(program)
     start_at(made, start)
     for name in plain.scheduled:
-        plain.scheduled[name] = made.real[program.states[name].index] = constant if name == "constant" else coulomb
+        plain.scheduled[name] = made.real[program.states[name].index] = (
+            constant if name == "constant" else coulomb
+        )
     states = {name: node.index for name, node in program.states.items()}
     letter = "s" if plain.sections else "x"
     for reference, position, velocity in samples:
         drive = control_step(made, reference, position, velocity)
         assert _same(drive, plain.step(reference, position, velocity))
-        seen = {"filtered_before": plain.r, "eta_before": plain.eta, "limited_before": float(plain.limited), "observed": plain.observed}
+        seen = {
+            "filtered_before": plain.r,
+            "eta_before": plain.eta,
+            "limited_before": float(plain.limited),
+            "observed": plain.observed,
+        }
         for name in seen.keys() & states.keys():
             assert read(made, states[name]) == seen[name], name
-        names = [f"s[{i // 2}][{i % 2}]" if letter == "s" else f"x[{i}]" for i in range(len(plain.x))]
+        names = [
+            f"s[{i // 2}][{i % 2}]" if letter == "s" else f"x[{i}]" for i in range(len(plain.x))
+        ]
         assert [read(made, states[name]) for name in names] == plain.x

@@ -1,4 +1,5 @@
-"""The effort until the next sample from what was commanded: the exact integral of the drive's lag, delayed."""
+"""The effort until the next sample from what was commanded: the exact integral of the drive's lag,
+delayed."""
 
 from __future__ import annotations
 
@@ -9,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.control.compiled_program import compile_program, read, run_values
 from frictool.control.drive_model import mean_effort
-from frictool.control.machine import machine, read, run_values
 from frictool.control.program import Program
 
 CONSTANT, BOUND = 13.4e-3, 50.0
@@ -21,7 +22,7 @@ def efforts(commands: list[float], delay: int, lag: float, period: float) -> lis
     program = Program()
     drive = program.input("drive", -BOUND, BOUND)
     program.output = mean_effort(program, drive, CONSTANT, BOUND, delay, lag, period)
-    running, found = machine(program), []
+    running, found = compile_program(program), []
     for command in commands:
         running.real[drive.index] = command
         run_values(running.code, running.terms, running.writes, running.real)

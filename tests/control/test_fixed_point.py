@@ -1,4 +1,5 @@
-"""Fixed point: equal to whole numbers without bounds, never outside what is proved, near double, and refused where nothing is bounded."""
+"""Fixed point: equal to whole numbers without bounds, never outside what is proved, near double,
+and refused where nothing is bounded."""
 
 from __future__ import annotations
 
@@ -11,21 +12,42 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.control.composition import controller_program
-from frictool.control.fixed_point import BITS, DoesNotFit, coefficient, fixed_machine, fixed_program, rounded
-from frictool.control.machine import PORTS, Machine, control_step, copied, machine, start_at
-from frictool.control.program import Node, Program
+from frictool.control.compiled_program import (
+    PORTS,
+    CompiledProgram,
+    compile_program,
+    control_step,
+    copy_program,
+    start_at,
+)
+from frictool.control.controller_composition import controller_program
+from frictool.control.fixed_point import (
+    BITS,
+    FixedPointOverflow,
+    coefficient,
+    fixed_machine,
+    fixed_program,
+    round_coefficient,
+)
+from frictool.control.program import Program, ProgramNode
 from frictool.documents.controller import Controller, LinearController, Velocity
 from tests.control.drawn import Sample, assaults, controllers, seeds, space, wanderings
-from tests.control.example import BRAKE_LAW, CUT_LAW, closed_loop_inputs, clutch_controller, emps_controller
+from tests.control.example import (
+    BRAKE_LAW,
+    CUT_LAW,
+    closed_loop_inputs,
+    clutch_controller,
+    emps_controller,
+)
 from tests.control.interpreted import InWords
 from tests.control.programs import hostile, random_program
 
 bits = st.sampled_from(sorted(BITS.values()))
 
 
-def _equal(made: Machine, plain: InWords, samples: list[dict[str, float]]) -> None:
-    """Every value and state, word by word; the plain one raises where a value is not where it was proved to be."""
+def _equal(made: CompiledProgram, plain: InWords, samples: list[dict[str, float]]) -> None:
+    """Every value and state, word by word; the plain one raises where a value is not where it was
+    proved to be."""
     program = plain.program
     computed = [node.index for node in program.nodes if node.index not in plain.states]
     for row in samples:
@@ -38,11 +60,12 @@ def _equal(made: Machine, plain: InWords, samples: list[dict[str, float]]) -> No
 @settings(max_examples=250)
 @given(seeds, bits)
 def test_no_program_overflows(seed: int, kept: int) -> None:
-    """Any program with any inputs: all that is computed stays within its proved interval, its word and 64 bits."""
+    """Any program with any inputs: all that is computed stays within its proved interval, its word
+    and 64 bits."""
     program = random_program(seed)
     try:
         scaled = fixed_program(program, kept)
-    except DoesNotFit:
+    except FixedPointOverflow:
         return
     made, plain = fixed_machine(scaled), InWords(scaled, 1e3)
     start_at(made, 1e3)
@@ -55,7 +78,7 @@ def test_most_random_programs_fit() -> None:
     def fits(seed: int) -> bool:
         try:
             return bool(fixed_program(random_program(seed), 31))
-        except DoesNotFit:
+        except FixedPointOverflow:
             return False
 
     assert sum(fits(seed) for seed in range(100)) >= 60
@@ -63,12 +86,15 @@ def test_most_random_programs_fit() -> None:
 
 @settings(max_examples=60)
 @given(controllers(bounded=True, scheduled=False), assaults(40) | wanderings(20), bits)
-def test_no_controller_overflows(controller: Controller, sequence: tuple[float, list[Sample]], kept: int) -> None:
-    """References and positions that jump from end to end and beyond at every sample: no value leaves its proved interval."""
+def test_no_controller_overflows(
+    controller: Controller, sequence: tuple[float, list[Sample]], kept: int
+) -> None:
+    """References and positions that jump from end to end and beyond at every sample: no value
+    leaves its proved interval."""
     start, samples = sequence
     try:
         scaled = fixed_program(controller_program(controller), kept)
-    except DoesNotFit:
+    except FixedPointOverflow:
         return
     made, plain = fixed_machine(scaled), InWords(scaled, start)
     start_at(made, start)
@@ -85,7 +111,8 @@ DESIGNS = {
 @pytest.mark.parametrize("kept", BITS.values(), ids=BITS)
 @pytest.mark.parametrize("design", DESIGNS)
 def test_an_ordinary_run_meets_no_bound(design: str, kept: int) -> None:
-    """Steps there and back in closed loop: no state saturates at the bound that its block states, and inputs stay inside theirs."""
+    """Steps there and back in closed loop: no state saturates at the bound that its block states,
+    and inputs stay inside theirs."""
     controller, start, target = DESIGNS[design]
     scaled = fixed_program(controller_program(controller), kept)
     plain = InWords(scaled, start)
@@ -95,34 +122,48 @@ def test_an_ordinary_run_meets_no_bound(design: str, kept: int) -> None:
     assert plain.saturated == set()
     for name in ("reference", "position"):
         node = plain.program.inputs[name]
-        assert node.low < min(row[name] for row in inputs) <= max(row[name] for row in inputs) < node.high
+        assert (
+            node.low
+            < min(row[name] for row in inputs)
+            <= max(row[name] for row in inputs)
+            < node.high
+        )
 
 
-# of the drive's limit; measured 1.5e-6 and 5.7e-5: the carriage's gain over its travel is 35 times the clutch's, in drive limits
+# of the drive's limit; measured 1.5e-6 and 5.7e-5: the carriage's gain over its travel is 35 times
+# the clutch's, in drive limits
 BOUNDS = {"clutch, cut": 1e-5, "clutch, brake": 1e-5, "EMPS": 1e-4}
 
 
 @pytest.mark.parametrize("number", BITS)
 @pytest.mark.parametrize("design", DESIGNS)
 def test_fixed_point_is_near_double_over_a_step(design: str, number: str) -> None:
-    """Double with the coefficients that the format keeps, and the same inputs: what the words alone do. q31 is near the unrounded one, too.
+    """Double with the coefficients that the format keeps, and the same inputs: what the words alone
+    do. q31 is near the unrounded one, too.
 
     What the rounded coefficients do to the loop is verified before export (verify/rounding.py).
     """
     controller, start, target = DESIGNS[design]
     program = controller_program(controller)
-    double, words = machine(program), fixed_machine(fixed_program(program, BITS[number]))
-    exact = copied(double)
+    double, words = compile_program(program), fixed_machine(fixed_program(program, BITS[number]))
+    exact = copy_program(double)
     for node in program.nodes:
         if node.op == "constant" and node.index in program.names:
-            double.real[node.index] = rounded(node.value, BITS[number])
-    rows = [(row["reference"], row["position"], 0.0) for row in closed_loop_inputs(controller, start, target)]
+            double.real[node.index] = round_coefficient(node.value, BITS[number])
+    rows = [
+        (row["reference"], row["position"], 0.0)
+        for row in closed_loop_inputs(controller, start, target)
+    ]
     for made in (double, words, exact):
         start_at(made, start)
-    of_double, of_words, of_exact = (np.array([control_step(made, *row) for row in rows]) for made in (double, words, exact))
+    of_double, of_words, of_exact = (
+        np.array([control_step(made, *row) for row in rows]) for made in (double, words, exact)
+    )
     assert np.max(np.abs(of_double)) > 0.02 * controller.drive_limit
     assert np.max(np.abs(of_words - of_double)) <= BOUNDS[design] * controller.drive_limit
-    np.testing.assert_array_equal(of_words == 0.0, of_double == 0.0)  # rest is exactly zero in both, at the same samples
+    np.testing.assert_array_equal(
+        of_words == 0.0, of_double == 0.0
+    )  # rest is exactly zero in both, at the same samples
     if number == "q31":
         assert np.max(np.abs(of_words - of_exact)) <= BOUNDS[design] * controller.drive_limit
 
@@ -131,17 +172,18 @@ def test_fixed_point_is_near_double_over_a_step(design: str, number: str) -> Non
 def test_a_coefficient_keeps_its_bits(value: float, kept: int) -> None:
     word, fraction = coefficient(value, kept)
     assert abs(word) < 2**kept
-    assert rounded(value, kept) == math.ldexp(word, -fraction)
+    assert round_coefficient(value, kept) == math.ldexp(word, -fraction)
     if fraction < 60:
-        assert abs(rounded(value, kept) - value) <= 2.0**-kept * abs(value)
-    assert rounded(rounded(value, kept), kept) == rounded(value, kept)
+        assert abs(round_coefficient(value, kept) - value) <= 2.0**-kept * abs(value)
+    assert round_coefficient(round_coefficient(value, kept), kept) == round_coefficient(value, kept)
 
 
 def _without(controller: Controller, *fields: str) -> Controller:
     return msgspec.structs.replace(
         controller,
         bench=msgspec.structs.replace(
-            controller.bench, mechanics=msgspec.structs.replace(controller.bench.mechanics, **dict.fromkeys(fields))
+            controller.bench,
+            mechanics=msgspec.structs.replace(controller.bench.mechanics, **dict.fromkeys(fields)),
         ),
     )
 
@@ -152,23 +194,25 @@ def _integrating(**options: bool) -> LinearController:
 
 
 def test_what_has_no_bounds_is_refused_by_name() -> None:
-    with pytest.raises(DoesNotFit, match="reference has no bounds"):
+    with pytest.raises(FixedPointOverflow, match="reference has no bounds"):
         fixed_program(controller_program(_without(clutch_controller(), "travel")), 31)
-    measured = msgspec.structs.replace(clutch_controller(BRAKE_LAW), velocity=Velocity(source="measured"))
+    measured = msgspec.structs.replace(
+        clutch_controller(BRAKE_LAW), velocity=Velocity(source="measured")
+    )
     assert fixed_program(controller_program(measured), 31)
-    with pytest.raises(DoesNotFit, match="velocity has no bounds"):
+    with pytest.raises(FixedPointOverflow, match="velocity has no bounds"):
         fixed_program(controller_program(_without(measured, "top_speed")), 31)
 
 
 def test_an_integrator_that_nothing_holds_is_refused() -> None:
     controller = msgspec.structs.replace(clutch_controller(), linear=_integrating())
-    with pytest.raises(DoesNotFit, match=r"x\[0\] has no bounds"):
+    with pytest.raises(FixedPointOverflow, match=r"x\[0\] has no bounds"):
         fixed_program(controller_program(controller), 31)
     held = msgspec.structs.replace(clutch_controller(), linear=_integrating(conditional=True))
     assert fixed_program(controller_program(held), 31)
 
 
-def _single(build: Callable[[Program, Node], Node]) -> Program:
+def _single(build: Callable[[Program, ProgramNode], ProgramNode]) -> Program:
     program = Program()
     program.output = build(program, program.input("position", -1.0, 1.0))
     return program
@@ -181,8 +225,10 @@ def _single(build: Callable[[Program, Node], Node]) -> Program:
         (lambda p, x: x * p.constant(1e30, "huge"), "reaches 1e"),
     ],
 )
-def test_what_cannot_be_scaled_is_refused(build: Callable[[Program, Node], Node], words: str) -> None:
-    with pytest.raises(DoesNotFit, match=words):
+def test_what_cannot_be_scaled_is_refused(
+    build: Callable[[Program, ProgramNode], ProgramNode], words: str
+) -> None:
+    with pytest.raises(FixedPointOverflow, match=words):
         fixed_program(_single(build), 31)
 
 
@@ -193,15 +239,20 @@ def test_a_state_far_coarser_than_what_it_becomes_is_refused() -> None:
     program.state("coarse", -1e12, 1e12)
     program.update("coarse", tiny)
     program.output = tiny
-    with pytest.raises(DoesNotFit, match="coarse needs more than 64 bits"):
+    with pytest.raises(FixedPointOverflow, match="coarse needs more than 64 bits"):
         fixed_program(program, 31)
 
 
-@pytest.mark.parametrize("side", [(-(2.0**-58), 0.0), (0.0, 2.0**-58)], ids=["negative", "positive"])
-def test_a_product_that_rounding_carries_beyond_its_word_is_refused(side: tuple[float, float]) -> None:
-    """Near the finest fraction 2^-60 a product of 2.7 rounds to 3, by more than the 2 % of a word that are kept free for rounding."""
+@pytest.mark.parametrize(
+    "side", [(-(2.0**-58), 0.0), (0.0, 2.0**-58)], ids=["negative", "positive"]
+)
+def test_a_product_that_rounding_carries_beyond_its_word_is_refused(
+    side: tuple[float, float],
+) -> None:
+    """Near the finest fraction 2^-60 a product of 2.7 rounds to 3, by more than the 2 % of a word
+    that are kept free for rounding."""
     program = Program()
     tiny = program.input("position", *side) * program.constant(0.675)
     program.output = tiny * program.constant(1.01 * 2.0 / 3.0 * 2.0**32)
-    with pytest.raises(DoesNotFit, match=r"value 4 \(mul\) needs more than 32 bits"):
+    with pytest.raises(FixedPointOverflow, match=r"value 4 \(mul\) needs more than 32 bits"):
         fixed_program(program, 31)

@@ -1,4 +1,5 @@
-"""The blocks that know friction: limiter (5.7), virtual friction (5.41), saturating function, compensation by model and observer."""
+"""The blocks that know friction: limiter (5.7), virtual friction (5.41), saturating function,
+compensation by model and observer."""
 
 from __future__ import annotations
 
@@ -9,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.control import friction_compensation, limit_cycle
-from frictool.control.program import Node, Program
-from frictool.control.saturating import saturating
-from frictool.engine.axis import advance
+from frictool.control import friction_compensation, limit_cycle_limiter
+from frictool.control.program import Program, ProgramNode
+from frictool.control.saturation_function import saturating
+from frictool.engine.axis_motion import advance
 from frictool.engine.status import OK
 from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
 from tests.control.block import Block
@@ -46,15 +47,26 @@ def test_saturating_is_near_tanh_and_not_below_it() -> None:
 
 
 def _released(band: float, inertia: float, friction: float, error: float, speed: float) -> bool:
-    block = Block(lambda p: limit_cycle.energy_released(p, input_of(p, "error"), input_of(p, "speed"), band, inertia, friction))
+    block = Block(
+        lambda p: limit_cycle_limiter.energy_released(
+            p, input_of(p, "error"), input_of(p, "speed"), band, inertia, friction
+        )
+    )
     return block.step(error=error, speed=speed) != 0.0
 
 
-@given(st.floats(1e-5, 10.0), st.floats(1e-2, 10.0), st.floats(1e-3, 1.0), st.floats(0.0, 10.0), st.floats(-2.0, 2.0))
+@given(
+    st.floats(1e-5, 10.0),
+    st.floats(1e-2, 10.0),
+    st.floats(1e-3, 1.0),
+    st.floats(0.0, 10.0),
+    st.floats(-2.0, 2.0),
+)
 def test_where_the_limiter_releases_friction_alone_ends_within_the_band(
     inertia: float, friction: float, band: float, error: float, offset: float
 ) -> None:
-    """(5.5), (5.7): an axis let go while it moves towards its target, with a speed near the parabola, played by the engine."""
+    """(5.5), (5.7): an axis let go while it moves towards its target, with a speed near the
+    parabola, played by the engine."""
     path = max(error + offset * band, 0.0)
     speed = math.sqrt(2.0 * friction * path / inertia)
     axis = AxisParameters(inertia=inertia, viscous=0.0, coulomb=friction, breakaway=friction)
@@ -70,14 +82,21 @@ def test_where_the_limiter_releases_friction_alone_ends_within_the_band(
 
 @given(st.floats(1e-3, 10.0), numbers)
 def test_the_cut_off_looks_at_the_error_alone(band: float, error: float) -> None:
-    block = Block(lambda p: limit_cycle.error_released(p, input_of(p, "error"), band))
+    block = Block(lambda p: limit_cycle_limiter.error_released(p, input_of(p, "error"), band))
     assert (block.step(error=error) != 0.0) == (abs(error) < band)
 
 
 @given(st.floats(1e-3, 100.0), st.floats(1e-3, 100.0), numbers)
-def test_virtual_friction_opposes_the_speed(level: float, virtual_speed: float, speed: float) -> None:
-    """(5.41) inside the band: -F_cv s(v/v_r), odd, never above its level, all of it from 3/2 v_r on, viscous at rest."""
-    block = Block(lambda p: limit_cycle.virtual_friction(p, input_of(p, "speed"), level, virtual_speed))
+def test_virtual_friction_opposes_the_speed(
+    level: float, virtual_speed: float, speed: float
+) -> None:
+    """(5.41) inside the band: -F_cv s(v/v_r), odd, never above its level, all of it from 3/2 v_r
+    on, viscous at rest."""
+    block = Block(
+        lambda p: limit_cycle_limiter.virtual_friction(
+            p, input_of(p, "speed"), level, virtual_speed
+        )
+    )
     brake = block.step(speed=speed)
     assert brake * speed <= 0.0
     assert block.step(speed=-speed) == -brake
@@ -89,25 +108,43 @@ def test_virtual_friction_opposes_the_speed(level: float, virtual_speed: float, 
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, 1.0), st.floats(1e-3, 100.0), numbers)
-def test_modelled_compensation_is_the_friction_where_the_axis_slips(coulomb: float, viscous: float, smoothing: float, speed: float) -> None:
-    block = Block(lambda p: friction_compensation.modelled(p, input_of(p, "speed"), coulomb, viscous, smoothing))
+def test_modelled_compensation_is_the_friction_where_the_axis_slips(
+    coulomb: float, viscous: float, smoothing: float, speed: float
+) -> None:
+    block = Block(
+        lambda p: friction_compensation.model_compensation(
+            p, input_of(p, "speed"), coulomb, viscous, smoothing
+        )
+    )
     added = block.step(speed=speed)
     assert block.step(speed=-speed) == -added
     assert added * speed >= 0.0
     if abs(speed) >= 1.5 * smoothing * (1 + 1e-12):
-        assert added == pytest.approx(math.copysign(coulomb, speed) + viscous * speed, rel=1e-12, abs=1e-12)
+        assert added == pytest.approx(
+            math.copysign(coulomb, speed) + viscous * speed, rel=1e-12, abs=1e-12
+        )
     assert block.step(speed=0.0) == 0.0
 
 
-@given(st.floats(1.0, 500.0), st.floats(1e-5, 10.0), st.floats(0.1, 1.5), st.floats(-5.0, 5.0), st.floats(-3.0, 3.0), st.integers(5, 60))
+@given(
+    st.floats(1.0, 500.0),
+    st.floats(1e-5, 10.0),
+    st.floats(0.1, 1.5),
+    st.floats(-5.0, 5.0),
+    st.floats(-3.0, 3.0),
+    st.integers(5, 60),
+)
 def test_observer_finds_a_constant_friction(
     bandwidth: float, inertia: float, gain: float, friction: float, push: float, samples: int
 ) -> None:
-    """J v' = u - F of drive units, by Euler: what is left of the error falls by 1 - L T a sample, whatever drives the axis."""
+    """J v' = u - F of drive units, by Euler: what is left of the error falls by 1 - L T a sample,
+    whatever drives the axis."""
     period, most = 1e-3, 10.0
 
-    def build(program: Program) -> Node:
-        added, found = friction_compensation.observed(program, input_of(program, "speed"), bandwidth, inertia, gain, most)
+    def build(program: Program) -> ProgramNode:
+        added, found = friction_compensation.observer_compensation(
+            program, input_of(program, "speed"), bandwidth, inertia, gain, most
+        )
         friction_compensation.observe(program, input_of(program, "drive"), found, bandwidth, period)
         return added
 
@@ -116,12 +153,18 @@ def test_observer_finds_a_constant_friction(
         drive = push * math.sin(0.3 * k)
         added = block.step(speed=speed, drive=drive)
         left = (1.0 - bandwidth * period) ** k
-        assert block.value("friction_found") == pytest.approx(friction * (1.0 - left), abs=1e-9 * (1.0 + bandwidth))
+        assert block.value("friction_found") == pytest.approx(
+            friction * (1.0 - left), abs=1e-9 * (1.0 + bandwidth)
+        )
         assert added == gain * block.value("friction_found")
         speed += period / inertia * (drive - friction)
 
 
 def test_observer_is_never_above_the_drives_limit() -> None:
-    block = Block(lambda p: friction_compensation.observed(p, input_of(p, "speed"), 100.0, 1.0, 1.0, 2.0)[0])
+    block = Block(
+        lambda p: friction_compensation.observer_compensation(
+            p, input_of(p, "speed"), 100.0, 1.0, 1.0, 2.0
+        )[0]
+    )
     assert block.set(observed=50.0).step(speed=0.0) == 2.0
     assert block.step(speed=10.0) == -2.0

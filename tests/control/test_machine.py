@@ -1,4 +1,5 @@
-"""Machines against plain interpreters: float against numpy.float32 operation by operation, copies and starts."""
+"""Machines against plain interpreters: float against numpy.float32 operation by operation, copies
+and starts."""
 
 from __future__ import annotations
 
@@ -6,8 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from frictool.control.composition import controller_program
-from frictool.control.machine import PORTS, control_step, copied, machine, read, start_at
+from frictool.control.compiled_program import (
+    PORTS,
+    compile_program,
+    control_step,
+    copy_program,
+    read,
+    start_at,
+)
+from frictool.control.controller_composition import controller_program
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller
@@ -19,15 +27,19 @@ from tests.control.programs import hostile, random_program
 
 @settings(max_examples=60)
 @given(controllers(bounded=True), wanderings(20) | assaults(40))
-def test_float_is_numpy_float32_operation_by_operation(controller: Controller, sequence: tuple[float, list[Sample]]) -> None:
+def test_float_is_numpy_float32_operation_by_operation(
+    controller: Controller, sequence: tuple[float, list[Sample]]
+) -> None:
     start, samples = sequence
     program = controller_program(controller)
-    made, plain = machine(program, single=True), InFloat(program, start)
+    made, plain = compile_program(program, single=True), InFloat(program, start)
     start_at(made, start)
     for sample in samples:
         assert control_step(made, *sample) == plain.step(dict(zip(PORTS, sample, strict=True)))
         computed = [node.index for node in program.nodes if node.index not in plain.states]
-        np.testing.assert_array_equal(made.single[computed], [plain.values[place] for place in computed])
+        np.testing.assert_array_equal(
+            made.single[computed], [plain.values[place] for place in computed]
+        )
         assert all(made.single[state] == value for state, value in plain.states.items())
 
 
@@ -36,7 +48,7 @@ def test_float_is_numpy_float32_operation_by_operation(controller: Controller, s
 def test_every_operation_in_double_and_float(seed: int) -> None:
     """Any program: float as numpy.float32 does it, and double as Python does."""
     program = random_program(seed)
-    single, plain = machine(program, single=True), InFloat(program, 0.25)
+    single, plain = compile_program(program, single=True), InFloat(program, 0.25)
     start_at(single, 0.25)
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):
         for row in hostile(seed, program, 5):
@@ -49,7 +61,7 @@ def test_a_copy_runs_by_itself_and_what_rests_stays(number: str) -> None:
     program = controller_program(clutch_controller())
     one = machine_in(program, number)
     start_at(one, 7.5)
-    other = copied(one)
+    other = copy_program(one)
     assert [control_step(one, 7.5, 7.5, 0.0) for _ in range(50)] == [0.0] * 50
     moved = [control_step(other, 30.0, 7.5, 0.0) for _ in range(50)]
     assert max(moved) > 0.0
@@ -60,7 +72,7 @@ def test_a_copy_runs_by_itself_and_what_rests_stays(number: str) -> None:
 
 def test_a_program_without_an_output_is_refused() -> None:
     with pytest.raises(ValueError, match="no output"):
-        machine(Program())
+        compile_program(Program())
 
 
 def test_a_dot_has_as_many_of_each() -> None:

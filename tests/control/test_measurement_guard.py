@@ -1,4 +1,5 @@
-"""The guard of the inputs, in every number format: the last valid value bridges what is no number, then the drive is 0."""
+"""The guard of the inputs, in every number format: the last valid value bridges what is no number,
+then the drive is 0."""
 
 from __future__ import annotations
 
@@ -10,9 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.control.composition import controller_program
+from frictool.control.compiled_program import (
+    CompiledProgram,
+    compile_program,
+    control_step,
+    copy_program,
+    hold,
+    read,
+    start_at,
+)
+from frictool.control.controller_composition import controller_program
 from frictool.control.fixed_point import BITS, fixed_program
-from frictool.control.machine import Machine, control_step, copied, hold, machine, read, start_at
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller
@@ -22,7 +31,10 @@ from tests.export.cases import CASES
 
 FORMATS = ("double", "float", "q31", "q15")
 LOST = (math.nan, math.inf, -math.inf)
-losses = st.lists(st.tuples(st.integers(0, 2), st.sampled_from(LOST), st.integers(1, 6), st.integers(0, 8)), max_size=8)
+losses = st.lists(
+    st.tuples(st.integers(0, 2), st.sampled_from(LOST), st.integers(1, 6), st.integers(0, 8)),
+    max_size=8,
+)
 cases = st.sampled_from([name for name in CASES if name != "scheduled"])
 
 
@@ -31,13 +43,16 @@ def _guarded(case: str, held: int) -> tuple[Controller, Program]:
     return controller, controller_program(controller)
 
 
-def _fault(program: Program, made: Machine) -> bool:
+def _fault(program: Program, made: CompiledProgram) -> bool:
     assert program.guard is not None
     return bool(read(made, program.guard.left.index) < 0.0)
 
 
-def _with_losses(samples: list[Sample], lost: list[tuple[int, float, int, int]]) -> list[list[float]]:
-    """The samples with bursts of what is no number: input, value, length, distance to the burst before."""
+def _with_losses(
+    samples: list[Sample], lost: list[tuple[int, float, int, int]]
+) -> list[list[float]]:
+    """The samples with bursts of what is no number: input, value, length, distance to the burst
+    before."""
     rows, at = [list(sample) for sample in samples], 0
     for which, value, length, distance in lost:
         at += distance
@@ -50,21 +65,27 @@ def _with_losses(samples: list[Sample], lost: list[tuple[int, float, int, int]])
 @settings(max_examples=80)
 @given(cases, st.sampled_from(FORMATS), st.sampled_from([0, 1, 3, 5]), wanderings(60), losses)
 def test_lost_inputs_are_bridged_by_their_last_valid_values_then_the_drive_is_zero(
-    case: str, number: str, held: int, sequence: tuple[float, list[Sample]], lost: list[tuple[int, float, int, int]]
+    case: str,
+    number: str,
+    held: int,
+    sequence: tuple[float, list[Sample]],
+    lost: list[tuple[int, float, int, int]],
 ) -> None:
     """Beside a controller that loses nothing and is given the last valid values by the test."""
     start, samples = sequence
     _, program = _guarded(case, held)
     inputs = list(program.inputs)
     made = machine_in(program, number)
-    plain = copied(made)
+    plain = copy_program(made)
     start_at(made, start)
     start_at(plain, start)
     last, in_a_row, fault = [start, start, 0.0], 0, False
     for row in _with_losses(samples, lost):
         drive = control_step(made, *row)
         valid = [math.isfinite(value) for value in row]
-        last = [value if one else before for value, one, before in zip(row, valid, last, strict=True)]
+        last = [
+            value if one else before for value, one, before in zip(row, valid, last, strict=True)
+        ]
         in_a_row = 0 if all(valid[: len(inputs)]) else in_a_row + 1
         fault = fault or in_a_row > held
         expected = control_step(plain, *last)
@@ -75,14 +96,21 @@ def test_lost_inputs_are_bridged_by_their_last_valid_values_then_the_drive_is_ze
 @settings(max_examples=40)
 @given(cases, st.sampled_from([0, 3]), wanderings(60), losses)
 def test_results_that_are_kept_from_the_last_sample_are_those_of_every_operation(
-    case: str, held: int, sequence: tuple[float, list[Sample]], lost: list[tuple[int, float, int, int]]
+    case: str,
+    held: int,
+    sequence: tuple[float, list[Sample]],
+    lost: list[tuple[int, float, int, int]],
 ) -> None:
-    """The kernel leaves out the guard's operations after a valid sample; here all of them are done at every sample."""
+    """The kernel leaves out the guard's operations after a valid sample; here all of them are done
+    at every sample."""
     start, samples = sequence
     _, program = _guarded(case, held)
     rows = _with_losses(samples, lost)
-    single, words = machine(program, single=True), machine_in(program, "q31")
-    slow = InFloat(program, float(np.float32(start))), InWords(fixed_program(program, BITS["q31"]), start)
+    single, words = compile_program(program, single=True), machine_in(program, "q31")
+    slow = (
+        InFloat(program, float(np.float32(start))),
+        InWords(fixed_program(program, BITS["q31"]), start),
+    )
     for made, plain in ((single, slow[0]), (words, slow[1])):
         start_at(made, start)
         for row in rows:
@@ -90,21 +118,25 @@ def test_results_that_are_kept_from_the_last_sample_are_those_of_every_operation
             with np.errstate(invalid="ignore"):
                 expected = plain.step(given_inputs)
             assert control_step(made, *row) == expected
-    assert [float(single.single[place]) for place in slow[0].states] == [float(value) for value in slow[0].states.values()]
+    assert [float(single.single[place]) for place in slow[0].states] == [
+        float(value) for value in slow[0].states.values()
+    ]
     assert [int(words.word[place]) for place in slow[1].states] == list(slow[1].states.values())
 
 
 @pytest.mark.parametrize("number", FORMATS)
 @pytest.mark.parametrize("lost", LOST)
-def test_a_start_at_an_invalid_position_is_the_fault_and_a_valid_start_ends_it(number: str, lost: float) -> None:
+def test_a_start_at_an_invalid_position_is_the_fault_and_a_valid_start_ends_it(
+    number: str, lost: float
+) -> None:
     _, program = _guarded("cut", 3)
     new = machine_in(program, number)
-    made, other = copied(new), copied(new)
+    made, other = copy_program(new), copy_program(new)
     start_at(made, lost)
     assert _fault(program, made)
     assert [control_step(made, 30.0, 5.0, 0.0) for _ in range(20)] == [0.0] * 20
     assert _fault(program, made)
-    made = copied(new)
+    made = copy_program(new)
     start_at(made, 5.0)
     start_at(other, 5.0)
     drives = [control_step(made, 30.0, 5.0, 0.0) for _ in range(20)]
@@ -115,8 +147,10 @@ def test_a_start_at_an_invalid_position_is_the_fault_and_a_valid_start_ends_it(n
 
 def test_a_scheduled_parameter_that_is_no_number_is_ignored() -> None:
     program = controller_program(CASES["scheduled"])
-    made = machine(program)
-    place = next(node.index for node in program.states.values() if node.index not in program.updates)
+    made = compile_program(program)
+    place = next(
+        node.index for node in program.states.values() if node.index not in program.updates
+    )
     hold(made, place, 0.013)
     for value in LOST:
         hold(made, place, value)

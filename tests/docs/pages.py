@@ -8,7 +8,13 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-BESIDE = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "sample_logs/README.md", "configs/layouts/README.md")
+BESIDE = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    "sample_logs/README.md",
+    "configs/layouts/README.md",
+)
 PAGES = [*(ROOT / name for name in BESIDE), *sorted((ROOT / "docs").rglob("*.md"))]
 
 _FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
@@ -37,9 +43,13 @@ def text_of(page: Path) -> str:
 
 
 def blocks(page: Path, *languages: str) -> list[Block]:
-    """The fenced blocks of a page, from top to bottom; only those of `languages`, where some are given."""
+    """The fenced blocks of a page, from top to bottom; only those of `languages`, where some are
+    given."""
     text = text_of(page)
-    found = [Block(match[1], match[2], text[: match.start()].count("\n") + 1) for match in _FENCE.finditer(text)]
+    found = [
+        Block(match[1], match[2], text[: match.start()].count("\n") + 1)
+        for match in _FENCE.finditer(text)
+    ]
     return [block for block in found if not languages or block.language in languages]
 
 
@@ -49,7 +59,8 @@ def prose(page: Path) -> str:
 
 
 def anchors(page: Path) -> set[str]:
-    """What a link to a heading of the page is called, as GitHub makes it: lower case, blanks as hyphens, no other signs."""
+    """What a link to a heading of the page is called, as GitHub makes it: lower case, blanks as
+    hyphens, no other signs."""
     made: list[str] = []
     for heading in re.findall(r"^#+ +(.*?)\s*$", prose(page), re.MULTILINE):
         plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading).lower()
@@ -59,6 +70,11 @@ def anchors(page: Path) -> set[str]:
 
 
 def links(page: Path) -> list[tuple[str, str]]:
-    """(path, anchor) of every link that stays in the repository; the path is empty where the link stays in the page."""
+    """(path, anchor) of every link that stays in the repository; the path is empty where the link
+    stays in the page."""
     targets = re.findall(r"\]\(([^)\s]+)\)", prose(page))
-    return [(target.partition("#")[0], target.partition("#")[2]) for target in targets if "://" not in target]
+    return [
+        (target.partition("#")[0], target.partition("#")[2])
+        for target in targets
+        if "://" not in target
+    ]

@@ -1,9 +1,11 @@
-"""Plays the `sh` and `python` blocks of a page in a scratch copy, and holds what they print against the `text` block beneath them.
+"""Plays the `sh` and `python` blocks of a page in a scratch copy, and holds what they print against
+the `text` block beneath them.
 
-A page starts at the top of the copy; a line `cd FOLDER` goes on from there. `# exit code 1` behind a command is what it has to end with,
-0 without. `frictool` runs in the test's process, any other line in a shell. A line `...` of a `text` block stands for any number of lines,
-and a last word `...` for the rest of a line, where that depends on the processor; everything else has to be printed, in this order and
-without a line between.
+A page starts at the top of the copy; a line `cd FOLDER` goes on from there. `# exit code 1` behind
+a command is what it has to end with, 0 without. `frictool` runs in the test's process, any other
+line in a shell. A line `...` of a `text` block stands for any number of lines, and a last word
+`...` for the rest of a line, where that depends on the processor; everything else has to be
+printed, in this order and without a line between.
 """
 
 from __future__ import annotations
@@ -30,20 +32,30 @@ NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 VERTEX = re.compile(r"\bv\d+\b")
 EXIT = re.compile(r"\s+# exit code (\d)\b.*$")
 COMMENT = re.compile(r"\s+#.*$")
-SOLVED = re.compile(r"synth|controller|campaign|run\.mcap|run\.main|observer")  # in commands: a controller that was synthesised is used
-PART, UNITS = Decimal("0.15"), 10  # by which figures that follow from it may differ; or units of the last digit of a decimal fraction
+SOLVED = re.compile(
+    r"synth|controller|campaign|run\.mcap|run\.main|observer"
+)  # in commands: a controller that was synthesised is used
+PART, UNITS = (
+    Decimal("0.15"),
+    10,
+)  # by which figures that follow from it may differ; or units of the last digit of a decimal fraction
 CELLS = re.compile(r"\(\d+ cells\b")  # of a proof: how many it takes is not promised
 STEP = re.compile(r"\bstep \d+ at [\d.]+ s\b")  # in which a requirement's figure is worst
 RELATION = re.compile(rf"({NUMBER.pattern})(?: *[^\s\d<>=]+)? *(<=|>=|<|>) *({NUMBER.pattern})")
-JUDGED = Decimal("0.5")  # by which a figure with a limit may differ, where it keeps to the same side
+JUDGED = Decimal(
+    "0.5"
+)  # by which a figure with a limit may differ, where it keeps to the same side
 HOLDS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
 DATA = Path(os.environ.get("FRICTOOL_DATA", ROOT.parent / "shared" / "data"))
 
 
 def scratch(folder: Path) -> Path:
-    """A copy of what the commands of the documentation read, as a clone has it before anything was made."""
+    """A copy of what the commands of the documentation read, as a clone has it before anything was
+    made."""
     for name in ("sample_logs", "configs"):
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("build", "__pycache__"))
+        shutil.copytree(
+            ROOT / name, folder / name, ignore=shutil.ignore_patterns("build", "__pycache__")
+        )
     return folder
 
 
@@ -72,7 +84,9 @@ def play(page: Path, folder: Path, patch: pytest.MonkeyPatch) -> str:
             everything += printed
         elif block.language == "text":
             missing = first_missing(printed.splitlines(), block.lines, solved)
-            assert missing is None, f"{name_of(page)}, block at line {block.line}: not printed so: {missing!r}; printed was\n{printed}"
+            assert missing is None, (
+                f"{name_of(page)}, block at line {block.line}: not printed so: {missing!r}; printed was\n{printed}"
+            )
     return everything
 
 
@@ -87,33 +101,45 @@ def _run(line: str, patch: pytest.MonkeyPatch) -> str:
         code, out = result.code, result.stdout + result.stderr
     else:
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-        done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, env={**os.environ, "PATH": path})
+        done = subprocess.run(
+            ["bash", "-c", line], capture_output=True, text=True, env={**os.environ, "PATH": path}
+        )
         code, out = done.returncode, done.stdout + done.stderr
     assert code == expected, f"{line}\nended with {code}, not {expected}\n{out}"
     return out
 
 
 def agrees(printed: str, page: str, solved: bool = False) -> bool:
-    """Return whether the words are the same and numbers differ by one unit of the page's last digit at most.
+    """Return whether the words are the same and numbers differ by one unit of the page's last digit
+    at most.
 
-    solved: the figures follow from a solver or a search, whose last digits depend on the processor. They are held to what is promised: the
-    same words, each printed inequality true or false as on the page, figures within PART or UNITS, whole numbers within PART (so that
-    small ones are equal), figures before a limit within JUDGED. The vertex and the step that are worst, and the number of cells of a proof,
-    are not promised.
+    solved: the figures follow from a solver or a search, whose last digits depend on the processor.
+    They are held to what is promised: the same words, each printed inequality true or false as on
+    the page, figures within PART or UNITS, whole numbers within PART (so that small ones are
+    equal), figures before a limit within JUDGED. The vertex and the step that are worst, and the
+    number of cells of a proof, are not promised.
     """
     if page.endswith(" ..."):
         words = page.split()[:-1]
         printed, page = " ".join(printed.split()[: len(words)]), " ".join(words)
     if solved:
-        printed, page = (STEP.sub("step", CELLS.sub("(# cells", VERTEX.sub("v", text))) for text in (printed, page))
+        printed, page = (
+            STEP.sub("step", CELLS.sub("(# cells", VERTEX.sub("v", text)))
+            for text in (printed, page)
+        )
     if NUMBER.sub("#", printed).split() != NUMBER.sub("#", page).split():
         return False
     if solved:
-        if not all(_on_the_same_side(*pair) for pair in zip(RELATION.findall(printed), RELATION.findall(page), strict=True)):
+        if not all(
+            _on_the_same_side(*pair)
+            for pair in zip(RELATION.findall(printed), RELATION.findall(page), strict=True)
+        ):
             return False
         printed, page = RELATION.sub(r"\3", printed), RELATION.sub(r"\3", page)
     pairs = zip(NUMBER.findall(printed), NUMBER.findall(page), strict=True)
-    return all(abs(Decimal(found) - Decimal(said)) <= _allowed(said, solved) for found, said in pairs)
+    return all(
+        abs(Decimal(found) - Decimal(said)) <= _allowed(said, solved) for found, said in pairs
+    )
 
 
 def _allowed(number: str, solved: bool) -> Decimal:
@@ -124,7 +150,8 @@ def _allowed(number: str, solved: bool) -> Decimal:
 
 
 def _on_the_same_side(printed: tuple[str, str, str], page: tuple[str, str, str]) -> bool:
-    """Return whether two inequalities (number, sign, number) are both true or both false, and their first numbers agree within JUDGED."""
+    """Return whether two inequalities (number, sign, number) are both true or both false, and their
+    first numbers agree within JUDGED."""
     held = [HOLDS[sign](Decimal(left), Decimal(right)) for left, sign, right in (printed, page)]
     room = max(UNITS * _unit(page[0]), abs(Decimal(page[0])) * JUDGED)
     return held[0] == held[1] and abs(Decimal(printed[0]) - Decimal(page[0])) <= room
@@ -136,7 +163,8 @@ def _unit(number: str) -> Decimal:
 
 
 def first_missing(printed: list[str], page: list[str], solved: bool = False) -> str | None:
-    """The first line of a `text` block that was not printed where the block says it; None where all were. Blank lines do not count."""
+    """The first line of a `text` block that was not printed where the block says it; None where all
+    were. Blank lines do not count."""
     printed = [line for line in printed if line.strip()]
     pieces: list[list[str]] = [[]]
     for line in page:
@@ -152,10 +180,22 @@ def first_missing(printed: list[str], page: list[str], solved: bool = False) -> 
             starts = range(min(1, last + 1))
         if number == len(pieces) - 1:
             starts = range(last, last + 1) if last in starts else range(0)
-        found = next((start for start in starts if all(agrees(*pair, solved) for pair in zip(printed[start:], piece, strict=False))), None)
+        found = next(
+            (
+                start
+                for start in starts
+                if all(agrees(*pair, solved) for pair in zip(printed[start:], piece, strict=False))
+            ),
+            None,
+        )
         if found is None:
             return next(
-                (said for said in piece if not any(agrees(line, said, solved) for line in printed[at:])), piece[0] if piece else "the end"
+                (
+                    said
+                    for said in piece
+                    if not any(agrees(line, said, solved) for line in printed[at:])
+                ),
+                piece[0] if piece else "the end",
             )
         at = found + len(piece)
     return None

@@ -9,11 +9,14 @@ _PARTS = (
     "2.1:6 2.2:5 2.3:2 2.3.2:4 2.4:4 2.4.2:4 2.4.3:5 3.4:3 3.4.1:4 3.4.2:3 3.7:6 4.2:6 4.2.1:1 4.2.5:4 4.2.6:2 4.4:4 4.4.2:2 "
     "5.2:6 5.3:4 5.4:4 5.4.3:3 5.4.4:3 6.3:2 6.4:2"
 )
-LAST_SECTION = {whole: int(last) for whole, _, last in (part.partition(":") for part in _PARTS.split())}  # of the sections that have parts
+LAST_SECTION = {
+    whole: int(last) for whole, _, last in (part.partition(":") for part in _PARTS.split())
+}  # of the sections that have parts
 
 
 def is_there(number: str, last: dict[str, int]) -> bool:
-    """Whether the thesis has an equation, figure, table or section of this number, as "5.71" or "4.2.5.4"."""
+    """Whether the thesis has an equation, figure, table or section of this number, as "5.71" or
+    "4.2.5.4"."""
     whole, _, part = number.rpartition(".")
     return 1 <= int(part) <= last.get(whole, 0)
 

@@ -1,4 +1,5 @@
-"""The YAML of docs/formats.md and docs/log_formats.md is read: whole documents as they stand, parts of documents put into a working one."""
+"""The YAML of docs/formats.md and docs/log_formats.md is read: whole documents as they stand, parts
+of documents put into a working one."""
 
 from __future__ import annotations
 
@@ -15,16 +16,29 @@ class Loader(yaml.SafeLoader):
     """Takes the key `on` for a word, as frictool does, and not for a truth value."""
 
 
-Loader.yaml_implicit_resolvers = {letter: rules for letter, rules in yaml.SafeLoader.yaml_implicit_resolvers.items() if letter != "o"}
+Loader.yaml_implicit_resolvers = {
+    letter: rules
+    for letter, rules in yaml.SafeLoader.yaml_implicit_resolvers.items()
+    if letter != "o"
+}
 
 CLUTCH = ROOT / "configs" / "clutch"
-BLOCKS = [block for name in ("formats.md", "log_formats.md") for block in blocks(ROOT / "docs" / name, "yaml")]
+BLOCKS = [
+    block
+    for name in ("formats.md", "log_formats.md")
+    for block in blocks(ROOT / "docs" / name, "yaml")
+]
 
-# what a block begins with -> the document that it is a part of, and what of that document makes room for it
+# what a block begins with -> the document that it is a part of, and what of that document makes
+# room for it
 PARTS: dict[str, tuple[str, Path, tuple[str, ...]]] = {
     "law": ("model", CLUTCH / "nonlinear.yaml", ("laws",)),
     "resonances": ("model", CLUTCH / "nonlinear.yaml", ()),
-    "structure: speed_cascade": ("design", CLUTCH / "laws/pi_speed.yaml", ("position_law", "velocity")),
+    "structure: speed_cascade": (
+        "design",
+        CLUTCH / "laws/pi_speed.yaml",
+        ("position_law", "velocity"),
+    ),
     "structure: position": ("design", CLUTCH / "laws/linear.yaml", ()),
     "load": ("bench", CLUTCH / "bench.yaml", ()),
     "columns": ("bench", CLUTCH / "bench.yaml", ("columns",)),
@@ -35,10 +49,15 @@ PARTS: dict[str, tuple[str, Path, tuple[str, ...]]] = {
     "spread": ("scenario", CLUTCH / "scenarios/steps.yaml", ()),
     "duration_s": ("scenario", ROOT / "configs/screw/push.yaml", ("sources",)),
 }
-# `...` stands for what is left out in these; tests/documents reads golden documents that have every key
+# `...` stands for what is left out in these; tests/documents reads golden documents that have every
+# key
 SHORTENED = ("presliding", "switched")
 WHOLE = [block for block in BLOCKS if "\nname: " in block.text]
-PARTIAL = [block for block in BLOCKS if "format: " not in block.text and not block.text.startswith(SHORTENED)]
+PARTIAL = [
+    block
+    for block in BLOCKS
+    if "format: " not in block.text and not block.text.startswith(SHORTENED)
+]
 
 
 @pytest.mark.parametrize("block", WHOLE, ids=lambda block: f"line {block.line}")
@@ -54,9 +73,15 @@ def test_a_part_of_a_document_is_read_within_one(block: Block, tmp_path: Path) -
     told = yaml.load(block.text, Loader)
     first = next(iter(told))
     name, base, room = PARTS[f"structure: {told['structure']}" if first == "structure" else first]
-    document = {key: value for key, value in yaml.load(base.read_text(), Loader).items() if key not in room}
+    document = {
+        key: value for key, value in yaml.load(base.read_text(), Loader).items() if key not in room
+    }
     for key, value in told.items():
-        document[key] = {**document[key], **value} if isinstance(value, dict) and isinstance(document.get(key), dict) else value
+        document[key] = (
+            {**document[key], **value}
+            if isinstance(value, dict) and isinstance(document.get(key), dict)
+            else value
+        )
     path = tmp_path / f"{name}.yaml"
     path.write_text(yaml.safe_dump(document, sort_keys=False))
     load(path, DOCUMENTS[name])

@@ -9,9 +9,24 @@ from tests.docs.pages import ROOT
 
 
 def test_each_key_of_identify_is_described() -> None:
-    result = run("identify", ROOT / "sample_logs/ramp.csv", "--bench", ROOT / "configs/clutch/bench.yaml", "--json")
+    result = run(
+        "identify",
+        ROOT / "sample_logs/ramp.csv",
+        "--bench",
+        ROOT / "configs/clutch/bench.yaml",
+        "--json",
+    )
     printed = json.loads(result.stdout)
     ramp = printed["ramp"]
-    keys = [*printed, *(f"ramp.{name}" for name in ramp), *(f"ramp.fall.{name}" for name in ramp["fall"])]
-    section = (ROOT / "docs/formats.md").read_text().partition("### `identify --json`")[2].partition("\n## ")[0]
+    keys = [
+        *printed,
+        *(f"ramp.{name}" for name in ramp),
+        *(f"ramp.fall.{name}" for name in ramp["fall"]),
+    ]
+    section = (
+        (ROOT / "docs/formats.md")
+        .read_text()
+        .partition("### `identify --json`")[2]
+        .partition("\n## ")[0]
+    )
     assert [key for key in keys if f"`{key}`" not in section] == []

@@ -1,4 +1,5 @@
-"""docs/schemas holds what `frictool schema` prints, of every document; `make schemas` writes them anew."""
+"""docs/schemas holds what `frictool schema` prints, of every document; `make schemas` writes them
+anew."""
 
 from __future__ import annotations
 
@@ -15,7 +16,9 @@ FOLDER = ROOT / "docs" / "schemas"
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_the_schema_is_the_program_s(name: str) -> None:
     printed = json.dumps(json_schema(name), indent=2) + "\n"
-    assert (FOLDER / f"{name}.schema.json").read_text() == printed, "the documents have changed: make schemas"
+    assert (FOLDER / f"{name}.schema.json").read_text() == printed, (
+        "the documents have changed: make schemas"
+    )
 
 
 def test_no_other_schema_is_there_and_each_is_linked() -> None:

@@ -1,4 +1,5 @@
-"""Every command of docs/tutorial.md runs as it stands there and prints what the page says; `make tutorial` runs the same commands."""
+"""Every command of docs/tutorial.md runs as it stands there and prints what the page says; `make
+tutorial` runs the same commands."""
 
 from __future__ import annotations
 
@@ -55,4 +56,6 @@ def test_make_runs_the_commands_of_the_page() -> None:
     assert commands[0] == f"cd {FOLDER}"
     dry = ["make", "--no-print-directory", "-n", "-C", FOLDER, "tutorial", "FRICTOOL=frictool"]
     result = subprocess.run(dry, cwd=ROOT, capture_output=True, text=True, check=True)
-    assert [re.sub(r"; test \$\? -eq \d$", "", line) for line in result.stdout.splitlines()] == commands[1:]
+    assert [
+        re.sub(r"; test \$\? -eq \d$", "", line) for line in result.stdout.splitlines()
+    ] == commands[1:]

@@ -11,7 +11,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.documents import composing
+from frictool.documents import yaml_parser
 from tests.cli.run import refused, run
 from tests.docs.playing import DATA
 
@@ -32,7 +32,8 @@ REFUSED_VALUES = [
 
 
 def _assess(tmp_path: Path, text: str) -> tuple[Path, float]:
-    """Run `assess` on a bench of this text, which it must refuse; return the file and the seconds it took."""
+    """Run `assess` on a bench of this text, which it must refuse; return the file and the seconds
+    it took."""
     path = tmp_path / "bench.yaml"
     path.write_text(text)
     start = time.perf_counter()
@@ -46,11 +47,20 @@ def test_a_tag_or_half_a_character_is_refused_with_its_line(
     value: str, fast: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not fast:
-        monkeypatch.setattr(composing, "fast_loader", composing._PlainLoader)
+        monkeypatch.setattr(yaml_parser, "fast_loader", yaml_parser._PlainLoader)
     path = tmp_path / "bench.yaml"
     path.write_text(BENCH.replace(PERIOD, f"sample_period_s: {value}"))
-    line = next(number for number, text in enumerate(path.read_text().splitlines(), 1) if text.startswith("sample_period_s"))
-    refused(run("assess", "--bench", path), 3, f"{path}:{line}: found", "tag" if "!" in value else "surrogate")
+    line = next(
+        number
+        for number, text in enumerate(path.read_text().splitlines(), 1)
+        if text.startswith("sample_period_s")
+    )
+    refused(
+        run("assess", "--bench", path),
+        3,
+        f"{path}:{line}: found",
+        "tag" if "!" in value else "surrogate",
+    )
 
 
 def test_the_values_of_the_attack_are_refused(tmp_path: Path) -> None:
@@ -76,7 +86,17 @@ def test_the_values_of_the_attack_are_refused(tmp_path: Path) -> None:
         "{a: " * 400_000,
         "a: &a [" + "1," * 1000 + "1]\nb: &b [" + "*a," * 1000 + "1]\nc: [" + "*b," * 1000 + "1]\n",
     ],
-    ids=["keys", "string", "flow keys", "list", "long key", "brackets", "dashes", "braces", "aliases"],
+    ids=[
+        "keys",
+        "string",
+        "flow keys",
+        "list",
+        "long key",
+        "brackets",
+        "dashes",
+        "braces",
+        "aliases",
+    ],
 )
 def test_a_huge_document_is_refused_in_seconds(text: str, tmp_path: Path) -> None:
     _, seconds = _assess(tmp_path, text)
@@ -86,7 +106,11 @@ def test_a_huge_document_is_refused_in_seconds(text: str, tmp_path: Path) -> Non
 def _tree(node: yaml.Node | None) -> object:
     """Return the parts of a node that a reader uses: tag, line and content."""
     if isinstance(node, yaml.MappingNode):
-        return node.tag, node.start_mark.line, [(_tree(key), _tree(value)) for key, value in node.value]
+        return (
+            node.tag,
+            node.start_mark.line,
+            [(_tree(key), _tree(value)) for key, value in node.value],
+        )
     if isinstance(node, yaml.SequenceNode):
         return node.tag, node.start_mark.line, [_tree(item) for item in node.value]
     assert isinstance(node, yaml.ScalarNode)
@@ -96,12 +120,14 @@ def _tree(node: yaml.Node | None) -> object:
 SHIPPED = sorted((ROOT / "configs").rglob("*.yaml"))
 
 
-@pytest.mark.skipif(composing.CParser is None, reason="PyYAML was built without libyaml")
+@pytest.mark.skipif(yaml_parser.CParser is None, reason="PyYAML was built without libyaml")
 def test_libyaml_and_the_fallback_read_the_shipped_documents_alike() -> None:
     assert len(SHIPPED) > 30
     for path in SHIPPED:
         text = path.read_text()
-        assert _tree(composing.compose(text)) == _tree(composing._composed(text, composing._PlainLoader)), path
+        assert _tree(yaml_parser.compose(text)) == _tree(
+            yaml_parser._composed(text, yaml_parser._PlainLoader)
+        ), path
 
 
 WORDS = ["1e-5", "no", "0x1", ".5", "~"]
@@ -114,20 +140,26 @@ SCALARS = st.one_of(
     st.sampled_from(["1e-5", "no", "0x1", ".5", "~"]),
 )
 TREES = st.recursive(
-    SCALARS, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4), max_leaves=12
+    SCALARS,
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4)
+    ),
+    max_leaves=12,
 )
 
 
-@pytest.mark.skipif(composing.CParser is None, reason="PyYAML was built without libyaml")
+@pytest.mark.skipif(yaml_parser.CParser is None, reason="PyYAML was built without libyaml")
 @given(tree=TREES)
 def test_libyaml_and_the_fallback_read_drawn_documents_alike(tree: object) -> None:
     text = yaml.safe_dump(tree, allow_unicode=False)
     if "!!" not in text:
-        assert _tree(composing.compose(text)) == _tree(composing._composed(text, composing._PlainLoader))
+        assert _tree(yaml_parser.compose(text)) == _tree(
+            yaml_parser._composed(text, yaml_parser._PlainLoader)
+        )
 
 
 @given(text=st.text(alphabet="ab1.:-[]{}!&*'\"\\#?,|>% \n\t", max_size=40))
 def test_no_text_raises_anything_else(text: str) -> None:
-    for loader in (composing.fast_loader, composing._PlainLoader):
+    for loader in (yaml_parser.fast_loader, yaml_parser._PlainLoader):
         with suppress(yaml.YAMLError, ValueError):
-            composing._composed(text, loader)
+            yaml_parser._composed(text, loader)

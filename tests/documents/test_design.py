@@ -44,19 +44,25 @@ def _design(folder: Path, *lines: str) -> Design:
 
 @pytest.mark.parametrize("key", READ_BY)
 @pytest.mark.parametrize("method", METHODS)
-def test_a_key_that_the_method_does_not_read_is_refused(tmp_path: Path, key: str, method: str) -> None:
+def test_a_key_that_the_method_does_not_read_is_refused(
+    tmp_path: Path, key: str, method: str
+) -> None:
     lines = [f"method: {method}", ASKED[key]]
     if method == "pid" and key != "pid":
         lines.append(ASKED["pid"])
     if method in READ_BY[key]:
         assert _design(tmp_path, *lines).method == method
     else:
-        with pytest.raises(DocumentError, match=rf"{key} is for methods? .*, and method is {method}; leave it out"):
+        with pytest.raises(
+            DocumentError, match=rf"{key} is for methods? .*, and method is {method}; leave it out"
+        ):
             _design(tmp_path, *lines)
 
 
 def test_the_trade_reads_the_schedule_of_its_inequalities(tmp_path: Path) -> None:
-    assert _design(tmp_path, "method: minimax", "relax: auto", ASKED["schedule"], ASKED["recentring"]).schedule == ("inertia",)
+    assert _design(
+        tmp_path, "method: minimax", "relax: auto", ASKED["schedule"], ASKED["recentring"]
+    ).schedule == ("inertia",)
     with pytest.raises(DocumentError, match="poles is for methods"):
         _design(tmp_path, "method: minimax", "relax: auto", ASKED["poles"])
 
@@ -74,38 +80,74 @@ def test_the_rigs_ask_for_nothing_in_vain() -> None:
 
 
 CONTRADICTIONS = {
-    "position_law.gain_per_s": (["position_law: {action: cut, formula: sqrt(F/J), gain_per_s: 1}"], "kind proportional needs gain_per_s"),
+    "position_law.gain_per_s": (
+        ["position_law: {action: cut, formula: sqrt(F/J), gain_per_s: 1}"],
+        "kind proportional needs gain_per_s",
+    ),
     "no formula": (["position_law: {action: cut}"], "kind square_root needs a formula"),
-    "a formula too much": (["position_law: {action: none, kind: proportional, formula: sqrt(F/J)}"], "kind proportional has none"),
+    "a formula too much": (
+        ["position_law: {action: none, kind: proportional, formula: sqrt(F/J)}"],
+        "kind proportional has none",
+    ),
     "virtual friction of a proportional law": (
-        ["position_law: {action: none, kind: proportional, gain_per_s: 1, virtual_coulomb_factor: 2}"],
+        [
+            "position_law: {action: none, kind: proportional, gain_per_s: 1, virtual_coulomb_factor: 2}"
+        ],
         "virtual_coulomb_factor is for kind square_root",
     ),
     "band of a proportional law": (
-        ["position_law: {action: none, kind: proportional, gain_per_s: 1, band: {value: 1, unit: rad}}"],
+        [
+            "position_law: {action: none, kind: proportional, gain_per_s: 1, band: {value: 1, unit: rad}}"
+        ],
         "band is for kind square_root, or for action cut or brake",
     ),
-    "rest_speed": ([f"position_law: {{{LAW}, rest_speed: {{value: 1, unit: rad/s}}}}"], "action brake needs rest_speed, and no other"),
-    "brake without": (["position_law: {action: brake, formula: sqrt(F/J)}"], "action brake needs rest_speed"),
+    "rest_speed": (
+        [f"position_law: {{{LAW}, rest_speed: {{value: 1, unit: rad/s}}}}"],
+        "action brake needs rest_speed, and no other",
+    ),
+    "brake without": (
+        ["position_law: {action: brake, formula: sqrt(F/J)}"],
+        "action brake needs rest_speed",
+    ),
     "settled_speed of none": (
-        ["position_law: {action: none, formula: sqrt(F/J), settled_speed: {value: 1, unit: rad/s}}"],
+        [
+            "position_law: {action: none, formula: sqrt(F/J), settled_speed: {value: 1, unit: rad/s}}"
+        ],
         "settled_speed is for action cut or brake",
     ),
     "settled_speed without prefilter": (
         [f"position_law: {{{LAW}, settled_speed: {{value: 1, unit: rad/s}}}}"],
         "position_law.settled_speed is the prefilter's: give prefilter too",
     ),
-    "prefilter without settled_speed": ([f"position_law: {{{LAW}}}", FILTER], "settled_speed: missing; action cut waits until"),
-    "limiter": ([f"position_law: {{{LAW}}}", "limiter: {condition: error}"], "limiter is for structure position"),
-    "measured and filtered": (["velocity: {source: measured, filter_rad_s: 100}"], "a measured speed is taken as it is"),
+    "prefilter without settled_speed": (
+        [f"position_law: {{{LAW}}}", FILTER],
+        "settled_speed: missing; action cut waits until",
+    ),
+    "limiter": (
+        [f"position_law: {{{LAW}}}", "limiter: {condition: error}"],
+        "limiter is for structure position",
+    ),
+    "measured and filtered": (
+        ["velocity: {source: measured, filter_rad_s: 100}"],
+        "a measured speed is taken as it is",
+    ),
     "order of no filter": (["velocity: {order: 1, filter_rad_s: 0}"], "leave out order"),
-    "virtual speed": (["limiter: {condition: error, virtual_speed: {value: 1, unit: rad/s}}"], "give virtual_coulomb too"),
-    "observer": (["friction_compensation: {source: observer}"], "source observer needs observer_rad_s"),
+    "virtual speed": (
+        ["limiter: {condition: error, virtual_speed: {value: 1, unit: rad/s}}"],
+        "give virtual_coulomb too",
+    ),
+    "observer": (
+        ["friction_compensation: {source: observer}"],
+        "source observer needs observer_rad_s",
+    ),
     "observer's velocity": (
         ["friction_compensation: {source: observer, observer_rad_s: 10, velocity: measured}"],
         "velocity and smoothing_speed are for source model",
     ),
-    "reference": (["friction_compensation: {source: model, velocity: reference}"], "velocity reference needs smoothing_speed"),
+    "reference": (
+        ["friction_compensation: {source: model, velocity: reference}"],
+        "velocity reference needs smoothing_speed",
+    ),
     "no reference": (
         [
             f"position_law: {{{LAW}}}",
@@ -117,12 +159,18 @@ CONTRADICTIONS = {
         ["pid: {gain: {value: 1, unit: N m/rad}, speed_gain: {value: 1, unit: N m s/rad}}"],
         "give gain, of a position loop, or speed_gain",
     ),
-    "derivative": (["pid: {gain: {value: 1, unit: N m/rad}, derivative_time_s: 1}"], "derivative_time_s and filter_ratio go together"),
+    "derivative": (
+        ["pid: {gain: {value: 1, unit: N m/rad}, derivative_time_s: 1}"],
+        "derivative_time_s and filter_ratio go together",
+    ),
     "derivative of a speed": (
         ["pid: {speed_gain: {value: 1, unit: N m s/rad}, derivative_time_s: 1, filter_ratio: 10}"],
         "the speed loop is a PI",
     ),
-    "sections that are scheduled": ([f"position_law: {{{LAW}}}", "form: sos", "scheduled: true"], "form sos is without scheduled"),
+    "sections that are scheduled": (
+        [f"position_law: {{{LAW}}}", "form: sos", "scheduled: true"],
+        "form sos is without scheduled",
+    ),
 }
 
 
@@ -142,7 +190,10 @@ def test_a_pid_has_the_gain_of_its_structure(tmp_path: Path) -> None:
     with pytest.raises(DocumentError, match="method pid needs pid"):
         _design(tmp_path, "method: pid")
     path = tmp_path / "cascade.yaml"
-    path.write_text(CASCADE.replace("lpv", "pid").replace("weights: {}", "weights: {drive: 1}") + f"{speed}\nposition_law: {{{LAW}}}\n")
+    path.write_text(
+        CASCADE.replace("lpv", "pid").replace("weights: {}", "weights: {drive: 1}")
+        + f"{speed}\nposition_law: {{{LAW}}}\n"
+    )
     with pytest.raises(DocumentError, match="weights: method pid weighs no speed loop"):
         load(path, Design)
 
@@ -164,7 +215,7 @@ def test_sections_have_no_integrator_that_a_limiter_could_hold(tmp_path: Path) -
 
 
 def test_a_prefilter_beyond_the_range_of_numbers_is_refused_in_design_and_controller() -> None:
-    for kind in (design_blocks.Prefilter, controller.Prefilter):
+    for kind in (design_blocks.PrefilterDesign, controller.Prefilter):
         kind(30.0, 0.8)
         for frequency, damping in ((30.0, 1e308), (1e200, 0.8)):
             with pytest.raises(ValueError, match="too large to be sampled"):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from frictool.documents.lines import line_of
+from frictool.documents.key_lines import line_of
 
 TEXT = """\
 # a comment
@@ -31,7 +31,10 @@ start: {value: 5,
         ("steps[0].duration_s", 4),
         ("steps[1].reference.unit", 8),
         ("start.unit", 10),
-        ("steps[1].nothing", 6),  # the last that is there: the item, whose text begins below its dash
+        (
+            "steps[1].nothing",
+            6,
+        ),  # the last that is there: the item, whose text begins below its dash
         ("steps[7].reference", 3),
         ("nothing", 2),
         ("", 2),

@@ -1,4 +1,5 @@
-"""`mechanism.yaml`: its golden text has every key of every element; the schema tells kinds apart; what a text has wrong is refused."""
+"""`mechanism.yaml`: its golden text has every key of every element; the schema tells kinds apart;
+what a text has wrong is refused."""
 
 from __future__ import annotations
 
@@ -56,7 +57,9 @@ def test_the_schema_tells_the_kinds_apart() -> None:
 
 def test_units_and_intervals_are_converted_once(tmp_path: Path) -> None:
     path = tmp_path / "mechanism.yaml"
-    path.write_text("format: mechanism/1\nname: one\nblocks: {cart: {mass: {value: 300, low: 280, high: 320, unit: g}}}\n")
+    path.write_text(
+        "format: mechanism/1\nname: one\nblocks: {cart: {mass: {value: 300, low: 280, high: 320, unit: g}}}\n"
+    )
     mass = load(path, Mechanism).blocks["cart"].mass
     assert mass == Quantity(0.3, 0.28, 0.32, "kg")
 
@@ -64,30 +67,78 @@ def test_units_and_intervals_are_converted_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("kind: gear", "kind: geer", ["links.reducer.kind: found 'geer', did you mean 'gear'?", "hydraulic"]),
+        (
+            "kind: gear",
+            "kind: geer",
+            ["links.reducer.kind: found 'geer', did you mean 'gear'?", "hydraulic"],
+        ),
         ("    kind: gear\n", "", ["links.reducer.kind: missing; allowed: gear, belt"]),
-        ("ratio: 0.25", "ration: 0.25", ["links.reducer.ration: unknown key, did you mean 'ratio'?"]),
-        ("efficiency: 0.95", "efficiency: 1.2", ["links.reducer.efficiency: found 1.2; allowed: a number > 0 and <= 1"]),
+        (
+            "ratio: 0.25",
+            "ration: 0.25",
+            ["links.reducer.ration: unknown key, did you mean 'ratio'?"],
+        ),
+        (
+            "efficiency: 0.95",
+            "efficiency: 1.2",
+            ["links.reducer.efficiency: found 1.2; allowed: a number > 0 and <= 1"],
+        ),
         ("unit: kg m^2", "unit: kg", ["blocks.motor.inertia.unit", "allowed: kg m^2"]),
-        ("start: {value: 0.5, unit: rad}", "start: {value: 0.5, unit: V}", ["blocks.motor.start.unit", "allowed: rad, m and their"]),
-        ("lead_angle: {value: 0.2, unit: rad}", "lead_angle: {value: 0.0, unit: rad}", ["links.thread.lead_angle.value", "allowed: > 0"]),
-        ("    lead_angle: {value: 0.2, unit: rad}\n", "", ["links.thread: give lead_angle or lead"]),
-        ("    friction_form: thesis", "    efficiency: 0.5", ["links.thread: give friction_coefficient or efficiency, not both"]),
-        ("      at: motor\n      restitution: 0.2", "      restitution: 1.2", ["links.reducer.backlash.restitution", "<= 0.95"]),
+        (
+            "start: {value: 0.5, unit: rad}",
+            "start: {value: 0.5, unit: V}",
+            ["blocks.motor.start.unit", "allowed: rad, m and their"],
+        ),
+        (
+            "lead_angle: {value: 0.2, unit: rad}",
+            "lead_angle: {value: 0.0, unit: rad}",
+            ["links.thread.lead_angle.value", "allowed: > 0"],
+        ),
+        (
+            "    lead_angle: {value: 0.2, unit: rad}\n",
+            "",
+            ["links.thread: give lead_angle or lead"],
+        ),
+        (
+            "    friction_form: thesis",
+            "    efficiency: 0.5",
+            ["links.thread: give friction_coefficient or efficiency, not both"],
+        ),
+        (
+            "      at: motor\n      restitution: 0.2",
+            "      restitution: 1.2",
+            ["links.reducer.backlash.restitution", "<= 0.95"],
+        ),
         (
             "values: [0.0, 0.005, 0.013]",
             "values: [0.0, 0.013, 0.005]",
             ["links.clutch.force: position: allowed: at least 2 values, rising"],
         ),
-        ("values: [0.0, 900.0, 1100.0]", "values: [0.0, 900.0]", ["links.clutch.force: found 3 positions and 2 values"]),
-        ("factor: [1.0, 1.2, 1.1]", "factor: [1.0, -1.2, 1.1]", ["links.brushes.level.factor[1]", ">= 0"]),
-        ("    low: {value: -0.001, unit: m}", "    low: {value: 0.1, unit: m}", ["links.ends: low lies above high"]),
+        (
+            "values: [0.0, 900.0, 1100.0]",
+            "values: [0.0, 900.0]",
+            ["links.clutch.force: found 3 positions and 2 values"],
+        ),
+        (
+            "factor: [1.0, 1.2, 1.1]",
+            "factor: [1.0, -1.2, 1.1]",
+            ["links.brushes.level.factor[1]", ">= 0"],
+        ),
+        (
+            "    low: {value: -0.001, unit: m}",
+            "    low: {value: 0.1, unit: m}",
+            ["links.ends: low lies above high"],
+        ),
         (
             "    effort: {value: -4.0, unit: N}",
             "    constant: {value: 1, unit: N/A}",
             ["sources.weight: constant, effort per ampere or volt"],
         ),
-        ("measures: velocity", "measures: velocity, step: {value: 1, unit: rad}", ["sensors.tacho: counts belong to measures: position"]),
+        (
+            "measures: velocity",
+            "measures: velocity, step: {value: 1, unit: rad}",
+            ["sensors.tacho: counts belong to measures: position"],
+        ),
     ],
 )
 def test_a_wrong_line_is_named(old: str, new: str, words: list[str], tmp_path: Path) -> None:
@@ -100,7 +151,11 @@ def test_the_documentation_has_every_key_and_its_example_fits_together(tmp_path:
     page = (Path(__file__).parents[2] / "docs" / "formats.md").read_text()
     section = page[page.index("### mechanism.yaml") : page.index("### What a scenario plays")]
     named = set(re.findall(r"[a-z_]+", section))
-    structs = [kind for name, kind in vars(documents).items() if isinstance(kind, type) and issubclass(kind, msgspec.Struct)]
+    structs = [
+        kind
+        for name, kind in vars(documents).items()
+        if isinstance(kind, type) and issubclass(kind, msgspec.Struct)
+    ]
     own = [kind for kind in structs if kind.__module__ == documents.__name__]
     assert len(own) > 18
     for kind in own:

@@ -30,7 +30,15 @@ def test_the_golden_model_is_read_and_written_byte_for_byte() -> None:
 
 def test_the_schema_describes_the_laws() -> None:
     described = json_schema("model")["$defs"]
-    assert set(described["Laws"]["properties"]) == {"backward", "regimes", "position", "stribeck_exponent", "dwell", "restitution", "load"}
+    assert set(described["Laws"]["properties"]) == {
+        "backward",
+        "regimes",
+        "position",
+        "stribeck_exponent",
+        "dwell",
+        "restitution",
+        "load",
+    }
 
 
 @pytest.mark.parametrize(
@@ -39,23 +47,51 @@ def test_the_schema_describes_the_laws() -> None:
         ("law: stribeck", "law: coulomb", ["law: found coulomb", "stribeck_velocity"]),
         ("restitution: 0.3", "restitution: 1.0", ["laws.restitution", "1.0", "<= 0.95"]),
         ("restitution: 0.3", "restituton: 0.3", ["laws.restituton", "did you mean 'restitution'?"]),
-        ("value: 150.0", "value: 300.0", ["regimes: found a knee at 260 after one at 300; allowed: rising"]),
+        (
+            "value: 150.0",
+            "value: 300.0",
+            ["regimes: found a knee at 260 after one at 300; allowed: rising"],
+        ),
         ("fresh: 0.9", "fresh: 0.0", ["laws.dwell.fresh", "> 0"]),
         ("rise_time_s: 0.25", "rise_time_s: 0", ["laws.dwell.rise_time_s", "> 0"]),
         ("stribeck_exponent: 1.5", "stribeck_exponent: 9", ["laws.stribeck_exponent", "9", "<= 4"]),
         ("cycles: 7.0", "cycles: 0", ["laws.load.ripple.cycles", "> 0"]),
-        ("forward: [1.0, 0.004]", "forward: []", ["laws.position.coulomb", "found 0 coefficients; allowed: 1 to 8"]),
+        (
+            "forward: [1.0, 0.004]",
+            "forward: []",
+            ["laws.position.coulomb", "found 0 coefficients; allowed: 1 to 8"],
+        ),
         (
             "forward: [1.0, 0.004]",
             "forward: [-1.0, 0.004]",
             ["laws.position", "coulomb.forward: found a mean of -0.88 over the travel", "above 0"],
         ),
-        ("forward: [1.0, 0.004]", "forward: [1.0, 1e308]", ["laws.position", "coulomb.forward: found a mean of inf"]),
-        ("forward: [1.0, 0.004]", "forward: [1.0, x]", ["laws.position.coulomb.forward[1]", "'x'", "a number"]),
+        (
+            "forward: [1.0, 0.004]",
+            "forward: [1.0, 1e308]",
+            ["laws.position", "coulomb.forward: found a mean of inf"],
+        ),
+        (
+            "forward: [1.0, 0.004]",
+            "forward: [1.0, x]",
+            ["laws.position.coulomb.forward[1]", "'x'", "a number"],
+        ),
         ("rad_s: 966.1", "rad_s: 0", ["resonances.poles[0].rad_s", "> 0"]),
-        ("real_poles_rad_s: [4000.0]", "real_zeros_rad_s: [0, 1]", ["resonances.real_zeros_rad_s", "given twice"]),
-        ("real_zeros_rad_s: [10000.0]", "real_zeros_rad_s: [1.0, 2.0]", ["found 4 zeros and 3 poles; allowed: no more zeros than poles"]),
-        ("low: 0.0, high: 60.0, unit: rad", "low: 0.0, high: 60.0, unit: m", ["laws.position.over.unit", "'m'", "rad"]),
+        (
+            "real_poles_rad_s: [4000.0]",
+            "real_zeros_rad_s: [0, 1]",
+            ["resonances.real_zeros_rad_s", "given twice"],
+        ),
+        (
+            "real_zeros_rad_s: [10000.0]",
+            "real_zeros_rad_s: [1.0, 2.0]",
+            ["found 4 zeros and 3 poles; allowed: no more zeros than poles"],
+        ),
+        (
+            "low: 0.0, high: 60.0, unit: rad",
+            "low: 0.0, high: 60.0, unit: m",
+            ["laws.position.over.unit", "'m'", "rad"],
+        ),
     ],
 )
 def test_a_wrong_line_is_named(old: str, new: str, words: list[str], tmp_path: Path) -> None:

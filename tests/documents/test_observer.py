@@ -26,7 +26,9 @@ def test_the_golden_observer_is_read_and_written_byte_for_byte() -> None:
 
 def test_the_schema_describes_the_observers() -> None:
     described = json_schema("observer")["$defs"]
-    assert {"gamma", "decay", "transitions", "motion_after_rest_s"} <= set(described["Switched"]["properties"])
+    assert {"gamma", "decay", "transitions", "motion_after_rest_s"} <= set(
+        described["Switched"]["properties"]
+    )
     assert {"gains", "over", "spectral_radius"} <= set(described["Mode"]["properties"])
     assert "bandwidth_rad_s" in described["Tracking"]["properties"]
 
@@ -37,12 +39,29 @@ def test_the_schema_describes_the_observers() -> None:
         (
             "wear: multiplicative",
             "wear: multiplied",
-            ["switched.wear", "'multiplied'", "multiplicative | additive", "did you mean 'multiplicative'?"],
+            [
+                "switched.wear",
+                "'multiplied'",
+                "multiplicative | additive",
+                "did you mean 'multiplicative'?",
+            ],
         ),
-        ("value: 10.0, unit: rad/s", "value: 0.0, unit: rad/s", ["switched.switch_speed.value", "> 0"]),
-        ("value: 10.0, unit: rad/s", "value: 10.0, unit: m", ["switched.switch_speed.unit", "rad/s"]),
+        (
+            "value: 10.0, unit: rad/s",
+            "value: 0.0, unit: rad/s",
+            ["switched.switch_speed.value", "> 0"],
+        ),
+        (
+            "value: 10.0, unit: rad/s",
+            "value: 10.0, unit: m",
+            ["switched.switch_speed.unit", "rad/s"],
+        ),
         ("  - index: -3", "  - index: -2", ["switched", "each index once"]),
-        ("  - [0, 0]", "  - [0, 9]", ["switched", "transitions: found [0, 9]; allowed: pairs of the modes' indices"]),
+        (
+            "  - [0, 0]",
+            "  - [0, 9]",
+            ["switched", "transitions: found [0, 9]; allowed: pairs of the modes' indices"],
+        ),
         ("  decay: ", "  decay: 1", ["switched.decay", "<= 1"]),
         ("  gamma: ", "  gamma: -", ["switched.gamma", "> 0"]),
         ("switched:", "swiched:", ["swiched", "did you mean 'switched'?"]),

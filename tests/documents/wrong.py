@@ -11,7 +11,8 @@ from frictool.errors import DocumentError
 
 
 def refusal(golden: Path, old: str, new: str, kind: type, folder: Path) -> DocumentError:
-    """Why `golden` is refused where `new` stands in place of its first `old`; the message begins with the path."""
+    """Why `golden` is refused where `new` stands in place of its first `old`; the message begins
+    with the path."""
     text = golden.read_text()
     assert old in text
     path = folder / golden.name

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from frictool.engine.drive import Drive
+from frictool.engine.drive import EffortFunction
 from frictool.engine.status import OK
 from frictool.engine.trajectory import Trajectory
 
 drives = st.builds(
-    Drive,
+    EffortFunction,
     offset=st.floats(-2.0, 2.0),
     slope=st.floats(-1.0, 1.0),
     amplitude=st.floats(0.0, 3.0),

@@ -1,8 +1,9 @@
 """Two slow ways to move an axis, neither in closed form, against which the engine is held.
 
-`time_stepping`: many small implicit steps in which friction is a projection (Moreau): no modes, no events. First order in the step.
-`event_integration`: scipy's Dormand-Prince of order 8 through each phase with its event functions. Accurate to about 1e-10. It also
-has the load, the Stribeck curve and the end stops.
+`time_stepping`: many small implicit steps in which friction is a projection (Moreau): no modes, no
+events. First order in the step. `event_integration`: scipy's Dormand-Prince of order 8 through each
+phase with its event functions. Accurate to about 1e-10. It also has the load, the Stribeck curve
+and the end stops.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from frictool.plant.axis import AxisParameters
-from frictool.plant.load import Load
+from frictool.plant.position_load import PositionLoad
 
 Vector = NDArray[np.float64]
 
@@ -24,8 +25,11 @@ def limited(p: AxisParameters, command: float) -> float:
     return min(max(command, -p.drive_limit), p.drive_limit)
 
 
-def time_stepping(p: AxisParameters, state: Vector, command: float, duration: float, step: float) -> tuple[float, float, float]:
-    """(position, velocity, gap) after `duration`; breakaway must equal Coulomb friction, so that the projection is the whole law."""
+def time_stepping(
+    p: AxisParameters, state: Vector, command: float, duration: float, step: float
+) -> tuple[float, float, float]:
+    """(position, velocity, gap) after `duration`; breakaway must equal Coulomb friction, so that
+    the projection is the whole law."""
     assert p.breakaway == p.coulomb
     assert p.backlash_breakaway == p.backlash_coulomb
     x, v, drive, gap = (float(value) for value in state[:4])
@@ -39,18 +43,20 @@ def time_stepping(p: AxisParameters, state: Vector, command: float, duration: fl
         engaged = gap >= half if towards > 0 else gap <= -half
         coulomb, viscous = (p.coulomb, p.viscous) if engaged else (p.backlash_coulomb, 0.0)
         free = v + h * effort / p.inertia
-        v = math.copysign(max(0.0, abs(free) - h * coulomb / p.inertia), free) / (1.0 + h * viscous / p.inertia)
+        v = math.copysign(max(0.0, abs(free) - h * coulomb / p.inertia), free) / (
+            1.0 + h * viscous / p.inertia
+        )
         x += h * v
         gap = min(max(gap + h * v, -half), half)
     return x, v, gap
 
 
 TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-12, "max_step": 1e-4}
-UNLOADED = Load()
+UNLOADED = PositionLoad()
 STOPS = {-1.0: 0, 1.0: 1}  # index of the end stop ahead
 
 
-def opposing(p: AxisParameters, load: Load, x: float) -> float:
+def opposing(p: AxisParameters, load: PositionLoad, x: float) -> float:
     """Offset and load at x."""
     total = p.offset + load.stiffness * x
     for number, sine, cosine in load.harmonics:
@@ -63,14 +69,24 @@ def friction_in_slip(p: AxisParameters, engaged: bool, w: float) -> float:
     if not engaged:
         return p.backlash_coulomb
     scale, exponent = p.laws.stribeck_velocity, p.laws.stribeck_exponent
-    falling = (p.breakaway - p.coulomb) * math.exp(-((abs(w) / scale) ** exponent)) if scale > 0.0 else 0.0
+    falling = (
+        (p.breakaway - p.coulomb) * math.exp(-((abs(w) / scale) ** exponent))
+        if scale > 0.0
+        else 0.0
+    )
     return p.coulomb + falling + p.viscous * w
 
 
 def event_integration(
-    p: AxisParameters, state: Vector, command: float, duration: float, options: dict[str, Any] = TIGHT, load: Load = UNLOADED
+    p: AxisParameters,
+    state: Vector,
+    command: float,
+    duration: float,
+    options: dict[str, Any] = TIGHT,
+    load: PositionLoad = UNLOADED,
 ) -> tuple[float, float, float, float]:
-    """(position, velocity, drive, gap) after `duration`, phase by phase, with these options of `solve_ivp`."""
+    """(position, velocity, drive, gap) after `duration`, phase by phase, with these options of
+    `solve_ivp`."""
     x, v, drive, gap = (float(value) for value in state[:4])
     u, half, t = limited(p, command), 0.5 * p.backlash, 0.0
     if p.lag == 0.0:
@@ -91,7 +107,14 @@ def event_integration(
         def stop(_: float, y: Vector, d: float = direction) -> float:
             return d * float(y[1])
 
-        def contact(_: float, y: Vector, d: float = direction, x0: float = x, g: float = gap, e: bool = engaged) -> float:
+        def contact(
+            _: float,
+            y: Vector,
+            d: float = direction,
+            x0: float = x,
+            g: float = gap,
+            e: bool = engaged,
+        ) -> float:
             return 1.0 if e else half - d * (g + float(y[0]) - x0)
 
         def end_stop(_: float, y: Vector, d: float = direction, place: float = wall) -> float:
@@ -101,7 +124,14 @@ def event_integration(
             event.terminal, event.direction = True, -1
         scale = np.array([1e-3, max(abs(v), 1.0), max(abs(u), 1.0)])
         absolute = 0.1 * options["rtol"] * scale
-        run = solve_ivp(field, (t, duration), [x, v, drive], events=(stop, contact, end_stop), atol=absolute, **options)
+        run = solve_ivp(
+            field,
+            (t, duration),
+            [x, v, drive],
+            events=(stop, contact, end_stop),
+            atol=absolute,
+            **options,
+        )
         t, moved = float(run.t[-1]), float(run.y[0, -1]) - x
         x, v, drive = (float(value) for value in run.y[:, -1])
         gap = gap if engaged else gap + moved
@@ -116,7 +146,14 @@ def event_integration(
 
 
 def _wait(
-    p: AxisParameters, at: tuple[float, float], u: float, gap: float, half: float, t: float, end: float, load: Load
+    p: AxisParameters,
+    at: tuple[float, float],
+    u: float,
+    gap: float,
+    half: float,
+    t: float,
+    end: float,
+    load: PositionLoad,
 ) -> tuple[float, float, float]:
     """From rest at t to breakaway or to the end: bisection on the drive's exponential."""
     x, drive = at
@@ -136,5 +173,9 @@ def _wait(
         return (t if direction else end), drive_at(t if direction else end), direction
     low, high = t, end
     while high - low > 1e-15 * end:
-        low, high = (low, 0.5 * (low + high)) if direction_at(0.5 * (low + high)) else (0.5 * (low + high), high)
+        low, high = (
+            (low, 0.5 * (low + high))
+            if direction_at(0.5 * (low + high))
+            else (0.5 * (low + high), high)
+        )
     return high, drive_at(high), direction_at(high)

@@ -1,4 +1,5 @@
-"""The mass of table 3.1 and a slow way to move it: scipy's DOP853 at 1e-12, phase by phase, with event functions."""
+"""The mass of table 3.1 and a slow way to move it: scipy's DOP853 at 1e-12, phase by phase, with
+event functions."""
 
 from __future__ import annotations
 
@@ -10,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from frictool.engine.body import Body
-from frictool.engine.drive import Drive
-from frictool.kernels import kernel
+from frictool.engine.body import FrictionBody
+from frictool.engine.drive import EffortFunction
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
@@ -26,7 +27,7 @@ def stribeck(v: float, direction: float, p: Vector) -> float:
     return direction * (p[0] + (p[1] - p[0]) * math.exp(-(abs(v / p[2]) ** p[3]))) + p[4] * v
 
 
-def table31(**changes: Any) -> Body:
+def table31(**changes: Any) -> FrictionBody:
     """The body of table 3.1, with these fields of `Body` changed."""
     fields: dict[str, Any] = {
         "mass": MASS,
@@ -38,27 +39,48 @@ def table31(**changes: Any) -> Body:
         "straight_from": LAYER,
         "speed_scale": STRIBECK_SPEED,
     }
-    return Body(**(fields | changes))
+    return FrictionBody(**(fields | changes))
 
 
-def _effort(drive: Drive, t: float, y: Vector) -> float:
+def _effort(drive: EffortFunction, t: float, y: Vector) -> float:
     x, v, q = (float(value) for value in y)
-    free = drive.offset + drive.slope * t + drive.amplitude * math.sin(drive.frequency * t + drive.phase)
-    return free - drive.proportional * (x - drive.target - drive.target_speed * t) - drive.derivative * v - drive.integral * q
+    free = (
+        drive.offset
+        + drive.slope * t
+        + drive.amplitude * math.sin(drive.frequency * t + drive.phase)
+    )
+    return (
+        free
+        - drive.proportional * (x - drive.target - drive.target_speed * t)
+        - drive.derivative * v
+        - drive.integral * q
+    )
 
 
 def _slip(
-    body: Body, drive: Drive, direction: float, t: float, end: float, y: Vector, options: dict[str, Any]
+    body: FrictionBody,
+    drive: EffortFunction,
+    direction: float,
+    t: float,
+    end: float,
+    y: Vector,
+    options: dict[str, Any],
 ) -> tuple[float, Vector, bool]:
-    """A slip from (x, v, q) at t, in the layer or above it: where it ends, the state there, whether it stopped."""
+    """A slip from (x, v, q) at t, in the layer or above it: where it ends, the state there, whether
+    it stopped."""
 
-    # the layer is short at speed: an integrator must neither step over it nor let it spoil the output of the step that reaches it
+    # the layer is short at speed: an integrator must neither step over it nor let it spoil the
+    # output of the step that reaches it
     fast = direction * float(y[1]) > 0.995 * body.straight_from
 
     def field(at: float, now: Vector) -> list[float]:
         straight = direction * body.coulomb[1] + body.viscous[1] * float(now[1])
         friction = straight if fast else float(body.slip_force.py_func(now[1], direction, body.law))
-        return [now[1], (_effort(drive, at, now) - friction) / body.mass, now[0] - drive.target - drive.target_speed * at]
+        return [
+            now[1],
+            (_effort(drive, at, now) - friction) / body.mass,
+            now[0] - drive.target - drive.target_speed * at,
+        ]
 
     def stop(_: float, now: Vector) -> float:
         return direction * float(now[1])
@@ -75,8 +97,11 @@ def _slip(
     return float(solution.t[-1]), solution.y[:, -1], bool(solution.t_events[0].size)
 
 
-def _breakaway(body: Body, drive: Drive, t: float, end: float, y: Vector) -> tuple[float, float]:
-    """When the body at rest since t breaks away before `end`, and in which direction; (end, 0) where it does not."""
+def _breakaway(
+    body: FrictionBody, drive: EffortFunction, t: float, end: float, y: Vector
+) -> tuple[float, float]:
+    """When the body at rest since t breaks away before `end`, and in which direction; (end, 0)
+    where it does not."""
 
     def at(s: float) -> float:
         rate = float(y[0]) - drive.target
@@ -87,7 +112,12 @@ def _breakaway(body: Body, drive: Drive, t: float, end: float, y: Vector) -> tup
     for direction, threshold in ((-1.0, body.breakaway[0]), (1.0, body.breakaway[1])):
         if direction * at(t) > threshold:
             return t, direction
-    over = [(s, d) for d, f in ((-1.0, body.breakaway[0]), (1.0, body.breakaway[1])) for s in grid[1:] if d * at(float(s)) > f][:1]
+    over = [
+        (s, d)
+        for d, f in ((-1.0, body.breakaway[0]), (1.0, body.breakaway[1]))
+        for s in grid[1:]
+        if d * at(float(s)) > f
+    ][:1]
     first = min(((float(s), d) for s, d in over), default=None)
     if first is None:
         return end, 0.0
@@ -96,19 +126,31 @@ def _breakaway(body: Body, drive: Drive, t: float, end: float, y: Vector) -> tup
     def gap(s: float) -> float:
         return first[1] * at(s) - threshold
 
-    return float(brentq(gap, first[0] - (end - t) / 20_000, first[0], xtol=1e-15, rtol=1e-15)), first[1]
+    return float(
+        brentq(gap, first[0] - (end - t) / 20_000, first[0], xtol=1e-15, rtol=1e-15)
+    ), first[1]
 
 
 TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-15}
 
 
-def reference_breakaways(body: Body, drive: Drive, end: float, options: dict[str, Any] = TIGHT) -> tuple[list[float], Vector]:
+def reference_breakaways(
+    body: FrictionBody, drive: EffortFunction, end: float, options: dict[str, Any] = TIGHT
+) -> tuple[list[float], Vector]:
     """Breakaway times up to `end` from rest at 0, and the state (x, v, q) at the end."""
     t, y, found, direction = 0.0, np.zeros(3), [], 0.0
     while t < end:
         if direction == 0.0:
             later, direction = _breakaway(body, drive, t, end, y)
-            y = np.array([y[0], 0.0, y[2] + (y[0] - drive.target) * (later - t) - 0.5 * drive.target_speed * (later**2 - t**2)])
+            y = np.array(
+                [
+                    y[0],
+                    0.0,
+                    y[2]
+                    + (y[0] - drive.target) * (later - t)
+                    - 0.5 * drive.target_speed * (later**2 - t**2),
+                ]
+            )
             t = later
             if direction:
                 found.append(t)

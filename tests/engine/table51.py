@@ -1,11 +1,13 @@
 """Table 5.1's loops (5.2.4, 5.2.5): one mass, its controllers sampled at 1 kHz, a step of 1 m.
 
-The plant is the one of the text: no Stribeck effect, no viscous friction, F_s above F_c. It rests and slips exactly (engine/axis.py).
-The controllers see position and velocity as they are at the sample; their command, within +-5 N, is held until the next one.
+The plant is the one of the text: no Stribeck effect, no viscous friction, F_s above F_c. It rests
+and slips exactly (engine/axis.py). The controllers see position and velocity as they are at the
+sample; their command, within +-5 N, is held until the next one.
 
-(5.39) and the PI are zero-order-hold equivalents: the integral takes e[k] after the command of sample k, the derivative filter is
-(T_d/tau) (e - f), f the low-pass of e with tau = T_d/a. The integral is held while the command is limited and its input drives it
-further there. T_i = 1: the 0.1 that is printed is linearly unstable.
+(5.39) and the PI are zero-order-hold equivalents: the integral takes e[k] after the command of
+sample k, the derivative filter is (T_d/tau) (e - f), f the low-pass of e with tau = T_d/a. The
+integral is held while the command is limited and its input drives it further there. T_i = 1: the
+0.1 that is printed is linearly unstable.
 """
 
 from __future__ import annotations
@@ -15,10 +17,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.axis import advance
+from frictool.engine.axis_motion import advance
 from frictool.engine.status import OK
-from frictool.kernels import kernel
 from frictool.plant.axis import POSITION, STATE_SIZE, VELOCITY, AxisParameters
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
@@ -33,7 +35,8 @@ NO_LIMITER, LIMITER = 0.0, 1.0
 
 @kernel
 def pid_output(memory: Vector, error: float) -> float:
-    """(5.39) before its limit [N]; memory = (integral of e [m s], low-pass of e [m]); moves the low-pass to the next sample."""
+    """(5.39) before its limit [N]; memory = (integral of e [m s], low-pass of e [m]); moves the
+    low-pass to the next sample."""
     steepness = DERIVATIVE_TIME / LAG * (error - memory[1])
     memory[1] = error + math.exp(-PERIOD / LAG) * (memory[1] - error)
     return GAIN * (error + memory[0] / INTEGRAL_TIME + steepness)
@@ -47,7 +50,8 @@ def pi_output(memory: Vector, error: float) -> float:
 
 @kernel
 def integrate(memory: Vector, error: float, command: float) -> None:
-    """The integral takes this sample's error, unless `command` [N] is beyond the limit and the error drives it further."""
+    """The integral takes this sample's error, unless `command` [N] is beyond the limit and the
+    error drives it further."""
     if not (abs(command) > LIMIT and command * error > 0.0):
         memory[0] += PERIOD * error
 
@@ -59,16 +63,21 @@ def limited(command: float) -> float:
 
 @kernel
 def on_the_way(error: float, velocity: float, braking: float) -> bool:
-    """(5.7): friction of `braking` = F_c' [N] alone ends at the target, give or take the band; m = 1 kg."""
+    """(5.7): friction of `braking` = F_c' [N] alone ends at the target, give or take the band; m =
+    1 kg."""
     path = velocity * velocity / (2.0 * braking)
     return path - BAND < abs(error) < path + BAND
 
 
 @kernel
-def run_pid(axis: Vector, limiter: float, coulomb: float, virtual: float, slope: float, positions: Vector) -> int:
-    """PID; with the limiter, -F_cv tanh(v/v_r) inside (5.7) for F_c' = `coulomb` + `virtual` (5.40), the integral frozen there.
+def run_pid(
+    axis: Vector, limiter: float, coulomb: float, virtual: float, slope: float, positions: Vector
+) -> int:
+    """PID; with the limiter, -F_cv tanh(v/v_r) inside (5.7) for F_c' = `coulomb` + `virtual`
+    (5.40), the integral frozen there.
 
-    Fills positions (n,) [m], one a sample, and returns engine/status.py. (5.41) prints its branches the other way round.
+    Fills positions (n,) [m], one a sample, and returns engine/status.py. (5.41) prints its branches
+    the other way round.
     """
     state, memory = np.zeros(STATE_SIZE), np.zeros(2)
     for k in range(positions.shape[0]):
@@ -86,8 +95,11 @@ def run_pid(axis: Vector, limiter: float, coulomb: float, virtual: float, slope:
 
 
 @kernel
-def run_printed(axis: Vector, virtual: float, slope: float, coulomb: float, positions: Vector) -> int:
-    """(5.41) with its branches as they are printed: the PID inside (5.7), -F_cv tanh(v/v_r) outside of it, from rest."""
+def run_printed(
+    axis: Vector, virtual: float, slope: float, coulomb: float, positions: Vector
+) -> int:
+    """(5.41) with its branches as they are printed: the PID inside (5.7), -F_cv tanh(v/v_r) outside
+    of it, from rest."""
     state, memory = np.zeros(STATE_SIZE), np.zeros(2)
     for k in range(positions.shape[0]):
         positions[k] = state[POSITION]
@@ -105,15 +117,21 @@ def run_printed(axis: Vector, virtual: float, slope: float, coulomb: float, posi
 
 @kernel
 def run_cascade(axis: Vector, root_gain: float, positions: Vector) -> int:
-    """PI of the speed under the position's gain (`root_gain` 0) or under k sqrt(|e|) sign(e) (5.19), (5.42).
+    """PI of the speed under the position's gain (`root_gain` 0) or under k sqrt(|e|) sign(e)
+    (5.19), (5.42).
 
-    Inside the band of the square-root law u = 0 and the integral is frozen. Fills positions (n,) [m]; returns engine/status.py.
+    Inside the band of the square-root law u = 0 and the integral is frozen. Fills positions (n,)
+    [m]; returns engine/status.py.
     """
     state, memory = np.zeros(STATE_SIZE), np.zeros(1)
     for k in range(positions.shape[0]):
         positions[k] = state[POSITION]
         error = 1.0 - state[POSITION]
-        wanted = POSITION_GAIN * error if root_gain == 0.0 else math.copysign(root_gain * math.sqrt(abs(error)), error)
+        wanted = (
+            POSITION_GAIN * error
+            if root_gain == 0.0
+            else math.copysign(root_gain * math.sqrt(abs(error)), error)
+        )
         speed_error = wanted - state[VELOCITY]
         command = pi_output(memory, speed_error)
         if root_gain != 0.0 and abs(error) <= BAND:
@@ -126,7 +144,13 @@ def run_cascade(axis: Vector, root_gain: float, positions: Vector) -> int:
     return OK
 
 
-def pid_step(seconds: float, axis: AxisParameters = DRY, limiter: float = NO_LIMITER, virtual: float = 0.0, slope: float = 0.01) -> Vector:
+def pid_step(
+    seconds: float,
+    axis: AxisParameters = DRY,
+    limiter: float = NO_LIMITER,
+    virtual: float = 0.0,
+    slope: float = 0.01,
+) -> Vector:
     """Positions (n,) [m] of a hold of `seconds`."""
     positions = np.empty(round(seconds / PERIOD))
     assert run_pid(axis.as_array(), limiter, axis.coulomb, virtual, slope, positions) == OK
@@ -134,7 +158,8 @@ def pid_step(seconds: float, axis: AxisParameters = DRY, limiter: float = NO_LIM
 
 
 def printed_step(seconds: float) -> Vector:
-    """Positions (n,) [m] of a hold of `seconds` under (5.41) as printed, with the friction of 5.2.5 and F_cv = 1 N."""
+    """Positions (n,) [m] of a hold of `seconds` under (5.41) as printed, with the friction of 5.2.5
+    and F_cv = 1 N."""
     positions = np.empty(round(seconds / PERIOD))
     assert run_printed(SMOOTH.as_array(), 1.0, 0.01, SMOOTH.coulomb, positions) == OK
     return positions

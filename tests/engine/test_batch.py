@@ -8,22 +8,22 @@ import numba
 import numpy as np
 import pytest
 
-from frictool.control.composition import controller_program
-from frictool.control.machine import copied, machine, start_at
-from frictool.engine.axis import advance
+from frictool.control.compiled_program import compile_program, copy_program, start_at
+from frictool.control.controller_composition import controller_program
+from frictool.engine.axis_motion import advance
 from frictool.engine.batch import breakaway_times, closed_loops, replay_axes
 from frictool.engine.body import at_rest
 from frictool.engine.closed_loop import RECORD_SIZE, run
 from frictool.engine.conditions import NO_CONDITIONS
 from frictool.engine.drive import spring
-from frictool.engine.laws import body_of
+from frictool.engine.law_simulation import body_of
 from frictool.engine.status import OK
 from frictool.engine.trajectory import simulate
-from frictool.friction.signatures import SLIP_FORCE
-from frictool.friction.table import LAWS
-from frictool.kernels import pointer
+from frictool.friction.kernel_signatures import SLIP_FORCE
+from frictool.friction.law_registry import LAWS
 from frictool.plant.axis import AxisParameters, rest
-from frictool.plant.load import Load
+from frictool.plant.position_load import PositionLoad
+from frictool.runtime.kernels import function_pointer
 from tests.control.example import clutch_controller
 
 PLANTS, PERIOD = 40, 1e-3
@@ -53,8 +53,14 @@ def clutches(seed: int = 4) -> list[AxisParameters]:
 def test_replayed_axes(threads: int) -> None:
     axes = clutches()
     commands = np.random.default_rng(5).uniform(-30.0, 30.0, (PLANTS, 100))
-    states, positions, statuses = np.stack([rest()] * PLANTS), np.empty(commands.shape), np.zeros(PLANTS, dtype=np.int64)
-    replay_axes(np.stack([axis.as_array() for axis in axes]), states, commands, PERIOD, positions, statuses)
+    states, positions, statuses = (
+        np.stack([rest()] * PLANTS),
+        np.empty(commands.shape),
+        np.zeros(PLANTS, dtype=np.int64),
+    )
+    replay_axes(
+        np.stack([axis.as_array() for axis in axes]), states, commands, PERIOD, positions, statuses
+    )
     assert np.all(statuses == OK)
     for i, axis in enumerate(axes):
         state = rest()
@@ -65,7 +71,11 @@ def test_replayed_axes(threads: int) -> None:
 
 
 def test_closed_loops(threads: int) -> None:
-    axes, controller, samples = clutches(), machine(controller_program(clutch_controller())), 300
+    axes, controller, samples = (
+        clutches(),
+        compile_program(controller_program(clutch_controller())),
+        300,
+    )
     references, records, statuses = (
         np.full((PLANTS, samples), 20.0),
         np.zeros((PLANTS, samples, RECORD_SIZE)),
@@ -81,12 +91,12 @@ def test_closed_loops(threads: int) -> None:
         1,
         records,
         statuses,
-        Load().as_array(),
+        PositionLoad().as_array(),
         NO_CONDITIONS,
     )
     assert np.all(statuses == OK)
     for i in range(PLANTS):
-        record, own = np.zeros((samples, RECORD_SIZE)), copied(controller)
+        record, own = np.zeros((samples, RECORD_SIZE)), copy_program(controller)
         start_at(own, 0.0)
         run(
             arrays[i],
@@ -96,7 +106,7 @@ def test_closed_loops(threads: int) -> None:
             PERIOD,
             1,
             record,
-            Load().as_array(),
+            PositionLoad().as_array(),
             NO_CONDITIONS,
         )
         assert np.array_equal(records[i], record)
@@ -108,11 +118,26 @@ def test_bodies_on_a_spring(threads: int) -> None:
     values = {"coulomb": 1.0, "stribeck_velocity": 1e-3, "viscous": 0.4}
     packed = [law.pack({**values, "breakaway": level}) for level in np.linspace(1.4, 1.8, PLANTS)]
     bodies = [body_of(law, p, 1.0) for p in packed]
-    found, counts, statuses = np.full((PLANTS, 12), np.nan), np.zeros(PLANTS, dtype=np.int64), np.zeros(PLANTS, dtype=np.int64)
+    found, counts, statuses = (
+        np.full((PLANTS, 12), np.nan),
+        np.zeros(PLANTS, dtype=np.int64),
+        np.zeros(PLANTS, dtype=np.int64),
+    )
     arrays = np.stack([body.as_array() for body in bodies])
     states, drives = np.stack([at_rest()] * PLANTS), np.stack([drive.as_array()[None]] * PLANTS)
-    force = pointer(law.kernels.slip_force, SLIP_FORCE)
-    breakaway_times(force, np.stack(packed), arrays, states, np.array([30.0]), drives, 200, found, counts, statuses)
+    force = function_pointer(law.kernels.slip_force, SLIP_FORCE)
+    breakaway_times(
+        force,
+        np.stack(packed),
+        arrays,
+        states,
+        np.array([30.0]),
+        drives,
+        200,
+        found,
+        counts,
+        statuses,
+    )
     assert np.all(statuses == OK)
     for i, body in enumerate(bodies):
         alone = simulate(body, [(30.0, drive)], [])

@@ -1,4 +1,5 @@
-"""Integrals of exponentials against 150-digit decimal arithmetic, equal and nearly equal rates included."""
+"""Integrals of exponentials against 150-digit decimal arithmetic, equal and nearly equal rates
+included."""
 
 from __future__ import annotations
 
@@ -38,7 +39,12 @@ def test_phi(x: float) -> None:
 
 
 @settings(derandomize=True, deadline=None, max_examples=300)
-@given(a=RATES, t=st.floats(1e-6, 1.0), b=RATES, apart=st.sampled_from([None, 0.0, 1e-15, 1e-9, 1e-3, 0.019, 0.021]))
+@given(
+    a=RATES,
+    t=st.floats(1e-6, 1.0),
+    b=RATES,
+    apart=st.sampled_from([None, 0.0, 1e-15, 1e-9, 1e-3, 0.019, 0.021]),
+)
 def test_convolutions(a: float, t: float, b: float, apart: float | None) -> None:
     if apart is not None:
         b = a * (1.0 + apart)  # equal, or on either side of where averaging takes over

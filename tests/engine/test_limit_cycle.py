@@ -1,11 +1,12 @@
-"""A PI position loop around a mass with stiction: it hunts for ever, and no longer does where the drive is cut in a band (5.2.2)."""
+"""A PI position loop around a mass with stiction: it hunts for ever, and no longer does where the
+drive is cut in a band (5.2.2)."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from frictool.engine.axis import advance
+from frictool.engine.axis_motion import advance
 from frictool.engine.status import OK
 from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
 
@@ -15,7 +16,8 @@ PROPORTIONAL, INTEGRAL, DERIVATIVE = 4.0, 2.0, 4.0
 
 
 def hunt(axis: AxisParameters, band: float) -> np.ndarray:
-    """Positions of a step of 1 m at 1 kHz; within `band` of the target and below 0.01 m/s drive and integral are zero."""
+    """Positions of a step of 1 m at 1 kHz; within `band` of the target and below 0.01 m/s drive and
+    integral are zero."""
     array, state, integral = axis.as_array(), rest(), 0.0
     positions = np.empty(round(SECONDS / PERIOD))
     for k in range(positions.size):
@@ -40,7 +42,9 @@ def test_integral_action_hunts_where_breakaway_exceeds_coulomb_friction() -> Non
     rests = positions[starts(positions)] - 1.0
     assert rests.size > 12
     assert abs(rests[-1]) > 0.05
-    np.testing.assert_allclose(rests[-5:-1], -rests[-4:], rtol=1e-3)  # from side to side, neither growing nor dying
+    np.testing.assert_allclose(
+        rests[-5:-1], -rests[-4:], rtol=1e-3
+    )  # from side to side, neither growing nor dying
     assert np.diff(starts(positions))[-1] == pytest.approx(np.diff(starts(positions))[-2], rel=1e-3)
 
 

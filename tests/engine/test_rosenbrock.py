@@ -1,4 +1,5 @@
-"""The Rosenbrock step: its order, that of its dense output, and that it does not mind how fast the contact relaxes."""
+"""The Rosenbrock step: its order, that of its dense output, and that it does not mind how fast the
+contact relaxes."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from frictool.engine.rosenbrock import CONTACT, NODES, STAGES, between, complete
 
 
 def linear(own: np.ndarray, couplings: np.ndarray, ramp: float) -> tuple[np.ndarray, np.ndarray]:
-    """The matrix that the arrow stands for, and the part that grows with time: v' has the term ramp t."""
+    """The matrix that the arrow stands for, and the part that grows with time: v' has the term ramp
+    t."""
     m = couplings.shape[1]
     matrix = np.zeros((CONTACT + m, CONTACT + m))
     matrix[0, 1] = matrix[2, 0] = 1.0
@@ -28,7 +30,13 @@ def linear(own: np.ndarray, couplings: np.ndarray, ramp: float) -> tuple[np.ndar
 
 
 def step(
-    own: np.ndarray, couplings: np.ndarray, ramp: float, y: np.ndarray, t: float, h: float, share: float = 1.0
+    own: np.ndarray,
+    couplings: np.ndarray,
+    ramp: float,
+    y: np.ndarray,
+    t: float,
+    h: float,
+    share: float = 1.0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """One step from y at t: its end, and the dense output at the share of it."""
     matrix, growing = linear(own, couplings, ramp)
@@ -43,11 +51,17 @@ def step(
     return end, at
 
 
-def exact(own: np.ndarray, couplings: np.ndarray, ramp: float, y: np.ndarray, t: float, h: float) -> np.ndarray:
+def exact(
+    own: np.ndarray, couplings: np.ndarray, ramp: float, y: np.ndarray, t: float, h: float
+) -> np.ndarray:
     """The solution by the exponential of the matrix, time and 1 taken in as states."""
     matrix, growing = linear(own, couplings, ramp)
     whole = np.zeros((y.size + 2, y.size + 2))
-    whole[: y.size, : y.size], whole[: y.size, y.size], whole[y.size, y.size + 1] = matrix, growing, 1.0
+    whole[: y.size, : y.size], whole[: y.size, y.size], whole[y.size, y.size + 1] = (
+        matrix,
+        growing,
+        1.0,
+    )
     return np.asarray(expm(h * whole) @ np.concatenate([y, [t, 1.0]]))[: y.size]
 
 
@@ -66,8 +80,11 @@ def test_the_error_of_a_step_falls_with_its_order(share: float, order: int) -> N
 
 @given(st.floats(2.0, 9.0), st.floats(-4.0, -1.0))
 def test_a_contact_relaxes_in_one_step_however_fast_it_is(rate: float, length: float) -> None:
-    """z' = -10^rate z beside a resting mass: L-stable: it never grows, and is gone where the step is longer than the relaxation."""
+    """z' = -10^rate z beside a resting mass: L-stable: it never grows, and is gone where the step
+    is longer than the relaxation."""
     fast, h = -(10.0**rate), 10.0**length
-    found = step(np.zeros(3), np.array([[0.0], [fast], [0.0]]), 0.0, np.array([0.0, 0.0, 0.0, 1.0]), 0.0, h)[0]
+    found = step(
+        np.zeros(3), np.array([[0.0], [fast], [0.0]]), 0.0, np.array([0.0, 0.0, 0.0, 1.0]), 0.0, h
+    )[0]
     assert abs(found[CONTACT]) <= min(1.0, -10.0 / (fast * h))
     assert np.all(found[:CONTACT] == 0.0)

@@ -1,4 +1,5 @@
-"""The pieces of the exact engine against plain references: zeros of polynomials, the matrix exponential, one step of the integrator."""
+"""The pieces of the exact engine against plain references: zeros of polynomials, the matrix
+exponential, one step of the integrator."""
 
 from __future__ import annotations
 
@@ -12,11 +13,17 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from frictool.engine.dormand_prince import STAGES, dense_output, layer_step
-from frictool.engine.drive import Drive, effort
-from frictool.engine.polynomial import NEVER, curvature_bound, first_fall, value, value_and_slope
-from frictool.engine.series import TERMS, motion, reach
-from frictool.friction.signatures import SLIP_FORCE
-from frictool.kernels import pointer
+from frictool.engine.drive import EffortFunction, effort
+from frictool.engine.polynomial_events import (
+    NEVER,
+    curvature_bound,
+    first_fall,
+    value,
+    value_and_slope,
+)
+from frictool.engine.power_series import TERMS, motion, reach
+from frictool.friction.kernel_signatures import SLIP_FORCE
+from frictool.runtime.kernels import function_pointer
 from tests.engine.table31 import stribeck
 
 coefficients = st.lists(st.floats(-3.0, 3.0).map(lambda c: round(c, 6)), min_size=2, max_size=7)
@@ -25,7 +32,8 @@ coefficients = st.lists(st.floats(-3.0, 3.0).map(lambda c: round(c, 6)), min_siz
 @given(c=coefficients, h=st.floats(0.1, 2.0))
 @settings(max_examples=300)
 def test_first_fall_is_the_first_real_root(c: list[float], h: float) -> None:
-    """Against a dense look: positive before, no longer positive just after; none where the whole piece is clearly positive."""
+    """Against a dense look: positive before, no longer positive just after; none where the whole
+    piece is clearly positive."""
     array = np.array([abs(c[0]) + 0.1, *c[1:]])
     grid = np.linspace(0.0, h, 4001)
     values = np.polynomial.polynomial.polyval(grid, array)
@@ -57,11 +65,14 @@ def test_a_zero_at_the_start_is_left_or_fallen_from() -> None:
 def test_slope_and_curvature_bound(c: list[float], h: float) -> None:
     array, p = np.array(c), np.polynomial.Polynomial(c)
     assert value_and_slope(array, h) == pytest.approx((p(h), p.deriv()(h)), rel=1e-12, abs=1e-9)
-    assert np.max(np.abs(p.deriv(2)(np.linspace(0.0, h, 100)))) <= curvature_bound(array, h) * (1.0 + 1e-12) + 1e-12
+    assert (
+        np.max(np.abs(p.deriv(2)(np.linspace(0.0, h, 100))))
+        <= curvature_bound(array, h) * (1.0 + 1e-12) + 1e-12
+    )
 
 
 drives = st.builds(
-    Drive,
+    EffortFunction,
     offset=st.floats(-2.0, 2.0),
     slope=st.floats(-1.0, 1.0),
     amplitude=st.floats(0.0, 3.0),
@@ -75,10 +86,19 @@ drives = st.builds(
 )
 
 
-@given(drive=drives, mass=st.floats(0.1, 10.0), viscous=st.floats(0.0, 50.0), v=st.floats(-2.0, 2.0), t=st.floats(0.0, 10.0))
+@given(
+    drive=drives,
+    mass=st.floats(0.1, 10.0),
+    viscous=st.floats(0.0, 50.0),
+    v=st.floats(-2.0, 2.0),
+    t=st.floats(0.0, 10.0),
+)
 @settings(max_examples=200)
-def test_the_series_is_the_matrix_exponential(drive: Drive, mass: float, viscous: float, v: float, t: float) -> None:
-    """State (x, v, q, A sin, A cos, 1, t) of the augmented linear system, on the whole length that `reach` promises."""
+def test_the_series_is_the_matrix_exponential(
+    drive: EffortFunction, mass: float, viscous: float, v: float, t: float
+) -> None:
+    """State (x, v, q, A sin, A cos, 1, t) of the augmented linear system, on the whole length that
+    `reach` promises."""
     piece, array, friction = np.zeros((4, TERMS)), drive.as_array(), 0.7
     y = np.array([0.3, v, -0.2])
     start = (effort(t, *y, array) - friction - viscous * v) / mass
@@ -95,11 +115,20 @@ def test_the_series_is_the_matrix_exponential(drive: Drive, mass: float, viscous
     a[2, [0, 5, 6]] = 1.0, -drive.target, -drive.target_speed
     a[3, 4], a[4, 3], a[6, 5] = drive.frequency, -drive.frequency, 1.0
     cycle = drive.frequency * t + drive.phase
-    begin = np.array([*y, drive.amplitude * math.sin(cycle), drive.amplitude * math.cos(cycle), 1.0, t])
+    begin = np.array(
+        [*y, drive.amplitude * math.sin(cycle), drive.amplitude * math.cos(cycle), 1.0, t]
+    )
     end = expm(a * h) @ begin
     size = np.max(np.abs(begin)) + np.max(np.abs(end[:3])) + abs(start) * h
-    np.testing.assert_allclose([value(piece[row], h) for row in range(3)], end[:3], rtol=0.0, atol=1e-11 * size * (1.0 + h) ** 2)
-    assert value(piece[3], h) == pytest.approx(effort(t + h, *end[:3], array), rel=1e-8, abs=1e-8 * size)
+    np.testing.assert_allclose(
+        [value(piece[row], h) for row in range(3)],
+        end[:3],
+        rtol=0.0,
+        atol=1e-11 * size * (1.0 + h) ** 2,
+    )
+    assert value(piece[3], h) == pytest.approx(
+        effort(t + h, *end[:3], array), rel=1e-8, abs=1e-8 * size
+    )
 
 
 def test_reach_of_polynomials_is_endless() -> None:
@@ -108,11 +137,14 @@ def test_reach_of_polynomials_is_endless() -> None:
 
 
 def test_a_step_in_the_layer_is_of_order_five_and_its_output_of_order_four() -> None:
-    drive, law = Drive(slope=1.0, offset=1.6, proportional=2.0, derivative=0.5, integral=0.3), np.array([1.0, 1.5, 1e-3, 2.0, 0.4])
+    drive, law = (
+        EffortFunction(slope=1.0, offset=1.6, proportional=2.0, derivative=0.5, integral=0.3),
+        np.array([1.0, 1.5, 1e-3, 2.0, 0.4]),
+    )
     y, array, force = (
         np.array([0.0, 1e-3, 0.1]),
-        Drive(1.6, 1.0, 0.0, 0.0, 0.0, 2.0, 0.5, 0.3).as_array(),
-        pointer(stribeck, SLIP_FORCE),
+        EffortFunction(1.6, 1.0, 0.0, 0.0, 0.0, 2.0, 0.5, 0.3).as_array(),
+        function_pointer(stribeck, SLIP_FORCE),
     )
 
     def field(t: float, now: np.ndarray) -> list[float]:
@@ -123,7 +155,9 @@ def test_a_step_in_the_layer_is_of_order_five_and_its_output_of_order_four() -> 
         slopes, piece = np.empty((3, STAGES)), np.zeros((3, 5))
         estimates.append(layer_step(force, law, 1.0, 1.0, array, 0.0, h, start, y, slopes))
         dense_output(y, slopes, h, piece)
-        exact = solve_ivp(field, (0.0, h), y, method="DOP853", rtol=1e-13, atol=1e-18, t_eval=[0.4 * h, h]).y[1]
+        exact = solve_ivp(
+            field, (0.0, h), y, method="DOP853", rtol=1e-13, atol=1e-18, t_eval=[0.4 * h, h]
+        ).y[1]
         inside.append(abs(value(piece[1], 0.4 * h) - exact[0]))
         errors.append(abs(value(piece[1], h) - exact[1]))
     assert drive.as_array().tolist() == array.tolist()

@@ -1,4 +1,5 @@
-"""A phase of slip: the closed form against its differential equation, its first stop and its travel against dense sampling."""
+"""A phase of slip: the closed form against its differential equation, its first stop and its travel
+against dense sampling."""
 
 from __future__ import annotations
 
@@ -10,7 +11,16 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from frictool.engine.slip import NEVER, Phase, acceleration, distance, fall_time, rise_time, speed, travel_time
+from frictool.engine.slip_closed_form import (
+    NEVER,
+    Phase,
+    acceleration,
+    distance,
+    fall_time,
+    rise_time,
+    speed,
+    travel_time,
+)
 
 DURATION = 0.05
 PHASES = st.tuples(
@@ -34,12 +44,18 @@ def test_closed_form_solves_the_equation(phase: Phase, twin: bool) -> None:
     def field(t: float, y: list[float]) -> list[float]:
         return [-decay * y[0] + settled + transient * math.exp(-rate * t), y[0]]
 
-    run = solve_ivp(field, (0.0, DURATION), [w0, 0.0], "DOP853", t_eval=times, rtol=1e-12, atol=1e-12)
+    run = solve_ivp(
+        field, (0.0, DURATION), [w0, 0.0], "DOP853", t_eval=times, rtol=1e-12, atol=1e-12
+    )
     scale = w0 + (abs(settled) + abs(transient)) * DURATION
     for index, t in enumerate(times):
         assert speed(phase, t) == pytest.approx(run.y[0, index], rel=1e-9, abs=1e-9 * scale)
-        assert distance(phase, t) == pytest.approx(run.y[1, index], rel=1e-9, abs=1e-9 * scale * DURATION)
-        assert acceleration(phase, t) == pytest.approx(field(t, [speed(phase, t), 0.0])[0], rel=1e-9, abs=1e-9 * scale / DURATION)
+        assert distance(phase, t) == pytest.approx(
+            run.y[1, index], rel=1e-9, abs=1e-9 * scale * DURATION
+        )
+        assert acceleration(phase, t) == pytest.approx(
+            field(t, [speed(phase, t), 0.0])[0], rel=1e-9, abs=1e-9 * scale / DURATION
+        )
 
 
 @settings(derandomize=True, deadline=None, max_examples=300)
@@ -72,7 +88,13 @@ def test_travel_time_inverts_the_distance(phase: Phase, part: float) -> None:
 
 
 def test_a_start_at_rest_that_accelerates_only_later_is_no_stop() -> None:
-    rising: Phase = (0.0, 100.0, -100.0, 0.0, 300.0)  # acceleration 0 at first, then 100 (1 - e^{-300 t})
+    rising: Phase = (
+        0.0,
+        100.0,
+        -100.0,
+        0.0,
+        300.0,
+    )  # acceleration 0 at first, then 100 (1 - e^{-300 t})
     assert fall_time(rising, 0.0, DURATION) == NEVER
     assert speed(rising, 0.01) == pytest.approx(1.0 + (math.exp(-3.0) - 1.0) / 3.0, rel=1e-12)
 
@@ -84,12 +106,16 @@ def test_a_start_at_rest_against_the_acceleration_stops_at_once() -> None:
 @settings(derandomize=True, deadline=None, max_examples=300)
 @given(phase=PHASES, above=st.floats(1e-3, 50.0))
 def test_a_level_of_speed_is_reached_first_at_its_time(phase: Phase, above: float) -> None:
-    """Upwards from below, and downwards through the mirrored phase; dense samples before it stay on their side."""
+    """Upwards from below, and downwards through the mirrored phase; dense samples before it stay on
+    their side."""
     w0, settled, transient, _, _ = phase
     scale = w0 + above + (abs(settled) + abs(transient)) * DURATION
     for sign, find in ((1.0, rise_time), (-1.0, fall_time)):
         level = w0 + sign * above
         reached = find(phase, level, DURATION)
-        ahead = [sign * (level - speed(phase, t)) for t in np.linspace(0.0, DURATION if reached == NEVER else reached, 400)]
+        ahead = [
+            sign * (level - speed(phase, t))
+            for t in np.linspace(0.0, DURATION if reached == NEVER else reached, 400)
+        ]
         assert min(ahead[:-1]) > -1e-12 * scale
         assert abs(ahead[-1]) <= 1e-12 * scale if reached != NEVER else ahead[-1] > -1e-12 * scale

@@ -1,4 +1,5 @@
-"""The event-exact engine on the mass of table 3.1: the tests of 3.7 against an integrator, and what must hold of any run."""
+"""The event-exact engine on the mass of table 3.1: the tests of 3.7 against an integrator, and what
+must hold of any run."""
 
 from __future__ import annotations
 
@@ -7,12 +8,27 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from frictool.engine.body import BOUNCES, BREAKS_AWAY, PASSES_KNEE, RESTS_AT_STOP, SLIPS_BACK, STOPS, moving
-from frictool.engine.drive import Drive, held, pid, ramped, spring
+from frictool.engine.body import (
+    BOUNCES,
+    BREAKS_AWAY,
+    PASSES_KNEE,
+    RESTS_AT_STOP,
+    SLIPS_BACK,
+    STOPS,
+    moving,
+)
+from frictool.engine.drive import EffortFunction, held, pid, ramped, spring
 from frictool.engine.status import EVENTS_FULL, NOT_FINITE
 from frictool.engine.trajectory import simulate
 from tests.engine.drives import drives, ok
-from tests.engine.table31 import BREAKAWAY, COULOMB, STRIBECK_SPEED, VISCOUS, reference_breakaways, table31
+from tests.engine.table31 import (
+    BREAKAWAY,
+    COULOMB,
+    STRIBECK_SPEED,
+    VISCOUS,
+    reference_breakaways,
+    table31,
+)
 
 SPRING = spring(stiffness=2.0, speed=0.1)
 PID = pid(proportional=3.0, derivative=6.0, integral=4.0, target=1.0)
@@ -33,7 +49,7 @@ def test_stick_slip_of_table_3_1() -> None:
 
 
 @pytest.mark.parametrize(("drive", "end"), [(SPRING, 25.0), (PID, 40.0), (ramped(0.0, 0.4), 6.0)])
-def test_breakaways_agree_with_an_integrator(drive: Drive, end: float) -> None:
+def test_breakaways_agree_with_an_integrator(drive: EffortFunction, end: float) -> None:
     expected, last = reference_breakaways(table31(), drive, end)
     run = ok(simulate(table31(), [(end, drive)], [end]))
     found = np.concatenate([run.times_of(BREAKS_AWAY), run.times_of(SLIPS_BACK)])
@@ -51,17 +67,29 @@ def test_limit_cycle() -> None:
 def test_a_tighter_tolerance_is_nearer() -> None:
     exact, _ = reference_breakaways(table31(), SPRING, 25.0)
     errors = [
-        float(np.max(np.abs(simulate(table31(tolerance=tolerance), [(25.0, SPRING)], []).times_of() - exact)))
+        float(
+            np.max(
+                np.abs(
+                    simulate(table31(tolerance=tolerance), [(25.0, SPRING)], []).times_of() - exact
+                )
+            )
+        )
         for tolerance in (1e-2, 1e-5, 1e-8)
     ]
     assert errors[0] > 10.0 * errors[1] > 100.0 * errors[2]
 
 
-@given(effort=st.floats(-BREAKAWAY, BREAKAWAY), swing=st.floats(0.0, 1.0), frequency=st.floats(0.01, 100.0))
+@given(
+    effort=st.floats(-BREAKAWAY, BREAKAWAY),
+    swing=st.floats(0.0, 1.0),
+    frequency=st.floats(0.01, 100.0),
+)
 @settings(max_examples=60)
 def test_below_breakaway_nothing_moves(effort: float, swing: float, frequency: float) -> None:
     below = effort * (1.0 - 1e-12)
-    drive = Drive(offset=below * (1.0 - swing), amplitude=swing * below, frequency=frequency)
+    drive = EffortFunction(
+        offset=below * (1.0 - swing), amplitude=swing * below, frequency=frequency
+    )
     run = ok(simulate(table31(), [(100.0, drive)], np.linspace(0.0, 100.0, 101)))
     assert run.events.size == 0
     assert np.all(run.position == 0.0)
@@ -70,23 +98,39 @@ def test_below_breakaway_nothing_moves(effort: float, swing: float, frequency: f
 
 def test_the_drift_test_of_3_7_5_does_not_drift() -> None:
     segments = [(1.0, ramped(0.0, 1.6)), (1.05, ramped(1.6, -22.0, start=1.0)), (2.0, held(0.5))]
-    segments.append((102.0, Drive(offset=0.5, amplitude=0.4, frequency=4.0 * np.pi, phase=-8.0 * np.pi)))
+    segments.append(
+        (
+            102.0,
+            EffortFunction(offset=0.5, amplitude=0.4, frequency=4.0 * np.pi, phase=-8.0 * np.pi),
+        )
+    )
     run = ok(simulate(table31(), segments, np.linspace(5.0, 102.0, 1000)))
     assert run.times_of(BREAKS_AWAY).tolist() == pytest.approx([BREAKAWAY / 1.6])
     assert np.ptp(run.position) == 0.0
     assert run.position[0] > 0.0
 
 
-@example(  # breaks away at 3.39 s, where one rounding of the time is more of the effort than one rounding of the effort
-    first=Drive(amplitude=2.0, frequency=10.0, phase=2.0, proportional=1.0, derivative=1.0, integral=1.0),
-    second=Drive(amplitude=3.0, frequency=8.0, phase=1.5, proportional=0.125, derivative=2.0, integral=1.0),
+# breaks away at 3.39 s, where one rounding of the time is more of the effort than one rounding of
+# the effort
+@example(
+    first=EffortFunction(
+        amplitude=2.0, frequency=10.0, phase=2.0, proportional=1.0, derivative=1.0, integral=1.0
+    ),
+    second=EffortFunction(
+        amplitude=3.0, frequency=8.0, phase=1.5, proportional=0.125, derivative=2.0, integral=1.0
+    ),
     start=1.0,
     restitution=0.0,
 )
-@given(first=drives, second=drives, start=st.floats(-1.0, 1.0), restitution=st.sampled_from([0.0, 0.7]))
+@given(
+    first=drives, second=drives, start=st.floats(-1.0, 1.0), restitution=st.sampled_from([0.0, 0.7])
+)
 @settings(max_examples=60)
-def test_energy_is_never_created(first: Drive, second: Drive, start: float, restitution: float) -> None:
-    """Friction and end stops take: the kinetic energy gained is at most the work of the effort (3.42), through every switch."""
+def test_energy_is_never_created(
+    first: EffortFunction, second: EffortFunction, start: float, restitution: float
+) -> None:
+    """Friction and end stops take: the kinetic energy gained is at most the work of the effort
+    (3.42), through every switch."""
     body = table31(stops=(-3.0, 3.0), restitution=restitution)
     times = np.linspace(0.0, 4.0, 40_001)
     run = ok(simulate(body, [(2.0, first), (4.0, second)], times, state=moving(0.0, start)))
@@ -103,12 +147,24 @@ def test_energy_is_never_created(first: Drive, second: Drive, start: float, rest
 
 @given(drive=drives, start=st.floats(-1.0, 1.0))
 @settings(max_examples=40)
-def test_parts_make_the_whole(drive: Drive, start: float) -> None:
-    """Cut anywhere, a run goes on as it would have; an odd law and a mirrored drive give a mirrored run."""
+def test_parts_make_the_whole(drive: EffortFunction, start: float) -> None:
+    """Cut anywhere, a run goes on as it would have; an odd law and a mirrored drive give a mirrored
+    run."""
     whole = ok(simulate(table31(), [(3.0, drive)], [3.0], state=moving(0.0, start)))
-    parts = ok(simulate(table31(), [(0.7, drive), (1.9, drive), (3.0, drive)], [3.0], state=moving(0.0, start)))
+    parts = ok(
+        simulate(
+            table31(), [(0.7, drive), (1.9, drive), (3.0, drive)], [3.0], state=moving(0.0, start)
+        )
+    )
     np.testing.assert_allclose(parts.state[:3], whole.state[:3], rtol=1e-5, atol=1e-6)
-    mirror = Drive(-drive.offset, -drive.slope, -drive.amplitude, *drive[3:8], -drive.target, -drive.target_speed)
+    mirror = EffortFunction(
+        -drive.offset,
+        -drive.slope,
+        -drive.amplitude,
+        *drive[3:8],
+        -drive.target,
+        -drive.target_speed,
+    )
     mirrored = ok(simulate(table31(), [(3.0, mirror)], [3.0], state=moving(0.0, -start)))
     np.testing.assert_allclose(mirrored.state[:3], -whole.state[:3], rtol=0.0, atol=1e-12)
 
@@ -122,12 +178,16 @@ def test_an_effort_exactly_on_the_threshold_sticks_and_a_rising_one_does_not() -
 
 def test_a_reversal_under_a_strong_effort_does_not_stick() -> None:
     run = ok(simulate(table31(), [(2.0, held(-3.0))], [2.0], state=moving(0.0, 0.5)))
-    assert [int(kind) for kind in run.events[:, 1] if kind in (STOPS, SLIPS_BACK)] == [STOPS, SLIPS_BACK]
+    assert [int(kind) for kind in run.events[:, 1] if kind in (STOPS, SLIPS_BACK)] == [
+        STOPS,
+        SLIPS_BACK,
+    ]
     assert run.velocity[0] < -1.0
 
 
 def test_coasting_to_a_stop_by_hand() -> None:
-    """Coulomb and viscous friction alone: v(t) = (v0 + a/s) e^{-s t} - a/s with a = F_c/m, s = sigma_v/m."""
+    """Coulomb and viscous friction alone: v(t) = (v0 + a/s) e^{-s t} - a/s with a = F_c/m, s =
+    sigma_v/m."""
     law = np.array([COULOMB, COULOMB, 1.0, 2.0, VISCOUS])
     body = table31(law=law, breakaway=(COULOMB, COULOMB), straight_from=0.0)
     run = ok(simulate(body, [(5.0, held(0.0))], [5.0], state=moving(0.0, 2.0)))
@@ -141,7 +201,9 @@ def test_the_knee_changes_the_viscous_friction_beyond_it() -> None:
     run = ok(simulate(body, [(20.0, held(1.6))], [20.0]))
     passed = run.times_of(PASSES_KNEE)
     assert passed.size == 1
-    assert run.velocity[0] == pytest.approx(0.5 + (1.6 - COULOMB - VISCOUS * 0.5) * (20.0 - passed[0]), rel=1e-9)
+    assert run.velocity[0] == pytest.approx(
+        0.5 + (1.6 - COULOMB - VISCOUS * 0.5) * (20.0 - passed[0]), rel=1e-9
+    )
     assert run.friction[0] == pytest.approx(COULOMB + VISCOUS * 0.5, rel=1e-12)
 
 
@@ -174,7 +236,13 @@ def test_a_state_that_is_not_finite_is_refused() -> None:
 
 def test_a_peak_that_touches_the_threshold_ends_and_moves_nothing() -> None:
     for phase in np.linspace(0.0, 6.0, 40):
-        run = ok(simulate(table31(), [(20.0, Drive(amplitude=BREAKAWAY, frequency=3.0, phase=float(phase)))], [20.0]))
+        run = ok(
+            simulate(
+                table31(),
+                [(20.0, EffortFunction(amplitude=BREAKAWAY, frequency=3.0, phase=float(phase)))],
+                [20.0],
+            )
+        )
         assert abs(run.position[0]) < 1e-20
 
 
@@ -201,4 +269,4 @@ def test_segments_and_times_in_order() -> None:
     with pytest.raises(ValueError, match="times"):
         simulate(table31(), [(1.0, SPRING)], [2.0])
     with pytest.raises(ValueError, match="finite"):
-        simulate(table31(), [(1.0, Drive(offset=np.nan))], [])
+        simulate(table31(), [(1.0, EffortFunction(offset=np.nan))], [])

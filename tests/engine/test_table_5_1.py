@@ -1,4 +1,5 @@
-"""Table 5.1's loops: the figures that are known of them, as the product plays them, and that the reference is what table51.py says."""
+"""Table 5.1's loops: the figures that are known of them, as the product plays them, and that the
+reference is what table51.py says."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.signal import cont2discrete, dlsim
 
 from frictool.documents.controller import Number
-from frictool.engine.axis import advance
+from frictool.engine.axis_motion import advance
 from frictool.engine.status import OK
 from frictool.plant.axis import POSITION, VELOCITY, rest
 from tests.engine.loops51 import LOOPS, figures, missed
@@ -35,7 +36,9 @@ from tests.engine.table51 import (
 )
 
 RESTS = [name for name, loop in LOOPS.items() if loop.printed[4] == "nan"]
-SECONDS = 240.0  # the PID's cycle is steady after two minutes; 600 s in tests/accept/check_table_5_1.py
+SECONDS = (
+    240.0  # the PID's cycle is steady after two minutes; 600 s in tests/accept/check_table_5_1.py
+)
 
 
 @pytest.mark.parametrize("name", LOOPS)
@@ -46,10 +49,15 @@ def test_the_product_has_the_figures(name: str) -> None:
 
 @pytest.mark.parametrize("name", LOOPS)
 def test_the_product_is_the_slow_reference(name: str) -> None:
-    """Written down twice, independently: documents and a program of operations here, the text's loop in plain kernels there."""
+    """Written down twice, independently: documents and a program of operations here, the text's
+    loop in plain kernels there."""
     seconds = 3.0  # a limit cycle lets what differs grow from one breakaway to the next
-    apart = 2e-6 if name != "smooth_limiter_virtual" else 3e-5  # the encoder's 1 nm; the function that the target has in place of tanh
-    np.testing.assert_allclose(played(name, seconds), LOOPS[name].step(seconds), rtol=0.0, atol=apart)
+    apart = (
+        2e-6 if name != "smooth_limiter_virtual" else 3e-5
+    )  # the encoder's 1 nm; the function that the target has in place of tanh
+    np.testing.assert_allclose(
+        played(name, seconds), LOOPS[name].step(seconds), rtol=0.0, atol=apart
+    )
 
 
 @pytest.mark.parametrize("name", RESTS)
@@ -61,7 +69,8 @@ def test_what_rests_has_its_figures_in_other_number_formats(name: str, number: N
 
 @pytest.mark.parametrize("name", RESTS)
 def test_what_rests_does_so_with_coefficients_of_fifteen_bits(name: str) -> None:
-    """Their errors move the stop within the band by some per cent of it: it is at rest there, and in time."""
+    """Their errors move the stop within the band by some per cent of it: it is at rest there, and
+    in time."""
     found = figures(played(name, 40.0, "q15"))
     assert found["amplitude_m"] == 0.0
     assert found["static_error_m"] < BAND
@@ -76,7 +85,13 @@ def test_the_virtual_friction_as_printed_does_not_move() -> None:
 
 @pytest.mark.parametrize(
     ("figure", "value"),
-    [("overshoot_percent", 47.5), ("response_95_s", 200.0), ("static_error_m", 0.0829), ("amplitude_m", 0.0858), ("period_s", math.nan)],
+    [
+        ("overshoot_percent", 47.5),
+        ("response_95_s", 200.0),
+        ("static_error_m", 0.0829),
+        ("amplitude_m", 0.0858),
+        ("period_s", math.nan),
+    ],
 )
 def test_a_figure_more_than_two_percent_off_is_missed(figure: str, value: float) -> None:
     found = figures(LOOPS["pid"].step(SECONDS)) | {figure: value}
@@ -85,7 +100,9 @@ def test_a_figure_more_than_two_percent_off_is_missed(figure: str, value: float)
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=40))
 def test_pid_is_the_zero_order_hold_equivalent(errors: list[float]) -> None:
-    numerator = np.polyadd(np.polymul([LAG, 1.0], [INTEGRAL_TIME, 1.0]), [DERIVATIVE_TIME * INTEGRAL_TIME, 0.0, 0.0])
+    numerator = np.polyadd(
+        np.polymul([LAG, 1.0], [INTEGRAL_TIME, 1.0]), [DERIVATIVE_TIME * INTEGRAL_TIME, 0.0, 0.0]
+    )
     system = (GAIN * numerator, np.polymul([LAG, 1.0], [INTEGRAL_TIME, 0.0]))
     _, expected = dlsim(cont2discrete(system, PERIOD), np.array(errors))
     memory, outputs = np.zeros(2), []
@@ -104,11 +121,15 @@ def test_a_limited_command_is_not_driven_further(error: float, command: float) -
 
 
 @given(st.floats(0.05, 3.0), st.sampled_from([-1.0, 1.0]), st.floats(-0.019, 0.019))
-def test_inside_the_condition_friction_alone_ends_in_the_band(speed: float, direction: float, aside: float) -> None:
+def test_inside_the_condition_friction_alone_ends_in_the_band(
+    speed: float, direction: float, aside: float
+) -> None:
     state, array = rest(), DRY.as_array()
     state[VELOCITY] = direction * speed
     target = direction * (speed**2 / 2.0 + aside)
-    assert on_the_way(target, state[VELOCITY], DRY.coulomb) == (abs(abs(target) - speed**2 / 2.0) < 0.02)
+    assert on_the_way(target, state[VELOCITY], DRY.coulomb) == (
+        abs(abs(target) - speed**2 / 2.0) < 0.02
+    )
     for _ in range(4):
         assert advance(state, 0.0, array, 1.0) == OK
     assert state[VELOCITY] == 0.0

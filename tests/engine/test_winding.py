@@ -12,16 +12,23 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Winding
-from frictool.engine.axis import advance, drive_range
-from frictool.engine.bench_test import play_reference
-from frictool.engine.closed_loop import COMMAND, RECORD_SIZE, TRUE_DRIVE, TRUE_VELOCITY, measure, run
+from frictool.engine.axis_motion import advance, drive_range
+from frictool.engine.bench_experiment import play_reference
+from frictool.engine.closed_loop import (
+    COMMAND,
+    RECORD_SIZE,
+    TRUE_DRIVE,
+    TRUE_VELOCITY,
+    measure,
+    run,
+)
 from frictool.engine.conditions import CONSTANT_FACTOR, NO_CONDITIONS, neutral
-from frictool.engine.replay import replayed
-from frictool.engine.servo import Servo
+from frictool.engine.effort_replay import replay_parameters
+from frictool.engine.servo import PositionServo
 from frictool.engine.status import OK
 from frictool.plant.axis import DRIVE, SUPPLY, VELOCITY, AxisParameters, rest
 from frictool.plant.axis_model import axis_of
-from frictool.plant.load import Load
+from frictool.plant.position_load import PositionLoad
 from tests.control.example import started
 from tests.engine.test_closed_loop import CONTROLLER, ENCODED, PERIOD
 from tests.synth.example import clutch_model
@@ -30,10 +37,25 @@ WOUND = ENCODED._replace(resistance=0.2, supply=6.0)  # 30 A at rest, 448 rad/s 
 FREE = AxisParameters(1.32e-5, 0.0, 0.0, 0.0, constant=0.0134, resistance=0.2, supply=6.0)
 
 
-def loop(axis: AxisParameters, conditions: NDArray[np.float64] = NO_CONDITIONS, target: float = 60.0) -> NDArray[np.float64]:
+def loop(
+    axis: AxisParameters, conditions: NDArray[np.float64] = NO_CONDITIONS, target: float = 60.0
+) -> NDArray[np.float64]:
     record, own = np.zeros((600, RECORD_SIZE)), started(CONTROLLER, measure(5.0, axis.encoder_step))
     reference = np.repeat([target, 5.0], 300)
-    assert run(axis.as_array(), rest(5.0), own, reference, PERIOD, 1, record, Load().as_array(), conditions) == OK
+    assert (
+        run(
+            axis.as_array(),
+            rest(5.0),
+            own,
+            reference,
+            PERIOD,
+            1,
+            record,
+            PositionLoad().as_array(),
+            conditions,
+        )
+        == OK
+    )
     return record
 
 
@@ -55,7 +77,8 @@ def test_a_supply_that_never_limits_changes_no_event() -> None:
 @settings(derandomize=True, deadline=None)
 @given(velocity=st.floats(-900.0, 900.0))
 def test_the_range_of_the_drive(velocity: float) -> None:
-    """(voltage - constant v)/resistance at either end, or the drive's own limit; beyond the idle speed it only brakes."""
+    """(voltage - constant v)/resistance at either end, or the drive's own limit; beyond the idle
+    speed it only brakes."""
     low, high = drive_range(WOUND.as_array(), velocity)
     assert high == pytest.approx(min(50.0, (6.0 - 0.0134 * velocity) / 0.2))
     assert low == pytest.approx(max(-50.0, (-6.0 - 0.0134 * velocity) / 0.2))
@@ -63,7 +86,8 @@ def test_the_range_of_the_drive(velocity: float) -> None:
 
 
 def test_a_free_axis_runs_up_to_its_idle_speed_as_the_machine_equation_says() -> None:
-    """J v' = K (U - K v)/R: the bound is taken at the beginning of each call, an error of first order in its length."""
+    """J v' = K (U - K v)/R: the bound is taken at the beginning of each call, an error of first
+    order in its length."""
     constant = 0.0134**2 / (1.32e-5 * 0.2)
     errors = []
     for period in (1e-3, 5e-4, 2.5e-4):
@@ -97,11 +121,17 @@ def test_the_back_emf_falls_with_the_constant() -> None:
 
 def test_the_bench_gives_it_and_a_replay_of_what_was_measured_does_not_take_it() -> None:
     model = clutch_model()
-    wound = msgspec.structs.replace(model.bench.actuator, winding=Winding(resistance_ohm=0.2, voltage_v=12.0))
-    axis = axis_of(msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, actuator=wound)))
+    wound = msgspec.structs.replace(
+        model.bench.actuator, winding=Winding(resistance_ohm=0.2, voltage_v=12.0)
+    )
+    axis = axis_of(
+        msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, actuator=wound))
+    )
     assert (axis.resistance, axis.supply) == (0.2, 12.0)
     assert axis.as_array()[SUPPLY] == 12.0
-    np.testing.assert_array_equal(replayed(axis)[:SUPPLY], replayed(axis_of(model))[:SUPPLY])
+    np.testing.assert_array_equal(
+        replay_parameters(axis)[:SUPPLY], replay_parameters(axis_of(model))[:SUPPLY]
+    )
 
 
 def test_what_cannot_be_is_named() -> None:
@@ -113,15 +143,42 @@ def test_what_cannot_be_is_named() -> None:
 
 @pytest.mark.parametrize("lag", [0.0, 3e-3])
 def test_a_bench_that_follows_a_reference_has_the_same_winding(lag: float) -> None:
-    """Its log too shows no current that the supply cannot drive; the speed is that of the motion, by central differences."""
+    """Its log too shows no current that the supply cannot drive; the speed is that of the motion,
+    by central differences."""
     axis, reference = WOUND._replace(lag=lag, encoder_step=0.0), np.repeat([40.0, 5.0], 300)
     position, drive = np.empty(600), np.empty(600)
-    servo = np.array(Servo(proportional=0.1, derivative=1e-3))
-    assert play_reference(axis.as_array(), Load().as_array(), rest(5.0), servo, reference, PERIOD, 0, position, drive) == OK
+    servo = np.array(PositionServo(proportional=0.1, derivative=1e-3))
+    assert (
+        play_reference(
+            axis.as_array(),
+            PositionLoad().as_array(),
+            rest(5.0),
+            servo,
+            reference,
+            PERIOD,
+            0,
+            position,
+            drive,
+        )
+        == OK
+    )
     voltage = 0.2 * drive[1:-1] + 0.0134 * (position[2:] - position[:-2]) / (2.0 * PERIOD)
     assert np.percentile(np.abs(voltage), 99.0) <= 6.0 * 1.05
     assert np.max(np.abs(drive)) <= 60.0
     sound = np.empty(600)
     loose = axis._replace(resistance=0.0).as_array()
-    assert play_reference(loose, Load().as_array(), rest(5.0), servo, reference, PERIOD, 0, position, sound) == OK
+    assert (
+        play_reference(
+            loose,
+            PositionLoad().as_array(),
+            rest(5.0),
+            servo,
+            reference,
+            PERIOD,
+            0,
+            position,
+            sound,
+        )
+        == OK
+    )
     assert np.max(np.abs(sound)) > np.max(np.abs(drive))

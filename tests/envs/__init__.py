@@ -1,1 +1,2 @@
-"""Other environments than this one: linear algebra of other processors, the lowest and the newest dependencies (`make test-envs`)."""
+"""Other environments than this one: linear algebra of other processors, the lowest and the newest
+dependencies (`make test-envs`)."""

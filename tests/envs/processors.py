@@ -1,4 +1,5 @@
-"""The tests with the linear algebra of other processors: the kernels of OpenBLAS, and one or two threads."""
+"""The tests with the linear algebra of other processors: the kernels of OpenBLAS, and one or two
+threads."""
 
 from __future__ import annotations
 
@@ -13,7 +14,12 @@ from typing import Any
 
 from tests.docs.pages import ROOT
 
-NEEDS = {"Prescott": "pni", "Haswell": "avx2", "Zen": "avx2", "SkylakeX": "avx512f"}  # flags of /proc/cpuinfo
+NEEDS = {
+    "Prescott": "pni",
+    "Haswell": "avx2",
+    "Zen": "avx2",
+    "SkylakeX": "avx512f",
+}  # flags of /proc/cpuinfo
 THREADS = {"Prescott": 2, "Haswell": 1, "Zen": 2, "SkylakeX": 1}
 
 
@@ -32,11 +38,21 @@ def suite(core: str, threads: int, paths: tuple[str, ...] = ()) -> dict[str, Any
     environment = {**os.environ, "OPENBLAS_CORETYPE": core, "OPENBLAS_NUM_THREADS": str(threads)}
     start = time.perf_counter()
     words = [sys.executable, "-m", "pytest", "-n", "auto", "--dist", "loadfile", *paths]
-    done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        words, cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
     lines = done.stdout.splitlines()
     failed = [line for line in lines if line.startswith(("FAILED", "ERROR"))]
     seconds = round(time.perf_counter() - start, 1)
-    return {"passed": done.returncode == 0, "threads": threads, "end": lines[-1] if lines else "", "failed": failed, "s": seconds}
+    return {
+        "passed": done.returncode == 0,
+        "threads": threads,
+        "end": lines[-1] if lines else "",
+        "failed": failed,
+        "s": seconds,
+    }
 
 
-ENVIRONMENTS: dict[str, Callable[..., dict[str, Any]]] = {core: partial(suite, core, threads) for core, threads in THREADS.items()}
+ENVIRONMENTS: dict[str, Callable[..., dict[str, Any]]] = {
+    core: partial(suite, core, threads) for core, threads in THREADS.items()
+}

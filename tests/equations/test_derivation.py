@@ -1,4 +1,5 @@
-"""Equations derived from descriptions: the clutch's golden text, the screw's and the gear's from the thesis, every dimension checked."""
+"""Equations derived from descriptions: the clutch's golden text, the screw's and the gear's from
+the thesis, every dimension checked."""
 
 from __future__ import annotations
 
@@ -18,12 +19,12 @@ from frictool.documents.mechanism import Block, Coupling, Link, Mechanism, Rack,
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.equations.derivation import Derivation, derive
-from frictool.equations.dimension import check, check_sum
+from frictool.equations.dimension_check import check_equation, check_sum
 from frictool.equations.expression import Equation, Term, symbol
-from frictool.equations.layout import as_latex
+from frictool.equations.views import as_latex
 from frictool.plant.mechanism.assembly import assemble
-from frictool.plant.mechanism.linear import linearise
-from frictool.plant.mechanism.wrong import WrongElement
+from frictool.plant.mechanism.element_error import ElementError
+from frictool.plant.mechanism.linearisation import linearise
 from tests.plant.mechanism.described import TRAIN, document
 
 HERE = Path(__file__).parent / "golden"
@@ -55,12 +56,18 @@ def test_the_machines_view_names_the_element_of_every_term() -> None:
         ("-p_rack lambda_rack", "links.rack"),
     ]
     assert found["terms_checked"] > 50
-    assert {"symbol": "J_rotor", "value": 1.32e-5, "low": 1.11e-5, "high": 1.53e-5}.items() <= found["parameters"][-3].items()
+    assert {
+        "symbol": "J_rotor",
+        "value": 1.32e-5,
+        "low": 1.11e-5,
+        "high": 1.53e-5,
+    }.items() <= found["parameters"][-3].items()
 
 
 @pytest.mark.parametrize("path", [HERE / "clutch.yaml", EVERY_KEY])
 def test_every_formula_is_latex(path: Path) -> None:
-    """As matplotlib's parser of mathematics reads it; the fragment has as many braces of each kind."""
+    """As matplotlib's parser of mathematics reads it; the fragment has as many braces of each
+    kind."""
     read = load(path, Mechanism)
     derivation = derive(read, assemble(read))
     parser = MathTextParser("path")
@@ -69,7 +76,11 @@ def test_every_formula_is_latex(path: Path) -> None:
             parser.parse(f"${line.latex}$")
     fragment = as_latex(derivation)
     assert fragment.count("{") == fragment.count("}")
-    assert fragment.count(r"\begin{align*}") == fragment.count(r"\end{align*}") == len(derivation.sections)
+    assert (
+        fragment.count(r"\begin{align*}")
+        == fragment.count(r"\end{align*}")
+        == len(derivation.sections)
+    )
 
 
 def test_the_gear_of_the_thesis(tmp_path: Path) -> None:
@@ -82,23 +93,37 @@ links: {pair: {kind: gear, between: [A, B], ratio: 0.4, efficiency: 0.8}}
 sources: {A: {on: A, drive: effort}}
 """
     gear = derived(text, tmp_path)
-    assert section(gear, "Free bodies") == ["J_A omega_A' = u_A - p_pair lambda_pair", "J_B omega_B' = lambda_pair"]
+    assert section(gear, "Free bodies") == [
+        "J_A omega_A' = u_A - p_pair lambda_pair",
+        "J_B omega_B' = lambda_pair",
+    ]
     assert section(gear, "Links") == [
         "theta_B = -r_pair theta_A",
         "omega_B = -r_pair omega_A",
         "p_pair = -r_pair/eta_pair",
         "p_pair = -r_pair eta_back_pair",
     ]
-    assert section(gear, "Forces of rigid links eliminated") == ["(J_A - p_pair r_pair J_B) omega_A' = u_A"]
-    soft = text.replace("efficiency: 0.8", "compliance: {stiffness: {value: 5, unit: N m/rad}, damping: {value: 1, unit: N m s/rad}}")
+    assert section(gear, "Forces of rigid links eliminated") == [
+        "(J_A - p_pair r_pair J_B) omega_A' = u_A"
+    ]
+    soft = text.replace(
+        "efficiency: 0.8",
+        "compliance: {stiffness: {value: 5, unit: N m/rad}, damping: {value: 1, unit: N m s/rad}}",
+    )
     yielding = derived(soft, tmp_path)
     assert section(yielding, "Links") == ["e_pair = theta_B + r_pair theta_A"]
-    assert section(yielding, "Efforts") == ["lambda_pair = -k_pair e_pair - d_pair e_pair'"]  # u_B of (2.5)
+    assert section(yielding, "Efforts") == [
+        "lambda_pair = -k_pair e_pair - d_pair e_pair'"
+    ]  # u_B of (2.5)
     assert section(yielding, "Free bodies")[0] == "J_A omega_A' = u_A + r_pair lambda_pair"
 
 
 @pytest.mark.parametrize(
-    ("mu", "relation"), [(0.1, "reversible: mu = 0.1 < tan(alpha) = 0.20271"), (0.3, "irreversible, nut cannot drive screw")]
+    ("mu", "relation"),
+    [
+        (0.1, "reversible: mu = 0.1 < tan(alpha) = 0.20271"),
+        (0.3, "irreversible, nut cannot drive screw"),
+    ],
 )
 def test_the_screw_of_the_thesis(mu: float, relation: str, tmp_path: Path) -> None:
     """(2.15): M' = J + M r^2 tan(alpha)^2, and the friction of (2.12) as printed."""
@@ -116,7 +141,10 @@ sources: {{motor: {{on: screw, drive: effort}}}}
     assert section(screw, "Forces of rigid links eliminated") == [
         "(J_screw + R_thread^2 tan(alpha_thread)^2 m_nut) omega_screw' = u_motor - W_thread - R_thread tan(alpha_thread) F_spring"
     ]
-    assert "W_thread = mu_thread |R_thread lambda_thread - u_screw tan(alpha_thread)| sign(omega_screw)" in section(screw, "Links")
+    assert (
+        "W_thread = mu_thread |R_thread lambda_thread - u_screw tan(alpha_thread)| sign(omega_screw)"
+        in section(screw, "Links")
+    )
     assert relation in screw.said[0]
     exact = derived(text.replace(", friction_form: thesis", ""), tmp_path)
     assert "p_thread = R_thread tan(alpha_thread + atan(mu_thread))" in section(exact, "Links")
@@ -144,52 +172,76 @@ def test_the_lumped_inertia_of_a_train_is_that_of_the_arrays(
     turned: list[bool],
     driven: int,
 ) -> None:
-    """J + sum of r^2 J from the formula's own values, from the groups of the assembly and from the linearised mechanism."""
+    """J + sum of r^2 J from the formula's own values, from the groups of the assembly and from the
+    linearised mechanism."""
     count = len(ratios) + 1
-    blocks = ", ".join(f"b{i}: {{inertia: {{value: {inertias[i]!r}, unit: kg m^2}}}}" for i in range(count))
+    blocks = ", ".join(
+        f"b{i}: {{inertia: {{value: {inertias[i]!r}, unit: kg m^2}}}}" for i in range(count)
+    )
     links = []
     for i, ratio in enumerate(ratios):
         pair = (f"b{min(parents[i], i)}", f"b{i + 1}")
         ends = ", ".join(pair[::-1] if turned[i] else pair)
         links.append(f"g{i}: {{kind: gear, between: [{ends}], ratio: {ratio!r}}}")
     on = f"b{min(driven, count - 1)}"
-    text = f"format: mechanism/1\nname: train\nblocks: {{{blocks}}}\nlinks: {{{', '.join(links)}}}\n"
+    text = (
+        f"format: mechanism/1\nname: train\nblocks: {{{blocks}}}\nlinks: {{{', '.join(links)}}}\n"
+    )
     text += f"sources: {{m: {{on: {on}, drive: effort}}}}\n"
     read = document(text, tmp_path_factory.mktemp("train"))
     mechanism = assemble(read)
-    (lumped,) = next(lines for title, lines in derive(read, mechanism).sections if title == "Forces of rigid links eliminated")
+    (lumped,) = next(
+        lines
+        for title, lines in derive(read, mechanism).sections
+        if title == "Forces of rigid links eliminated"
+    )
     assert isinstance(lumped, Equation)
     assert lumped.of.text == f"omega_{on}'"
     (group_of_all,) = mechanism.groups
     seen = group_of_all.inertia / group_of_all.ratios[mechanism.blocks.index(on)] ** 2
     assert sum(term.number for term in lumped.coefficients) == pytest.approx(seen, rel=1e-9)
     linear = linearise(mechanism)
-    assert linear.mass[0, 0] / linear.moves[mechanism.blocks.index(on), 0] ** 2 == pytest.approx(seen, rel=1e-9)
+    assert linear.mass[0, 0] / linear.moves[mechanism.blocks.index(on), 0] ** 2 == pytest.approx(
+        seen, rel=1e-9
+    )
     assert np.all(mechanism.packed.inertia > 0.0)
 
 
 def test_a_term_of_another_dimension_is_refused(tmp_path: Path) -> None:
-    """Units that only a program can get wrong: the check is by the units of the quantities, not by the kinds of the blocks."""
+    """Units that only a program can get wrong: the check is by the units of the quantities, not by
+    the kinds of the blocks."""
     read = document(TRAIN, tmp_path)
     mechanism = assemble(read)
     rack = read.links["rack"]
     assert isinstance(rack, Rack)
-    wrong = msgspec.structs.replace(read, links={**read.links, "rack": msgspec.structs.replace(rack, radius=Quantity(0.01, unit="m^2"))})
-    with pytest.raises(WrongElement, match=r"the term r_rack theta_shaft of e_rack = .* measures \[length\]\^2; allowed: m") as caught:
+    wrong = msgspec.structs.replace(
+        read,
+        links={
+            **read.links,
+            "rack": msgspec.structs.replace(rack, radius=Quantity(0.01, unit="m^2")),
+        },
+    )
+    with pytest.raises(
+        ElementError,
+        match=r"the term r_rack theta_shaft of e_rack = .* measures \[length\]\^2; allowed: m",
+    ) as caught:
         derive(wrong, mechanism)
     assert caught.value.key == "links.rack"
-    heavy = {**read.blocks, "cart": msgspec.structs.replace(read.blocks["cart"], mass=Quantity(0.5, unit="kg m"))}
-    with pytest.raises(WrongElement, match="m_cart v_cart'"):
+    heavy = {
+        **read.blocks,
+        "cart": msgspec.structs.replace(read.blocks["cart"], mass=Quantity(0.5, unit="kg m")),
+    }
+    with pytest.raises(ElementError, match="m_cart v_cart'"):
         derive(msgspec.structs.replace(read, blocks=heavy), mechanism)
 
 
 def test_the_check_counts_and_refuses() -> None:
     force, mass, speed = symbol("f", "f", "N"), symbol("m", "m", "kg"), symbol("a", "a", "m/s^2")
     newton = Equation((mass,), speed.factors[0][0], (force, mass.times(speed).negative()), "N")
-    assert check(newton) == 3
+    assert check_equation(newton) == 3
     assert check_sum([force, Term(((*force.factors[0],),))], "kg m/s^2") == 2
-    with pytest.raises(WrongElement, match="the term m of m a = m measures"):
-        check(Equation((mass,), speed.factors[0][0], (mass,), "N"))
+    with pytest.raises(ElementError, match="the term m of m a = m measures"):
+        check_equation(Equation((mass,), speed.factors[0][0], (mass,), "N"))
 
 
 def test_products_cancel_and_numbers_add() -> None:
@@ -206,7 +258,14 @@ def test_a_train_longer_than_calls_nest() -> None:
     count = 1100
     blocks = {f"b{k}": Block(inertia=Quantity(k + 1.0, unit="kg m^2")) for k in range(count)}
     links: dict[str, Link] = {f"c{k}": Coupling((f"b{k}", f"b{k + 1}")) for k in range(count - 1)}
-    long = Mechanism("mechanism/1", "long", blocks, links=links, sources={"push": Source("b0", "effort")})
-    (lumped,) = [line for title, lines in derive(long, assemble(long)).sections if "eliminated" in title for line in lines]
+    long = Mechanism(
+        "mechanism/1", "long", blocks, links=links, sources={"push": Source("b0", "effort")}
+    )
+    (lumped,) = [
+        line
+        for title, lines in derive(long, assemble(long)).sections
+        if "eliminated" in title
+        for line in lines
+    ]
     assert isinstance(lumped, Equation)
     assert lumped.numbers.split()[0] == f"{count * (count + 1) // 2}"

@@ -1,4 +1,5 @@
-"""The printed equations are those that the simulation moves: terms evaluated along a run against the accelerations seen there."""
+"""The printed equations are those that the simulation moves: terms evaluated along a run against
+the accelerations seen there."""
 
 from __future__ import annotations
 
@@ -8,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.engine.mechanism.machine import prepare
-from frictool.engine.mechanism.run import run
+from frictool.engine.mechanism.open_loop_run import run
+from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
 from frictool.equations.derivation import derive
@@ -17,7 +18,8 @@ from frictool.equations.expression import Equation, Term
 from frictool.plant.mechanism.assembly import assemble
 from tests.plant.mechanism.described import TRAIN, document
 
-# lossy and lossless rigid links, yielding ones, a spring, friction over the position, a cam: a motor that goes on forward
+# lossy and lossless rigid links, yielding ones, a spring, friction over the position, a cam: a
+# motor that goes on forward
 MOVING = """\
 format: mechanism/1
 name: moving
@@ -74,29 +76,52 @@ def test_the_terms_add_up_to_the_accelerations_of_the_simulation(tmp_path: Path)
     for at in (2000, 5000, 9000):
         speeds = moved.speeds[:, at]
         assert np.all(speeds[:2] * np.array([1.0, -1.0]) > 0.0)
-        slope = (moved.speeds[:, at - 2] - 8 * moved.speeds[:, at - 1] + 8 * moved.speeds[:, at + 1] - moved.speeds[:, at + 2]) / (
-            12 * period
-        )
+        slope = (
+            moved.speeds[:, at - 2]
+            - 8 * moved.speeds[:, at - 1]
+            + 8 * moved.speeds[:, at + 1]
+            - moved.speeds[:, at + 2]
+        ) / (12 * period)
         known = {"i_drive": 4.0, "u_weight": 0.0}
-        for name, kind, q, v in zip(mechanism.blocks, mechanism.kinds, moved.positions[:, at], speeds, strict=True):
+        for name, kind, q, v in zip(
+            mechanism.blocks, mechanism.kinds, moved.positions[:, at], speeds, strict=True
+        ):
             place, rate = ("theta", "omega") if kind == "rotary" else ("x", "v")
-            known |= {f"{place}_{name}": q, f"{rate}_{name}": v, f"sign({rate}_{name})": math.copysign(1.0, v)}
-        for equation in lines["Links"]:  # what is stretched, and how fast; p of the reducer, which the motor drives
+            known |= {
+                f"{place}_{name}": q,
+                f"{rate}_{name}": v,
+                f"sign({rate}_{name})": math.copysign(1.0, v),
+            }
+        for equation in lines[
+            "Links"
+        ]:  # what is stretched, and how fast; p of the reducer, which the motor drives
             assert isinstance(equation, Equation)
             if equation.of.text not in known:
                 known[equation.of.text] = evaluated(equation.right, known)
         known["e_spring"], known["e_disc"] = known["x_slave"], known["x_cart"]
-        rates = {"e_belt'": ("omega_pulley", "omega_shaft", 0.4), "e_hydraulics'": ("v_slave", "v_cart", 0.6)}
+        rates = {
+            "e_belt'": ("omega_pulley", "omega_shaft", 0.4),
+            "e_hydraulics'": ("v_slave", "v_cart", 0.6),
+        }
         known |= {name: known[b] - ratio * known[a] for name, (b, a, ratio) in rates.items()}
-        known |= {"e_spring'": known["v_slave"], "e_disc'": known["v_cart"], "curve_disc(e_disc)": float(disc(known["x_cart"]))}
+        known |= {
+            "e_spring'": known["v_slave"],
+            "e_disc'": known["v_cart"],
+            "curve_disc(e_disc)": float(disc(known["x_cart"])),
+        }
         known["level_slideway(x_cart)"] = float(level(known["x_cart"]))
         known["(Fs_slideway - Fc_slideway)"] = 1.0
-        known["exp(-|v_cart/v_s_slideway|^delta_slideway)"] = math.exp(-((known["v_cart"] / 0.02) ** 2))
+        known["exp(-|v_cart/v_s_slideway|^delta_slideway)"] = math.exp(
+            -((known["v_cart"] / 0.02) ** 2)
+        )
         for equation in lines["Efforts"]:
             assert isinstance(equation, Equation)
             known.setdefault(equation.of.text, evaluated(equation.right, known))
         accelerations = {
-            f"{rate}'": value for rate, value in zip([n for n in known if n.startswith(("omega_", "v_"))], slope, strict=False)
+            f"{rate}'": value
+            for rate, value in zip(
+                [n for n in known if n.startswith(("omega_", "v_"))], slope, strict=False
+            )
         }
         checked = set()
         for equation in (*lines["Forces of rigid links eliminated"], *lines["Free bodies"][-1:]):
@@ -107,24 +132,32 @@ def test_the_terms_add_up_to_the_accelerations_of_the_simulation(tmp_path: Path)
             assert left == pytest.approx(right, abs=2e-6 * largest), equation.text
             checked.add(equation.of.text)
         assert checked == {"omega_motor'", "omega_pulley'", "v_slave'"}
-        # that the motor drives is so: lambda of its reducer from the shaft's free body, with the direction of its speed
+        # that the motor drives is so: lambda of its reducer from the shaft's free body, with the
+        # direction of its speed
         shaft = lines["Free bodies"][1]
         assert isinstance(shaft, Equation)
         others = tuple(term for term in shaft.right if "lambda_reducer" not in term.text)
-        force = evaluated(shaft.coefficients, known) * accelerations["omega_shaft'"] - evaluated(others, known)
+        force = evaluated(shaft.coefficients, known) * accelerations["omega_shaft'"] - evaluated(
+            others, known
+        )
         assert force * known["omega_shaft"] > 0.0
 
 
 def test_blocks_without_mass_move_as_those_with_hardly_any(tmp_path: Path) -> None:
-    """The massless cart of (2.24)-(2.25), behind a massless shaft: also where the spring's force is 0 and nothing acts there."""
+    """The massless cart of (2.24)-(2.25), behind a massless shaft: also where the spring's force is
+    0 and nothing acts there."""
     rigid = TRAIN.replace(", backlash: {width: {value: 0.2, unit: mm}}", "")
     assert rigid != TRAIN
     ends = []
     for shaft, cart in (("1.0e-12", "1.0e-9"), ("0", "0")):
-        text = rigid.replace("3.0e-4", shaft).replace("value: 500, unit: g", f"value: {cart}, unit: kg")
+        text = rigid.replace("3.0e-4", shaft).replace(
+            "value: 500, unit: g", f"value: {cart}, unit: kg"
+        )
         mechanism = assemble(document(text, tmp_path))
         machine = prepare(mechanism.packed)
-        moved = run(machine, rest(mechanism.packed, machine, mechanism.start), np.full((300, 1), 0.1), 1e-3)
+        moved = run(
+            machine, rest(mechanism.packed, machine, mechanism.start), np.full((300, 1), 0.1), 1e-3
+        )
         assert moved.status == OK
         assert np.ptp(moved.positions[0]) > 1.5
         ends.append(moved.positions)

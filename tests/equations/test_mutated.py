@@ -1,4 +1,5 @@
-"""Mechanisms with something changed at random: refused in one line, or put together, derived and linearised with finite numbers."""
+"""Mechanisms with something changed at random: refused in one line, or put together, derived and
+linearised with finite numbers."""
 
 from __future__ import annotations
 
@@ -11,23 +12,46 @@ import pytest
 import yaml
 
 from frictool.cli.mechanism_file import load_mechanism
-from frictool.documents.scalars import Loader
+from frictool.documents.yaml_scalars import Loader
 from frictool.equations.derivation import derive
-from frictool.equations.layout import as_latex, as_text
+from frictool.equations.views import as_latex, as_text
 from frictool.errors import FrictoolError
-from frictool.plant.mechanism.linear import linearise
+from frictool.plant.mechanism.linearisation import linearise
 from tests.fuzz.mutations import mutated
 
 HERE = Path(__file__).parent
 SAMPLES = (HERE / "golden" / "clutch.yaml", HERE.parent / "documents" / "golden" / "mechanism.yaml")
 NUMBERS = (0, -1, 1, 2, 0.5, -0.25, 1e-300, 1e300, 1e-9, 1e9)
-UNITS = ("m", "rad", "N", "N m", "mm", "deg", "kg", "kg m^2", "N/m", "N m/rad", "N s/m", "1", "A", "V", "N m/A", "s")
+UNITS = (
+    "m",
+    "rad",
+    "N",
+    "N m",
+    "mm",
+    "deg",
+    "kg",
+    "kg m^2",
+    "N/m",
+    "N m/rad",
+    "N s/m",
+    "1",
+    "A",
+    "V",
+    "N m/A",
+    "s",
+)
 SEED = 4
 
 
 def places(tree: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     """Every key and index of the tree."""
-    items = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    items = (
+        tree.items()
+        if isinstance(tree, dict)
+        else enumerate(tree)
+        if isinstance(tree, list)
+        else ()
+    )
     return [place for key, value in items for place in ((*path, key), *places(value, (*path, key)))]
 
 
@@ -48,7 +72,9 @@ def changed(tree: dict[str, Any], rng: np.random.Generator) -> dict[str, Any]:
         elif path[-1] == "unit":
             at[path[-1]] = UNITS[int(rng.integers(len(UNITS)))]
         elif isinstance(here, str):
-            names = [*tree["blocks"], "ground"] if isinstance(tree.get("blocks"), dict) else ["ground"]
+            names = (
+                [*tree["blocks"], "ground"] if isinstance(tree.get("blocks"), dict) else ["ground"]
+            )
             at[path[-1]] = names[int(rng.integers(len(names)))]
         else:
             other: Any = tree
@@ -88,7 +114,11 @@ def tally(count: int, folder: Path, sample: Path) -> dict[str, int]:
     found = {"refused": 0, "taken": 0}
     for index in range(count):
         rng = np.random.default_rng([SEED, index])
-        path.write_bytes(mutated(text, rng) if index % 4 == 0 else yaml.safe_dump(changed(tree, rng), sort_keys=False).encode())
+        path.write_bytes(
+            mutated(text, rng)
+            if index % 4 == 0
+            else yaml.safe_dump(changed(tree, rng), sort_keys=False).encode()
+        )
         found[outcome(path)] += 1
     return found
 

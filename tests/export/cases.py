@@ -6,7 +6,13 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Winding
-from frictool.documents.controller import Controller, FrictionCompensation, Limiter, LinearController, Velocity
+from frictool.documents.controller import (
+    Controller,
+    FrictionCompensation,
+    Limiter,
+    LinearController,
+    Velocity,
+)
 from tests.control.example import BRAKE_LAW, CUT_LAW, clutch_controller, speed_controller
 from tests.export.controllers import scheduled, space
 from tests.verify.observed import tracking
@@ -18,17 +24,37 @@ def _cascade() -> Controller:
     """(5.70), the band that brakes, a disturbance observer, a winding."""
     base = clutch_controller(BRAKE_LAW)
     actuator = replace(base.bench.actuator, winding=Winding(0.2, 12.0))
-    observer = FrictionCompensation(source="observer", observer_rad_s=60.0, inertia=1.32e-5, gain=0.8)
+    observer = FrictionCompensation(
+        source="observer", observer_rad_s=60.0, inertia=1.32e-5, gain=0.8
+    )
     bench = replace(base.bench, actuator=actuator)
-    return replace(base, velocity=Velocity(order=2, bandwidth_rad_s=600.0), friction_compensation=observer, bench=bench)
+    return replace(
+        base,
+        velocity=Velocity(order=2, bandwidth_rad_s=600.0),
+        friction_compensation=observer,
+        bench=bench,
+    )
 
 
 def _position() -> Controller:
-    """A PI in state space with conditional integration, (5.7) with virtual friction, a sensor of the speed, modelled friction."""
+    """A PI in state space with conditional integration, (5.7) with virtual friction, a sensor of
+    the speed, modelled friction."""
     gains = space(np.eye(1), np.array([0.01]), np.array([1.0]), 3.0)
-    linear = LinearController(discrete=gains, continuous=gains, sos=(), anti_windup=(0.0,), conditional=True)
-    limiter = Limiter("energy", 0.5, inertia=1.32e-5, coulomb=0.099, virtual_coulomb=0.05, virtual_speed=20.0, settled_speed=5.0)
-    modelled = FrictionCompensation(source="model", velocity="reference", coulomb=0.05, viscous=3e-4, smoothing_speed=15.0)
+    linear = LinearController(
+        discrete=gains, continuous=gains, sos=(), anti_windup=(0.0,), conditional=True
+    )
+    limiter = Limiter(
+        "energy",
+        0.5,
+        inertia=1.32e-5,
+        coulomb=0.099,
+        virtual_coulomb=0.05,
+        virtual_speed=20.0,
+        settled_speed=5.0,
+    )
+    modelled = FrictionCompensation(
+        source="model", velocity="reference", coulomb=0.05, viscous=3e-4, smoothing_speed=15.0
+    )
     return replace(
         clutch_controller(),
         structure="position",
@@ -42,16 +68,26 @@ def _position() -> Controller:
 
 def _sections() -> Controller:
     """Second-order sections, a proportional law, no prefilter, nothing in the band."""
-    base = clutch_controller(replace(CUT_LAW, kind="proportional", gain=7.0, action="none", settled_speed=None), prefilter=False)
+    base = clutch_controller(
+        replace(CUT_LAW, kind="proportional", gain=7.0, action="none", settled_speed=None),
+        prefilter=False,
+    )
     linear = speed_controller()
     sections = tuple(linear.sos)
-    return replace(base, linear=replace(linear, form="sos", sos=sections, sos_anti_windup=(1e-3, -1e-3) * len(sections)))
+    return replace(
+        base,
+        linear=replace(
+            linear, form="sos", sos=sections, sos_anti_windup=(1e-3, -1e-3) * len(sections)
+        ),
+    )
 
 
 def _observed() -> Controller:
     """A band that brakes and modelled friction, both by the speed of a tracking observer."""
     velocity = Velocity(source="observer", observer=tracking())
-    modelled = FrictionCompensation(source="model", coulomb=0.05, viscous=3e-4, smoothing_speed=15.0, gain=0.5)
+    modelled = FrictionCompensation(
+        source="model", coulomb=0.05, viscous=3e-4, smoothing_speed=15.0, gain=0.5
+    )
     return replace(clutch_controller(BRAKE_LAW), velocity=velocity, friction_compensation=modelled)
 
 

@@ -1,4 +1,5 @@
-"""Exported C compiled strictly and played on rows of inputs, beside the simulation's own machine on the same rows."""
+"""Exported C compiled strictly and played on rows of inputs, beside the simulation's own machine on
+the same rows."""
 
 from __future__ import annotations
 
@@ -12,29 +13,36 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from frictool.control.composition import controller_program
-from frictool.control.fixed_kernel import INVALID, from_real
-from frictool.control.fixed_point import BITS, DoesNotFit, fixed_program
-from frictool.control.machine import FIXED, FLOAT, Machine, control_step, start_at
+from frictool.control.compiled_program import FIXED, FLOAT, CompiledProgram, control_step, start_at
+from frictool.control.controller_composition import controller_program
+from frictool.control.fixed_point import BITS, FixedPointOverflow, fixed_program
+from frictool.control.fixed_point_kernel import INVALID, from_real
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller, Number
 from frictool.export.c99 import c_sources
-from frictool.export.identifier import c_identifier
-from frictool.export.origin import Origin
+from frictool.export.c_identifier import c_identifier
+from frictool.export.export_origin import ExportOrigin
+from frictool.export.golden_vectors import GoldenVectors, golden_vectors
 from frictool.export.rounded_loop import RoundedLoop
-from frictool.export.vectors import GoldenVectors, golden_vectors
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Values = NDArray[Any]
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Wshadow", "-Werror"]
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
 OPTIMISATIONS = ["-O0", "-O3"]
 NUMBERS: tuple[Number, ...] = ("double", "float", "q31", "q15")
-KINDS: dict[str, Any] = {"double": np.float64, "float": np.float32, "q31": np.int32, "q15": np.int32}
-ORIGIN = Origin("0" * 64, "frictool export controller.yaml --lang c")
+KINDS: dict[str, Any] = {
+    "double": np.float64,
+    "float": np.float32,
+    "q31": np.int32,
+    "q15": np.int32,
+}
+ORIGIN = ExportOrigin("0" * 64, "frictool export controller.yaml --lang c")
 LOOP = RoundedLoop(0.5, "nominal", None, "")
-needs_compiler = pytest.mark.skipif(not COMPILERS, reason="no C compiler: neither gcc nor clang is on the PATH")
+needs_compiler = pytest.mark.skipif(
+    not COMPILERS, reason="no C compiler: neither gcc nor clang is on the PATH"
+)
 DRIVER = """
 #include "{id}.h"
 
@@ -55,13 +63,27 @@ void play(long samples, {kind} position, const {kind} *rows, {kind} *drives)
 """
 
 
-def sources(controller: Controller, number: Number = "double", vectors: GoldenVectors | None = None) -> dict[str, str]:
+def sources(
+    controller: Controller, number: Number = "double", vectors: GoldenVectors | None = None
+) -> dict[str, str]:
     """The exported files of a controller whose loop nobody has verified."""
     program = controller_program(controller)
-    return c_sources(controller, program, number, vectors or golden_vectors(controller, program, number), LOOP, ORIGIN)
+    return c_sources(
+        controller,
+        program,
+        number,
+        vectors or golden_vectors(controller, program, number),
+        LOOP,
+        ORIGIN,
+    )
 
 
-def write(controller: Controller, folder: Path, number: Number = "double", vectors: GoldenVectors | None = None) -> str:
+def write(
+    controller: Controller,
+    folder: Path,
+    number: Number = "double",
+    vectors: GoldenVectors | None = None,
+) -> str:
     """The files in `folder`; the prefix of their names."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in sources(controller, number, vectors).items():
@@ -73,7 +95,12 @@ def built(folder: Path, compiler: str, *options: str) -> Path:
     """The self-test, compiled strictly."""
     program = folder / f"selftest-{compiler}{''.join(options)}"
     files = sorted(map(str, folder.glob("*.c")))
-    done = subprocess.run([compiler, *STRICT, *options, *files, "-o", str(program), "-lm"], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [compiler, *STRICT, *options, *files, "-o", str(program), "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     return program
 
@@ -86,24 +113,53 @@ def ran(program: Path) -> tuple[int, str, str]:
 
 def held(program: Program) -> list[str]:
     """The scheduled parameters, as the rows have them behind the inputs."""
-    return [program.names[node.index] for node in program.states.values() if node.index not in program.updates]
+    return [
+        program.names[node.index]
+        for node in program.states.values()
+        if node.index not in program.updates
+    ]
 
 
-def library(controller: Controller, number: Number, folder: Path, compiler: str, *options: str) -> Any:
-    """`play` of the compiled code: rows (n, m) of inputs and scheduled parameters to drives (n,), in the number format's own type."""
+def library(
+    controller: Controller, number: Number, folder: Path, compiler: str, *options: str
+) -> Any:
+    """`play` of the compiled code: rows (n, m) of inputs and scheduled parameters to drives (n,),
+    in the number format's own type."""
     name, program = c_identifier(controller.name), controller_program(controller)
     kind = {"double": "double", "float": "float"}.get(number, "int32_t")
     count = len(program.inputs)
-    sets = "".join(f"        {name}_set_{one}(&state, row[{count + k}]);\n" for k, one in enumerate(held(program)))
+    sets = "".join(
+        f"        {name}_set_{one}(&state, row[{count + k}]);\n"
+        for k, one in enumerate(held(program))
+    )
     arguments = "".join(f", row[{k}]" for k in range(count))
     width = count + len(held(program))
-    (folder / "driver.c").write_text(DRIVER.format(id=name, kind=kind, width=width, sets=sets, arguments=arguments))
+    (folder / "driver.c").write_text(
+        DRIVER.format(id=name, kind=kind, width=width, sets=sets, arguments=arguments)
+    )
     path = folder / f"lib-{compiler}{''.join(options)}.so"
-    command = [compiler, *STRICT, *options, "-shared", "-fPIC", str(folder / f"{name}.c"), str(folder / "driver.c"), "-o", str(path), "-lm"]
+    command = [
+        compiler,
+        *STRICT,
+        *options,
+        "-shared",
+        "-fPIC",
+        str(folder / f"{name}.c"),
+        str(folder / "driver.c"),
+        "-o",
+        str(path),
+        "-lm",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    loaded, scalar = ctypes.CDLL(str(path)), {"double": ctypes.c_double, "float": ctypes.c_float}.get(number, ctypes.c_int32)
-    loaded.play.argtypes, loaded.play.restype = [ctypes.c_long, scalar, ctypes.c_void_p, ctypes.c_void_p], None
+    loaded, scalar = (
+        ctypes.CDLL(str(path)),
+        {"double": ctypes.c_double, "float": ctypes.c_float}.get(number, ctypes.c_int32),
+    )
+    loaded.play.argtypes, loaded.play.restype = (
+        [ctypes.c_long, scalar, ctypes.c_void_p, ctypes.c_void_p],
+        None,
+    )
 
     def play(rows: Values) -> Values:
         given = np.ascontiguousarray(rows, dtype=KINDS[number])
@@ -116,7 +172,8 @@ def library(controller: Controller, number: Number, folder: Path, compiler: str,
 
 
 def in_format(program: Program, number: Number, rows: Values) -> Values:
-    """Return rows (n, m) in SI as the format's own values; fixed point rounds and saturates, and has a word for a lost input."""
+    """Return rows (n, m) in SI as the format's own values; fixed point rounds and saturates, and
+    has a word for a lost input."""
     if number not in BITS:
         return rows.astype(KINDS[number])
     scaled = fixed_program(program, BITS[number])
@@ -126,16 +183,25 @@ def in_format(program: Program, number: Number, rows: Values) -> Values:
         low, high = scaled.words[node.index]
         valid = np.isfinite(rows[:, k])
         values = np.where(valid, rows[:, k], 0.0)
-        words[:, k] = np.where(valid, np.clip(np.rint(np.ldexp(values, scaled.fractions[node.index])), low, high), INVALID)
+        words[:, k] = np.where(
+            valid,
+            np.clip(np.rint(np.ldexp(values, scaled.fractions[node.index])), low, high),
+            INVALID,
+        )
     return words
 
 
 def simulated(program: Program, number: Number, rows: Values) -> Values:
     """The machine's drives on rows in the format's own values."""
     running = machine_in(program, number)
-    places = np.array([node.index for node in program.inputs.values()] + [program.states[name].index for name in held(program)])
+    places = np.array(
+        [node.index for node in program.inputs.values()]
+        + [program.states[name].index for name in held(program)]
+    )
     fractions = (
-        np.array([running.formats[place, 0] for place in places]) if running.number == FIXED else np.zeros(len(places), dtype=np.int64)
+        np.array([running.formats[place, 0] for place in places])
+        if running.number == FIXED
+        else np.zeros(len(places), dtype=np.int64)
     )
     si = np.ldexp(rows.astype(np.float64), -fractions)
     if running.number == FIXED:
@@ -149,7 +215,9 @@ def simulated(program: Program, number: Number, rows: Values) -> Values:
 
 
 @kernel
-def _played(running: Machine, places: Values, inputs: int, rows: Values, drives: Values) -> None:
+def _played(
+    running: CompiledProgram, places: Values, inputs: int, rows: Values, drives: Values
+) -> None:
     for k in range(rows.shape[0]):
         for j in range(inputs, places.shape[0]):  # scheduled parameters
             if running.number == FIXED:
@@ -165,6 +233,6 @@ def fits(program: Program, number: Number) -> bool:
     """Whether fixed point can be scaled for it."""
     try:
         machine_in(program, number)
-    except DoesNotFit:
+    except FixedPointOverflow:
         return False
     return True

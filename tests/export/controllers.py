@@ -1,4 +1,5 @@
-"""Made-up controller documents of every composition: both structures, every block on and off, orders 0 to 8, scheduled or not."""
+"""Made-up controller documents of every composition: both structures, every block on and off,
+orders 0 to 8, scheduled or not."""
 
 from __future__ import annotations
 
@@ -35,8 +36,11 @@ def space(a: Matrix, b: Matrix, c: Matrix, d: float) -> StateSpace:
     return StateSpace(rows, column, (row,), ((d,),))
 
 
-def stable(random: np.random.Generator, n: int, integrates: bool) -> tuple[Matrix, Matrix, Matrix, float]:
-    """A stable random system, its last state an integrator where asked; some of its entries are 0."""
+def stable(
+    random: np.random.Generator, n: int, integrates: bool
+) -> tuple[Matrix, Matrix, Matrix, float]:
+    """A stable random system, its last state an integrator where asked; some of its entries are
+    0."""
     a = random.standard_normal((n, n)) * (random.random((n, n)) < 0.8)
     radius = max(np.abs(np.linalg.eigvals(a)), default=0.0)
     a *= random.uniform(0.3, 0.97) / max(radius, 1e-3)
@@ -53,7 +57,9 @@ def linears(draw: Draw, cascade: bool, form: str) -> LinearController:
     order, random = draw(st.integers(0, 8)), np.random.default_rng(draw(st.integers(0, 2**16)))
     conditional = form == "state_space" and draw(st.booleans())
     a, b, c, d = stable(random, order, conditional)
-    gains = tuple(float(value) for value in 1e-3 * random.standard_normal(order) * (not conditional))
+    gains = tuple(
+        float(value) for value in 1e-3 * random.standard_normal(order) * (not conditional)
+    )
     sections = _sections(random, draw(st.integers(1, 3))) if form == "sos" else ()
     document = space(a, b, c, d)
     return LinearController(
@@ -63,7 +69,9 @@ def linears(draw: Draw, cascade: bool, form: str) -> LinearController:
         anti_windup=gains,
         input=draw(st.sampled_from(["eta", "speed_error"])) if cascade else "eta",
         form=form,
-        sos_anti_windup=tuple(float(value) for value in 1e-3 * random.standard_normal(2 * len(sections))),
+        sos_anti_windup=tuple(
+            float(value) for value in 1e-3 * random.standard_normal(2 * len(sections))
+        ),
         conditional=conditional,
     )
 
@@ -74,7 +82,12 @@ def _sections(random: np.random.Generator, count: int) -> tuple[tuple[float, ...
         radius, angle = random.uniform(0.2, 0.9), random.uniform(0.1, 3.0)
         pole = radius * np.exp(1j * angle)
         numerator = random.standard_normal(3)
-        found.append(tuple(float(value) for value in (*numerator, 1.0, *np.real(np.poly([pole, pole.conjugate()]))[1:])))
+        found.append(
+            tuple(
+                float(value)
+                for value in (*numerator, 1.0, *np.real(np.poly([pole, pole.conjugate()]))[1:])
+            )
+        )
     return tuple(found)
 
 
@@ -117,28 +130,50 @@ def compensations(draw: Draw) -> FrictionCompensation | None:
     if source is None:
         return None
     if source == "observer":
-        return FrictionCompensation(source="observer", observer_rad_s=60.0, inertia=1.32e-5, gain=0.8)
+        return FrictionCompensation(
+            source="observer", observer_rad_s=60.0, inertia=1.32e-5, gain=0.8
+        )
     velocity = draw(st.sampled_from(["reference", "measured"]))
-    return FrictionCompensation(source="model", velocity=velocity, coulomb=0.05, viscous=3e-4, smoothing_speed=15.0)
+    return FrictionCompensation(
+        source="model", velocity=velocity, coulomb=0.05, viscous=3e-4, smoothing_speed=15.0
+    )
 
 
 def scheduled(controller: Controller) -> Controller:
     """The controller between two corners of a scheduled constant and two of a friction."""
     base = controller.linear.discrete
     corners = []
-    for index, (coulomb, constant) in enumerate(((0.05, 0.011), (0.15, 0.011), (0.05, 0.015), (0.15, 0.015))):
+    for index, (coulomb, constant) in enumerate(
+        ((0.05, 0.011), (0.15, 0.011), (0.05, 0.015), (0.15, 0.015))
+    ):
         c = tuple(tuple((1.0 + 0.1 * index) * value for value in row) for row in base.c)
-        corners.append(Corner(1.3e-5, 3.8e-4, coulomb, constant, msgspec.structs.replace(base, c=c), controller.linear.anti_windup))
-    return msgspec.structs.replace(controller, schedule=Schedule(("coulomb", "constant"), tuple(corners), 1.0, 0.5, 9))
+        corners.append(
+            Corner(
+                1.3e-5,
+                3.8e-4,
+                coulomb,
+                constant,
+                msgspec.structs.replace(base, c=c),
+                controller.linear.anti_windup,
+            )
+        )
+    return msgspec.structs.replace(
+        controller, schedule=Schedule(("coulomb", "constant"), tuple(corners), 1.0, 0.5, 9)
+    )
 
 
 @st.composite
 def controllers(draw: Draw, schedules: bool = True) -> Controller:
     """Any composition that a document allows."""
-    cascade, form = draw(st.booleans()), draw(st.sampled_from(["state_space", "state_space", "sos"]))
+    cascade, form = (
+        draw(st.booleans()),
+        draw(st.sampled_from(["state_space", "state_space", "sos"])),
+    )
     measured = draw(st.booleans())
     bandwidth = draw(st.sampled_from([0.0, 150.0, 900.0]))
-    velocity = Velocity("measured" if measured else "position", draw(st.sampled_from([1, 2])), bandwidth)
+    velocity = Velocity(
+        "measured" if measured else "position", draw(st.sampled_from([1, 2])), bandwidth
+    )
     base = clutch_controller(limit=draw(st.sampled_from([0.7, 50.0])))
     actuator = base.bench.actuator
     if draw(st.booleans()):

@@ -1,4 +1,5 @@
-"""The exported C: compiles without a warning, equals the simulation to the last bit, calls sqrt alone, and is the same every time."""
+"""The exported C: compiles without a warning, equals the simulation to the last bit, calls sqrt
+alone, and is the same every time."""
 
 from __future__ import annotations
 
@@ -15,13 +16,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.control.composition import controller_program
+from frictool.control.controller_composition import controller_program
 from frictool.documents.controller import Controller, Number
 from frictool.errors import NoSolutionError
-from frictool.export.identifier import c_identifier, comment_text
-from frictool.export.program_names import TAKEN, Names
-from frictool.export.real_numbers import RealNumbers
-from frictool.export.vectors import GoldenVectors, golden_vectors
+from frictool.export.c_identifier import c_identifier, comment_text
+from frictool.export.c_names import TAKEN, CNames
+from frictool.export.c_real_numbers import RealNumbers
+from frictool.export.golden_vectors import GoldenVectors, golden_vectors
 from tests.control.example import clutch_controller, speed_controller
 from tests.export.cases import CASES, VISITS
 from tests.export.compiled import (
@@ -43,7 +44,12 @@ from tests.export.controllers import controllers
 from tests.export.inputs import rows_for
 
 SAMPLES = 600
-FITTING: list[tuple[str, Number]] = [(case, number) for case in CASES for number in NUMBERS if number in NUMBERS[:2] or case != "scheduled"]
+FITTING: list[tuple[str, Number]] = [
+    (case, number)
+    for case in CASES
+    for number in NUMBERS
+    if number in NUMBERS[:2] or case != "scheduled"
+]
 ways = st.tuples(st.sampled_from(COMPILERS or [""]), st.sampled_from(OPTIMISATIONS))
 
 
@@ -68,25 +74,39 @@ def exports(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, Number]
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize(("case", "number"), [("cascade", number) for number in NUMBERS])
 def test_every_compiler_gives_every_bit(
-    case: str, number: Number, compiler: str, optimisation: str, exports: dict[tuple[str, Number], Path]
+    case: str,
+    number: Number,
+    compiler: str,
+    optimisation: str,
+    exports: dict[tuple[str, Number], Path],
 ) -> None:
     code, told, _ = ran(built(exports[case, number], compiler, optimisation))
-    samples = int(re.findall(r"_SAMPLES (\d+)", (exports[case, number] / "speed_vectors.h").read_text())[0])
+    samples = int(
+        re.findall(r"_SAMPLES (\d+)", (exports[case, number] / "speed_vectors.h").read_text())[0]
+    )
     assert (code, told) == (0, f"speed: {samples} samples, every bit as in the simulation\n")
 
 
 @needs_compiler
 @pytest.mark.parametrize(("case", "number"), [pair for pair in FITTING if pair[0] != "cascade"])
-def test_self_test_passes_bit_by_bit(case: str, number: Number, exports: dict[tuple[str, Number], Path]) -> None:
+def test_self_test_passes_bit_by_bit(
+    case: str, number: Number, exports: dict[tuple[str, Number], Path]
+) -> None:
     compiler = COMPILERS[len(case) % len(COMPILERS)]
     assert ran(built(exports[case, number], compiler, "-O3"))[0] == 0
 
 
 @needs_compiler
 @settings(max_examples=12)
-@given(controller=controllers(), number=st.sampled_from(NUMBERS), way=ways, seed=st.integers(0, 2**16))
+@given(
+    controller=controllers(), number=st.sampled_from(NUMBERS), way=ways, seed=st.integers(0, 2**16)
+)
 def test_random_controllers_on_random_inputs(
-    tmp_path_factory: pytest.TempPathFactory, controller: Controller, number: Number, way: tuple[str, str], seed: int
+    tmp_path_factory: pytest.TempPathFactory,
+    controller: Controller,
+    number: Number,
+    way: tuple[str, str],
+    seed: int,
 ) -> None:
     program = controller_program(controller)
     if not fits(program, number):
@@ -104,29 +124,58 @@ def test_random_controllers_on_random_inputs(
 @pytest.mark.parametrize("number", NUMBERS)
 def test_no_undefined_behaviour(number: Number, exports: dict[tuple[str, Number], Path]) -> None:
     folder = exports["cascade" if number in ("double", "q31") else "position", number]
-    program = built(folder, COMPILERS[0], "-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
+    program = built(
+        folder, COMPILERS[0], "-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"
+    )
     code, _, complaints = ran(program)
     assert (code, complaints) == (0, "")
 
 
 @pytest.mark.skipif(shutil.which("cppcheck") is None, reason="there is no cppcheck on the PATH")
 def test_cppcheck_finds_nothing(exports: dict[tuple[str, Number], Path]) -> None:
-    looked = [exports[pair] for pair in FITTING if pair[0] in ("cascade", "position") or pair == ("scheduled", "double")]
+    looked = [
+        exports[pair]
+        for pair in FITTING
+        if pair[0] in ("cascade", "position") or pair == ("scheduled", "double")
+    ]
     files = [str(folder / name) for folder in looked for name in ("speed.c", "speed_selftest.c")]
-    checks = ["--enable=all", "--inconclusive", "--suppress=missingIncludeSystem", "--std=c99", "--quiet", "--error-exitcode=1"]
-    done = subprocess.run(["cppcheck", *checks, *files], capture_output=True, text=True, check=False)
+    checks = [
+        "--enable=all",
+        "--inconclusive",
+        "--suppress=missingIncludeSystem",
+        "--std=c99",
+        "--quiet",
+        "--error-exitcode=1",
+    ]
+    done = subprocess.run(
+        ["cppcheck", *checks, *files], capture_output=True, text=True, check=False
+    )
     assert (done.returncode, done.stderr) == (0, "")
 
 
 @needs_compiler
 @pytest.mark.parametrize("number", ["double", "float"])
-def test_products_are_never_fused_into_sums(number: Number, exports: dict[tuple[str, Number], Path]) -> None:
+def test_products_are_never_fused_into_sums(
+    number: Number, exports: dict[tuple[str, Number], Path]
+) -> None:
     """A target with fused multiply-add gives other last bits unless the compiler is told not to."""
     for compiler in COMPILERS:
-        machine = subprocess.run([compiler, "-dumpmachine"], check=True, capture_output=True, text=True).stdout
+        machine = subprocess.run(
+            [compiler, "-dumpmachine"], check=True, capture_output=True, text=True
+        ).stdout
         if not machine.startswith("x86_64"):
-            pytest.skip(f"the flags of this test are those of x86_64, the compiler's target is {machine.strip()}")
-        command = [compiler, "-O3", "-mfma", "-S", "-o", "-", str(exports["cascade", number] / "speed.c")]
+            pytest.skip(
+                f"the flags of this test are those of x86_64, the compiler's target is {machine.strip()}"
+            )
+        command = [
+            compiler,
+            "-O3",
+            "-mfma",
+            "-S",
+            "-o",
+            "-",
+            str(exports["cascade", number] / "speed.c"),
+        ]
         assembly = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         assert ("mulsd" if number == "double" else "mulss") in assembly
         assert not re.search(r"vfn?m(add|sub)", assembly)
@@ -136,7 +185,9 @@ def test_products_are_never_fused_into_sums(number: Number, exports: dict[tuple[
 @needs_compiler
 @pytest.mark.parametrize("number", ["double", "q15"])
 @pytest.mark.parametrize("part", ["coefficient", "vector"])
-def test_self_test_notices_one_bit(part: str, number: Number, exports: dict[tuple[str, Number], Path], tmp_path: Path) -> None:
+def test_self_test_notices_one_bit(
+    part: str, number: Number, exports: dict[tuple[str, Number], Path], tmp_path: Path
+) -> None:
     folder = Path(shutil.copytree(exports["cut", number], tmp_path / "c"))
     file, pattern = {
         "coefficient": (folder / "speed.c", r"(prefilter_q = )([^;]+)"),
@@ -147,19 +198,32 @@ def test_self_test_notices_one_bit(part: str, number: Number, exports: dict[tupl
     if number == "q15":
         other = str(int(found[2]) + 1)
     else:
-        other = math.nextafter(float.fromhex(found[2]) if "0x" in found[2] else float(found[2]), math.inf).hex()
+        other = math.nextafter(
+            float.fromhex(found[2]) if "0x" in found[2] else float(found[2]), math.inf
+        ).hex()
     file.write_text(file.read_text().replace(found[0], f"{found[1]}{other}", 1))
     code, told, _ = ran(built(folder, COMPILERS[0]))
     assert code == 1
     value = r"-?0x\S+" if number == "double" else r"-?\d+"
-    assert re.fullmatch(rf"speed: sample \d+: reference {value}, position {value}: expected {value}, got {value}\n", told)
+    assert re.fullmatch(
+        rf"speed: sample \d+: reference {value}, position {value}: expected {value}, got {value}\n",
+        told,
+    )
 
 
 @pytest.mark.parametrize(("case", "number"), FITTING)
-def test_calls_nothing_but_sqrt_and_allocates_nothing(case: str, number: Number, exports: dict[tuple[str, Number], Path]) -> None:
+def test_calls_nothing_but_sqrt_and_allocates_nothing(
+    case: str, number: Number, exports: dict[tuple[str, Number], Path]
+) -> None:
     source = (exports[case, number] / "speed.c").read_text()
     code = re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL)
-    defined = set(re.findall(r"^(?:static )?(?:double|float|int|int32_t|int64_t|void) (\w+)\(", code, flags=re.MULTILINE))
+    defined = set(
+        re.findall(
+            r"^(?:static )?(?:double|float|int|int32_t|int64_t|void) (\w+)\(",
+            code,
+            flags=re.MULTILINE,
+        )
+    )
     called = set(re.findall(r"\b(\w+)\(", code)) - {"if", "while", "defined", "optimize", "return"}
     assert called - defined <= {"double": {"sqrt"}, "float": {"sqrtf"}}.get(number, {"INT64_C"})
     root = number in ("double", "float") and case not in ("position", "sections")
@@ -183,7 +247,9 @@ def test_vectors_visit_everything_the_controller_can_do(case: str, number: Numbe
 
 def test_vectors_wait_for_a_slow_prefilter() -> None:
     """Sampled at 10 kHz, a prefilter of 30 rad/s settles in thousands of samples."""
-    fast = msgspec.structs.replace(CASES["cascade"], sample_period_s=1e-4, linear=speed_controller(1e-4))
+    fast = msgspec.structs.replace(
+        CASES["cascade"], sample_period_s=1e-4, linear=speed_controller(1e-4)
+    )
     vectors = golden_vectors(fast, controller_program(fast), "double")
     assert min(vectors.visits.values()) > 10
     assert vectors.samples < 40_000
@@ -191,8 +257,12 @@ def test_vectors_wait_for_a_slow_prefilter() -> None:
 
 def test_same_controller_same_bytes_and_every_coefficient_exact() -> None:
     controller = CASES["cut"]
-    assert sources(controller) == sources(msgspec.structs.replace(controller), "double", vectors_of("cut", "double"))
-    code, single = (sources(controller, number, vectors_of("cut", number))["speed.c"] for number in NUMBERS[:2])
+    assert sources(controller) == sources(
+        msgspec.structs.replace(controller), "double", vectors_of("cut", "double")
+    )
+    code, single = (
+        sources(controller, number, vectors_of("cut", number))["speed.c"] for number in NUMBERS[:2]
+    )
     double, float_ = RealNumbers("double").literal, RealNumbers("float").literal
     for row in controller.linear.discrete.a:
         assert "{" + ", ".join(map(double, row)) + "}" in code
@@ -205,7 +275,10 @@ def test_same_controller_same_bytes_and_every_coefficient_exact() -> None:
 def test_literals_give_back_every_bit(value: float) -> None:
     assert float(RealNumbers("double").literal(value)).hex() == value.hex()
     if 1e-37 < abs(value) < 1e38:
-        assert np.float32(RealNumbers("float").literal(value)[:-1]).tobytes() == np.float32(value).tobytes()
+        assert (
+            np.float32(RealNumbers("float").literal(value)[:-1]).tobytes()
+            == np.float32(value).tobytes()
+        )
 
 
 @pytest.mark.parametrize("value", [1e39, -1e300, 1e-60])
@@ -217,20 +290,37 @@ def test_what_float_cannot_hold_is_refused(value: float) -> None:
 @settings(max_examples=25)
 @given(controllers())
 def test_names_are_unique_words_that_c_leaves_free(controller: Controller) -> None:
-    names = Names(controller_program(controller))
-    words = [*names.results.values(), *(table.name for table in names.constants), *names.program.inputs]
+    names = CNames(controller_program(controller))
+    words = [
+        *names.results.values(),
+        *(table.name for table in names.constants),
+        *names.program.inputs,
+    ]
     assert len(set(words)) == len(words)
     assert not set(words) & TAKEN
     assert all(re.fullmatch(r"[a-z]\w*", word) for word in words)
 
 
-@pytest.mark.parametrize("name", ["*/ int x; /*", "a\\", "??/", "math", "2 rad", "Übung", "日本", "x" * 80])
+@pytest.mark.parametrize(
+    "name", ["*/ int x; /*", "a\\", "??/", "math", "2 rad", "Übung", "日本", "x" * 80]
+)
 def test_any_name_is_a_name_in_c(name: str, tmp_path: Path) -> None:
     identifier = c_identifier(name)
     assert re.fullmatch(r"[a-z][a-z0-9_]*", identifier)
     assert identifier not in {"math", "string"}
     assert not re.search(r"[/*\\?]|[^ -~]", comment_text(name))
-    write(msgspec.structs.replace(clutch_controller(), name=name), tmp_path, "double", vectors_of("cut", "double"))
+    write(
+        msgspec.structs.replace(clutch_controller(), name=name),
+        tmp_path,
+        "double",
+        vectors_of("cut", "double"),
+    )
     if COMPILERS:
-        command = [COMPILERS[0], *STRICT, f"-I{tmp_path}", "-fsyntax-only", *map(str, tmp_path.glob("*.c"))]
+        command = [
+            COMPILERS[0],
+            *STRICT,
+            f"-I{tmp_path}",
+            "-fsyntax-only",
+            *map(str, tmp_path.glob("*.c")),
+        ]
         assert subprocess.run(command, capture_output=True, text=True, check=False).stderr == ""

@@ -32,15 +32,24 @@ def controller(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_writes_four_files_and_says_what_they_cover(controller: Path, number: str, tmp_path: Path) -> None:
+def test_writes_four_files_and_says_what_they_cover(
+    controller: Path, number: str, tmp_path: Path
+) -> None:
     (tmp_path / "deep").mkdir()
-    result = run("export", controller, "--lang", "c", "--number", number, "-o", tmp_path / "deep/c", "--json")
+    result = run(
+        "export", controller, "--lang", "c", "--number", number, "-o", tmp_path / "deep/c", "--json"
+    )
     assert result.code == 0
     assert sorted(path.name for path in (tmp_path / "deep/c").iterdir()) == NAMES
     assert sorted(path.name for path in (tmp_path / "deep").iterdir()) == ["c"]
     said = json.loads(result.stdout)
     assert sorted(said["files"]) == NAMES
-    assert (said["order"], said["sample_period_s"], said["number"], said["sha256"]) == (2, 0.001, number, digest(controller))
+    assert (said["order"], said["sample_period_s"], said["number"], said["sha256"]) == (
+        2,
+        0.001,
+        number,
+        digest(controller),
+    )
     vectors = said["vectors"]
     assert vectors["run"] + vectors["rest"] == vectors["samples"]
     assert said["rounded"]["at"] == "nominal"
@@ -53,13 +62,20 @@ def test_writes_four_files_and_says_what_they_cover(controller: Path, number: st
     assert str(tmp_path) not in header
 
 
-@pytest.mark.parametrize(("lang", "files"), [("json", ["speed.json"]), ("matlab", ["speed.mat"]), ("cmsis", ["speed_cmsis.h"])])
-def test_other_languages_write_one_file(lang: str, files: list[str], controller: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("lang", "files"),
+    [("json", ["speed.json"]), ("matlab", ["speed.mat"]), ("cmsis", ["speed_cmsis.h"])],
+)
+def test_other_languages_write_one_file(
+    lang: str, files: list[str], controller: Path, tmp_path: Path
+) -> None:
     result = run("export", controller, "--lang", lang, "-o", tmp_path / "out")
     assert result.code == 0
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == files
     number = "float" if lang == "cmsis" else "double"
-    assert result.stdout.startswith(f"{files[0]}: {lang}, {number}\nverified with coefficients rounded to {number}: modulus margin 0.")
+    assert result.stdout.startswith(
+        f"{files[0]}: {lang}, {number}\nverified with coefficients rounded to {number}: modulus margin 0."
+    )
     first = (tmp_path / "out" / files[0]).read_bytes()
     assert digest(controller).encode() in (first.replace(b"\0", b"") if lang == "matlab" else first)
     assert run("export", controller, "--lang", lang, "-o", tmp_path / "out").code == 0
@@ -79,11 +95,15 @@ def test_replaces_its_own_files_and_leaves_others_alone(controller: Path, tmp_pa
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == first
 
 
-def test_another_controller_s_self_test_in_the_folder_is_told(controller: Path, tmp_path: Path) -> None:
+def test_another_controller_s_self_test_in_the_folder_is_told(
+    controller: Path, tmp_path: Path
+) -> None:
     folder = tmp_path / "c"
     assert run("export", controller, "-o", folder).stderr == ""
     other = tmp_path / "other.yaml"
-    other.write_text(re.sub(r"^name: .*$", "name: other", controller.read_text(), count=1, flags=re.MULTILINE))
+    other.write_text(
+        re.sub(r"^name: .*$", "name: other", controller.read_text(), count=1, flags=re.MULTILINE)
+    )
     told = run("export", other, "-o", folder)
     assert told.code == 0
     assert told.stderr.count("\n") == 1
@@ -114,7 +134,9 @@ def test_stdout_is_a_tar_archive_of_the_same_files(controller: Path, tmp_path: P
         (r"anti_windup: \[.*?, ", "anti_windup: [", "anti_windup"),
     ],
 )
-def test_an_edited_controller_is_refused(old: str, new: str, words: str, controller: Path, tmp_path: Path) -> None:
+def test_an_edited_controller_is_refused(
+    old: str, new: str, words: str, controller: Path, tmp_path: Path
+) -> None:
     text = controller.read_text()
     edited = re.sub(old, new, text, count=1)
     assert edited != text
@@ -124,7 +146,8 @@ def test_an_edited_controller_is_refused(old: str, new: str, words: str, control
 
 
 def test_a_controller_that_runs_away_is_no_solution(tmp_path: Path) -> None:
-    """Anti-windup gains that make a - l c unstable: the state overflows while the drive is limited."""
+    """Anti-windup gains that make a - l c unstable: the state overflows while the drive is
+    limited."""
     good = truthful(clutch_controller(CUT_LAW))
     speed: LinearController = msgspec.structs.replace(good.linear, anti_windup=(50.0, 0.0))
     path = tmp_path / "controller.yaml"
@@ -135,10 +158,18 @@ def test_a_controller_that_runs_away_is_no_solution(tmp_path: Path) -> None:
 
 def test_a_format_that_cannot_be_scaled_is_no_solution(tmp_path: Path) -> None:
     base = truthful(clutch_controller(CUT_LAW))
-    endless = msgspec.structs.replace(base.bench, mechanics=msgspec.structs.replace(base.bench.mechanics, travel=None))
+    endless = msgspec.structs.replace(
+        base.bench, mechanics=msgspec.structs.replace(base.bench.mechanics, travel=None)
+    )
     path = tmp_path / "controller.yaml"
     path.write_text(to_yaml(msgspec.structs.replace(base, bench=endless)))
-    refused(run("export", path, "--number", "q31", "-o", tmp_path / "c"), 4, "reference has no bounds", "travel", "--number float")
+    refused(
+        run("export", path, "--number", "q31", "-o", tmp_path / "c"),
+        4,
+        "reference has no bounds",
+        "travel",
+        "--number float",
+    )
     assert run("export", path, "--number", "float", "-o", tmp_path / "c").code == 0
 
 
@@ -153,10 +184,18 @@ def test_a_format_that_the_language_does_not_have_is_a_wrong_command_line(tmp_pa
 def test_a_margin_that_the_format_breaks_is_no_solution(tmp_path: Path) -> None:
     """The margin that is specified is the one in double: q15 has less."""
     base = truthful(clutch_controller(CUT_LAW))
-    asked = msgspec.structs.replace(base.verified, modulus_margin_specified=base.verified.vertices[0].modulus_margin)
+    asked = msgspec.structs.replace(
+        base.verified, modulus_margin_specified=base.verified.vertices[0].modulus_margin
+    )
     path = tmp_path / "controller.yaml"
     path.write_text(to_yaml(msgspec.structs.replace(base, verified=asked)))
-    refused(run("export", path, "--number", "q15", "-o", tmp_path / "c"), 4, "rounded to q15", "vertex nominal", "modulus margin is 0.")
+    refused(
+        run("export", path, "--number", "q15", "-o", tmp_path / "c"),
+        4,
+        "rounded to q15",
+        "vertex nominal",
+        "modulus margin is 0.",
+    )
     assert not (tmp_path / "c").exists()
     assert run("export", path, "--number", "double", "-o", tmp_path / "c").code == 0
 
@@ -176,12 +215,18 @@ def test_no_input_is_overwritten(tmp_path: Path) -> None:
     assert path.read_text().startswith("format: controller/1")
 
 
-def test_fixed_point_of_a_scheduled_controller_is_refused_with_what_would_do(tmp_path: Path) -> None:
+def test_fixed_point_of_a_scheduled_controller_is_refused_with_what_would_do(
+    tmp_path: Path,
+) -> None:
     between = scheduled(clutch_controller(CUT_LAW))
     assert between.schedule is not None
-    alike = tuple(replace(corner, discrete=between.linear.discrete) for corner in between.schedule.corners)  # stable when rounded
+    alike = tuple(
+        replace(corner, discrete=between.linear.discrete) for corner in between.schedule.corners
+    )  # stable when rounded
     path = tmp_path / "controller.yaml"
-    path.write_text(to_yaml(truthful(replace(between, schedule=replace(between.schedule, corners=alike)))))
+    path.write_text(
+        to_yaml(truthful(replace(between, schedule=replace(between.schedule, corners=alike))))
+    )
     result = run("export", path, "--lang", "c", "--number", "q31", "-o", tmp_path / "c")
     refused(result, 4, "q31 cannot be scaled", "coefficients move", "--number float")
     assert not (tmp_path / "c").exists()
@@ -190,27 +235,52 @@ def test_fixed_point_of_a_scheduled_controller_is_refused_with_what_would_do(tmp
 @pytest.mark.skipif(not COMPILERS, reason="no C compiler: neither gcc nor clang is on the PATH")
 @pytest.mark.parametrize("number", NUMBERS)
 def test_the_self_test_loses_inputs_and_recovers(number: str, tmp_path: Path) -> None:
-    """The vectors hold what is no number, the fault they set and the start that ends it; a wrong row of the fault is noticed."""
+    """The vectors hold what is no number, the fault they set and the start that ends it; a wrong
+    row of the fault is noticed."""
     path = tmp_path / "controller.yaml"
-    path.write_text(to_yaml(truthful(replace(clutch_controller(CUT_LAW), measurement_hold_samples=2))))
+    path.write_text(
+        to_yaml(truthful(replace(clutch_controller(CUT_LAW), measurement_hold_samples=2)))
+    )
     result = run("export", path, "--number", number, "-o", tmp_path / "c")
     assert (result.code, "in the fault" in result.stdout) == (0, True)
-    header, vectors = ((tmp_path / "c" / name).read_text() for name in ("speed.h", "speed_vectors.h"))
+    header, vectors = (
+        (tmp_path / "c" / name).read_text() for name in ("speed.h", "speed_vectors.h")
+    )
     assert "#define SPEED_HOLD_SAMPLES 2" in header
     assert "kept for 2 sample(s)" in header
-    rows = [line.strip(" {},").split(", ") for line in vectors.splitlines() if line.startswith("    {")]
-    lost = [index for index, row in enumerate(rows) if {"NAN", "INFINITY", "-INFINITY", "INT32_MIN"} & set(row)]
+    rows = [
+        line.strip(" {},").split(", ") for line in vectors.splitlines() if line.startswith("    {")
+    ]
+    lost = [
+        index
+        for index, row in enumerate(rows)
+        if {"NAN", "INFINITY", "-INFINITY", "INT32_MIN"} & set(row)
+    ]
     assert len(lost) == 3 * 2 + 3
-    fault, restart = (int(re.findall(rf"{name} (\d+)", vectors)[0]) for name in ("FAULT_FROM", "RESTART"))
+    fault, restart = (
+        int(re.findall(rf"{name} (\d+)", vectors)[0]) for name in ("FAULT_FROM", "RESTART")
+    )
     assert fault == lost[-1]
-    assert {float.fromhex(row[-1].rstrip("f")) if "x" in row[-1] else float(row[-1]) for row in rows[fault:restart]} == {0.0}
+    assert {
+        float.fromhex(row[-1].rstrip("f")) if "x" in row[-1] else float(row[-1])
+        for row in rows[fault:restart]
+    } == {0.0}
     assert ran(built(tmp_path / "c", COMPILERS[0]))[0] == 0
-    (tmp_path / "c/speed_vectors.h").write_text(vectors.replace(f"FAULT_FROM {fault}", f"FAULT_FROM {fault + 1}"))
-    assert ran(built(tmp_path / "c", COMPILERS[0]))[:2] == (1, f"speed: sample {fault}: the fault is 1\n")
+    (tmp_path / "c/speed_vectors.h").write_text(
+        vectors.replace(f"FAULT_FROM {fault}", f"FAULT_FROM {fault + 1}")
+    )
+    assert ran(built(tmp_path / "c", COMPILERS[0]))[:2] == (
+        1,
+        f"speed: sample {fault}: the fault is 1\n",
+    )
 
 
-@pytest.mark.parametrize(("language", "number"), [("json", "double"), ("matlab", "double"), ("cmsis", "float")])
-def test_other_formats_say_what_they_do_not_contain(controller: Path, language: str, number: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("language", "number"), [("json", "double"), ("matlab", "double"), ("cmsis", "float")]
+)
+def test_other_formats_say_what_they_do_not_contain(
+    controller: Path, language: str, number: str, tmp_path: Path
+) -> None:
     result = run("export", controller, "--lang", language, "--number", number, "-o", tmp_path / "c")
     assert result.code == 0
     assert "guard of the inputs" in result.stdout

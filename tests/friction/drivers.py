@@ -7,21 +7,32 @@ from typing import Any
 import numba
 import numpy as np
 
-from frictool.friction import signatures as s
-from frictool.friction.hybrid import SLIPPING, STUCK
+from frictool.friction import kernel_signatures as s
+from frictool.friction.hybrid_kernels import SLIPPING, STUCK
 from frictool.friction.law import DynamicKernels, HybridKernels, StaticKernels
-from frictool.kernels import pointer
+from frictool.runtime.kernels import function_pointer
 
 TYPES: dict[type, tuple[Any, ...]] = {
     StaticKernels: (s.SLIP_FORCE, s.SLIP_SLOPE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY),
     DynamicKernels: (s.RATE, s.FORCE, s.COMMIT, s.RESET),
-    HybridKernels: (s.MODE_AFTER, s.ENTER, s.HYBRID_FORCE, s.HYBRID_ACCELERATION, s.HYBRID_RATE, s.HYBRID_COMMIT, s.RESET),
+    HybridKernels: (
+        s.MODE_AFTER,
+        s.ENTER,
+        s.HYBRID_FORCE,
+        s.HYBRID_ACCELERATION,
+        s.HYBRID_RATE,
+        s.HYBRID_COMMIT,
+        s.RESET,
+    ),
 }
 
 
 def pointers(kernels: StaticKernels | DynamicKernels | HybridKernels) -> tuple[Any, ...]:
     """What the drivers below take in place of the kernels."""
-    return tuple(pointer(kernel, kind) for kernel, kind in zip(kernels, TYPES[type(kernels)], strict=True))
+    return tuple(
+        function_pointer(kernel, kind)
+        for kernel, kind in zip(kernels, TYPES[type(kernels)], strict=True)
+    )
 
 
 _f, _i, _a, _m = numba.float64, numba.int64, numba.float64[::1], numba.float64[:, ::1]
@@ -29,9 +40,12 @@ _f, _i, _a, _m = numba.float64, numba.int64, numba.float64[::1], numba.float64[:
 FORCE, STATE, POSITION, VELOCITY, MODE, EFFORT = 0, 1, 0, 1, 2, 3
 
 
-@numba.njit(_m(s.SLIP_FORCE, s.SLIP_SLOPE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY, _a, _a), cache=True)
+@numba.njit(
+    _m(s.SLIP_FORCE, s.SLIP_SLOPE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY, _a, _a), cache=True
+)
 def static_values(slip_force, slip_slope, breakaway, band, seen_velocity, velocities, p):
-    """Rows (slip force, slope, breakaway, band, seen velocity) at each velocity, the direction being the velocity's."""
+    """Rows (slip force, slope, breakaway, band, seen velocity) at each velocity, the direction
+    being the velocity's."""
     out = np.zeros((velocities.shape[0], 5))
     for k in range(velocities.shape[0]):
         v = velocities[k]
@@ -46,7 +60,8 @@ def static_values(slip_force, slip_slope, breakaway, band, seen_velocity, veloci
 
 @numba.njit(_m(s.RATE, s.FORCE, s.COMMIT, s.RESET, _a, _f, _a), cache=True)
 def dynamic_run(rate, force, commit, reset, velocities, step, p):
-    """Rows (force, z[0]) along velocities, straight between samples; Runge-Kutta of order 4. Row 0 is the start."""
+    """Rows (force, z[0]) along velocities, straight between samples; Runge-Kutta of order 4. Row 0
+    is the start."""
     z = reset(p)
     k1, k2, k3, k4 = np.zeros_like(z), np.zeros_like(z), np.zeros_like(z), np.zeros_like(z)
     out = np.zeros((velocities.shape[0], 2))
@@ -70,10 +85,26 @@ def dynamic_run(rate, force, commit, reset, velocities, step, p):
 
 
 @numba.njit(
-    _m(s.MODE_AFTER, s.ENTER, s.HYBRID_FORCE, s.HYBRID_ACCELERATION, s.HYBRID_RATE, s.HYBRID_COMMIT, s.RESET, _a, _f, _f, _a), cache=True
+    _m(
+        s.MODE_AFTER,
+        s.ENTER,
+        s.HYBRID_FORCE,
+        s.HYBRID_ACCELERATION,
+        s.HYBRID_RATE,
+        s.HYBRID_COMMIT,
+        s.RESET,
+        _a,
+        _f,
+        _f,
+        _a,
+    ),
+    cache=True,
 )
-def hybrid_run(mode_after, enter, force, acceleration, rate, commit, reset, efforts, stiffness, step, p):
-    """Rows (x, v, mode, friction) of a body at rest under the efforts, minus stiffness x; midpoint rule, mode held in each step."""
+def hybrid_run(
+    mode_after, enter, force, acceleration, rate, commit, reset, efforts, stiffness, step, p
+):
+    """Rows (x, v, mode, friction) of a body at rest under the efforts, minus stiffness x; midpoint
+    rule, mode held in each step."""
     z = reset(p)
     slope = np.zeros_like(z)
     mode, x, v = STUCK, 0.0, 0.0

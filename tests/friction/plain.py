@@ -1,4 +1,5 @@
-"""The laws once more, plain and slow, straight from the printed equations as docs/theory/friction.md reads them."""
+"""The laws once more, plain and slow, straight from the printed equations as
+docs/theory/friction.md reads them."""
 
 from __future__ import annotations
 
@@ -58,7 +59,8 @@ class Masing:
         self.virgin, self.path = virgin, [0.0]
 
     def force(self, z: float) -> float:
-        """Moves to z; the force follows from the reversals of the path that later extremes leave alone."""
+        """Moves to z; the force follows from the reversals of the path that later extremes leave
+        alone."""
         self.path.append(z)
         left = self.main_reversals(self.path)
         if len(left) == 1:
@@ -70,7 +72,8 @@ class Masing:
 
     @staticmethod
     def main_reversals(path: list[float]) -> list[float]:
-        """The largest excursion, then the opposite extreme after it, then the extreme after that ... until now."""
+        """The largest excursion, then the opposite extreme after it, then the extreme after that
+        ... until now."""
         sizes = [abs(z) for z in path]
         start = len(sizes) - 1 - sizes[::-1].index(max(sizes))
         left = [path[start]]
@@ -83,7 +86,8 @@ class Masing:
 
 
 class Relays:
-    """A Preisach operator as relays, `split` x `split` of them in each cell; on the diagonal `split` relays of no width."""
+    """A Preisach operator as relays, `split` x `split` of them in each cell; on the diagonal
+    `split` relays of no width."""
 
     def __init__(self, weights: np.ndarray, split: int) -> None:
         cells = weights.shape[0]

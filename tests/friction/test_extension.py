@@ -1,4 +1,5 @@
-"""Extensions: position, direction, dwell, speed regimes, film; each alone against its formula, and together on any law."""
+"""Extensions: position, direction, dwell, speed regimes, film; each alone against its formula, and
+together on any law."""
 
 from __future__ import annotations
 
@@ -10,13 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.friction import film
-from frictool.friction.dwell import dwell_factor
-from frictool.friction.extension import Extension, levels
-from frictool.friction.position_polynomial import normalised, position_factor
-from frictool.friction.speed_knee import knee_force, knee_slope, regimes_from
+from frictool.friction import lubricant_film
+from frictool.friction.extension import FrictionExtension, levels
+from frictool.friction.law_registry import LAWS
+from frictool.friction.position_polynomial import normalise, position_factor
+from frictool.friction.rising_breakaway import dwell_factor
+from frictool.friction.speed_regimes import knee_force, knee_slope, regimes_from
 from frictool.friction.stribeck import slip_force
-from frictool.friction.table import LAWS
 from tests.friction.sets import STRIBECK, TABLE_3_1, packed
 
 FAST = settings(derandomize=True, deadline=None, max_examples=60)
@@ -28,16 +29,23 @@ KNEE = regimes_from([(260.0, 4e-4)])
 
 @FAST
 @given(coefficients=st.lists(st.floats(-2, 2), min_size=1, max_size=5), x=st.floats(-5, 5))
-def test_position_factor_is_the_polynomial_within_the_travel(coefficients: list[float], x: float) -> None:
+def test_position_factor_is_the_polynomial_within_the_travel(
+    coefficients: list[float], x: float
+) -> None:
     inside = min(max(x, -1.0), 2.0)
     expected = max(0.0, sum(b * inside**i for i, b in enumerate(coefficients)))
-    assert position_factor(np.array(coefficients), -1.0, 2.0, x) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert position_factor(np.array(coefficients), -1.0, 2.0, x) == pytest.approx(
+        expected, rel=1e-9, abs=1e-9
+    )
 
 
-@pytest.mark.parametrize(("coefficients", "lowest", "highest"), [(FORWARD, 0.079, 0.181), (BACKWARD, 0.058, 0.210)])
+@pytest.mark.parametrize(
+    ("coefficients", "lowest", "highest"), [(FORWARD, 0.079, 0.181), (BACKWARD, 0.058, 0.210)]
+)
 def test_breakaway_of_the_clutch(coefficients: np.ndarray, lowest: float, highest: float) -> None:
-    """Table 4.7 over 0..63 rad; normalised to a mean of 1. The lowest backward value has the digits of b2- against it."""
-    factors, mean = normalised(coefficients, *TRAVEL)
+    """Table 4.7 over 0..63 rad; normalised to a mean of 1. The lowest backward value has the digits
+    of b2- against it."""
+    factors, mean = normalise(coefficients, *TRAVEL)
     x = np.linspace(*TRAVEL, 6301)
     values = np.array([mean * position_factor(factors, *TRAVEL, place) for place in x])
     assert values.min() == pytest.approx(lowest, abs=0.002)
@@ -45,10 +53,14 @@ def test_breakaway_of_the_clutch(coefficients: np.ndarray, lowest: float, highes
     assert np.trapezoid(values / mean, x) / 63.0 == pytest.approx(1.0, rel=1e-6)
 
 
-@pytest.mark.parametrize(("coefficients", "low", "high"), [([], 0, 1), ([math.nan], 0, 1), ([1.0], 1, 1), ([-1.0], 0, 1)])
-def test_polynomials_that_give_no_factor_are_refused(coefficients: list[float], low: float, high: float) -> None:
+@pytest.mark.parametrize(
+    ("coefficients", "low", "high"), [([], 0, 1), ([math.nan], 0, 1), ([1.0], 1, 1), ([-1.0], 0, 1)]
+)
+def test_polynomials_that_give_no_factor_are_refused(
+    coefficients: list[float], low: float, high: float
+) -> None:
     with pytest.raises(ValueError, match=r"needs finite coefficients|allowed: > 0"):
-        normalised(np.array(coefficients), low, high)
+        normalise(np.array(coefficients), low, high)
 
 
 @FAST
@@ -57,7 +69,9 @@ def test_dwell_factor_rises_from_fresh_to_one(dwell: float, fresh: float, rise: 
     factor = dwell_factor(dwell, fresh, rise)
     assert fresh - 1e-12 <= factor <= 1.0
     assert dwell_factor(dwell + 1.0, fresh, rise) >= factor
-    assert factor == pytest.approx(1.0 if rise == 0 else fresh + (1 - fresh) * dwell / (rise + dwell), rel=1e-9)
+    assert factor == pytest.approx(
+        1.0 if rise == 0 else fresh + (1 - fresh) * dwell / (rise + dwell), rel=1e-9
+    )
 
 
 @FAST
@@ -73,7 +87,9 @@ def test_knee_force_is_continuous_odd_and_dissipates(v: float) -> None:
     assert knee_force(v, np.zeros(0)) == 0.0
 
 
-@pytest.mark.parametrize("points", [[(260.0, 1e-4), (200.0, 1e-4)], [(260.0, -1e-4)], [(0.0, 1.0)], [(math.nan, 1.0)]])
+@pytest.mark.parametrize(
+    "points", [[(260.0, 1e-4), (200.0, 1e-4)], [(260.0, -1e-4)], [(0.0, 1.0)], [(math.nan, 1.0)]]
+)
 def test_speed_regimes_out_of_order_are_refused(points: list[tuple[float, float]]) -> None:
     with pytest.raises(ValueError, match="allowed: knees > 0 that rise"):
         regimes_from(points)
@@ -81,44 +97,56 @@ def test_speed_regimes_out_of_order_are_refused(points: list[tuple[float, float]
 
 @FAST
 @given(start=st.floats(-1, 1), end=st.floats(-1, 1), held=st.floats(-1, 1), lag=st.floats(0.01, 10))
-def test_lagged_film_is_the_response_of_the_lag(start: float, end: float, held: float, lag: float) -> None:
+def test_lagged_film_is_the_response_of_the_lag(
+    start: float, end: float, held: float, lag: float
+) -> None:
     """Against 4000 steps of the trapezoidal rule."""
     step, count = 0.5, 4000
     h, w = step / count, held
     for k in range(count):
         before, after = (start + (end - start) * (k + i) / count for i in (0, 1))
         w = (w * (1 - h / (2 * lag)) + h / (2 * lag) * (before + after)) / (1 + h / (2 * lag))
-    assert film.lagged_film(held, start, end, lag, step) == pytest.approx(w, abs=1e-4)
-    assert film.lagged_film(held, start, end, 0.0, step) == end
+    assert lubricant_film.lagged_film(held, start, end, lag, step) == pytest.approx(w, abs=1e-4)
+    assert lubricant_film.lagged_film(held, start, end, 0.0, step) == end
 
 
 @FAST
 @given(velocities=st.lists(st.floats(-1, 1), min_size=1, max_size=20), samples=st.integers(0, 5))
-def test_delayed_film_is_the_velocity_of_n_samples_ago(velocities: list[float], samples: int) -> None:
+def test_delayed_film_is_the_velocity_of_n_samples_ago(
+    velocities: list[float], samples: int
+) -> None:
     history = np.zeros(samples + 1)
-    found = [film.delayed_film(history, v) for v in velocities]
+    found = [lubricant_film.delayed_film(history, v) for v in velocities]
     assert found == ([0.0] * samples + velocities)[: len(velocities)]
 
 
 def test_frictional_memory_makes_a_loop_of_the_curve() -> None:
-    """At the same speed friction is higher while the body accelerates than while it slows down (3.4.2.3)."""
+    """At the same speed friction is higher while the body accelerates than while it slows down
+    (3.4.2.3)."""
     p, lag, step, w, forces = packed(LAWS["stribeck"]), 0.05, 1e-3, 1e-3, []
     t = np.arange(0, 4, step)
     v = 2e-3 + 1e-3 * np.sin(2 * math.pi * t)
     for before, after in itertools.pairwise(v):
-        w = film.lagged_film(w, before, after, lag, step)
-        forces.append(film.film_force(slip_force(w, 1.0, p), after, w, p[4]))
+        w = lubricant_film.lagged_film(w, before, after, lag, step)
+        forces.append(lubricant_film.film_force(slip_force(w, 1.0, p), after, w, p[4]))
     speeding, slowing = forces[3000 - 1], forces[3500 - 1]
     assert v[3000] == pytest.approx(v[3500])
     assert speeding > slowing + 1e-3
-    assert film.film_force(slip_force(2e-3, 1.0, p), 2e-3, 2e-3, p[4]) == slip_force(2e-3, 1.0, p)
+    assert lubricant_film.film_force(slip_force(2e-3, 1.0, p), 2e-3, 2e-3, p[4]) == slip_force(
+        2e-3, 1.0, p
+    )
 
 
 @FAST
 @given(scale=st.floats(1e-4, 1.0), exponent=st.floats(0.6, 3.0), viscous=st.floats(0.01, 2.0))
-def test_full_film_begins_at_the_minimum_of_the_curve(scale: float, exponent: float, viscous: float) -> None:
-    p = packed(LAWS["stribeck"], {**STRIBECK, "stribeck_velocity": scale, "stribeck_exponent": exponent, "viscous": viscous})
-    start = film.full_film_velocity(p)
+def test_full_film_begins_at_the_minimum_of_the_curve(
+    scale: float, exponent: float, viscous: float
+) -> None:
+    p = packed(
+        LAWS["stribeck"],
+        {**STRIBECK, "stribeck_velocity": scale, "stribeck_exponent": exponent, "viscous": viscous},
+    )
+    start = lubricant_film.full_film_velocity(p)
     speeds = np.concatenate([np.geomspace(1e-6 * scale, 1e3 * scale, 400)])
     forces = np.array([slip_force(v, 1.0, p) for v in speeds])
     beyond = forces[speeds > start]
@@ -131,18 +159,32 @@ def test_full_film_begins_at_the_minimum_of_the_curve(scale: float, exponent: fl
 
 def test_the_four_regimes_of_figure_2_16_follow_each_other() -> None:
     p, boundary = packed(LAWS["stribeck"]), 1e-3
-    full = boundary + film.full_film_velocity(p)
+    full = boundary + lubricant_film.full_film_velocity(p)
     speeds = [0.0, 0.5 * boundary, boundary, 1.001 * boundary, 0.999 * full, 1.001 * full, -1.0]
-    assert [film.regime(v, boundary, p) for v in speeds] == [1, 2, 2, 3, 3, 4, 4]
+    assert [lubricant_film.regime(v, boundary, p) for v in speeds] == [1, 2, 2, 3, 3, 4, 4]
     flat = [
-        film.film_force(slip_force(film.boundary_film(v, boundary), 1.0, p), v, film.boundary_film(v, boundary), 0.4) for v in (1e-4, 1e-3)
+        lubricant_film.film_force(
+            slip_force(lubricant_film.boundary_film(v, boundary), 1.0, p),
+            v,
+            lubricant_film.boundary_film(v, boundary),
+            0.4,
+        )
+        for v in (1e-4, 1e-3)
     ]
-    assert flat[1] - flat[0] == pytest.approx(0.4 * 9e-4, rel=1e-9)  # dry friction does not depend on the velocity
-    assert film.full_film_velocity(packed(LAWS["stribeck"], STRIBECK | {"viscous": 0.0})) == math.inf
-    assert film.full_film_velocity(packed(LAWS["stribeck"], STRIBECK | {"breakaway": 1.0})) == 0.0
+    assert flat[1] - flat[0] == pytest.approx(
+        0.4 * 9e-4, rel=1e-9
+    )  # dry friction does not depend on the velocity
+    assert (
+        lubricant_film.full_film_velocity(packed(LAWS["stribeck"], STRIBECK | {"viscous": 0.0}))
+        == math.inf
+    )
+    assert (
+        lubricant_film.full_film_velocity(packed(LAWS["stribeck"], STRIBECK | {"breakaway": 1.0}))
+        == 0.0
+    )
 
 
-EXTENSION = Extension(
+EXTENSION = FrictionExtension(
     backward_values={"coulomb": 0.8},
     forward=(0.5, 1.0),
     backward=(1.5, -1.0),
@@ -162,9 +204,15 @@ def test_every_law_takes_the_levels(name: str, x: float, forward: bool, dwell: f
     if stores:
         with pytest.raises(ValueError, match="more than was stored"):
             EXTENSION.pack(law, law.pack(q))
-    even = Extension(forward=EXTENSION.forward, backward=EXTENSION.forward) if stores else EXTENSION
+    even = (
+        FrictionExtension(forward=EXTENSION.forward, backward=EXTENSION.forward)
+        if stores
+        else EXTENSION
+    )
     rests = "breakaway" in q and law.kind != "dynamic"
-    rising = Extension(**{**vars(EXTENSION), "fresh": 0.7, "rise_time": 1.0}) if rests else even
+    rising = (
+        FrictionExtension(**{**vars(EXTENSION), "fresh": 0.7, "rise_time": 1.0}) if rests else even
+    )
     plus, minus, packed_extension = rising.pack(law, law.pack(q))
     out = np.empty_like(plus)
     levels(plus, minus, packed_extension, x, 1.0 if forward else -1.0, dwell, out)
@@ -180,7 +228,9 @@ def test_every_law_takes_the_levels(name: str, x: float, forward: bool, dwell: f
 
 
 def test_the_default_extension_changes_nothing() -> None:
-    plus, minus, packed_extension = Extension().pack(LAWS["stribeck"], packed(LAWS["stribeck"]))
+    plus, minus, packed_extension = FrictionExtension().pack(
+        LAWS["stribeck"], packed(LAWS["stribeck"])
+    )
     out = np.empty_like(plus)
     for direction in (1.0, -1.0):
         levels(plus, minus, packed_extension, 12.3, direction, 0.0, out)
@@ -204,9 +254,9 @@ def test_the_default_extension_changes_nothing() -> None:
 )
 def test_extensions_out_of_range_are_refused(changes: dict, match: str) -> None:
     with pytest.raises(ValueError, match=match):
-        Extension(**changes).pack(LAWS["stribeck"], packed(LAWS["stribeck"]))
+        FrictionExtension(**changes).pack(LAWS["stribeck"], packed(LAWS["stribeck"]))
 
 
 def test_a_law_without_breakaway_takes_no_rise() -> None:
     with pytest.raises(ValueError, match="dahl never rests"):
-        Extension(rise_time=1.0).pack(LAWS["dahl"], packed(LAWS["dahl"], TABLE_3_1["dahl"]))
+        FrictionExtension(rise_time=1.0).pack(LAWS["dahl"], packed(LAWS["dahl"], TABLE_3_1["dahl"]))

@@ -1,4 +1,5 @@
-"""Hybrid versions A, B, C: modes, forces and switches as printed; dissipation; no drift; presliding."""
+"""Hybrid versions A, B, C: modes, forces and switches as printed; dissipation; no drift;
+presliding."""
 
 from __future__ import annotations
 
@@ -9,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.friction.hybrid import SLIPPING, STUCK
 from frictool.friction.hybrid_b import presliding_damping, presliding_stiffness
+from frictool.friction.hybrid_kernels import SLIPPING, STUCK
 from frictool.friction.law import HybridKernels
-from frictool.friction.reversals import COUNT
-from frictool.friction.table import LAWS
+from frictool.friction.law_registry import LAWS
+from frictool.friction.reversal_memory import COUNT
 from tests.friction.drivers import EFFORT, MODE, POSITION, VELOCITY, hybrid_run, pointers
 from tests.friction.plain import stribeck_curve
 from tests.friction.sets import STRIBECK, TABLE_3_1, packed
@@ -32,14 +33,30 @@ def kernels(name: str) -> HybridKernels:
     return found
 
 
-def run(name: str, efforts: np.ndarray, step: float, stiffness: float = 0.0, **changes: float) -> np.ndarray:
-    return hybrid_run(*pointers(kernels(name)), efforts, stiffness, step, packed(LAWS[name], TABLE_3_1[name] | changes))
+def run(
+    name: str, efforts: np.ndarray, step: float, stiffness: float = 0.0, **changes: float
+) -> np.ndarray:
+    return hybrid_run(
+        *pointers(kernels(name)),
+        efforts,
+        stiffness,
+        step,
+        packed(LAWS[name], TABLE_3_1[name] | changes),
+    )
 
 
 @pytest.mark.parametrize("name", VERSIONS)
 @FAST
-@given(v=SPEEDS, u=EFFORTS, share=st.floats(-1.2, 1.2), stuck=st.booleans(), clock=st.sampled_from([0.0, 2e-3]))
-def test_switches_as_printed(name: str, v: float, u: float, share: float, stuck: bool, clock: float) -> None:
+@given(
+    v=SPEEDS,
+    u=EFFORTS,
+    share=st.floats(-1.2, 1.2),
+    stuck=st.booleans(),
+    clock=st.sampled_from([0.0, 2e-3]),
+)
+def test_switches_as_printed(
+    name: str, v: float, u: float, share: float, stuck: bool, clock: float
+) -> None:
     changes = {"hold_time": 1e-3} if name == "hybrid_a" else {}
     p = packed(LAWS[name], TABLE_3_1[name] | changes)
     z = kernels(name).reset(p)
@@ -59,7 +76,9 @@ def test_switches_as_printed(name: str, v: float, u: float, share: float, stuck:
 @pytest.mark.parametrize("name", VERSIONS)
 @FAST
 @given(v=SPEEDS, u=EFFORTS, share=st.floats(-1.2, 1.2), stuck=st.booleans())
-def test_no_instant_asks_for_two_switches(name: str, v: float, u: float, share: float, stuck: bool) -> None:
+def test_no_instant_asks_for_two_switches(
+    name: str, v: float, u: float, share: float, stuck: bool
+) -> None:
     """3.5: C_{0->1} and C_{1->0} are never both true, so that the mode after a switch stays."""
     p = packed(LAWS[name], TABLE_3_1[name] | ({"hold_time": 1e-3} if name == "hybrid_a" else {}))
     law, mode = kernels(name), STUCK if stuck else SLIPPING
@@ -80,7 +99,9 @@ def test_slip_is_stribeck_under_newton(name: str, v: float, u: float) -> None:
     direction = np.sign(v) if v else math.copysign(1.0, u)
     expected = direction * stribeck_curve(v, STRIBECK) + 0.4 * v
     assert kernels(name).force(SLIPPING, v, u, z, p) == pytest.approx(expected, rel=1e-12)
-    assert kernels(name).acceleration(SLIPPING, v, u, z, p) == pytest.approx((u - expected) / 2.0, rel=1e-9, abs=1e-12)
+    assert kernels(name).acceleration(SLIPPING, v, u, z, p) == pytest.approx(
+        (u - expected) / 2.0, rel=1e-9, abs=1e-12
+    )
 
 
 @FAST
@@ -90,14 +111,20 @@ def test_stuck_forces(v: float, u: float, share: float) -> None:
     assert kernels("hybrid_a").force(STUCK, v, u, np.zeros(1), a) == u
     assert kernels("hybrid_a").acceleration(STUCK, v, u, np.zeros(1), a) == -1e3 * v
     spring = 1.5e5 * share * Z_MAX + 2 * math.sqrt(1.5e5) * v
-    assert kernels("hybrid_b").force(STUCK, v, u, np.array([share * Z_MAX]), b) == pytest.approx(spring, rel=1e-12, abs=1e-12)
+    assert kernels("hybrid_b").force(STUCK, v, u, np.array([share * Z_MAX]), b) == pytest.approx(
+        spring, rel=1e-12, abs=1e-12
+    )
     z = kernels("hybrid_c").reset(c)
     z[0] = share * Z_MAX
     left = 1 - min(abs(round(share * 10)) / 10, 1)
     z[0] = round(share * 10) / 10 * Z_MAX
     virgin = F_S * np.sign(z[0]) * (1 - left * left)
-    assert kernels("hybrid_c").force(STUCK, v, u, z, c) == pytest.approx(virgin + 2 * math.sqrt(1.5e5) * v, rel=1e-9, abs=1e-12)
-    assert kernels("hybrid_c").acceleration(STUCK, v, u, z, c) == pytest.approx(u - virgin - 2 * math.sqrt(1.5e5) * v, rel=1e-9, abs=1e-9)
+    assert kernels("hybrid_c").force(STUCK, v, u, z, c) == pytest.approx(
+        virgin + 2 * math.sqrt(1.5e5) * v, rel=1e-9, abs=1e-12
+    )
+    assert kernels("hybrid_c").acceleration(STUCK, v, u, z, c) == pytest.approx(
+        u - virgin - 2 * math.sqrt(1.5e5) * v, rel=1e-9, abs=1e-9
+    )
 
 
 def test_stiffness_and_damping_are_those_of_table_3_1() -> None:
@@ -107,8 +134,16 @@ def test_stiffness_and_damping_are_those_of_table_3_1() -> None:
 
 
 @FAST
-@given(v=st.floats(-0.5, 0.5), u=EFFORTS, stuck=st.booleans(), viscous=st.floats(0, 2), mass=st.floats(0.1, 10))
-def test_version_a_dissipates_at_every_state(v: float, u: float, stuck: bool, viscous: float, mass: float) -> None:
+@given(
+    v=st.floats(-0.5, 0.5),
+    u=EFFORTS,
+    stuck=st.booleans(),
+    viscous=st.floats(0, 2),
+    mass=st.floats(0.1, 10),
+)
+def test_version_a_dissipates_at_every_state(
+    v: float, u: float, stuck: bool, viscous: float, mass: float
+) -> None:
     """(3.42), (3.44), (3.45): V' <= (u - F_sec) v with V = m v^2/2."""
     p = packed(LAWS["hybrid_a"], TABLE_3_1["hybrid_a"] | {"viscous": viscous, "inertia": mass})
     mode, z = STUCK if stuck else SLIPPING, np.zeros(1)
@@ -120,11 +155,24 @@ def test_version_a_dissipates_at_every_state(v: float, u: float, stuck: bool, vi
 
 @settings(derandomize=True, deadline=None, max_examples=8)
 @given(seed=st.integers(0, 1000), size=st.floats(1.8, 4.0))
-def test_version_a_dissipates_along_random_efforts_and_through_switches(seed: int, size: float) -> None:
-    """V(t_j) - V(t_i) <= int s dt (3.61): exact for the implicit midpoint rule, whose step changes V by h f(v_mid) v_mid."""
-    law, p = kernels("hybrid_a"), packed(LAWS["hybrid_a"], TABLE_3_1["hybrid_a"] | {"stribeck_velocity": 0.05, "capture_velocity": 0.2})
+def test_version_a_dissipates_along_random_efforts_and_through_switches(
+    seed: int, size: float
+) -> None:
+    """V(t_j) - V(t_i) <= int s dt (3.61): exact for the implicit midpoint rule, whose step changes
+    V by h f(v_mid) v_mid."""
+    law, p = (
+        kernels("hybrid_a"),
+        packed(
+            LAWS["hybrid_a"],
+            TABLE_3_1["hybrid_a"] | {"stribeck_velocity": 0.05, "capture_velocity": 0.2},
+        ),
+    )
     draw = np.random.default_rng(seed)
-    efforts = size * np.interp(np.arange(1200), np.arange(0, 1300, 100), [*draw.uniform(-1, 1, 6), 1.0, *draw.uniform(-1, 1, 6)])
+    efforts = size * np.interp(
+        np.arange(1200),
+        np.arange(0, 1300, 100),
+        [*draw.uniform(-1, 1, 6), 1.0, *draw.uniform(-1, 1, 6)],
+    )
     mode, v, z, step, switches, stored, supplied = STUCK, 0.0, np.zeros(1), 1e-3, 0, 0.0, 0.0
     for u in efforts:
         after = law.mode_after(mode, v, u, z, p)
@@ -136,7 +184,9 @@ def test_version_a_dissipates_along_random_efforts_and_through_switches(seed: in
         supplied += step * (u - dry) * middle
         v = 2 * middle - v
         stored = 0.5 * v * v
-        assert stored <= supplied + 2e-4  # the fixed point does not settle in the step that crosses v = 0
+        assert (
+            stored <= supplied + 2e-4
+        )  # the fixed point does not settle in the step that crosses v = 0
     assert switches > 0
 
 
@@ -144,7 +194,8 @@ def test_version_a_dissipates_along_random_efforts_and_through_switches(seed: in
 @settings(derandomize=True, deadline=None, max_examples=10)
 @given(seed=st.integers(0, 1000))
 def test_no_drift_below_the_breakaway(name: str, seed: int) -> None:
-    """3.7.5: random efforts up to 0.98 F_s, half a second of them: the body stays within z_max and stuck."""
+    """3.7.5: random efforts up to 0.98 F_s, half a second of them: the body stays within z_max and
+    stuck."""
     corners = np.random.default_rng(seed).uniform(-0.98, 0.98, 51) * F_S
     corners[0] = 0.0
     efforts = np.interp(np.linspace(0, 50, 50_001), np.arange(51), corners)
@@ -159,7 +210,10 @@ def test_breaks_away_at_the_breakaway_slips_and_is_captured(name: str) -> None:
     efforts = np.interp(np.linspace(0, 5, 500_001), [0, 2, 4, 5], [0, 2, 0, 0])
     rows = run(name, efforts, 1e-5)
     slipping = np.flatnonzero(rows[:, MODE] == SLIPPING)
-    lag = {"hybrid_a": 0.0, "hybrid_b": 2 / math.sqrt(1.5e5)}  # k2/k1, by which z follows a ramp of 1 N/s
+    lag = {
+        "hybrid_a": 0.0,
+        "hybrid_b": 2 / math.sqrt(1.5e5),
+    }  # k2/k1, by which z follows a ramp of 1 N/s
     if name == "hybrid_c":  # whose stiffness fades towards the breakaway
         assert F_S < efforts[slipping[0]] < F_S + 0.05
     else:
@@ -173,9 +227,13 @@ def test_breaks_away_at_the_breakaway_slips_and_is_captured(name: str) -> None:
 @pytest.mark.parametrize("name", PRESLIDING)
 def test_presliding_bears_the_breakaway_at_its_limit(name: str) -> None:
     """0.99 F_s, held: the spring at 0.99 z_max, the parabola 1 - (1 - z/z_max)^2 at 0.9 z_max."""
-    rows = run(name, np.interp(np.linspace(0, 3, 300_001), [0, 1, 3], [0, 0.99 * F_S, 0.99 * F_S]), 1e-5)
+    rows = run(
+        name, np.interp(np.linspace(0, 3, 300_001), [0, 1, 3], [0, 0.99 * F_S, 0.99 * F_S]), 1e-5
+    )
     assert rows[-1, MODE] == STUCK
-    assert rows[-1, POSITION] == pytest.approx((0.99 if name == "hybrid_b" else 0.9) * Z_MAX, rel=1e-6)
+    assert rows[-1, POSITION] == pytest.approx(
+        (0.99 if name == "hybrid_b" else 0.9) * Z_MAX, rel=1e-6
+    )
     assert rows[-1, EFFORT] == pytest.approx(0.99 * F_S, rel=1e-6)
 
 
@@ -188,7 +246,9 @@ def test_slip_leaves_the_contact_at_its_limit(name: str) -> None:
         assert z[0] == direction * Z_MAX
         kernels(name).enter(STUCK, -0.5e-4 * direction, 0.0, z, p)
         assert z[0] == -direction * Z_MAX
-        assert kernels(name).force(STUCK, 0.0, 0.0, z, p) == pytest.approx(-direction * F_S, rel=1e-12)
+        assert kernels(name).force(STUCK, 0.0, 0.0, z, p) == pytest.approx(
+            -direction * F_S, rel=1e-12
+        )
 
 
 def test_slip_wipes_the_memory_of_version_c() -> None:
@@ -201,7 +261,9 @@ def test_slip_wipes_the_memory_of_version_c() -> None:
     law.enter(SLIPPING, 0.0, 2.0, z, p)
     assert z[1 + COUNT] == 0
     z[0] = 0.0
-    assert law.force(STUCK, 0.0, 0.0, z, p) == pytest.approx(F_S * (1 - 2 * 0.75), rel=1e-12)  # F_s - 2 f(z_max/2)
+    assert law.force(STUCK, 0.0, 0.0, z, p) == pytest.approx(
+        F_S * (1 - 2 * 0.75), rel=1e-12
+    )  # F_s - 2 f(z_max/2)
 
 
 def test_hold_time_counts_in_the_stuck_mode_only() -> None:

@@ -9,17 +9,28 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.friction.hybrid_settings import HybridBench, HybridSettings, settings_from_bench, violations
+from frictool.friction.hybrid_time_step import (
+    HybridBench,
+    HybridSettings,
+    settings_from_bench,
+    violations,
+)
 
-TABLE = HybridBench(sample_period=5e-3, encoder_step=1e-3, inertia=1.0, effort_limit=2.0, stribeck_velocity=1e-3)
+TABLE = HybridBench(
+    sample_period=5e-3, encoder_step=1e-3, inertia=1.0, effort_limit=2.0, stribeck_velocity=1e-3
+)
 CLUTCH = HybridBench(sample_period=1e-3, encoder_step=0.1122, inertia=1.32e-5, effort_limit=1.0)
 GOOD = settings_from_bench(TABLE)
 SIZES = st.floats(1e-6, 1e3)
 
 
 @settings(derandomize=True, deadline=None, max_examples=100)
-@given(period=st.floats(1e-5, 0.1), step=SIZES, inertia=SIZES, limit=SIZES, share=st.floats(0.0, 0.2))
-def test_settings_from_a_bench_break_nothing(period: float, step: float, inertia: float, limit: float, share: float) -> None:
+@given(
+    period=st.floats(1e-5, 0.1), step=SIZES, inertia=SIZES, limit=SIZES, share=st.floats(0.0, 0.2)
+)
+def test_settings_from_a_bench_break_nothing(
+    period: float, step: float, inertia: float, limit: float, share: float
+) -> None:
     """Stribeck's velocity small beside an encoder step per capture, as (3.10) asks."""
     bench = HybridBench(period, step, inertia, limit, share * step * 5.0 / period)
     found = settings_from_bench(bench)
@@ -43,19 +54,27 @@ def test_table_3_1_breaks_its_own_inequality() -> None:
         "(3.11) m Sigma > u_max T_e: m Sigma = 1 kg x 0.0001 m/s = 0.0001 N s, u_max T_e = 2 N x 0.0001 s = 0.0002 N s",
         "(3.2) Sigma > 3 v_s: Sigma = 0.0001 m/s, 3 v_s = 0.003 m/s",
     ]
-    assert [line[:6] for line in violations("hybrid_b", TABLE, replace(printed, step=4e-5))] == ["(3.2) "]
+    assert [line[:6] for line in violations("hybrid_b", TABLE, replace(printed, step=4e-5))] == [
+        "(3.2) "
+    ]
 
 
 @pytest.mark.parametrize(
     ("changed", "start", "numbers"),
     [
         ({"convergence_rate": 900.0}, "(3.8)", "p0 = 900 1/s, 5/T_s = 1000 1/s"),
-        ({"capture_velocity": 1.1}, "(3.10)", "Sigma = 1.1 rad/s, delta_x p0 = 0.001 rad x 1000 1/s = 1 rad/s"),
+        (
+            {"capture_velocity": 1.1},
+            "(3.10)",
+            "Sigma = 1.1 rad/s, delta_x p0 = 0.001 rad x 1000 1/s = 1 rad/s",
+        ),
         ({"shortest_step": 1e-6}, "(3.31)", "T_0 = 0 s, T_e_min = 1e-06 s"),
         ({"step": 0.9}, "(3.11)", "u_max T_e = 2 N m x 0.9 s = 1.8 N m s"),
     ],
 )
-def test_each_inequality_is_named_with_its_numbers(changed: dict[str, float], start: str, numbers: str) -> None:
+def test_each_inequality_is_named_with_its_numbers(
+    changed: dict[str, float], start: str, numbers: str
+) -> None:
     (line,) = violations("hybrid_a", TABLE, replace(GOOD, **changed), axis="rotary")
     assert line.startswith(start)
     assert numbers in line

@@ -1,4 +1,5 @@
-"""Hysteresis operators: annex A's rules, wiping-out, closed loops, congruency; equal to slow references."""
+"""Hysteresis operators: annex A's rules, wiping-out, closed loops, congruency; equal to slow
+references."""
 
 from __future__ import annotations
 
@@ -10,8 +11,13 @@ from hypothesis import strategies as st
 from frictool.friction.masing import masing_force, masing_move
 from frictool.friction.maxwell_bank import bank_force, bank_move, bank_tail, parabolic_bank
 from frictool.friction.preisach import everett, preisach_force, preisach_move
-from frictool.friction.preisach_cycles import cell_weights, everett_tail, masing_cycles, masing_everett
-from frictool.friction.reversals import COUNT, FORCE, FORGOTTEN, new_memory
+from frictool.friction.preisach_cycles import (
+    cell_weights,
+    everett_tail,
+    masing_cycles,
+    masing_everett,
+)
+from frictool.friction.reversal_memory import COUNT, FORCE, FORGOTTEN, new_memory
 from frictool.friction.status import MEMORY_FULL, NOT_FINITE, OK
 from frictool.friction.virgin_curve import virgin_force
 from tests.friction.plain import Masing, Relays
@@ -19,7 +25,9 @@ from tests.friction.plain import Masing, Relays
 FAST = settings(derandomize=True, deadline=None, max_examples=80)
 BREAKAWAY, LIMIT = 1.5, 1e-5
 TABLE = masing_everett()
-PLACES = st.lists(st.integers(-20, 20), min_size=1, max_size=25)  # in half cells of the 20 x 20 triangle
+PLACES = st.lists(
+    st.integers(-20, 20), min_size=1, max_size=25
+)  # in half cells of the 20 x 20 triangle
 
 
 def masing_path(places: list[float], memory: np.ndarray | None = None) -> np.ndarray:
@@ -34,7 +42,9 @@ def masing_path(places: list[float], memory: np.ndarray | None = None) -> np.nda
     return np.array(forces)
 
 
-def preisach_path(places: list[float], table: np.ndarray = TABLE, memory: np.ndarray | None = None) -> np.ndarray:
+def preisach_path(
+    places: list[float], table: np.ndarray = TABLE, memory: np.ndarray | None = None
+) -> np.ndarray:
     memory = new_memory(64) if memory is None else memory
     forces = []
     for place in places:
@@ -53,12 +63,20 @@ def unit_virgin(z: float) -> float:
 @FAST
 @given(z=st.floats(-3, 3))
 def test_virgin_curve(z: float) -> None:
-    assert virgin_force(z * LIMIT, BREAKAWAY, LIMIT) == pytest.approx(BREAKAWAY * unit_virgin(z), rel=1e-12, abs=1e-15)
+    assert virgin_force(z * LIMIT, BREAKAWAY, LIMIT) == pytest.approx(
+        BREAKAWAY * unit_virgin(z), rel=1e-12, abs=1e-15
+    )
 
 
 @FAST
 @given(
-    places=st.lists(st.one_of(st.floats(-1.5, 1.5).map(lambda z: round(z, 6)), st.sampled_from([-0.5, 0.0, 0.5, 1.0, -1.0])), min_size=1)
+    places=st.lists(
+        st.one_of(
+            st.floats(-1.5, 1.5).map(lambda z: round(z, 6)),
+            st.sampled_from([-0.5, 0.0, 0.5, 1.0, -1.0]),
+        ),
+        min_size=1,
+    )
 )
 def test_masing_equals_the_rules_on_the_whole_history(places: list[float]) -> None:
     plain = Masing(unit_virgin)
@@ -76,13 +94,21 @@ def test_masing_is_the_limit_of_a_fine_maxwell_bank(places: list[float]) -> None
     for place in places:
         found.append(bank_force(deflections, (place - last) * LIMIT, tail, BREAKAWAY, LIMIT))
         bank_move(deflections, (place - last) * LIMIT, tail, LIMIT)
-        assert found[-1] == pytest.approx(bank_force(deflections, 0.0, tail, BREAKAWAY, LIMIT), rel=1e-12, abs=1e-12)
+        assert found[-1] == pytest.approx(
+            bank_force(deflections, 0.0, tail, BREAKAWAY, LIMIT), rel=1e-12, abs=1e-12
+        )
         last = place
-    assert np.max(np.abs(masing_path(places) - found)) <= (2 * len(places) + 1) * BREAKAWAY / (4 * count**2) + 1e-12
+    assert (
+        np.max(np.abs(masing_path(places) - found))
+        <= (2 * len(places) + 1) * BREAKAWAY / (4 * count**2) + 1e-12
+    )
 
 
 @FAST
-@given(places=st.lists(st.floats(-3, 3), min_size=1, max_size=20), limits=st.lists(st.floats(0.1, 2.0), min_size=1, max_size=4))
+@given(
+    places=st.lists(st.floats(-3, 3), min_size=1, max_size=20),
+    limits=st.lists(st.floats(0.1, 2.0), min_size=1, max_size=4),
+)
 def test_bank_equals_a_plain_loop(places: list[float], limits: list[float]) -> None:
     count = len(limits)
     weights = np.arange(1, count + 1) / sum(range(1, count + 1))
@@ -91,7 +117,9 @@ def test_bank_equals_a_plain_loop(places: list[float], limits: list[float]) -> N
         moved = after - before
         plain = [max(-d, min(d, x + moved)) for x, d in zip(plain, limits, strict=True)]
         expected = sum(w * x / d for w, x, d in zip(weights, plain, limits, strict=True))
-        assert bank_force(deflections, moved * LIMIT, tail, 1.0, LIMIT) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        assert bank_force(deflections, moved * LIMIT, tail, 1.0, LIMIT) == pytest.approx(
+            expected, rel=1e-9, abs=1e-12
+        )
         bank_move(deflections, moved * LIMIT, tail, LIMIT)
 
 
@@ -111,7 +139,9 @@ def test_parabolic_bank_runs_through_the_virgin_curve() -> None:
         ([1.0], [float("nan")], "finite"),
     ],
 )
-def test_a_virgin_curve_that_no_bank_has_is_refused(displacements: list[float], forces: list[float], match: str) -> None:
+def test_a_virgin_curve_that_no_bank_has_is_refused(
+    displacements: list[float], forces: list[float], match: str
+) -> None:
     with pytest.raises(ValueError, match=match):
         bank_tail(np.array(displacements), np.array(forces))
 
@@ -121,7 +151,9 @@ def test_everett_of_centred_cycles_is_half_a_masing_branch() -> None:
     nodes = np.linspace(-1, 1, 21)
     for i, upper in enumerate(nodes):
         for lower in nodes[: i + 1]:
-            assert everett(TABLE, upper, lower) == pytest.approx(unit_virgin((upper - lower) / 2), rel=1e-12, abs=1e-14)
+            assert everett(TABLE, upper, lower) == pytest.approx(
+                unit_virgin((upper - lower) / 2), rel=1e-12, abs=1e-14
+            )
 
 
 def test_distribution_sums_to_the_breakaway_and_is_elastic_on_the_diagonal() -> None:
@@ -132,11 +164,14 @@ def test_distribution_sums_to_the_breakaway_and_is_elastic_on_the_diagonal() -> 
 
 
 def test_cycles_measured_on_other_places_give_the_same_table() -> None:
-    """Branches in metres and newtons, on a fine grid of their own: linear interpolation of the parabola is all that is lost."""
+    """Branches in metres and newtons, on a fine grid of their own: linear interpolation of the
+    parabola is all that is lost."""
     cycles = []
     for k in range(1, 11):
         z = np.linspace(k / 10, -k / 10, 2001)
-        force = np.array([unit_virgin(k / 10) + 2 * unit_virgin((point - k / 10) / 2) for point in z])
+        force = np.array(
+            [unit_virgin(k / 10) + 2 * unit_virgin((point - k / 10) / 2) for point in z]
+        )
         cycles.append((z * LIMIT, BREAKAWAY * force))
     np.testing.assert_allclose(everett_tail(cycles), TABLE, atol=1e-7)
 
@@ -148,7 +183,10 @@ GOOD = masing_cycles(4)
     ("cycles", "match"),
     [
         ([], "no centred cycle was given"),
-        ([(0.9 * GOOD[0][0], GOOD[0][1]), GOOD[1]], r"cycle 1 runs from 0\.45 to -0\.45; allowed: \+-0\.5"),
+        (
+            [(0.9 * GOOD[0][0], GOOD[0][1]), GOOD[1]],
+            r"cycle 1 runs from 0\.45 to -0\.45; allowed: \+-0\.5",
+        ),
         ([(GOOD[0][0][::-1], GOOD[0][1]), GOOD[1]], "positions that fall"),
         ([(z, 0.0 * f) for z, f in GOOD], "allowed: a force that falls with the position"),
     ],
@@ -163,15 +201,21 @@ def test_cycles_that_give_no_triangle_are_refused(cycles: list, match: str) -> N
 @settings(derandomize=True, deadline=None, max_examples=40)
 @given(places=PLACES, seed=st.integers(0, 3))
 def test_preisach_equals_a_bank_of_relays(places: list[int], seed: int) -> None:
-    """Thresholds in the middle of quarter cells, inputs on their borders: equal to rounding, for any odd distribution."""
+    """Thresholds in the middle of quarter cells, inputs on their borders: equal to rounding, for
+    any odd distribution."""
     table = TABLE
     if seed:
         draw = np.random.default_rng(seed)
-        cycles = [(z, f + np.concatenate([[0.0], draw.normal(0, 0.1, f.size - 2), [0.0]])) for z, f in masing_cycles()]
+        cycles = [
+            (z, f + np.concatenate([[0.0], draw.normal(0, 0.1, f.size - 2), [0.0]]))
+            for z, f in masing_cycles()
+        ]
         table = everett_tail(cycles)
     relays = Relays(cell_weights(table), 2)
     expected = BREAKAWAY * np.array([relays.force(place / 20) for place in places])
-    np.testing.assert_allclose(preisach_path([place / 20 for place in places], table), expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        preisach_path([place / 20 for place in places], table), expected, rtol=0, atol=1e-12
+    )
 
 
 @FAST
@@ -188,13 +232,17 @@ def test_preisach_of_masing_cycles_is_masing_on_the_nodes(places: list[int]) -> 
     second=st.lists(st.floats(-0.9, 0.9), max_size=8),
     after=st.lists(st.floats(-1, 1), min_size=1, max_size=8),
 )
-def test_a_larger_extreme_wipes_out_what_came_before(path, first: list[float], second: list[float], after: list[float]) -> None:
+def test_a_larger_extreme_wipes_out_what_came_before(
+    path, first: list[float], second: list[float], after: list[float]
+) -> None:
     """-0.95, then 0.92: two histories end alike, in force and in memory."""
     one, other = new_memory(64), new_memory(64)
     path([*first, -0.95, 0.92], memory=one)
     path([*second, -0.95, 0.92], memory=other)
     assert one[COUNT] == other[COUNT] == 1
-    np.testing.assert_allclose(path(after, memory=one), path(after, memory=other), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        path(after, memory=one), path(after, memory=other), rtol=0, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("path", [masing_path, preisach_path])
@@ -210,7 +258,10 @@ def test_loops_between_the_same_extremes_are_congruent_and_closed(
 ) -> None:
     high = min(low + width, 1.0)
     cycle = [high, low, high, 0.5 * (low + high), low, 0.3 * low + 0.7 * high, high]
-    one, other = path([*first, *cycle])[len(first) + 1 :], path([*second, *cycle])[len(second) + 1 :]
+    one, other = (
+        path([*first, *cycle])[len(first) + 1 :],
+        path([*second, *cycle])[len(second) + 1 :],
+    )
     np.testing.assert_allclose(one[1:] - one[0], other[1:] - other[0], rtol=0, atol=1e-12)
     assert one[0] == pytest.approx(one[3], abs=1e-12)
     assert one[1] == pytest.approx(one[5], abs=1e-12)
@@ -221,7 +272,9 @@ def test_loops_between_the_same_extremes_are_congruent_and_closed(
 @given(corners=st.lists(st.floats(-1.2, 1.2), min_size=1, max_size=12))
 def test_every_movement_from_virgin_costs_energy(path, corners: list[float]) -> None:
     """int F dz >= 0 from the virgin contact to anywhere; closed loops dissipate (annex A)."""
-    z = np.concatenate([np.linspace(a, b, 60)[1:] for a, b in zip([0.0, *corners], corners, strict=False)])
+    z = np.concatenate(
+        [np.linspace(a, b, 60)[1:] for a, b in zip([0.0, *corners], corners, strict=False)]
+    )
     force = path(list(z))
     work = np.cumsum(np.diff(z, prepend=0.0) * 0.5 * (force + np.concatenate([[0.0], force[:-1]])))
     assert work.min() >= -1e-3 * BREAKAWAY
@@ -231,8 +284,13 @@ def test_every_movement_from_virgin_costs_energy(path, corners: list[float]) -> 
 @FAST
 @given(places=st.lists(st.floats(-1.5, 1.5), min_size=1, max_size=12), cuts=st.integers(2, 5))
 def test_only_the_extremes_matter(path, places: list[float], cuts: int) -> None:
-    """Rate independence: the same path in more steps ends alike; oddness: its mirror image is the mirror image."""
-    fine = [p for a, b in zip([0.0, *places], places, strict=False) for p in [*np.linspace(a, b, cuts + 1)[1:-1], b]]
+    """Rate independence: the same path in more steps ends alike; oddness: its mirror image is the
+    mirror image."""
+    fine = [
+        p
+        for a, b in zip([0.0, *places], places, strict=False)
+        for p in [*np.linspace(a, b, cuts + 1)[1:-1], b]
+    ]
     coarse = path(places)
     np.testing.assert_allclose(path(fine)[cuts - 1 :: cuts], coarse, rtol=0, atol=1e-12)
     np.testing.assert_allclose(path([-p for p in places]), -coarse, rtol=0, atol=1e-15)
@@ -256,7 +314,8 @@ def ringing(count: int) -> list[float]:
 
 @pytest.mark.parametrize("path", [masing_path, preisach_path])
 def test_a_slow_ringing_does_not_overflow_the_memory(path) -> None:
-    """200 nested reversals in a memory of 64: the forces while it rings are exact, and so are they after all is wiped out."""
+    """200 nested reversals in a memory of 64: the forces while it rings are exact, and so are they
+    after all is wiped out."""
     short, long = new_memory(64), new_memory(256)
     np.testing.assert_array_equal(path(ringing(200), memory=short), path(ringing(200), memory=long))
     assert short[COUNT] <= 64
@@ -265,4 +324,6 @@ def test_a_slow_ringing_does_not_overflow_the_memory(path) -> None:
     back = list(np.linspace(0.0, 0.89, 500))
     assert np.max(np.abs(path(back, memory=short) - path(back, memory=long))) < 0.01 * BREAKAWAY
     after = [0.95, -0.3, 0.2]
-    np.testing.assert_allclose(path(after, memory=short), path(after, memory=long), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        path(after, memory=short), path(after, memory=long), rtol=0, atol=1e-12
+    )

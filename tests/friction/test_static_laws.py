@@ -1,4 +1,5 @@
-"""Static laws: equal to the printed equations, odd, dissipative, with the right derivative and limits."""
+"""Static laws: equal to the printed equations, odd, dissipative, with the right derivative and
+limits."""
 
 from __future__ import annotations
 
@@ -11,8 +12,8 @@ from hypothesis import strategies as st
 
 from frictool.friction.karnopp import seen_velocity
 from frictool.friction.law import StaticKernels
-from frictool.friction.static import held_force
-from frictool.friction.table import LAWS
+from frictool.friction.law_registry import LAWS
+from frictool.friction.static_kernels import sticking_force
 from tests.friction.drivers import pointers, static_values
 from tests.friction.plain import sign, static_force
 from tests.friction.sets import TABLE_3_1, packed, values
@@ -31,7 +32,9 @@ def at(name: str, velocities: list[float], q: dict[str, float]) -> np.ndarray:
 @pytest.mark.parametrize("name", STATIC)
 @FAST
 @given(data=st.data(), exponent=st.floats(-8.0, 3.0))
-def test_slip_follows_the_equation_opposes_the_motion_and_is_odd(name: str, data: st.DataObject, exponent: float) -> None:
+def test_slip_follows_the_equation_opposes_the_motion_and_is_odd(
+    name: str, data: st.DataObject, exponent: float
+) -> None:
     q, v = data.draw(values(LAWS[name])), 10.0**exponent
     forward, backward = at(name, [v, -v], q)
     assert math.isclose(forward[FORCE], static_force(name, v, q), rel_tol=1e-12)
@@ -51,13 +54,17 @@ def test_slope_is_the_derivative(name: str, data: st.DataObject, ratio: float) -
     low, middle, high = at(name, [v - step, v, v + step], q)
     found = (high[FORCE] - low[FORCE]) / (2 * step)
     rounding = 1e-15 * abs(middle[FORCE]) / step
-    assert math.isclose(found, middle[SLOPE], rel_tol=1e-6, abs_tol=1e-6 * q["coulomb"] / scale + 4 * rounding)
+    assert math.isclose(
+        found, middle[SLOPE], rel_tol=1e-6, abs_tol=1e-6 * q["coulomb"] / scale + 4 * rounding
+    )
 
 
 def test_slope_of_stribeck_at_rest_and_far_out() -> None:
     q = TABLE_3_1["stribeck"]
     assert at("stribeck", [0.0], {**q, "stribeck_exponent": 0.5})[0, SLOPE] == -math.inf
-    assert at("stribeck", [0.0], {**q, "stribeck_exponent": 1.0})[0, SLOPE] == pytest.approx(0.4 - 0.5 / 1e-3, rel=1e-12)
+    assert at("stribeck", [0.0], {**q, "stribeck_exponent": 1.0})[0, SLOPE] == pytest.approx(
+        0.4 - 0.5 / 1e-3, rel=1e-12
+    )
     assert at("stribeck", [0.0], {**q, "breakaway": 1.0, "stribeck_exponent": 0.5})[0, SLOPE] == 0.4
     assert at("stribeck", [1e300], {**q, "stribeck_exponent": 4.0})[0, SLOPE] == 0.4
 
@@ -65,7 +72,9 @@ def test_slope_of_stribeck_at_rest_and_far_out() -> None:
 @pytest.mark.parametrize(("name", "reach"), [("coulomb_tanh", 20.0), ("coulomb_atan", 1e7)])
 @FAST
 @given(velocity=st.floats(1e-6, 1e3), forward=st.booleans())
-def test_regularised_laws_tend_to_coulomb(name: str, reach: float, velocity: float, forward: bool) -> None:
+def test_regularised_laws_tend_to_coulomb(
+    name: str, reach: float, velocity: float, forward: bool
+) -> None:
     v = velocity if forward else -velocity
     row = at(name, [v], {"coulomb": 1.0, "smoothing_velocity": velocity / reach})[0]
     assert row[FORCE] == pytest.approx(sign(v), rel=1e-6)
@@ -74,8 +83,10 @@ def test_regularised_laws_tend_to_coulomb(name: str, reach: float, velocity: flo
 
 @FAST
 @given(effort=st.floats(-10, 10), forward=st.floats(0, 5), backward=st.floats(0, 5))
-def test_a_body_at_rest_is_held_up_to_its_breakaway(effort: float, forward: float, backward: float) -> None:
-    held = held_force(effort, forward, backward)
+def test_a_body_at_rest_is_held_up_to_its_breakaway(
+    effort: float, forward: float, backward: float
+) -> None:
+    held = sticking_force(effort, forward, backward)
     limit = forward if effort > 0 else backward
     assert held == sign(effort) * min(abs(effort), limit)
 

@@ -11,7 +11,9 @@ from frictool.friction.stribeck import straight_from
 
 @pytest.mark.parametrize("exponent", [0.5, 1.0, 2.0, 3.0])
 @pytest.mark.parametrize("velocity", [0.01, 12.0])
-def test_the_fall_is_below_rounding_there_and_not_well_before(velocity: float, exponent: float) -> None:
+def test_the_fall_is_below_rounding_there_and_not_well_before(
+    velocity: float, exponent: float
+) -> None:
     speed = straight_from(velocity, exponent)
     assert 1.0 + math.exp(-((speed / velocity) ** exponent)) == 1.0
     before = speed * 0.93 ** (1.0 / exponent)

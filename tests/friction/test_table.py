@@ -10,7 +10,7 @@ import pytest
 
 from frictool.documents.quantity import factor_to_si
 from frictool.friction.law import DynamicKernels, HybridKernels, StaticKernels
-from frictool.friction.table import LAWS, ROWS
+from frictool.friction.law_registry import LAWS, ROWS
 from tests.friction.drivers import dynamic_run, hybrid_run, pointers, static_values
 from tests.friction.sets import STRIBECK, TABLE_3_1, packed
 
@@ -24,7 +24,9 @@ def test_the_table_lists_each_law_once() -> None:
 
 
 def test_the_documentation_names_every_law() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "theory" / "friction.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs" / "theory" / "friction.md").read_text(
+        encoding="utf-8"
+    )
     assert [name for name in NAMES if f"`{name}`" not in text] == []
 
 
@@ -39,7 +41,12 @@ def test_one_driver_per_kind_runs_the_law(name: str) -> None:
         assert isinstance(law.kernels, HybridKernels)
         rows = hybrid_run(*pointers(law.kernels), np.full(50, 2.0), 0.0, 1e-5, p)
     assert np.all(np.isfinite(rows))
-    assert law.kind == {StaticKernels: "static", DynamicKernels: "dynamic", HybridKernels: "hybrid"}[type(law.kernels)]
+    assert (
+        law.kind
+        == {StaticKernels: "static", DynamicKernels: "dynamic", HybridKernels: "hybrid"}[
+            type(law.kernels)
+        ]
+    )
 
 
 UNITS = {  # linear: rotary, dimension in documents
@@ -71,7 +78,12 @@ def test_parameters_out_of_range_are_refused_in_one_line(name: str) -> None:
     law, good = LAWS[name], TABLE_3_1[name]
     law.pack(good, axis="rotary")
     for parameter in law.parameters:
-        for bad in (math.nan, math.inf, parameter.minimum - 1.0, *([parameter.minimum] if parameter.exclusive else [])):
+        for bad in (
+            math.nan,
+            math.inf,
+            parameter.minimum - 1.0,
+            *([parameter.minimum] if parameter.exclusive else []),
+        ):
             with pytest.raises(ValueError, match=rf"^{parameter.name} is .*allowed: ") as refusal:
                 law.pack({**good, parameter.name: bad})
             assert "\n" not in str(refusal.value)
@@ -81,7 +93,10 @@ def test_parameters_out_of_range_are_refused_in_one_line(name: str) -> None:
 
 
 def test_a_misspelt_parameter_gets_the_nearest_name() -> None:
-    with pytest.raises(ValueError, match="stribeck has no parameter strbeck_velocity; did you mean stribeck_velocity"):
+    with pytest.raises(
+        ValueError,
+        match="stribeck has no parameter strbeck_velocity; did you mean stribeck_velocity",
+    ):
         LAWS["stribeck"].pack({"strbeck_velocity": 1.0})
     with pytest.raises(ValueError, match=r"allowed: coulomb$"):
         LAWS["coulomb"].pack({"zzz": 1.0})
@@ -94,7 +109,9 @@ def test_a_breakaway_below_coulomb_is_refused() -> None:
 
 def test_the_printed_elastic_limit_is_refused() -> None:
     """Table 3.1 prints z_ba = 0.009 m where 0.009 mm is meant."""
-    with pytest.raises(ValueError, match=r"elastic_limit is 0\.009 m; allowed: < breakaway/stiffness, 1e-05 m"):
+    with pytest.raises(
+        ValueError, match=r"elastic_limit is 0\.009 m; allowed: < breakaway/stiffness, 1e-05 m"
+    ):
         LAWS["elasto_plastic"].pack({**TABLE_3_1["elasto_plastic"], "elastic_limit": 0.009})
 
 

@@ -1,4 +1,5 @@
-"""Mutated logs and documents through the whole program, `make fuzz`: no traceback, no hang, no memory, no partial output.
+"""Mutated logs and documents through the whole program, `make fuzz`: no traceback, no hang, no
+memory, no partial output.
 
 samples.py     a small good file of each format, and a bench that maps its columns
 mutations.py   a file with bytes and cells changed, from a seed

@@ -1,7 +1,9 @@
 """`make fuzz`: mutated inputs of every format at full count.
 
-python -m tests.fuzz [COUNT [NAME...]]     COUNT inputs, 20000 of all formats where none is given; exit code 1 where one is found
-python -m tests.fuzz NAME INDEX            one of them: written into the folder build/fuzz, with the command that reads it
+python -m tests.fuzz [COUNT [NAME...]]     COUNT inputs, 20000 of all formats where none is given;
+                                           exit code 1 where one is found
+python -m tests.fuzz NAME INDEX            one of them: written into the folder build/fuzz, with the
+                                           command that reads it
 """
 
 from __future__ import annotations
@@ -29,15 +31,23 @@ def show(name: str, index: int) -> None:
         samples.write_other(name, sample, bench)
         path = place_for(sample, folder)
         path.write_bytes(input_of(name, sample.read_bytes(), SEED, index))
-    print("frictool --debug", *command(name, index, samples.given(path), bench, folder / "out.mcap"))
+    print(
+        "frictool --debug", *command(name, index, samples.given(path), bench, folder / "out.mcap")
+    )
 
 
 def main(arguments: list[str]) -> int:
     if arguments[:1] and arguments[0] in samples.names():
         show(arguments[0], int(arguments[1]))
         return 0
-    result = fuzz(int(arguments[0]) if arguments else COUNT, names=arguments[1:], tell=lambda text: print(text, flush=True))
-    print(f"{result['inputs']} inputs of {result['formats']} formats in {result['seconds']:.0f} s: {len(result['findings'])} findings")
+    result = fuzz(
+        int(arguments[0]) if arguments else COUNT,
+        names=arguments[1:],
+        tell=lambda text: print(text, flush=True),
+    )
+    print(
+        f"{result['inputs']} inputs of {result['formats']} formats in {result['seconds']:.0f} s: {len(result['findings'])} findings"
+    )
     return 0 if result["passed"] else 1
 
 

@@ -1,9 +1,11 @@
-"""Runs mutated inputs one after the other through `ingest`, `ingest --salvage` and `info`, in a process with limits.
+"""Runs mutated inputs one after the other through `ingest`, `ingest --salvage` and `info`, in a
+process with limits.
 
     python -m tests.fuzz.child NAME SEED FIRST COUNT
 
-Prints `at INDEX` before each input and `found INDEX: WHY` after one that did what no input may. A hang ends the process (exit code 1, the
-stacks on stderr), and so does a crash; whoever started it goes on behind it.
+Prints `at INDEX` before each input and `found INDEX: WHY` after one that did what no input may. A
+hang ends the process (exit code 1, the stacks on stderr), and so does a crash; whoever started it
+goes on behind it.
 """
 
 from __future__ import annotations
@@ -28,7 +30,16 @@ LONGEST = 10.0  # s for one input
 MOST_BYTES = 1 << 30  # beyond what the process has when it has read the unchanged sample
 INPUT = "input"
 # how a text file or a bag was taken, and what of it was guessed
-KNOWN_LINES = ("error: ", "warning: ", f"{INPUT}: ", f"{INPUT} does not tell all; ", "x_", "guessed ", "columns.", "  columns.")
+KNOWN_LINES = (
+    "error: ",
+    "warning: ",
+    f"{INPUT}: ",
+    f"{INPUT} does not tell all; ",
+    "x_",
+    "guessed ",
+    "columns.",
+    "  columns.",
+)
 LONGEST_LINE = 1000  # characters of a message
 
 
@@ -38,25 +49,45 @@ def input_of(name: str, data: bytes, seed: int, index: int) -> bytes:
 
 
 def command(name: str, index: int, path: Path, bench: Path, target: Path) -> list[str | Path]:
-    """Return the command for an input: ingest, info or ingest --salvage in turn; info or --guess for a logger; info for a document."""
+    """Return the command for an input: ingest, info or ingest --salvage in turn; info or --guess
+    for a logger; info for a document."""
     if name == samples.DOCUMENT:
         return ["info", bench, "--bench", path, "--json"]
     if name.startswith(samples.LOGGER):
-        guess: list[str | Path] = ["ingest", "--guess", path, *(["--axis", "rotary"] if index % 4 else []), "-o", "-"]
+        guess: list[str | Path] = [
+            "ingest",
+            "--guess",
+            path,
+            *(["--axis", "rotary"] if index % 4 else []),
+            "-o",
+            "-",
+        ]
         return guess if index % 2 else ["info", path]
     if index % 3 == 1:
         return ["info", path, "--bench", bench, "--json"]
-    return ["ingest", path, "--bench", bench, "-o", target, *(["--salvage"] if index % 3 == 2 else [])]
+    return [
+        "ingest",
+        path,
+        "--bench",
+        bench,
+        "-o",
+        target,
+        *(["--salvage"] if index % 3 == 2 else []),
+    ]
 
 
 def complaint(result: Result, target: Path, before: set[str], salvage: bool) -> str | None:
-    """What is wrong with what the command did, or None. before: the names in the folder; salvage: whether an error may leave an output."""
+    """What is wrong with what the command did, or None. before: the names in the folder; salvage:
+    whether an error may leave an output."""
     lines = result.stderr.splitlines()
     errors = [line for line in lines if line.startswith("error: ")]
     left = {path.name for path in target.parent.iterdir()} - before
     if result.code not in (0, 3):
         return f"exit code {result.code}: {result.stderr}"
-    if any(not line.startswith(KNOWN_LINES) for line in lines) or max(map(len, lines), default=0) > LONGEST_LINE:
+    if (
+        any(not line.startswith(KNOWN_LINES) for line in lines)
+        or max(map(len, lines), default=0) > LONGEST_LINE
+    ):
         return f"no messages of one line: {result.stderr[:LONGEST_LINE]}"
     if len(errors) > 1 or (result.code == 3 and not lines):
         return f"exit code 3 needs one line that says why: {lines}"
@@ -73,7 +104,8 @@ def complaint(result: Result, target: Path, before: set[str], salvage: bool) -> 
 
 
 def place_for(sample: Path, folder: Path) -> Path:
-    """The file in `folder` that inputs are written to, with the rest of its bag beside it where the sample is a part of one."""
+    """The file in `folder` that inputs are written to, with the rest of its bag beside it where the
+    sample is a part of one."""
     whole = samples.given(sample)
     if whole == sample:
         return folder / INPUT
@@ -81,8 +113,11 @@ def place_for(sample: Path, folder: Path) -> Path:
     return folder / INPUT / sample.name
 
 
-def attempt(name: str, index: int, data: bytes, path: Path, bench: Path, longest: float = LONGEST) -> str | None:
-    """What one input, written to `path`, did that none may, or None; the bench lies in the folder of both. longest: s."""
+def attempt(
+    name: str, index: int, data: bytes, path: Path, bench: Path, longest: float = LONGEST
+) -> str | None:
+    """What one input, written to `path`, did that none may, or None; the bench lies in the folder
+    of both. longest: s."""
     folder = bench.parent
     target = folder / "out.mcap"
     path.write_bytes(data)

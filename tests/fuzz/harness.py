@@ -18,48 +18,91 @@ SEED = 4
 _FOUND = re.compile(r"found (\d+): (.*)")
 
 
-def fuzz(count: int, seed: int = SEED, names: list[str] | None = None, tell: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
+def fuzz(
+    count: int,
+    seed: int = SEED,
+    names: list[str] | None = None,
+    tell: Callable[[str], None] = lambda text: None,
+) -> dict[str, Any]:
     """`count` mutated inputs over the samples (all where none is named), as evenly as they divide.
 
-    Returns {"passed", "inputs", "formats", "seconds", "findings": ["NAME SEED INDEX: what"]}; python -m tests.fuzz NAME INDEX shows one.
+    Returns {"passed", "inputs", "formats", "seconds", "findings": ["NAME SEED INDEX: what"]};
+    python -m tests.fuzz NAME INDEX shows one.
     """
     chosen = names or samples.names()
     findings: list[str] = []
     start = time.perf_counter()
-    shares = [(place + 1) * count // len(chosen) - place * count // len(chosen) for place in range(len(chosen))]
+    shares = [
+        (place + 1) * count // len(chosen) - place * count // len(chosen)
+        for place in range(len(chosen))
+    ]
     with ThreadPoolExecutor(os.cpu_count()) as workers:  # each waits for a process
         results = workers.map(lambda name, share: _one_format(name, seed, share), chosen, shares)
         for name, share, found in zip(chosen, shares, results, strict=True):
-            tell(f"{name}: {share} inputs, {len(found)} findings, {time.perf_counter() - start:.0f} s")
+            tell(
+                f"{name}: {share} inputs, {len(found)} findings, {time.perf_counter() - start:.0f} s"
+            )
             for text in found:
                 tell(f"  {text}")
             findings += found
     seconds = time.perf_counter() - start
-    return {"passed": not findings, "inputs": count, "formats": len(chosen), "seconds": seconds, "findings": findings}
+    return {
+        "passed": not findings,
+        "inputs": count,
+        "formats": len(chosen),
+        "seconds": seconds,
+        "findings": findings,
+    }
 
 
 def _child(name: str, seed: int, first: int, count: int) -> subprocess.CompletedProcess[str]:
-    words = [sys.executable, "-W", "error", "-m", "tests.fuzz.child", name, str(seed), str(first), str(count)]
+    words = [
+        sys.executable,
+        "-W",
+        "error",
+        "-m",
+        "tests.fuzz.child",
+        name,
+        str(seed),
+        str(first),
+        str(count),
+    ]
     return subprocess.run(words, capture_output=True, text=True)
 
 
 def _one_format(name: str, seed: int, count: int) -> list[str]:
-    """What the inputs of one sample did. What took too long is tried once more: the machine may have had other work."""
+    """What the inputs of one sample did. What took too long is tried once more: the machine may
+    have had other work."""
     findings, first = [], 0
     while first < count:
         done = _child(name, seed, first, count - first)
-        findings += [f"{name} {seed} {index}: {what}" for index, what in _FOUND.findall(done.stdout)]
+        findings += [
+            f"{name} {seed} {index}: {what}" for index, what in _FOUND.findall(done.stdout)
+        ]
         if done.returncode == 0:
             break
-        reached = [int(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("at ")]
+        reached = [
+            int(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("at ")
+        ]
         if not reached:
-            return [*findings, f"{name} {seed}: the sample itself fails: {done.stderr.strip().splitlines()[-1:]}"]
+            return [
+                *findings,
+                f"{name} {seed}: the sample itself fails: {done.stderr.strip().splitlines()[-1:]}",
+            ]
         first = reached[-1] + 1
         if "Timeout" in done.stderr:
             done = _child(name, seed, reached[-1], 1)
             if done.returncode == 0:
-                findings += [f"{name} {seed} {index}: {what}" for index, what in _FOUND.findall(done.stdout)]
+                findings += [
+                    f"{name} {seed} {index}: {what}" for index, what in _FOUND.findall(done.stdout)
+                ]
                 continue
-        what = f"ran for over {LONGEST:g} s" if "Timeout" in done.stderr else f"ended the process with {done.returncode}"
-        findings.append(f"{name} {seed} {reached[-1]}: {what}; {' | '.join(done.stderr.strip().splitlines()[:12])}")
+        what = (
+            f"ran for over {LONGEST:g} s"
+            if "Timeout" in done.stderr
+            else f"ended the process with {done.returncode}"
+        )
+        findings.append(
+            f"{name} {seed} {reached[-1]}: {what}; {' | '.join(done.stderr.strip().splitlines()[:12])}"
+        )
     return findings

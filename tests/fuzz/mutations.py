@@ -7,15 +7,43 @@ from collections.abc import Callable
 import numpy as np
 
 LONGEST = 64  # bytes of a block
-NUMBERS = (0, 1, 3, 1_000_000, *(value for bits in (8, 16, 31, 32, 62, 63, 64) for value in (2**bits - 1, 2 ** (bits - 1))))
+NUMBERS = (
+    0,
+    1,
+    3,
+    1_000_000,
+    *(value for bits in (8, 16, 31, 32, 62, 63, 64) for value in (2**bits - 1, 2 ** (bits - 1))),
+)
 CELLS = (
     *(b"nan", b"inf", b"-1e999", b"1e-320", b"9" * 400, b"-"),
     *(b"", b'"', b'""', b"text", b"1,5", b"1.5.2", b"0x10", b"1_0", b"\xff\xfe", b"\0"),
 )
 
 TAGS = (
-    *(b"!!float", b"!!int", b"!!str", b"!!bool", b"!!null", b"!!binary", b"!!timestamp", b"!!set", b"!!omap", b"!!pairs", b"!!seq"),
-    *(b"!!map", b"!!python/object:os.system", b"!!python/name:x", b"!own", b"!<tag:x,2000:y>", b"!", b"&a", b"*a", b"!!merge"),
+    *(
+        b"!!float",
+        b"!!int",
+        b"!!str",
+        b"!!bool",
+        b"!!null",
+        b"!!binary",
+        b"!!timestamp",
+        b"!!set",
+        b"!!omap",
+        b"!!pairs",
+        b"!!seq",
+    ),
+    *(
+        b"!!map",
+        b"!!python/object:os.system",
+        b"!!python/name:x",
+        b"!own",
+        b"!<tag:x,2000:y>",
+        b"!",
+        b"&a",
+        b"*a",
+        b"!!merge",
+    ),
 )
 
 Mutation = Callable[[bytearray, np.random.Generator], None]
@@ -97,7 +125,20 @@ def tag(data: bytearray, rng: np.random.Generator) -> None:
         data[place + 2 : place + 2] = TAGS[int(rng.integers(len(TAGS)))] + b" "
 
 
-MUTATIONS: tuple[Mutation, ...] = (flip, flip, overwrite, delete, double, move, cut, number, number, cell, lines, tag)
+MUTATIONS: tuple[Mutation, ...] = (
+    flip,
+    flip,
+    overwrite,
+    delete,
+    double,
+    move,
+    cut,
+    number,
+    number,
+    cell,
+    lines,
+    tag,
+)
 
 
 def mutated(data: bytes, rng: np.random.Generator) -> bytes:

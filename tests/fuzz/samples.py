@@ -1,4 +1,5 @@
-"""A small good file of each format that is read, and a bench that maps its columns, whatever they are called."""
+"""A small good file of each format that is read, and a bench that maps its columns, whatever they
+are called."""
 
 from __future__ import annotations
 
@@ -12,13 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from frictool.documents.bench import Bench, Column, Encoder
-from frictool.documents.starter import Start, starting_documents
+from frictool.documents.starting_documents import StartingRig, starting_documents
 from frictool.documents.writing import to_yaml
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_reader import is_canonical
-from frictool.logs.formats import opened
-from frictool.logs.recordings.parts import METADATA, sources
-from frictool.logs.table import Block, Table
+from frictool.logs.formats import open_tables
+from frictool.logs.recordings.recording_files import METADATA, sources
+from frictool.logs.table import RawTable, RowBlock
 from tests.logs.example import GOLDEN, as_bytes, bench, golden_log
 from tests.logs.loggers import LOGGERS
 
@@ -30,10 +31,16 @@ NS = [round(1e9 * float(time)) + 1_700_000_000_000_000_000 for time in TIME]
 ONE_UNIT = 1.000001  # a scale, so that no unit of the file contradicts the bench's
 
 
-def _rows(delimiter: str = ",", decimal: str = ".", date: Callable[[float], str] = "{:.3f}".format) -> str:
+def _rows(
+    delimiter: str = ",", decimal: str = ".", date: Callable[[float], str] = "{:.3f}".format
+) -> str:
     rows = zip(TIME, COUNTS, CURRENT, strict=True)
     return "".join(
-        delimiter.join([date(t), f"{n:.0f}", f"{i:.3f}"]).replace("." if decimal == "," else "\0", decimal) + "\n" for t, n, i in rows
+        delimiter.join([date(t), f"{n:.0f}", f"{i:.3f}"]).replace(
+            "." if decimal == "," else "\0", decimal
+        )
+        + "\n"
+        for t, n, i in rows
     )
 
 
@@ -46,21 +53,28 @@ def _german() -> bytes:
 
 
 def _scope() -> bytes:
-    """As oscilloscopes export: what the instrument says of itself, names, units in a row of their own."""
-    return ("Model,S1\nSample Interval,0.001,s\nProbe,10\n\nTIME,CH1,CH2\ns,V,V\n" + _rows()).encode()
+    """As oscilloscopes export: what the instrument says of itself, names, units in a row of their
+    own."""
+    return (
+        "Model,S1\nSample Interval,0.001,s\nProbe,10\n\nTIME,CH1,CH2\ns,V,V\n" + _rows()
+    ).encode()
 
 
 def _mat(**options: bool) -> bytes:
     import scipy.io
 
     stream = io.BytesIO()
-    scipy.io.savemat(stream, {"time": TIME, "encoder": COUNTS.astype(np.int16), "current": CURRENT}, **options)
+    scipy.io.savemat(
+        stream, {"time": TIME, "encoder": COUNTS.astype(np.int16), "current": CURRENT}, **options
+    )
     return stream.getvalue()
 
 
 def _npz(packed: bool = False) -> bytes:
     stream = io.BytesIO()
-    (np.savez_compressed if packed else np.savez)(stream, time=TIME, encoder=COUNTS.astype(np.int32), current=CURRENT)
+    (np.savez_compressed if packed else np.savez)(
+        stream, time=TIME, encoder=COUNTS.astype(np.int32), current=CURRENT
+    )
     return stream.getvalue()
 
 
@@ -69,7 +83,9 @@ def _hdf5(folder: Path) -> None:
 
     with h5py.File(folder / "x", "w", userblock_size=512) as file:
         for name, values in {"time": TIME, "encoder": COUNTS, "current": CURRENT}.items():
-            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_("double")
+            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_(
+                "double"
+            )
     with (folder / "x").open("r+b") as stream:
         stream.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
 
@@ -78,13 +94,18 @@ def _parquet(folder: Path) -> None:
     import pyarrow
     import pyarrow.parquet
 
-    pyarrow.parquet.write_table(pyarrow.table({"time": TIME, "encoder": COUNTS, "current": CURRENT}), folder / "x")
+    pyarrow.parquet.write_table(
+        pyarrow.table({"time": TIME, "encoder": COUNTS, "current": CURRENT}), folder / "x"
+    )
 
 
 def _mdf(folder: Path) -> None:
     from asammdf import MDF, Signal
 
-    signals = [Signal(samples=values, timestamps=TIME, name=name) for name, values in {"encoder": COUNTS, "current": CURRENT}.items()]
+    signals = [
+        Signal(samples=values, timestamps=TIME, name=name)
+        for name, values in {"encoder": COUNTS, "current": CURRENT}.items()
+    ]
     with MDF(version="4.10") as file:
         file.append(signals)
         saved = file.save(folder / "saved.mf4", overwrite=True)
@@ -96,7 +117,9 @@ def _ros2_mcap() -> bytes:
 
     stream = io.BytesIO()
     writer = Writer(stream)
-    schema = writer.register_msgdef("demo_msgs/msg/Axis", "float64 encoder\nfloat64 current\nfloat64[] more\nstring text")
+    schema = writer.register_msgdef(
+        "demo_msgs/msg/Axis", "float64 encoder\nfloat64 current\nfloat64[] more\nstring text"
+    )
     for at, n, i in zip(NS, COUNTS, CURRENT, strict=True):
         message = {"encoder": float(n), "current": float(i), "more": [1.0, 2.0], "text": "x"}
         writer.write_message("/axis_state", schema, message, log_time=at, publish_time=at)
@@ -110,9 +133,13 @@ def _json_mcap() -> bytes:
     stream = io.BytesIO()
     writer = Writer(stream, compression=CompressionType.LZ4)
     writer.start()
-    channel = writer.register_channel("/axis_state", "json", writer.register_schema("Axis", "jsonschema", b'{"type": "object"}'))
+    channel = writer.register_channel(
+        "/axis_state", "json", writer.register_schema("Axis", "jsonschema", b'{"type": "object"}')
+    )
     for at, n, i in zip(NS, COUNTS, CURRENT, strict=True):
-        writer.add_message(channel, at, f'{{"encoder": {n}, "current": {i}, "more": [1, 2]}}'.encode(), at)
+        writer.add_message(
+            channel, at, f'{{"encoder": {n}, "current": {i}, "more": [1, 2]}}'.encode(), at
+        )
     writer.finish()
     return stream.getvalue()
 
@@ -126,7 +153,11 @@ def _bag(folder: Path) -> None:
     with Writer(folder / "x.bag") as writer:
         connection = writer.add_connection("/axis_state", kind.__msgtype__, typestore=store)
         for at, n, i in zip(NS, COUNTS, CURRENT, strict=True):
-            writer.write(connection, at, store.serialize_ros1(kind(x=float(n), y=float(i), z=0.0), kind.__msgtype__))
+            writer.write(
+                connection,
+                at,
+                store.serialize_ros1(kind(x=float(n), y=float(i), z=0.0), kind.__msgtype__),
+            )
     (folder / "x.bag").rename(folder / "x")
 
 
@@ -140,7 +171,11 @@ def _db3(folder: Path, part: slice = slice(None)) -> None:
         with Writer(Path(made, "bag"), version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
             connection = writer.add_connection("/axis_state", kind.__msgtype__, typestore=store)
             for at, n, i in zip(NS[part], COUNTS[part], CURRENT[part], strict=True):
-                writer.write(connection, at, store.serialize_cdr(kind(x=float(n), y=float(i), z=0.0), kind.__msgtype__))
+                writer.write(
+                    connection,
+                    at,
+                    store.serialize_cdr(kind(x=float(n), y=float(i), z=0.0), kind.__msgtype__),
+                )
         shutil.move(next(Path(made, "bag").glob("*.db3")), folder / "x")
 
 
@@ -158,7 +193,9 @@ def _split_bag(folder: Path) -> None:
 
 LOGGER = "logger/"  # before the name of a logger: its files are read without a bench
 DOCUMENT = "document"  # a bench in YAML
-TAGGED = 'name: !!str rig\nsample_period_s: !!float "0.001"\nlayout: !!map {first_line: !!int "2"}\n'
+TAGGED = (
+    'name: !!str rig\nsample_period_s: !!float "0.001"\nlayout: !!map {first_line: !!int "2"}\n'
+)
 # name -> its bytes, or what writes the file `x` into a folder
 SAMPLES: dict[str, Callable[[], bytes] | Callable[[Path], None]] = {
     "canonical": lambda: as_bytes(golden_log()),
@@ -166,7 +203,10 @@ SAMPLES: dict[str, Callable[[], bytes] | Callable[[Path], None]] = {
     "csv.german": _german,
     "csv.bare": lambda: _rows("\t").encode(),
     "csv.scope": _scope,
-    "csv.iso": lambda: ("when;encoder;current\n" + _rows(";", date=lambda t: f"2026-01-02T03:04:05.{round(1000 * t):03d}Z")).encode(),
+    "csv.iso": lambda: (
+        "when;encoder;current\n"
+        + _rows(";", date=lambda t: f"2026-01-02T03:04:05.{round(1000 * t):03d}Z")
+    ).encode(),
     "mat": _mat,
     "mat.compressed": lambda: _mat(do_compression=True),
     "npz": lambda: _npz(),
@@ -190,7 +230,11 @@ def names() -> list[str]:
         *SAMPLES,
         *loggers,
         DOCUMENT,
-        *(f"golden/{path.name}" for path in sorted(GOLDEN.iterdir()) if path.is_file() and path.suffix != ".py"),
+        *(
+            f"golden/{path.name}"
+            for path in sorted(GOLDEN.iterdir())
+            if path.is_file() and path.suffix != ".py"
+        ),
     ]
 
 
@@ -204,7 +248,9 @@ def write(name: str, folder: Path) -> Path:
         target.write_text(LOGGERS[name.removeprefix(LOGGER)])
         return target
     if name == DOCUMENT:
-        target.write_text(f"{starting_documents(Start('rig', 'rotary'))['bench.yaml']}{TAGGED}")
+        target.write_text(
+            f"{starting_documents(StartingRig('rig', 'rotary'))['bench.yaml']}{TAGGED}"
+        )
         return target
     made = SAMPLES[name]
     if made.__code__.co_argcount:
@@ -220,34 +266,52 @@ def given(path: Path) -> Path:
 
 
 def bench_of(path: Path) -> Bench:
-    """A bench that maps the first columns of what is `given`: a time where one is called so, a position, a current."""
+    """A bench that maps the first columns of what is `given`: a time where one is called so, a
+    position, a current."""
     (parts,) = sources([given(path)])
     if is_canonical(parts[0]):
         return bench({"position": Column("position", "rad")})
-    tables = opened(parts)
+    tables = open_tables(parts)
     table = max(tables, key=lambda one: len(one.names))
     blocks = {name: block for name in table.names if (block := _whole(table, name)) is not None}
     once = {name for name in blocks if sum(name in one.names for one in tables) == 1}
     dated = next((block.time_ns for block in blocks.values() if block.time_ns is not None), None)
     usable = [name for name in blocks if name in once]
-    time = next((name for name in usable if re.match(r"(t|time|zeit)\b", name, re.IGNORECASE)), None) if dated is None else None
+    time = (
+        next((name for name in usable if re.match(r"(t|time|zeit)\b", name, re.IGNORECASE)), None)
+        if dated is None
+        else None
+    )
     numbers = [name for name in usable if name != time]
     columns = {} if time is None else {"time": Column(time, "s", ONE_UNIT)}
     for channel, unit, name in zip(("position", "current"), ("rad", "A"), numbers, strict=False):
         columns[channel] = Column(name, unit, ONE_UNIT)
-    times = dated / 1e9 if dated is not None else blocks[time].columns[time] if time is not None else np.arange(2) / 1000.0
+    times = (
+        dated / 1e9
+        if dated is not None
+        else blocks[time].columns[time]
+        if time is not None
+        else np.arange(2) / 1000.0
+    )
     return bench(columns, Encoder(counts_per_revolution=100), float(np.median(np.diff(times))))
 
 
-def _whole(table: Table, name: str) -> Block | None:
+def _whole(table: RawTable, name: str) -> RowBlock | None:
     """A column whose numbers are all there: its first block."""
     try:
         blocks = [block for block, _ in table.blocks([name])]
     except LogError:
         return None
-    return blocks[0] if all(name in block.columns and np.isfinite(block.columns[name]).all() for block in blocks) else None
+    return (
+        blocks[0]
+        if all(name in block.columns and np.isfinite(block.columns[name]).all() for block in blocks)
+        else None
+    )
 
 
 def write_other(name: str, path: Path, target: Path) -> None:
-    """Write the second file of the command: the bench of the sample at `path`, or the log that a document is the bench of."""
-    target.write_text("time,encoder,current\n" + _rows(",") if name == DOCUMENT else to_yaml(bench_of(path)))
+    """Write the second file of the command: the bench of the sample at `path`, or the log that a
+    document is the bench of."""
+    target.write_text(
+        "time,encoder,current\n" + _rows(",") if name == DOCUMENT else to_yaml(bench_of(path))
+    )

@@ -19,12 +19,15 @@ LOGGER_INPUTS = 3  # of each logger: they are all text
 
 
 @pytest.fixture(scope="module", params=samples.names())
-def sample(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+def sample(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, Path]:
     return request.param, samples.write(request.param, tmp_path_factory.mktemp("sample"))
 
 
 def test_mutated_inputs_are_read_or_refused_in_one_line(sample: tuple[str, Path], tmp_path: Path):
-    """Of every format, the unchanged sample first; in this process, so without a limit of memory."""
+    """Of every format, the unchanged sample first; in this process, so without a limit of
+    memory."""
     name, made = sample
     bench, data, path = tmp_path / "bench.yaml", made.read_bytes(), child.place_for(made, tmp_path)
     samples.write_other(name, made, bench)
@@ -96,6 +99,8 @@ def test_an_input_that_hangs_ends_the_process(tmp_path: Path):
         "child.run = lambda *words: time.sleep(20); folder = Path(sys.argv[1]); "
         "child.attempt('csv', 0, b'', folder / 'input', folder / 'bench.yaml', 0.2)"
     )
-    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True
+    )
     assert done.returncode == 1
     assert "Timeout" in done.stderr

@@ -1,4 +1,5 @@
-"""An arm in gravity with dry friction, under a servo or an effort that is played to it, and the files that a user would have of it."""
+"""An arm in gravity with dry friction, under a servo or an effort that is played to it, and the
+files that a user would have of it."""
 
 from __future__ import annotations
 
@@ -8,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from frictool.identify.record import Vector
-from frictool.kernels import kernel
+from frictool.identify.motion_record import Vector
+from frictool.runtime.kernels import kernel
 
 PERIOD = 1e-3  # s
 SUBSTEPS = 10
@@ -17,7 +18,8 @@ SUBSTEPS = 10
 
 @dataclass(frozen=True)
 class Arm:
-    """SI: inertia kg m^2, viscous N m s/rad, friction and the effort of its weight at 90 degrees (`gravity`) in N m; counts a turn."""
+    """SI: inertia kg m^2, viscous N m s/rad, friction and the effort of its weight at 90 degrees
+    (`gravity`) in N m; counts a turn."""
 
     inertia: float = 0.17
     viscous: float = 0.05
@@ -55,7 +57,13 @@ mechanics:
 
 def write_bench(folder: Path, arm: Arm, load: str = "") -> Path:
     """Write bench.yaml of the arm with wide ranges; `load`: a line that goes before the columns."""
-    values = {"counts": arm.counts, "load": load, "inertia": arm.inertia, "viscous": arm.viscous, "coulomb": arm.coulomb}
+    values = {
+        "counts": arm.counts,
+        "load": load,
+        "inertia": arm.inertia,
+        "viscous": arm.viscous,
+        "coulomb": arm.coulomb,
+    }
     ranges = {
         "inertia_low": 0.4 * arm.inertia,
         "inertia_high": 2.0 * arm.inertia,
@@ -71,13 +79,18 @@ def write_bench(folder: Path, arm: Arm, load: str = "") -> Path:
 def write_log(target: Path, position: Vector, effort: Vector) -> Path:
     """Write a CSV of `position` (n,) in rad and `effort` (n,) in N m at PERIOD."""
     rows = zip(np.arange(position.size) * PERIOD, position, effort, strict=True)
-    target.write_text("time,position,current\n" + "".join(f"{t:.3f},{x:.9f},{u:.6f}\n" for t, x, u in rows))
+    target.write_text(
+        "time,position,current\n" + "".join(f"{t:.3f},{x:.9f},{u:.6f}\n" for t, x, u in rows)
+    )
     return target
 
 
 @kernel
-def _play(command: Vector, gains: Vector, arm: Vector, step: float, position: Vector, effort: Vector) -> None:
-    """Fill `position` and `effort` (n,). gains: of position, its integral, its speed; all 0: the command is the effort. arm: as `Arm`."""
+def _play(
+    command: Vector, gains: Vector, arm: Vector, step: float, position: Vector, effort: Vector
+) -> None:
+    """Fill `position` and `effort` (n,). gains: of position, its integral, its speed; all 0: the
+    command is the effort. arm: as `Arm`."""
     inertia, viscous, coulomb, breakaway, gravity = arm
     x, v, total, speed = 0.3 * step, 0.0, 0.0, 0.0
     last, stuck, h = 0.0, True, PERIOD / SUBSTEPS
@@ -100,8 +113,11 @@ def _play(command: Vector, gains: Vector, arm: Vector, step: float, position: Ve
             x += h * v
 
 
-def play(arm: Arm, command: Vector, gains: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> tuple[Vector, Vector]:
-    """Position (n,) rad by the encoder and effort (n,) N m of an arm under a servo on `command` (n,) rad, or driven by `command` N m."""
+def play(
+    arm: Arm, command: Vector, gains: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> tuple[Vector, Vector]:
+    """Position (n,) rad by the encoder and effort (n,) N m of an arm under a servo on `command`
+    (n,) rad, or driven by `command` N m."""
     position, effort = np.empty(command.size), np.empty(command.size)
     values = np.array([arm.inertia, arm.viscous, arm.coulomb, arm.breakaway, arm.gravity])
     _play(command, np.array(gains), values, arm.step, position, effort)

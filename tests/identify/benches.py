@@ -1,4 +1,5 @@
-"""The rigs that the tests identify: the clutch of the sample logs, and the mass of table 4.1 under its own position loop."""
+"""The rigs that the tests identify: the clutch of the sample logs, and the mass of table 4.1 under
+its own position loop."""
 
 from __future__ import annotations
 
@@ -11,10 +12,10 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.engine.axis import advance
-from frictool.identify.record import Record, Vector, make_record
-from frictool.kernels import kernel
+from frictool.engine.axis_motion import advance
+from frictool.identify.motion_record import MotionRecord, Vector, make_record
 from frictool.plant.axis import AxisParameters, rest
+from frictool.runtime.kernels import kernel
 from sample_logs.make import TRUTH, Recording
 
 ROOT = Path(__file__).parents[2]
@@ -25,10 +26,15 @@ def clutch() -> Bench:
     return load(CLUTCH, Bench)
 
 
-def record(log: Recording, truth: AxisParameters = TRUTH, name: str = "log") -> Record:
+def record(log: Recording, truth: AxisParameters = TRUTH, name: str = "log") -> MotionRecord:
     """What a bench with that encoder makes of a log."""
     return make_record(
-        name, log.time, log.encoder * truth.encoder_step, log.current * truth.constant, resolution=truth.encoder_step, lag=truth.lag
+        name,
+        log.time,
+        log.encoder * truth.encoder_step,
+        log.current * truth.constant,
+        resolution=truth.encoder_step,
+        lag=truth.lag,
     )
 
 
@@ -69,7 +75,16 @@ MASS_SETTLE, MASS_SAMPLES = 1000, 9000
 
 
 @kernel
-def _position_loop(state: Vector, reference: Vector, gains: Vector, p: Vector, step: float, period: float, x: Vector, u: Vector) -> int:
+def _position_loop(
+    state: Vector,
+    reference: Vector,
+    gains: Vector,
+    p: Vector,
+    step: float,
+    period: float,
+    x: Vector,
+    u: Vector,
+) -> int:
     """PID on the encoder's position; fills `x` and `u` (n,). Returns the engine's status."""
     integral, before = 0.0, reference[0] - math.floor(state[0] / step) * step
     for k in range(x.shape[0]):
@@ -87,7 +102,9 @@ def _position_loop(state: Vector, reference: Vector, gains: Vector, p: Vector, s
 def _sine(seed: int, top_speed: float = MASS_SPEED) -> tuple[Vector, np.random.Generator]:
     """The reference (n,) of a seed, settling included, and the generator for what follows."""
     generator = np.random.default_rng(seed)
-    angle = 2.0 * np.pi * np.arange(MASS_SETTLE + MASS_SAMPLES) * MASS_PERIOD + generator.uniform(0.0, 2.0 * np.pi)
+    angle = 2.0 * np.pi * np.arange(MASS_SETTLE + MASS_SAMPLES) * MASS_PERIOD + generator.uniform(
+        0.0, 2.0 * np.pi
+    )
     return -top_speed / (2.0 * np.pi) * np.cos(angle), generator
 
 
@@ -96,14 +113,26 @@ def mass_reference(seed: int) -> Vector:
     return _sine(seed)[0][MASS_SETTLE:]
 
 
-def mass_sine(seed: int, top_speed: float = MASS_SPEED) -> Record:
-    """The thesis's trial: 1 Hz, `top_speed` in m/s, 9 s at 1 kHz; three closed-loop poles at -100 rad/s; the effort is held."""
+def mass_sine(seed: int, top_speed: float = MASS_SPEED) -> MotionRecord:
+    """The thesis's trial: 1 Hz, `top_speed` in m/s, 9 s at 1 kHz; three closed-loop poles at -100
+    rad/s; the effort is held."""
     reference, generator = _sine(seed, top_speed)
-    gains = np.array([3.0 * MASS_POLE**2 * MASS.inertia, MASS_POLE**3 * MASS.inertia, 3.0 * MASS_POLE * MASS.inertia - MASS.viscous])
+    gains = np.array(
+        [
+            3.0 * MASS_POLE**2 * MASS.inertia,
+            MASS_POLE**3 * MASS.inertia,
+            3.0 * MASS_POLE * MASS.inertia - MASS.viscous,
+        ]
+    )
     time = np.arange(MASS_SETTLE + MASS_SAMPLES) * MASS_PERIOD
     x, u = np.empty(time.size), np.empty(time.size)
     state = np.asarray(rest(reference[0] + MASS.encoder_step * generator.random()))
-    assert _position_loop(state, reference, gains, MASS.as_array(), MASS.encoder_step, MASS_PERIOD, x, u) == 0
+    assert (
+        _position_loop(
+            state, reference, gains, MASS.as_array(), MASS.encoder_step, MASS_PERIOD, x, u
+        )
+        == 0
+    )
     u += MASS_NOISE * generator.standard_normal(u.size)
     kept = slice(MASS_SETTLE, None)
     return make_record("mass", time[kept], x[kept], u[kept], resolution=MASS.encoder_step, lag=0.0)

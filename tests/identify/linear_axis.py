@@ -1,4 +1,5 @@
-"""A linear axis as `--method inverse-dynamic` wants it: a fine encoder, no backlash, long strokes; its own servo, its current held."""
+"""A linear axis as `--method inverse-dynamic` wants it: a fine encoder, no backlash, long strokes;
+its own servo, its current held."""
 
 from __future__ import annotations
 
@@ -8,10 +9,10 @@ import numpy as np
 
 from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
 from frictool.documents.quantity import Quantity
-from frictool.engine.axis import advance
-from frictool.identify.record import Record, Vector, make_record
-from frictool.kernels import kernel
+from frictool.engine.axis_motion import advance
+from frictool.identify.motion_record import MotionRecord, Vector, make_record
 from frictool.plant.axis import AxisParameters, rest
+from frictool.runtime.kernels import kernel
 
 PERIOD, SAMPLES = 1e-3, 20_000
 ENCODER_STEP = 1e-6  # m
@@ -44,8 +45,18 @@ def linear_bench(backlash: float = 0.0) -> Bench:
 
 
 @kernel
-def _servo(state: Vector, reference: Vector, servo: Vector, p: Vector, step: float, period: float, x: Vector, current: Vector) -> int:
-    """Plays `reference` (n + 1,); fills `x` and `current` (n,). Returns the engine's status. The current of a sample acts at once."""
+def _servo(
+    state: Vector,
+    reference: Vector,
+    servo: Vector,
+    p: Vector,
+    step: float,
+    period: float,
+    x: Vector,
+    current: Vector,
+) -> int:
+    """Plays `reference` (n + 1,); fills `x` and `current` (n,). Returns the engine's status. The
+    current of a sample acts at once."""
     last, filtered = math.floor(state[0] / step) * step, 0.0
     for k in range(x.shape[0]):
         x[k] = math.floor(state[0] / step) * step
@@ -60,8 +71,9 @@ def _servo(state: Vector, reference: Vector, servo: Vector, p: Vector, step: flo
     return 0
 
 
-def linear_axis(seed: int) -> tuple[AxisParameters, Record]:
-    """The axis of a seed and its log: 20 s of two sines, the amplitude of the slower one waxing and waning."""
+def linear_axis(seed: int) -> tuple[AxisParameters, MotionRecord]:
+    """The axis of a seed and its log: 20 s of two sines, the amplitude of the slower one waxing and
+    waning."""
     draw = np.random.default_rng([seed, 13])
     truth = AxisParameters(
         inertia=5.0 * draw.uniform(0.8, 1.2),
@@ -74,13 +86,24 @@ def linear_axis(seed: int) -> tuple[AxisParameters, Record]:
         encoder_step=ENCODER_STEP,
     )
     angle = 2.0 * np.pi * np.arange(SAMPLES + 1) * PERIOD
-    frequency, phase, beat = draw.uniform(0.5, 0.9), draw.uniform(0.0, 2.0 * np.pi), draw.uniform(0.0, 2.0 * np.pi)
-    reference = 0.05 * np.sin(frequency * angle + phase) * (1.0 + 0.5 * np.sin(0.07 * angle + beat)) + 0.03 * np.sin(
-        2.3 * frequency * angle
+    frequency, phase, beat = (
+        draw.uniform(0.5, 0.9),
+        draw.uniform(0.0, 2.0 * np.pi),
+        draw.uniform(0.0, 2.0 * np.pi),
     )
+    reference = 0.05 * np.sin(frequency * angle + phase) * (
+        1.0 + 0.5 * np.sin(0.07 * angle + beat)
+    ) + 0.03 * np.sin(2.3 * frequency * angle)
     x, current = np.empty(SAMPLES), np.empty(SAMPLES)
     state = np.asarray(rest(reference[0] + ENCODER_STEP * draw.random()))
     assert _servo(state, reference, SERVO, truth.as_array(), ENCODER_STEP, PERIOD, x, current) == 0
     current += CURRENT_NOISE * draw.standard_normal(SAMPLES)
-    log = make_record("carriage", np.arange(SAMPLES) * PERIOD, x, CONSTANT * current, resolution=ENCODER_STEP, lag=0.0)
+    log = make_record(
+        "carriage",
+        np.arange(SAMPLES) * PERIOD,
+        x,
+        CONSTANT * current,
+        resolution=ENCODER_STEP,
+        lag=0.0,
+    )
     return truth, log

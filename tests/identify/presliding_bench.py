@@ -1,6 +1,8 @@
-"""A SIMULATED bench with a fine encoder: slow loops of the effort below the breakaway, with LuGre, elasto-plastic or Maxwell-slip contacts.
+"""A SIMULATED bench with a fine encoder: slow loops of the effort below the breakaway, with LuGre,
+elasto-plastic or Maxwell-slip contacts.
 
-The contact is integrated with the axis's inertia and a damping; nothing of frictool's identification is used.
+The contact is integrated with the axis's inertia and a damping; nothing of frictool's
+identification is used.
 """
 
 from __future__ import annotations
@@ -10,14 +12,31 @@ import math
 
 import numpy as np
 
-from frictool.identify.record import Record, Vector, make_record
-from frictool.kernels import kernel
+from frictool.identify.motion_record import MotionRecord, Vector, make_record
+from frictool.runtime.kernels import kernel
 
-INERTIA, DAMPING = 1e-5, 0.4  # kg m^2, N m s/rad; no ringing after a step of the held effort, under which LuGre would drift
+INERTIA, DAMPING = (
+    1e-5,
+    0.4,
+)  # kg m^2, N m s/rad; no ringing after a step of the held effort, under which LuGre would drift
 BREAKAWAY = 1.5  # N m
 PERIOD, SUBSTEPS = 1e-3, 20
 BRANCH = 2.0  # s
-TURNS = (0.7, -0.7, 0.85, -0.8, 0.92, -0.9, 0.6, -0.92, 0.93, -0.5, 0.8, -0.93, 0.9)  # of the breakaway
+TURNS = (
+    0.7,
+    -0.7,
+    0.85,
+    -0.8,
+    0.92,
+    -0.9,
+    0.6,
+    -0.92,
+    0.93,
+    -0.5,
+    0.8,
+    -0.93,
+    0.9,
+)  # of the breakaway
 
 Z_MAX, STIFFNESS = 1e-3, BREAKAWAY / 1e-3  # rad, N m/rad
 Z_BA = 0.4 * Z_MAX
@@ -45,7 +64,8 @@ def curve(displacement: float) -> float:
 
 @kernel
 def _contact(z: Vector, moved: float, values: Vector, law: int) -> float:
-    """Moves the contact's state `z` in place; returns its force. law 0: LuGre, 1: elasto-plastic, 2: Maxwell elements."""
+    """Moves the contact's state `z` in place; returns its force. law 0: LuGre, 1: elasto-plastic,
+    2: Maxwell elements."""
     if law == 2:
         count, total = z.shape[0], 0.0
         for i in range(count):
@@ -60,7 +80,10 @@ def _contact(z: Vector, moved: float, values: Vector, law: int) -> float:
         if size < values[2] or z[0] * moved <= 0.0:
             alpha = 0.0
         elif size < limit:
-            alpha = 0.5 * math.sin(math.pi * (size - 0.5 * (limit + values[2])) / (limit - values[2])) + 0.5
+            alpha = (
+                0.5 * math.sin(math.pi * (size - 0.5 * (limit + values[2])) / (limit - values[2]))
+                + 0.5
+            )
     z[0] += moved - alpha * abs(moved) * z[0] / limit
     return stiffness * z[0]
 
@@ -77,15 +100,22 @@ def _play(effort: Vector, values: Vector, law: int, states: int, out: Vector) ->
             force = _contact(z, step * v, values, law)
 
 
-def slow_loops(law: str, seed: int, count: float, turns: tuple[float, ...] = TURNS, noise: float = 0.003) -> Record:
-    """A record of loops of a law of TRUTHS; count: of the encoder, rad; turns, noise: of the effort over the breakaway."""
+def slow_loops(
+    law: str, seed: int, count: float, turns: tuple[float, ...] = TURNS, noise: float = 0.003
+) -> MotionRecord:
+    """A record of loops of a law of TRUTHS; count: of the encoder, rad; turns, noise: of the effort
+    over the breakaway."""
     values = TRUTHS[law]
     generator = np.random.default_rng([seed, 31])
     n = round(BRANCH / PERIOD)
     ends = np.concatenate(([0.0], turns)) * BREAKAWAY
-    effort = np.concatenate([np.linspace(a, b, n, endpoint=False) for a, b in itertools.pairwise(ends)])
+    effort = np.concatenate(
+        [np.linspace(a, b, n, endpoint=False) for a, b in itertools.pairwise(ends)]
+    )
     x = np.empty(effort.size)
-    _play(effort, values, list(TRUTHS).index(law), values.size // 2 if law == "maxwell_slip" else 1, x)
+    _play(
+        effort, values, list(TRUTHS).index(law), values.size // 2 if law == "maxwell_slip" else 1, x
+    )
     seen = np.floor(x / count + generator.random()) * count
     measured = effort + noise * BREAKAWAY * generator.standard_normal(effort.size)
     return make_record("loops", np.arange(x.size) * PERIOD, seen, measured, count, 0.0)

@@ -1,4 +1,5 @@
-"""Random rigs whose friction falls over the speed from the breakaway to Coulomb friction, and their breakaway ramps."""
+"""Random rigs whose friction falls over the speed from the breakaway to Coulomb friction, and their
+breakaway ramps."""
 
 from __future__ import annotations
 
@@ -8,21 +9,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictool.engine.axis import advance
+from frictool.engine.axis_motion import advance
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway
-from frictool.identify.outcome import SLIDING, Interval
-from frictool.identify.record import Vector, make_record
+from frictool.identify.fit_result import SLIDING, Interval
+from frictool.identify.motion_record import Vector, make_record
 from frictool.plant.axis import AxisParameters, rest
 from tests.identify.arm import PERIOD
 from tests.identify.benches import mass_bench
 
-# Stribeck velocity over the speed at which the ramp alone passes a count; none: friction falls at once
-FALLS: dict[str, tuple[float, float] | None] = {"none": None, "fast": (0.02, 0.2), "mid": (0.2, 2.0), "slow": (2.0, 20.0)}
+# Stribeck velocity over the speed at which the ramp alone passes a count; none: friction falls at
+# once
+FALLS: dict[str, tuple[float, float] | None] = {
+    "none": None,
+    "fast": (0.02, 0.2),
+    "mid": (0.2, 2.0),
+    "slow": (2.0, 20.0),
+}
 PAUSE = 50  # samples without effort after each motion
 
 
 class Ramps(NamedTuple):
-    """Ramps of `rate` per s, taken back after `counts` of the encoder; noise: standard deviation of the effort."""
+    """Ramps of `rate` per s, taken back after `counts` of the encoder; noise: standard deviation of
+    the effort."""
 
     rate: float
     counts: int
@@ -30,13 +38,19 @@ class Ramps(NamedTuple):
 
 
 def random_rig(seed: int, fall: str) -> tuple[AxisParameters, Ramps]:
-    """Return an axis and its test; friction, inertia, encoder and ramps are drawn over orders of magnitude."""
+    """Return an axis and its test; friction, inertia, encoder and ramps are drawn over orders of
+    magnitude."""
     draw = np.random.default_rng([seed, list(FALLS).index(fall)])
     coulomb = 10.0 ** draw.uniform(-1.0, 1.0)
     strength = coulomb * draw.uniform(1.03, 1.5)
-    inertia, step = coulomb * 10.0 ** draw.uniform(-3.0, -1.5), 2.0 * math.pi / 10.0 ** draw.uniform(2.5, 4.3)
+    inertia, step = (
+        coulomb * 10.0 ** draw.uniform(-3.0, -1.5),
+        2.0 * math.pi / 10.0 ** draw.uniform(2.5, 4.3),
+    )
     rate = strength / 10.0 ** draw.uniform(-0.3, 0.5)
-    axis = AxisParameters(inertia, coulomb * 10.0 ** draw.uniform(-3.0, -1.5), coulomb, strength, encoder_step=step)
+    axis = AxisParameters(
+        inertia, coulomb * 10.0 ** draw.uniform(-3.0, -1.5), coulomb, strength, encoder_step=step
+    )
     span = FALLS[fall]
     if span is not None:
         velocity = np.cbrt(step**2 * rate / inertia) * math.exp(draw.uniform(*np.log(span)))
@@ -46,7 +60,11 @@ def random_rig(seed: int, fall: str) -> tuple[AxisParameters, Ramps]:
 
 def play(axis: AxisParameters, ramps: Ramps, samples: int, seed: int) -> tuple[Vector, Vector]:
     """Return the position (n,) by the encoder and the measured effort (n,) of ramps to and fro."""
-    state, parameters, step = np.asarray(rest(0.3 * axis.encoder_step)), axis.as_array(), axis.encoder_step
+    state, parameters, step = (
+        np.asarray(rest(0.3 * axis.encoder_step)),
+        axis.as_array(),
+        axis.encoder_step,
+    )
     position, effort = np.empty(samples), np.empty(samples)
     span = max(15.0 * step, 0.05)
     level, side, before, pause = 0.0, 1.0, 0, 0
@@ -64,10 +82,14 @@ def play(axis: AxisParameters, ramps: Ramps, samples: int, seed: int) -> tuple[V
     return position, effort + ramps.noise * np.random.default_rng(seed).standard_normal(samples)
 
 
-def found_breakaway(seed: int, fall: str, folder: Path, samples: int = 40_000) -> tuple[AxisParameters, Breakaway]:
+def found_breakaway(
+    seed: int, fall: str, folder: Path, samples: int = 40_000
+) -> tuple[AxisParameters, Breakaway]:
     """Return the axis of a seed and its breakaway at 95 %, with its other parameters known."""
     axis, ramps = random_rig(seed, fall)
     position, effort = play(axis, ramps, samples, seed)
-    log = make_record("ramps", np.arange(samples) * PERIOD, position, effort, axis.encoder_step, 0.0)
+    log = make_record(
+        "ramps", np.arange(samples) * PERIOD, position, effort, axis.encoder_step, 0.0
+    )
     known = {name: Interval(*[getattr(axis, name)] * 3) for name in SLIDING}
     return axis, breakaway([log], mass_bench(folder), known, 0.95)

@@ -13,16 +13,16 @@ from hypothesis import strategies as st
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.identify.assess.assessment import Assessment, Row, assess
-from frictool.identify.assess.bench_facts import facts_of
-from frictool.identify.assess.verdicts import PARAMETERS, verdict
+from frictool.identify.assess.assessment import Assessment, ParameterAssessment, assess
+from frictool.identify.assess.assessment_inputs import facts_of
+from frictool.identify.assess.identifiability import PARAMETERS, verdict
 from frictool.identify.methods import METHODS
 from tests.accept.check_assess import DURATION, outcomes, promised
 from tests.cli.run import refused, run
 from tests.identify.benches import CLUTCH, EMPS, clutch, mass_bench
 
 
-def rows(found: Assessment) -> dict[str, Row]:
+def rows(found: Assessment) -> dict[str, ParameterAssessment]:
     return {row.parameter: row for row in found.rows}
 
 
@@ -30,7 +30,10 @@ def test_clutch_as_4_4_1_concludes() -> None:
     found = rows(assess(clutch(), {}, DURATION, effort=1.0))  # table 4.5: u_max = 1 N m
     inertia = found["inertia"].verdict
     assert inertia.bound == pytest.approx(3.0, rel=0.05)
-    assert f"differencing sample by sample: up to {100.0 * (inertia.bound or 0.0):.3g} %" in inertia.why
+    assert (
+        f"differencing sample by sample: up to {100.0 * (inertia.bound or 0.0):.3g} %"
+        in inertia.why
+    )
     assert f"+-{100.0 * (inertia.precision or 0.0):.3g} % is expected" in inertia.why
     assert inertia.method == "weak"
     assert inertia.method in METHODS
@@ -45,12 +48,15 @@ def test_clutch_as_4_4_1_concludes() -> None:
 
 def test_emps_all_by_least_squares() -> None:
     found = rows(assess(load(EMPS, Bench), {}, DURATION))
-    assert {found[name].verdict.method for name in ("inertia", "viscous", "coulomb")} == {"least-squares"}
+    assert {found[name].verdict.method for name in ("inertia", "viscous", "coulomb")} == {
+        "least-squares"
+    }
     assert all(row.verdict.identifiable for row in found.values())
 
 
 def test_a_filter_that_the_known_dynamics_bear(tmp_path: Path) -> None:
-    """Table 4.1's mass: inertia/viscous known to a factor of 6, so that (4.8) may be used, down to its slowest filter and no further."""
+    """Table 4.1's mass: inertia/viscous known to a factor of 6, so that (4.8) may be used, down to
+    its slowest filter and no further."""
     facts = facts_of(mass_bench(tmp_path), DURATION, None, None, None)
     assert facts.dynamics_known
     raw = verdict("viscous", facts, 0.05)
@@ -81,11 +87,14 @@ def test_the_step_that_would_do_is_the_coarsest() -> None:
         assert row.step is not None
         assert verdict(row.parameter, facts.with_step(row.step), row.target).identifiable
         if row.step < facts.sensing.step * 0.999:
-            assert not verdict(row.parameter, facts.with_step(1.01 * row.step), row.target).identifiable
+            assert not verdict(
+                row.parameter, facts.with_step(1.01 * row.step), row.target
+            ).identifiable
 
 
 def test_what_is_promised_is_identified() -> None:
-    """A seeded few of the accept check's 200 records: all errors within 1.5 times a 95 % interval, and no parameter refused."""
+    """A seeded few of the accept check's 200 records: all errors within 1.5 times a 95 % interval,
+    and no parameter refused."""
     limits = [promised()[name]["precision"] for name in ("inertia", "viscous", "coulomb")]
     errors, held = outcomes(4)
     assert np.all(np.abs(errors) < 1.5 * np.array(limits))
@@ -98,7 +107,16 @@ def test_json_has_a_row_per_parameter() -> None:
     found = json.loads(result.stdout)
     assert [row["parameter"] for row in found["parameters"]] == list(PARAMETERS)
     for row in found["parameters"]:
-        assert {"identifiable", "method", "test", "precision", "bound", "why", "cramer_rao", "step_needed"} <= set(row)
+        assert {
+            "identifiable",
+            "method",
+            "test",
+            "precision",
+            "bound",
+            "why",
+            "cramer_rao",
+            "step_needed",
+        } <= set(row)
         assert row["identifiable"] == (row["method"] is not None)
     assert found["entropy"]["bits"] == pytest.approx(8.98, abs=0.01)
     assert run("assess", "--bench", CLUTCH, "--json").out == result.out
@@ -121,17 +139,28 @@ def test_the_scheme_and_the_table_for_people(tmp_path: Path) -> None:
 
 
 def test_a_worst_case_is_said_to_be_one_beside_what_averaging_gives(tmp_path: Path) -> None:
-    """Bounds read "up to"; "+-" stands before expected precisions only, and each refusal of differencing has one."""
+    """Bounds read "up to"; "+-" stands before expected precisions only, and each refusal of
+    differencing has one."""
     bench = tmp_path / "bench.yaml"
-    bench.write_text(CLUTCH.read_text().replace("counts_per_revolution: 56 ", "counts_per_revolution: 25 "))
+    bench.write_text(
+        CLUTCH.read_text().replace("counts_per_revolution: 56 ", "counts_per_revolution: 25 ")
+    )
     result = run("assess", "--bench", bench)
-    found = {row["parameter"]: row for row in json.loads(run("assess", "--bench", bench, "--json").stdout)["parameters"]}
+    found = {
+        row["parameter"]: row
+        for row in json.loads(run("assess", "--bench", bench, "--json").stdout)["parameters"]
+    }
     assert found["inertia"]["bound"] > 9.0
     assert f"+-{100.0 * found['inertia']['bound']:.3g} %" not in result.stdout
     for name in ("inertia", "viscous", "coulomb"):
-        (why,) = (line for line in result.stdout.splitlines() if line.startswith(f"{name}: worst case of one encoder count"))
+        (why,) = (
+            line
+            for line in result.stdout.splitlines()
+            if line.startswith(f"{name}: worst case of one encoder count")
+        )
         assert re.search(
-            r"differencing sample by sample: up to [\d.e+]+ %; .*averaged over windows of \d+ samples, \+-[\d.]+ % is expected", why
+            r"differencing sample by sample: up to [\d.e+]+ %; .*averaged over windows of \d+ samples, \+-[\d.]+ % is expected",
+            why,
         )
     assert "filter can be tuned" not in result.stdout
 
@@ -157,7 +186,9 @@ def test_a_wrong_precision_is_the_command_lines_fault(wanted: str) -> None:
 
 def test_a_friction_that_is_not_there_is_not_looked_for(tmp_path: Path) -> None:
     without = tmp_path / "bench.yaml"
-    without.write_text(CLUTCH.read_text().replace("{value: 3.81e-4, low: 0, high: 7.62e-4,", "{value: 0,"))
+    without.write_text(
+        CLUTCH.read_text().replace("{value: 3.81e-4, low: 0, high: 7.62e-4,", "{value: 0,")
+    )
     result = run("assess", "--bench", without, "--json")
     assert result.code == 0, result.stderr
     found = {row["parameter"]: row for row in json.loads(result.stdout)["parameters"]}

@@ -1,4 +1,5 @@
-"""The figures that assess decides by: each against a plain computation of the same, or a simulation of what it predicts."""
+"""The figures that assess decides by: each against a plain computation of the same, or a simulation
+of what it predicts."""
 
 from __future__ import annotations
 
@@ -12,32 +13,44 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.bell import bell
 from frictool.identify.assess.assessment import WANTED
-from frictool.identify.assess.bench_facts import Facts, facts_of
+from frictool.identify.assess.assessment_inputs import AssessmentInputs, facts_of
 from frictool.identify.assess.entropy import metric_entropy, sensor_entropy
 from frictool.identify.assess.noise_filter import filter_for, noise_ratio
 from frictool.identify.assess.quantisation import inertia_error, viscous_error
-from frictool.identify.assess.ramps import SPREAD, ramp_precision
-from frictool.identify.assess.sines import sines_half_width
-from frictool.identify.assess.weak import weak_deviation
+from frictool.identify.assess.ramp_precision import SPREAD, ramp_precision
+from frictool.identify.assess.sines_precision import sines_half_width
+from frictool.identify.assess.weak_form_precision import weak_deviation
 from frictool.identify.estimators import auto
-from frictool.identify.excite.information import Friction, Sensing, Stroke, cramer_rao, regressors
+from frictool.identify.excite.cramer_rao import (
+    PlannedStroke,
+    PriorAxis,
+    SensorPrecision,
+    cramer_rao,
+    regressors,
+)
+from frictool.plant.weak_form import bell
 from tests.identify.benches import clutch
 
-AXIS = Friction(inertia=2.0, viscous=3.0, coulomb=1.0)
-SENSING = Sensing(period=1e-3, step=1e-4, noise=0.05)
-STROKES = [Stroke(1.0, 0.12), Stroke(0.5, 0.12, 2.0)]
+AXIS = PriorAxis(inertia=2.0, viscous=3.0, coulomb=1.0)
+SENSING = SensorPrecision(period=1e-3, step=1e-4, noise=0.05)
+STROKES = [PlannedStroke(1.0, 0.12), PlannedStroke(0.5, 0.12, 2.0)]
 
 
 def test_bounds_of_the_thesis() -> None:
-    assert inertia_error(1.32e-5, 2.0 * math.pi / 56.0, 1e-3, 1.0) == pytest.approx(2.96, abs=0.01)  # "presque 300 %" (4.4.1)
+    assert inertia_error(1.32e-5, 2.0 * math.pi / 56.0, 1e-3, 1.0) == pytest.approx(
+        2.96, abs=0.01
+    )  # "presque 300 %" (4.4.1)
     assert viscous_error(1e-4, 1e-3, 10.0) == pytest.approx(0.01)  # 4.2.5.4
-    assert inertia_error(2.0, 1e-4, 1e-3, 5.0, 0.25) == pytest.approx(0.5 * inertia_error(2.0, 1e-4, 1e-3, 5.0))
+    assert inertia_error(2.0, 1e-4, 1e-3, 5.0, 0.25) == pytest.approx(
+        0.5 * inertia_error(2.0, 1e-4, 1e-3, 5.0)
+    )
 
 
 @given(st.lists(st.floats(-50.0, 50.0), min_size=3, max_size=3), st.floats(1e-3, 1.0))
-def test_no_double_difference_of_counts_errs_by_more_than_the_bound(place: list[float], step: float) -> None:
+def test_no_double_difference_of_counts_errs_by_more_than_the_bound(
+    place: list[float], step: float
+) -> None:
     x = np.array(place)
     error = np.abs((x[2] - 2.0 * x[1] + x[0]) - step * np.diff(np.floor(x / step), 2)[0])
     # (4.3) with inertia, effort and period 1; offsets of half a count cancel in the difference
@@ -52,7 +65,9 @@ def test_filter_for_leaves_the_ratio(ratio: float) -> None:
 def test_noise_ratio_is_the_share_of_the_power_that_the_filter_passes() -> None:
     tau, period = 2.5e-3, 1e-3
     f = np.linspace(0.0, 1.0 / period, 200_001)
-    passed = np.trapezoid(1.0 / (1.0 + (2.0 * np.pi * tau * f) ** 2), f) * period  # (4.5) over the white noise's
+    passed = (
+        np.trapezoid(1.0 / (1.0 + (2.0 * np.pi * tau * f) ** 2), f) * period
+    )  # (4.5) over the white noise's
     assert noise_ratio(tau, period) == pytest.approx(passed, rel=1e-6)
     assert noise_ratio(tau, period) == pytest.approx(0.096, abs=5e-4)  # 4.2.5.4: 90.4 % taken away
     with pytest.raises(ValueError, match="allowed"):
@@ -88,30 +103,41 @@ def test_cramer_rao_is_the_inverse_of_the_information_with_a_dense_covariance() 
         for sign in (1.0, -1.0):
             both = g * np.array([sign, sign, sign, 1.0])
             total += stroke.times * both.T @ np.linalg.solve(v, both)
-    assert cramer_rao(STROKES, AXIS, SENSING) == pytest.approx(np.sqrt(np.diag(np.linalg.inv(total))), rel=1e-6)
+    assert cramer_rao(STROKES, AXIS, SENSING) == pytest.approx(
+        np.sqrt(np.diag(np.linalg.inv(total))), rel=1e-6
+    )
 
 
 def test_strokes_that_tell_nothing_bound_nothing() -> None:
-    behind = Friction(2.0, 3.0, 1.0, backlash=1.0)  # wider than the stroke
+    behind = PriorAxis(2.0, 3.0, 1.0, backlash=1.0)  # wider than the stroke
     assert np.isinf(cramer_rao(STROKES, behind, SENSING)).all()
     assert np.isinf(weak_deviation(STROKES, behind, SENSING)[0]).all()
 
 
 @given(st.floats(1e-6, 1e-3), st.floats(1e-3, 1.0), st.floats(0.1, 10.0))
 def test_no_estimator_beats_the_bound(step: float, noise: float, inertia: float) -> None:
-    axis, sensing = Friction(inertia, 3.0, 1.0), Sensing(1e-3, step, noise)
-    assert np.all(weak_deviation(STROKES, axis, sensing)[0] >= cramer_rao(STROKES, axis, sensing) * (1.0 - 1e-9))
+    axis, sensing = PriorAxis(inertia, 3.0, 1.0), SensorPrecision(1e-3, step, noise)
+    assert np.all(
+        weak_deviation(STROKES, axis, sensing)[0]
+        >= cramer_rao(STROKES, axis, sensing) * (1.0 - 1e-9)
+    )
 
 
 def test_the_weak_form_errs_as_predicted() -> None:
     """White noises on a half sine and its mirror, the estimator written out: rms over draws."""
     predicted, window = weak_deviation([STROKES[0]], AXIS, SENSING)
-    draw, errors, truth = np.random.default_rng(5), [], np.array([AXIS.inertia, AXIS.viscous, AXIS.coulomb, 0.4])
+    draw, errors, truth = (
+        np.random.default_rng(5),
+        [],
+        np.array([AXIS.inertia, AXIS.viscous, AXIS.coulomb, 0.4]),
+    )
     phi = bell(window)
     g = regressors(STROKES[0], AXIS, SENSING)
     n = g.shape[0]
     velocity, acceleration = g[:, 1], g[:, 0]
-    position = np.concatenate(([0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1])))) * SENSING.period
+    position = (
+        np.concatenate(([0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1])))) * SENSING.period
+    )
     for _ in range(300):
         rows, right = [], []
         for sign in (1.0, -1.0):
@@ -123,13 +149,16 @@ def test_the_weak_form_errs_as_predicted() -> None:
             ones = np.ones(second.size)
             rows.append(np.column_stack((second, first, sign * ones, ones)))
             right.append(np.convolve(u[1:-1], phi, "valid"))
-        errors.append(np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0] - truth)
+        errors.append(
+            np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0] - truth
+        )
     rms = np.sqrt(np.mean(np.square(errors), axis=0))
     assert rms == pytest.approx(predicted, rel=0.15)
 
 
 def test_sines_err_as_predicted() -> None:
-    """Means of gated half sines with a white noise and counts at their ends, the regression written out: rms over draws."""
+    """Means of gated half sines with a white noise and counts at their ends, the regression written
+    out: rms over draws."""
     facts = replace(facts_of(clutch(), 10.0, 0.5, None, None), inertia=(1.0, 1.0, 1.0))
     draw, errors, axis = np.random.default_rng(7), [], facts.axis
     for _ in range(400):
@@ -143,11 +172,23 @@ def test_sines_err_as_predicted() -> None:
             seen = mean + (ends[:, 1] - ends[:, 0]) / duration
             rows.append(np.column_stack((seen, np.ones(count))))
             right.append(axis.viscous * mean + axis.coulomb + noise * draw.standard_normal(count))
-            weights.append(np.full(count, 1.0 / math.hypot(noise, axis.viscous * facts.sensing.step / math.sqrt(6.0) / duration)))
+            weights.append(
+                np.full(
+                    count,
+                    1.0
+                    / math.hypot(
+                        noise, axis.viscous * facts.sensing.step / math.sqrt(6.0) / duration
+                    ),
+                )
+            )
         weight = np.concatenate(weights)
-        found = np.linalg.lstsq(np.vstack(rows) * weight[:, None], np.concatenate(right) * weight, rcond=None)[0]
+        found = np.linalg.lstsq(
+            np.vstack(rows) * weight[:, None], np.concatenate(right) * weight, rcond=None
+        )[0]
         errors.append(found - [axis.viscous, axis.coulomb])
-    assert np.sqrt(np.mean(np.square(errors), axis=0)) == pytest.approx(sines_half_width(facts, 1.0), rel=0.1)
+    assert np.sqrt(np.mean(np.square(errors), axis=0)) == pytest.approx(
+        sines_half_width(facts, 1.0), rel=0.1
+    )
 
 
 def test_what_is_not_known_of_the_inertia_is_not_averaged_away() -> None:
@@ -175,10 +216,12 @@ def test_auto_asks_for_the_wanted_precision_or_for_a_better_one_that_the_bench_h
 ) -> None:
     requested: list[float] = []
 
-    def verdict(parameter: str, facts: Facts, precision: float) -> SimpleNamespace:
+    def verdict(parameter: str, facts: AssessmentInputs, precision: float) -> SimpleNamespace:
         requested.append(precision)
         return SimpleNamespace(identifiable=True)
 
     monkeypatch.setattr(auto, "verdict", verdict)
-    auto.decided("inertia", cast("Facts", SimpleNamespace(known={"inertia": known})))
+    auto.decide_identifiability(
+        "inertia", cast("AssessmentInputs", SimpleNamespace(known={"inertia": known}))
+    )
     assert requested == [precision]

@@ -1,4 +1,5 @@
-"""Breakaway ramps: the delay of the encoder is corrected, the backlash left out, what is not known of the axis widens the interval."""
+"""Breakaway ramps: the delay of the encoder is corrected, the backlash left out, what is not known
+of the axis widens the interval."""
 
 from __future__ import annotations
 
@@ -7,26 +8,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.engine.axis import advance
+from frictool.engine.axis_motion import advance
 from frictool.identify.breakaway import breakaway as module
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, find_onsets, is_ramp
-from frictool.identify.outcome import Interval, NothingUsable
-from frictool.identify.record import Record, make_record
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
 from sample_logs.make import TRUTH, ramp, sines, steps
 from tests.identify.benches import clutch, mass_bench, record
 
 KNOWN = {
-    name: Interval(getattr(TRUTH, name), getattr(TRUTH, name), getattr(TRUTH, name)) for name in ("inertia", "viscous", "coulomb", "offset")
+    name: Interval(getattr(TRUTH, name), getattr(TRUTH, name), getattr(TRUTH, name))
+    for name in ("inertia", "viscous", "coulomb", "offset")
 }
 
 
 @pytest.fixture(scope="module")
-def log() -> Record:
+def log() -> MotionRecord:
     return record(ramp(1))
 
 
-def test_breakaway_of_a_known_axis_is_right_in_either_direction(log: Record) -> None:
+def test_breakaway_of_a_known_axis_is_right_in_either_direction(log: MotionRecord) -> None:
     found = breakaway([log], clutch(), KNOWN, 0.95)
     assert found.interval.value == pytest.approx(TRUTH.breakaway, rel=2e-3)
     assert found.interval.low <= TRUTH.breakaway <= found.interval.high
@@ -34,8 +36,9 @@ def test_breakaway_of_a_known_axis_is_right_in_either_direction(log: Record) -> 
     assert found.backward == pytest.approx(TRUTH.breakaway - TRUTH.offset, rel=3e-3)
 
 
-def test_the_largest_effort_before_motion_is_seen_is_late(log: Record) -> None:
-    """The thesis's own interval [u_max - xi, u_max] does not hold the breakaway: it is seen more than 7 steps of the ramp late."""
+def test_the_largest_effort_before_motion_is_seen_is_late(log: MotionRecord) -> None:
+    """The thesis's own interval [u_max - xi, u_max] does not hold the breakaway: it is seen more
+    than 7 steps of the ramp late."""
     found = breakaway([log], clutch(), KNOWN, 0.95)
     step_of_ramp = 25.0 * TRUTH.constant * 1e-3
     assert found.delay > 7.0 * step_of_ramp
@@ -43,25 +46,31 @@ def test_the_largest_effort_before_motion_is_seen_is_late(log: Record) -> None:
     assert seen > TRUTH.breakaway + 7.0 * step_of_ramp
 
 
-def test_what_is_not_known_widens_the_interval(log: Record) -> None:
+def test_what_is_not_known_widens_the_interval(log: MotionRecord) -> None:
     bench = clutch()
     sharp = breakaway([log], bench, KNOWN, 0.95).interval
-    vague = breakaway([log], bench, {**KNOWN, "inertia": Interval(1.32e-5, 1.11e-5, 1.53e-5)}, 0.95).interval
-    blind = breakaway([log], bench, {**KNOWN, "coulomb": Interval(0.099, 0.018, 0.18)}, 0.95).interval
+    vague = breakaway(
+        [log], bench, {**KNOWN, "inertia": Interval(1.32e-5, 1.11e-5, 1.53e-5)}, 0.95
+    ).interval
+    blind = breakaway(
+        [log], bench, {**KNOWN, "coulomb": Interval(0.099, 0.018, 0.18)}, 0.95
+    ).interval
     assert sharp.half_width < vague.half_width < blind.half_width
     for interval in (vague, blind):
         assert interval.low < TRUTH.breakaway < interval.high
 
 
-def test_onsets_inside_the_backlash_are_left_out(log: Record) -> None:
+def test_onsets_inside_the_backlash_are_left_out(log: MotionRecord) -> None:
     levels = np.array([onset.level for onset in find_onsets(log, clutch())])
     assert levels.min() > 0.09  # 0.055 N m +- offset inside the backlash
     assert len(find_onsets(log, clutch())) > 60
 
 
-def test_one_direction_needs_the_offset(log: Record) -> None:
+def test_one_direction_needs_the_offset(log: MotionRecord) -> None:
     half = slice(0, int(np.argmax(log.position)))
-    forward = make_record("forward", log.time[half], log.position[half], log.effort[half], log.resolution, log.lag)
+    forward = make_record(
+        "forward", log.time[half], log.position[half], log.effort[half], log.resolution, log.lag
+    )
     found = breakaway([forward], clutch(), KNOWN, 0.95)
     assert np.isnan(found.backward)
     assert found.interval.value == pytest.approx(TRUTH.breakaway, rel=3e-3)
@@ -69,16 +78,18 @@ def test_one_direction_needs_the_offset(log: Record) -> None:
     assert breakaway([forward], clutch(), unknown, 0.95).interval.half_width > 0.01
 
 
-def test_kinds_of_logs(log: Record) -> None:
+def test_kinds_of_logs(log: MotionRecord) -> None:
     assert is_ramp(log, clutch())
     assert not is_ramp(record(sines(1)), clutch())
     assert not is_ramp(record(steps(1)), clutch())
-    still = make_record("still", np.arange(3000) * 1e-3, np.zeros(3000), np.zeros(3000), TRUTH.encoder_step, 0.003)
+    still = make_record(
+        "still", np.arange(3000) * 1e-3, np.zeros(3000), np.zeros(3000), TRUTH.encoder_step, 0.003
+    )
     assert not is_ramp(still, clutch())
 
 
 def test_no_ramp_is_said() -> None:
-    with pytest.raises(NothingUsable, match="at least 5"):
+    with pytest.raises(UnusableLogs, match="at least 5"):
         breakaway([record(steps(1))], clutch(), KNOWN, 0.95)
 
 
@@ -87,27 +98,37 @@ RATE = 5.0  # N/s
 
 
 def mass_ramps(mass: AxisParameters, counts: int, folder: Path) -> Breakaway:
-    """The breakaway of ramps whose command is held and taken back to 0 when the encoder has moved by so many counts."""
+    """The breakaway of ramps whose command is held and taken back to 0 when the encoder has moved
+    by so many counts."""
     state, parameters = np.asarray(rest(0.3e-4)), mass.as_array()
     position, effort, command, before = np.empty(20_000), np.empty(20_000), 0.0, 0
     for k in range(20_000):
         count = int(np.floor(state[0] / 1e-4))
-        command, before = (0.0, count) if count >= before + counts else (command + RATE * 1e-3, before)
+        command, before = (
+            (0.0, count) if count >= before + counts else (command + RATE * 1e-3, before)
+        )
         position[k], effort[k] = count * 1e-4, command
         assert advance(state, command, parameters, 1e-3) == 0
     log = make_record("mass", np.arange(20_000) * 1e-3, position, effort, 1e-4, 0.0)
     truth = {"inertia": 0.1, "viscous": 0.4, "coulomb": 1.0, "offset": 0.0}
-    return breakaway([log], mass_bench(folder), {name: Interval(value, value, value) for name, value in truth.items()}, 0.95)
+    return breakaway(
+        [log],
+        mass_bench(folder),
+        {name: Interval(value, value, value) for name, value in truth.items()},
+        0.95,
+    )
 
 
 @pytest.mark.parametrize("counts", [1, 4])
 def test_figure_4_7_a_held_command_on_a_mass(tmp_path: Path, counts: int) -> None:
-    """0.1 kg, breakaway 1.5 N, 0.005 N a sample, taken back to 0 when the encoder has moved by 1 or by 4 counts."""
+    """0.1 kg, breakaway 1.5 N, 0.005 N a sample, taken back to 0 when the encoder has moved by 1 or
+    by 4 counts."""
     found = mass_ramps(MASS, counts, tmp_path)
     assert found.interval.low <= 1.5 <= found.interval.high
     assert found.interval.value == pytest.approx(1.5, abs=2.0 * 0.005)
     assert found.interval.high - found.interval.value < 6.0 * 0.005
-    # the changes do not tell well whether friction falls at once: without a fall the ramp alone moves the axis by the first count
+    # the changes do not tell well whether friction falls at once: without a fall the ramp alone
+    # moves the axis by the first count
     unseen = RATE * (6.0 * 0.1 * 1e-4 / RATE) ** (1.0 / 3.0)
     assert found.interval.half_width < 4.0 * 0.005 + 0.5 * unseen
     assert found.onsets > 40
@@ -116,25 +137,31 @@ def test_figure_4_7_a_held_command_on_a_mass(tmp_path: Path, counts: int) -> Non
 
 @pytest.mark.parametrize("counts", [4, 8])
 @pytest.mark.parametrize("velocity", [0.02, 0.05, 0.2])
-def test_friction_that_falls_over_the_speed_is_within_the_interval(tmp_path: Path, velocity: float, counts: int) -> None:
-    """Friction that has not fallen when the motion is seen delays it further: taken for one that fell, the breakaway is too high."""
+def test_friction_that_falls_over_the_speed_is_within_the_interval(
+    tmp_path: Path, velocity: float, counts: int
+) -> None:
+    """Friction that has not fallen when the motion is seen delays it further: taken for one that
+    fell, the breakaway is too high."""
     falling = MASS._replace(laws=MASS.laws._replace(stribeck_velocity=velocity))
     found = mass_ramps(falling, counts, tmp_path).interval
     assert found.low <= 1.5 <= found.high
     assert found.low > 1.5 - 0.2
 
 
-def test_five_breakaways_in_a_direction_are_enough_and_four_are_not(log: Record, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_five_breakaways_in_a_direction_are_enough_and_four_are_not(
+    log: MotionRecord, monkeypatch: pytest.MonkeyPatch
+) -> None:
     forward = [onset for onset in find_onsets(log, clutch()) if onset.direction > 0.0]
     monkeypatch.setattr(module, "find_onsets", lambda *_: forward[:5])
     assert breakaway([log], clutch(), KNOWN, 0.95).onsets == 5
     monkeypatch.setattr(module, "find_onsets", lambda *_: forward[:4])
-    with pytest.raises(NothingUsable, match="4 breakaways"):
+    with pytest.raises(UnusableLogs, match="4 breakaways"):
         breakaway([log], clutch(), KNOWN, 0.95)
 
 
 def test_the_place_of_rest_is_uncertain_to_either_side(tmp_path: Path) -> None:
-    """One change does not tell where in its count the axis rested: the breakaway may be higher as well as lower."""
+    """One change does not tell where in its count the axis rested: the breakaway may be higher as
+    well as lower."""
     found = mass_ramps(MASS, 1, tmp_path).interval
     assert found.high - found.value > 2.0 * RATE * 1e-3
     assert found.value - found.low > 2.0 * RATE * 1e-3

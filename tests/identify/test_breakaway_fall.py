@@ -1,4 +1,5 @@
-"""Friction that falls over the speed: the breakaway's interval holds every Stribeck velocity that the encoder does not refute."""
+"""Friction that falls over the speed: the breakaway's interval holds every Stribeck velocity that
+the encoder does not refute."""
 
 from __future__ import annotations
 
@@ -10,22 +11,33 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictool.identify.breakaway.fall import allowed_fall
 from frictool.identify.breakaway.onset import STEPS, looked_up, travel, travel_table
+from frictool.identify.breakaway.stribeck_velocity import allowed_fall
 from frictool.plant.axis import AxisParameters
 from tests.cli.run import run
 from tests.identify.arm import BENCH, PERIOD, write_log
 from tests.identify.stribeck_rigs import FALLS, Ramps, found_breakaway, play
 
 COUNTS = 8192
-RIG = AxisParameters(inertia=5e-3, viscous=0.02, coulomb=0.45, breakaway=0.55, encoder_step=2.0 * math.pi / COUNTS)
+RIG = AxisParameters(
+    inertia=5e-3, viscous=0.02, coulomb=0.45, breakaway=0.55, encoder_step=2.0 * math.pi / COUNTS
+)
 RAMPS = Ramps(rate=0.5, counts=6, noise=1e-3)
 VELOCITY = 0.3  # rad/s
 
 
 def bench_of(folder: Path) -> Path:
-    ranges = {f"{name}_{end}": value for name in ("inertia", "coulomb") for end, value in _ends(getattr(RIG, name)).items()}
-    values = {"inertia": RIG.inertia, "viscous": RIG.viscous, "coulomb": RIG.coulomb, "viscous_high": 2.0 * RIG.viscous}
+    ranges = {
+        f"{name}_{end}": value
+        for name in ("inertia", "coulomb")
+        for end, value in _ends(getattr(RIG, name)).items()
+    }
+    values = {
+        "inertia": RIG.inertia,
+        "viscous": RIG.viscous,
+        "coulomb": RIG.coulomb,
+        "viscous_high": 2.0 * RIG.viscous,
+    }
     target = folder / "bench.yaml"
     target.write_text(BENCH.format(counts=COUNTS, load="", **values, **ranges))
     return target
@@ -42,9 +54,19 @@ def ramps_of(folder: Path, velocity: float) -> Path:
 
 def constant_speeds(folder: Path) -> Path:
     """Write a log of speeds to and fro over which the friction falls."""
-    speed = np.concatenate([np.full(1000, side * value) for value in np.geomspace(0.03, 3.0, 9) for side in (1.0, -1.0)])
+    speed = np.concatenate(
+        [
+            np.full(1000, side * value)
+            for value in np.geomspace(0.03, 3.0, 9)
+            for side in (1.0, -1.0)
+        ]
+    )
     size = np.abs(speed)
-    friction = RIG.coulomb + (RIG.breakaway - RIG.coulomb) * np.exp(-((size / VELOCITY) ** 2)) + RIG.viscous * size
+    friction = (
+        RIG.coulomb
+        + (RIG.breakaway - RIG.coulomb) * np.exp(-((size / VELOCITY) ** 2))
+        + RIG.viscous * size
+    )
     position = np.floor(np.cumsum(speed) * PERIOD / RIG.encoder_step) * RIG.encoder_step
     noise = RAMPS.noise * np.random.default_rng(2).standard_normal(speed.size)
     return write_log(folder / "speeds.csv", position, np.sign(speed) * friction + noise)
@@ -57,7 +79,9 @@ def identify(*arguments: str | Path) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("velocity", [0.0, 0.1, VELOCITY, 2.0])
-def test_identify_holds_the_breakaway_of_an_ordinary_stribeck_curve(tmp_path: Path, velocity: float) -> None:
+def test_identify_holds_the_breakaway_of_an_ordinary_stribeck_curve(
+    tmp_path: Path, velocity: float
+) -> None:
     told = identify(ramps_of(tmp_path, velocity), "--bench", bench_of(tmp_path))
     found, fall = told["parameters"]["breakaway"], told["ramp"]["fall"]
     assert found["low"] <= RIG.breakaway <= found["high"]
@@ -86,29 +110,44 @@ def test_the_text_says_what_the_interval_holds_and_what_narrows_it(tmp_path: Pat
 @pytest.mark.parametrize("fall", FALLS)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_random_rigs(tmp_path: Path, seed: int, fall: str) -> None:
-    """The first rigs of `tests/accept/check_breakaway.py`, which counts how often the interval holds."""
+    """The first rigs of `tests/accept/check_breakaway.py`, which counts how often the interval
+    holds."""
     axis, found = found_breakaway(seed, fall, tmp_path)
     assert found.interval.low <= axis.breakaway <= found.interval.high
-    assert found.interval.high - found.interval.low < axis.breakaway - axis.coulomb + 0.02 * axis.breakaway
+    assert (
+        found.interval.high - found.interval.low
+        < axis.breakaway - axis.coulomb + 0.02 * axis.breakaway
+    )
 
 
 @pytest.mark.parametrize("velocity", [1e-6, math.inf])
-def test_the_table_is_the_closed_form_where_friction_falls_at_once_or_never(velocity: float) -> None:
+def test_the_table_is_the_closed_form_where_friction_falls_at_once_or_never(
+    velocity: float,
+) -> None:
     axis, rate, excess, step = np.array([5e-3, 0.02, 0.45]), 0.5, 0.1, 2e-4
     table = travel_table(step, excess, rate, axis, velocity)
     for time in (0.3 * step, 17.7 * step, (STEPS - 0.1) * step):
-        exact, later = (travel(t, excess if velocity < 1.0 else 0.0, rate, axis[0], axis[1]) for t in (time, time + step))
+        exact, later = (
+            travel(t, excess if velocity < 1.0 else 0.0, rate, axis[0], axis[1])
+            for t in (time, time + step)
+        )
         # a fall within the first step is late by a part of it
-        assert looked_up(time, step, table) == pytest.approx(exact, rel=1e-7, abs=later - exact if velocity < 1.0 else 1e-12)
+        assert looked_up(time, step, table) == pytest.approx(
+            exact, rel=1e-7, abs=later - exact if velocity < 1.0 else 1e-12
+        )
     assert looked_up(-1.0, step, table) == 0.0
 
 
 def test_the_allowed_velocities_reach_to_the_next_that_is_refused() -> None:
-    steep = allowed_fall(lambda v: 10.0 * math.log(max(v, 1e-3)) ** 2, [], 1.0, 0.95)  # least at 1 rad/s
+    steep = allowed_fall(
+        lambda v: 10.0 * math.log(max(v, 1e-3)) ** 2, [], 1.0, 0.95
+    )  # least at 1 rad/s
     assert 0.0 < steep.low < 1.0 < steep.high < math.inf
     assert steep.low < steep.velocity < steep.high
     flat = allowed_fall(lambda _: 2.0, [], 1.0, 0.95)
     assert (flat.velocity, flat.low, flat.high) == (0.0, 0.0, math.inf)
-    uncertain = allowed_fall(lambda v: 10.0 * math.log(max(v, 1e-3)) ** 2, [lambda v: 100.0 * (v > 0.0)], 1.0, 0.95)
+    uncertain = allowed_fall(
+        lambda v: 10.0 * math.log(max(v, 1e-3)) ** 2, [lambda v: 100.0 * (v > 0.0)], 1.0, 0.95
+    )
     assert uncertain.low == 0.0
     assert uncertain.velocity > 0.0

@@ -17,7 +17,9 @@ def numbered(lengths: list[int], counts: list[float], signs: list[float]) -> lis
 
 
 def test_strokes_that_repeat_each_other_are_one_cluster() -> None:
-    lengths = [100 + 10 * (k // 4) + k % 2 for k in range(60)]  # 15 lengths, four strokes of each, two by two in either direction
+    lengths = [
+        100 + 10 * (k // 4) + k % 2 for k in range(60)
+    ]  # 15 lengths, four strokes of each, two by two in either direction
     counts = [300.0 - 7.0 * (k // 4) + 0.9 * (k % 3) for k in range(60)]
     signs = [1.0, -1.0] * 30
     number = numbered(lengths, counts, signs)

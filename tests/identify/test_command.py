@@ -35,20 +35,33 @@ def test_json_and_model_of_the_sample_logs(tmp_path: Path) -> None:
     assert found["not_identified"] == {}
     assert 0.0 < found["force_error"] < 0.01
     assert 1.0 < found["condition"] < 20.0
-    assert found["logs"] == [{"name": "sines.csv", "kind": "sliding"}, {"name": "ramp.csv", "kind": "ramp"}]
+    assert found["logs"] == [
+        {"name": "sines.csv", "kind": "sliding"},
+        {"name": "ramp.csv", "kind": "ramp"},
+    ]
     model = load(target, Model)
     assert model.parameters.inertia.source == "identified"
     assert model.parameters.coulomb.value == found["parameters"]["coulomb"]["value"]
     assert model.fit is not None
     assert model.fit.force_error == found["force_error"]
-    assert [entry.name for entry in model.provenance.inputs] == ["sines.csv", "ramp.csv", "bench.yaml"]
+    assert [entry.name for entry in model.provenance.inputs] == [
+        "sines.csv",
+        "ramp.csv",
+        "bench.yaml",
+    ]
 
 
 def test_text_and_stdout_and_bytes_twice(tmp_path: Path) -> None:
     line = ("identify", SINES, "--ramp", RAMP, "--bench", CLUTCH)
     text = run(*line)
     assert text.code == 0
-    for word in ("inertia by weak", "differencing sample by sample: up to", "identified", "interval at 95 %", "onsets"):
+    for word in (
+        "inertia by weak",
+        "differencing sample by sample: up to",
+        "identified",
+        "interval at 95 %",
+        "onsets",
+    ):
         assert word in text.stdout
     piped, again = run(*line, "-o", "-"), run(*line, "-o", tmp_path / "model.yaml")
     assert again.code == 0
@@ -59,13 +72,28 @@ def test_text_and_stdout_and_bytes_twice(tmp_path: Path) -> None:
 def test_help_opens_with_an_example_and_says_when_each_method_is_right() -> None:
     shown = run("identify", "--help").stdout
     assert shown.index("Example:") < shown.index("Options:")
-    for words in ("least-squares", "inverse-dynamic", "any encoder, sticks and backlash", "a fine encoder, no backlash"):
+    for words in (
+        "least-squares",
+        "inverse-dynamic",
+        "any encoder, sticks and backlash",
+        "a fine encoder, no backlash",
+    ):
         assert words in shown
 
 
 def test_emps_by_the_published_pipeline(tmp_path: Path) -> None:
     log = data("emps", "DATA_EMPS.mat")
-    result = run("identify", log, "--bench", EMPS, "--method", "inverse-dynamic", "--json", "-o", tmp_path / "model.yaml")
+    result = run(
+        "identify",
+        log,
+        "--bench",
+        EMPS,
+        "--method",
+        "inverse-dynamic",
+        "--json",
+        "-o",
+        tmp_path / "model.yaml",
+    )
     assert result.code == 0, result.stderr
     found = json.loads(result.stdout)["parameters"]
     assert found["inertia"]["value"] == pytest.approx(95.1089, rel=2e-3)
@@ -87,9 +115,19 @@ def changed(folder: Path, old: str, new: str) -> Path:
 def test_a_canonical_log_is_compared_with_the_bench(tmp_path: Path) -> None:
     log, target = tmp_path / "sines.mcap", tmp_path / "model.yaml"
     assert run("ingest", SINES, "--bench", CLUTCH, "-o", log).code == 0
-    refused(run("identify", log, "--bench", EMPS, "-o", target), 3, "/axis.position is in 'rad'", "linear")
+    refused(
+        run("identify", log, "--bench", EMPS, "-o", target),
+        3,
+        "/axis.position is in 'rad'",
+        "linear",
+    )
     slow = changed(tmp_path, "sample_period_s: 0.001", "sample_period_s: 0.002")
-    refused(run("identify", log, "--bench", slow, "-o", target), 3, "the period is 0.001 s", "within 20%")
+    refused(
+        run("identify", log, "--bench", slow, "-o", target),
+        3,
+        "the period is 0.001 s",
+        "within 20%",
+    )
     assert not target.exists()
 
 
@@ -99,7 +137,9 @@ def test_a_changed_constant_is_applied_to_raw_and_canonical_logs_alike(tmp_path:
     warm = changed(tmp_path, "{value: 13.4e-3, low", "{value: 12.9e-3, low")
     raw, canonical = (run("identify", path, "--bench", warm, "--json") for path in (SINES, log))
     assert json.loads(raw.stdout)["parameters"] == json.loads(canonical.stdout)["parameters"]
-    assert json.loads(raw.stdout)["parameters"]["coulomb"]["value"] == pytest.approx(TRUTH.coulomb * 12.9 / 13.4, rel=2e-3)
+    assert json.loads(raw.stdout)["parameters"]["coulomb"]["value"] == pytest.approx(
+        TRUTH.coulomb * 12.9 / 13.4, rel=2e-3
+    )
     assert raw.stderr == ""
     assert canonical.stderr == (
         "warning: sines.mcap: effort made anew from current with the bench's actuator.constant, 0.0129 N m/A; "
@@ -111,14 +151,22 @@ def test_a_still_log_is_the_answer_no(tmp_path: Path) -> None:
     log, target = tmp_path / "still.csv", tmp_path / "model.yaml"
     rows = "".join(f"{k / 1000:.3f},5,0.1\n" for k in range(2000))
     log.write_text("time [s],encoder [count],current [A]\n" + rows)
-    refused(run("identify", log, "--bench", CLUTCH, "-o", target), 1, "no sample slips", "no log of breakaway ramps")
+    refused(
+        run("identify", log, "--bench", CLUTCH, "-o", target),
+        1,
+        "no sample slips",
+        "no log of breakaway ramps",
+    )
     assert not target.exists()
 
 
 @pytest.mark.parametrize("rows", [20, 2000])
 def test_json_of_the_answer_no_says_why(tmp_path: Path, rows: int) -> None:
     log, target = tmp_path / "still.csv", tmp_path / "model.yaml"
-    log.write_text("time [s],encoder [count],current [A]\n" + "".join(f"{k / 1000:.3f},5,0.1\n" for k in range(rows)))
+    log.write_text(
+        "time [s],encoder [count],current [A]\n"
+        + "".join(f"{k / 1000:.3f},5,0.1\n" for k in range(rows))
+    )
     result = run("identify", log, "--bench", CLUTCH, "-o", target, "--json")
     assert result.code == 1
     assert result.stderr.startswith("error: ")
@@ -134,7 +182,13 @@ def test_json_of_the_answer_no_says_why(tmp_path: Path, rows: int) -> None:
 def test_the_same_log_twice_is_refused(tmp_path: Path) -> None:
     log, target = tmp_path / "sines.mcap", tmp_path / "model.yaml"
     assert run("ingest", SINES, "--bench", CLUTCH, "-o", log).code == 0
-    for twice in ((SINES, SINES), (SINES, log), (log, "--ramp", SINES), ("--loops", SINES, "--loops", log), (log, "--loops", SINES)):
+    for twice in (
+        (SINES, SINES),
+        (SINES, log),
+        (log, "--ramp", SINES),
+        ("--loops", SINES, "--loops", log),
+        (log, "--loops", SINES),
+    ):
         refused(run("identify", *twice, "--bench", CLUTCH, "-o", target), 3, "is the same log as")
     assert not target.exists()
 
@@ -151,12 +205,27 @@ def test_a_counter_that_wraps_is_refused_until_the_bench_says_so(tmp_path: Path)
     header, *rows = SINES.read_text().splitlines()
     log = tmp_path / "log.csv"
     cells = [row.split(",") for row in rows]
-    log.write_text("\n".join([header, *(f"{time},{int(count) % 256},{current}" for time, count, current in cells)]) + "\n")
-    refused(run("identify", log, "--bench", CLUTCH), 3, "the position wraps", "under encoder in the bench: wrap_bits: 8")
-    aware = changed(tmp_path, "counts_per_revolution: 56 ", "counts_per_revolution: 56\n  wrap_bits: 8 ")
+    log.write_text(
+        "\n".join(
+            [header, *(f"{time},{int(count) % 256},{current}" for time, count, current in cells)]
+        )
+        + "\n"
+    )
+    refused(
+        run("identify", log, "--bench", CLUTCH),
+        3,
+        "the position wraps",
+        "under encoder in the bench: wrap_bits: 8",
+    )
+    aware = changed(
+        tmp_path, "counts_per_revolution: 56 ", "counts_per_revolution: 56\n  wrap_bits: 8 "
+    )
     result = run("identify", log, "--bench", aware, "--json")
     assert result.stderr == ""
-    assert json.loads(result.stdout)["parameters"] == json.loads(run("identify", SINES, "--bench", CLUTCH, "--json").stdout)["parameters"]
+    assert (
+        json.loads(result.stdout)["parameters"]
+        == json.loads(run("identify", SINES, "--bench", CLUTCH, "--json").stdout)["parameters"]
+    )
 
 
 @pytest.mark.parametrize(
@@ -167,18 +236,34 @@ def test_a_counter_that_wraps_is_refused_until_the_bench_says_so(tmp_path: Path)
         ("deg", 360.0 / 56, 360.0, "wrap: {value: 360, unit: deg}"),
     ],
 )
-def test_the_advice_for_a_position_that_wraps_repairs_the_log(unit: str, factor: float, period: float, line: str, tmp_path: Path) -> None:
+def test_the_advice_for_a_position_that_wraps_repairs_the_log(
+    unit: str, factor: float, period: float, line: str, tmp_path: Path
+) -> None:
     """The parameters of the wrapped log are those of the same numbers without the wraps."""
     header, *rows = SINES.read_text().splitlines()
     cells = [row.split(",") for row in rows]
     bench = changed(tmp_path, "column: encoder, unit: count", f"column: encoder, unit: {unit}")
     log, found = tmp_path / "log.csv", {}
-    for name, position in (("whole", lambda value: value), ("wrapped", lambda value: (value + period / 2) % period - period / 2)):
-        rows = [f"{time},{position(int(count) * factor)!r},{current}" for time, count, current in cells]
+    for name, position in (
+        ("whole", lambda value: value),
+        ("wrapped", lambda value: (value + period / 2) % period - period / 2),
+    ):
+        rows = [
+            f"{time},{position(int(count) * factor)!r},{current}" for time, count, current in cells
+        ]
         log.write_text("\n".join([header.replace("count", unit), *rows]) + "\n")
         if name == "wrapped":
-            refused(run("identify", log, "--bench", bench), 3, "the position wraps", f"under encoder in the bench: {line}\n")
-            bench.write_text(bench.read_text().replace("counts_per_revolution: 56 ", f"counts_per_revolution: 56\n  {line} "))
+            refused(
+                run("identify", log, "--bench", bench),
+                3,
+                "the position wraps",
+                f"under encoder in the bench: {line}\n",
+            )
+            bench.write_text(
+                bench.read_text().replace(
+                    "counts_per_revolution: 56 ", f"counts_per_revolution: 56\n  {line} "
+                )
+            )
         result = run("identify", log, "--bench", bench, "--json")
         assert result.code == 0, result.stderr
         found[name] = json.loads(result.stdout)["parameters"]
@@ -190,16 +275,34 @@ def test_a_jump_is_told_once(tmp_path: Path) -> None:
     header, *rows = SINES.read_text().splitlines()
     log = tmp_path / "log.csv"
     cells = [row.split(",") for row in rows]
-    jumped = (f"{time},{int(count) + 3000 * (k > 9000)},{current}" for k, (time, count, current) in enumerate(cells))
+    jumped = (
+        f"{time},{int(count) + 3000 * (k > 9000)},{current}"
+        for k, (time, count, current) in enumerate(cells)
+    )
     log.write_text("\n".join([header, *jumped]) + "\n")
-    assert run("identify", log, "--bench", CLUTCH).stderr.count("the position jumps once, at 9.001 s") == 1
-    assert run("ingest", log, "--bench", CLUTCH, "-o", tmp_path / "log.mcap").stderr.count("the position jumps once") == 1
-    assert run("identify", tmp_path / "log.mcap", "--bench", CLUTCH).stderr.count("the position jumps once") == 1
+    assert (
+        run("identify", log, "--bench", CLUTCH).stderr.count("the position jumps once, at 9.001 s")
+        == 1
+    )
+    assert (
+        run("ingest", log, "--bench", CLUTCH, "-o", tmp_path / "log.mcap").stderr.count(
+            "the position jumps once"
+        )
+        == 1
+    )
+    assert (
+        run("identify", tmp_path / "log.mcap", "--bench", CLUTCH).stderr.count(
+            "the position jumps once"
+        )
+        == 1
+    )
 
 
 def test_a_missing_channel_is_a_wrong_file(tmp_path: Path) -> None:
     log, target = tmp_path / "log.csv", tmp_path / "model.yaml"
-    log.write_text("time [s],encoder [count]\n" + "".join(f"{k / 1000:.3f},{k}\n" for k in range(2000)))
+    log.write_text(
+        "time [s],encoder [count]\n" + "".join(f"{k / 1000:.3f},{k}\n" for k in range(2000))
+    )
     refused(run("identify", log, "--bench", CLUTCH, "-o", target), 3, "current")
     assert not target.exists()
 
@@ -225,14 +328,28 @@ def test_without_logs() -> None:
 
 def test_options_change_the_result() -> None:
     line = ("identify", SINES, "--bench", CLUTCH, "--method", "weak", "--json")
-    plain, wide, narrow = (json.loads(run(*line, *options).stdout) for options in ((), ("--confidence", "0.99"), ("--window", "21")))
+    plain, wide, narrow = (
+        json.loads(run(*line, *options).stdout)
+        for options in ((), ("--confidence", "0.99"), ("--window", "21"))
+    )
     assert wide["parameters"]["coulomb"]["high"] > plain["parameters"]["coulomb"]["high"]
     assert narrow["details"]["window"] == 21
 
 
 def test_options_of_the_pipeline_change_its_result() -> None:
-    line = ("identify", data("emps", "DATA_EMPS.mat"), "--bench", EMPS, "--method", "inverse-dynamic", "--json")
-    plain, other = (json.loads(run(*line, *options).stdout) for options in ((), ("--cutoff-hz", "30", "--decimate", "5")))
+    line = (
+        "identify",
+        data("emps", "DATA_EMPS.mat"),
+        "--bench",
+        EMPS,
+        "--method",
+        "inverse-dynamic",
+        "--json",
+    )
+    plain, other = (
+        json.loads(run(*line, *options).stdout)
+        for options in ((), ("--cutoff-hz", "30", "--decimate", "5"))
+    )
     assert plain["samples"] * 2 == pytest.approx(other["samples"], abs=2)
     assert plain["parameters"]["viscous"]["value"] != other["parameters"]["viscous"]["value"]
 

@@ -1,4 +1,5 @@
-"""Which method `auto` takes, what it says of it, and what becomes of parameters that are refused after the fit."""
+"""Which method `auto` takes, what it says of it, and what becomes of parameters that are refused
+after the fit."""
 
 from __future__ import annotations
 
@@ -15,13 +16,13 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
-from frictool.identify.estimators.comparison import ComparedData, best_by_prediction
+from frictool.identify.estimators.method_comparison import ComparedData, best_by_prediction
+from frictool.identify.fit_result import Interval
 from frictool.identify.force_error import force_error, motion_rows
 from frictool.identify.identification import identify
-from frictool.identify.methods import Settings, run
-from frictool.identify.outcome import Interval
+from frictool.identify.methods import IdentificationSettings, run
+from frictool.identify.motion_record import record_of
 from frictool.identify.pooling import pooling_warnings
-from frictool.identify.record import record_of
 from frictool.identify.refit import refit
 from frictool.logs.reading import read_log
 from tests.cli.run import run as command
@@ -46,7 +47,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def identified(folder: Path, *days: str, method: str = "auto") -> tuple[dict[str, Any], str, Path]:
     """Return the JSON of `identify`, its stderr, and the model."""
     target = folder / f"{method}_{'_'.join(days)}.yaml"
-    result = command("identify", *(folder / f"{name}.csv" for name in days), "--bench", EMPS, "--method", method, "--json", "-o", target)
+    result = command(
+        "identify",
+        *(folder / f"{name}.csv" for name in days),
+        "--bench",
+        EMPS,
+        "--method",
+        method,
+        "--json",
+        "-o",
+        target,
+    )
     assert result.code == 0, result.stderr
     return json.loads(result.stdout), result.stderr, target
 
@@ -60,7 +71,8 @@ def simulated(model: Path, log: Path) -> float:
 
 
 def test_a_model_with_two_directions_is_taken_where_it_predicts_better(folder: Path) -> None:
-    """Its offset is another number than that beside a single viscous friction, and that does not disqualify it."""
+    """Its offset is another number than that beside a single viscous friction, and that does not
+    disqualify it."""
     found, _, model = identified(folder, "monday")
     plain = identified(folder, "monday", method="least-squares")[2]
     assert simulated(model, folder / "monday.csv") < 0.1 * simulated(plain, folder / "monday.csv")
@@ -94,32 +106,54 @@ def test_two_days_together_explain_the_effort_and_say_that_they_disagree(folder:
 def test_output_error_tells_two_directions_as_narrowly_as_the_regression(folder: Path) -> None:
     """Its intervals are made of what the regression of the same structure leaves."""
     record, bench = day("monday"), load(EMPS, Bench)
-    found = run("output-error", [record], bench, Settings()).parameters
+    found = run("output-error", [record], bench, IdentificationSettings()).parameters
     assert found["viscous"].half_width < 5.0
     assert found["offset"].half_width < 1.0
 
 
 def narrow(bench: Bench, **known: Quantity) -> Bench:
-    return msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, **known))
+    return msgspec.structs.replace(
+        bench, mechanics=msgspec.structs.replace(bench.mechanics, **known)
+    )
 
 
-METHODS = ["least-squares", "power-balance", "weighted", "recursive", "total-least-squares", "weak", "ordinary", "output-error"]
+METHODS = [
+    "least-squares",
+    "power-balance",
+    "weighted",
+    "recursive",
+    "total-least-squares",
+    "weak",
+    "ordinary",
+    "output-error",
+]
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_refused_parameter_is_fixed_and_the_others_fitted_beside_it(method: str) -> None:
-    """Viscous friction is fixed at a wrong value: the dry friction makes up for it as far as the log's speeds allow."""
+    """Viscous friction is fixed at a wrong value: the dry friction makes up for it as far as the
+    log's speeds allow."""
     axis, log = linear_axis(3)
     value = 1.3 * axis.viscous
     unit = linear_bench().mechanics.viscous.unit
     bench = narrow(linear_bench(), viscous=Quantity(value, 0.999 * value, 1.001 * value, unit))
-    fit = replace(run(method, [log], bench, Settings()), method=method)
-    again = refit([log], bench, Settings(), fit, {"viscous": Interval(value, 0.999 * value, 1.001 * value)})
+    fit = replace(run(method, [log], bench, IdentificationSettings()), method=method)
+    again = refit(
+        [log],
+        bench,
+        IdentificationSettings(),
+        fit,
+        {"viscous": Interval(value, 0.999 * value, 1.001 * value)},
+    )
     assert again.details["fixed_viscous"] == value
     rows = motion_rows([log], bench)
     beside = {"inertia": bench.mechanics.inertia.value}, {"viscous": value}
     before, after = (
-        force_error(rows, beside[0] | {name: one.value for name, one in found.parameters.items()} | beside[1], None)
+        force_error(
+            rows,
+            beside[0] | {name: one.value for name, one in found.parameters.items()} | beside[1],
+            None,
+        )
         for found in (fit, again)
     )
     assert before is not None
@@ -133,7 +167,16 @@ def test_the_range_of_a_fixed_parameter_widens_the_others(method: str) -> None:
     bench = linear_bench()
     known = bench.mechanics.viscous
     narrowly, widely = (
-        run(method, [log], bench, Settings(fixed={"viscous": Interval(known.value, known.value * (1 - r), known.value * (1 + r))}))
+        run(
+            method,
+            [log],
+            bench,
+            IdentificationSettings(
+                fixed={
+                    "viscous": Interval(known.value, known.value * (1 - r), known.value * (1 + r))
+                }
+            ),
+        )
         for r in (1e-6, 0.5)
     )
     assert narrowly.parameters["coulomb"].value == widely.parameters["coulomb"].value
@@ -144,18 +187,29 @@ def test_the_power_balance_is_not_taken_where_its_model_simulates_worse() -> Non
     """EMPS: the power balance's offset sends the simulated carriage tens of millimetres away."""
     bench = load(EMPS, Bench)
     record = record_of(read_log(data("emps", "DATA_EMPS.mat"), bench), bench)
-    fits = [replace(run(method, [record], bench, Settings()), method=method, why="asked") for method in ("power-balance", "least-squares")]
-    assert best_by_prediction(ComparedData([record], bench, Settings(), fits)).method != "power-balance"
+    fits = [
+        replace(run(method, [record], bench, IdentificationSettings()), method=method, why="asked")
+        for method in ("power-balance", "least-squares")
+    ]
+    assert (
+        best_by_prediction(ComparedData([record], bench, IdentificationSettings(), fits)).method
+        != "power-balance"
+    )
 
 
 @pytest.mark.parametrize("method", ["power-balance", "conditioned"])
 def test_a_requested_method_that_simulates_far_worse_is_told(method: str) -> None:
-    """EMPS: the offset of the power balance sends the simulated carriage tens of millimetres away; least squares do not."""
+    """EMPS: the offset of the power balance sends the simulated carriage tens of millimetres away;
+    least squares do not."""
     log = data("emps", "DATA_EMPS.mat")
-    requested, plain = (command("identify", log, "--bench", EMPS, "--method", name, "--json") for name in (method, "least-squares"))
+    requested, plain = (
+        command("identify", log, "--bench", EMPS, "--method", name, "--json")
+        for name in (method, "least-squares")
+    )
     assert (requested.code, plain.code) == (0, 0)
     told = re.search(
-        rf"warning: {method} predicts strokes that were not seen worse .* off by (\S+) m \(rms\), not by (\S+) m", requested.stderr
+        rf"warning: {method} predicts strokes that were not seen worse .* off by (\S+) m \(rms\), not by (\S+) m",
+        requested.stderr,
     )
     assert told is not None, requested.stderr
     assert float(told[1]) > 3.0 * float(told[2]) > 0.0
@@ -164,22 +218,29 @@ def test_a_requested_method_that_simulates_far_worse_is_told(method: str) -> Non
 
 def test_logs_too_short_for_halves_compare_the_regressions_on_themselves() -> None:
     record, bench = day("monday").part(slice(0, 6_200)), load(EMPS, Bench)
-    fits = [replace(run(method, [record], bench, Settings()), method=method, why="asked") for method in ("power-balance", "least-squares")]
-    chosen = best_by_prediction(ComparedData([record], bench, Settings(), fits))
+    fits = [
+        replace(run(method, [record], bench, IdentificationSettings()), method=method, why="asked")
+        for method in ("power-balance", "least-squares")
+    ]
+    chosen = best_by_prediction(ComparedData([record], bench, IdentificationSettings(), fits))
     assert "too short for halves" in str(chosen.why)
-    score = {fit.method: float(re.findall(rf"{fit.method} ([0-9.e-]+) m", str(chosen.why))[0]) for fit in fits}
+    score = {
+        fit.method: float(re.findall(rf"{fit.method} ([0-9.e-]+) m", str(chosen.why))[0])
+        for fit in fits
+    }
     assert 0.9 * score[chosen.method] <= min(score.values())
 
 
 @pytest.mark.parametrize("kind", ["coulomb", "viscous", "spring"])
 @pytest.mark.parametrize("name", ["viscous", "coulomb"])
 def test_a_parameter_is_fixed_beside_declared_loads(kind: str, name: str) -> None:
-    """The load that the bench declares is still found; a Coulomb friction of each direction is not fixed, since it is two numbers."""
+    """The load that the bench declares is still found; a Coulomb friction of each direction is not
+    fixed, since it is two numbers."""
     axis = loaded_axis(2, kind)
     value = axis.truth[name]
     unit = getattr(axis.bench.mechanics, name).unit
     bench = narrow(axis.bench, **{name: Quantity(value, 0.9999 * value, 1.0001 * value, unit)})
-    result = identify([axis.record], [], bench, "least-squares", Settings())
+    result = identify([axis.record], [], bench, "least-squares", IdentificationSettings())
     assert name in result.refused
     assert result.fit is not None
     assert (f"fixed_{name}" in result.fit.details) == ((kind, name) != ("coulomb", "coulomb"))
@@ -189,15 +250,37 @@ def test_a_parameter_is_fixed_beside_declared_loads(kind: str, name: str) -> Non
             assert told[other].value == pytest.approx(axis.truth[other], rel=0.05)
 
 
-CONTRADICTED = ("auto", "least-squares", "power-balance", "weighted", "weak", "instrumental", "recursive", "ordinary", "output-error")
+CONTRADICTED = (
+    "auto",
+    "least-squares",
+    "power-balance",
+    "weighted",
+    "weak",
+    "instrumental",
+    "recursive",
+    "ordinary",
+    "output-error",
+)
 
 
 @pytest.mark.parametrize("method", CONTRADICTED)
-def test_the_value_of_the_log_is_used_where_it_contradicts_the_bench(folder: Path, method: str) -> None:
-    """Viscous friction is 165 N s/m forward; the bench claims 49.9 to 50.1, narrower than any log tells."""
+def test_the_value_of_the_log_is_used_where_it_contradicts_the_bench(
+    folder: Path, method: str
+) -> None:
+    """Viscous friction is 165 N s/m forward; the bench claims 49.9 to 50.1, narrower than any log
+    tells."""
     bench = folder / "narrow.yaml"
-    bench.write_text(re.sub(r"viscous: .*", "viscous: {value: 50, low: 49.9, high: 50.1, unit: N s/m}", EMPS.read_text()))
-    found = [command("identify", folder / "monday.csv", "--bench", path, "--method", method, "--json") for path in (bench, EMPS)]
+    bench.write_text(
+        re.sub(
+            r"viscous: .*",
+            "viscous: {value: 50, low: 49.9, high: 50.1, unit: N s/m}",
+            EMPS.read_text(),
+        )
+    )
+    found = [
+        command("identify", folder / "monday.csv", "--bench", path, "--method", method, "--json")
+        for path in (bench, EMPS)
+    ]
     assert [result.code for result in found] == [0, 0], found[0].stderr
     told = r"warning: viscous: the log's interval .* lies wholly outside the bench's \[49.9, 50.1\]; the log's value is used"
     assert re.search(told, found[0].stderr)
@@ -207,19 +290,29 @@ def test_the_value_of_the_log_is_used_where_it_contradicts_the_bench(folder: Pat
 
 
 def nearly_frictionless(folder: Path, seed: int) -> tuple[Path, Path]:
-    """Return a log of an arm without viscous friction, whose fitted one is negative, and a bench whose range holds 0."""
-    position, effort = play(Arm(viscous=0.0, counts=65536), 0.5 * np.sin(4.0 * TIME), (60.0, 100.0, 3.0))
+    """Return a log of an arm without viscous friction, whose fitted one is negative, and a bench
+    whose range holds 0."""
+    position, effort = play(
+        Arm(viscous=0.0, counts=65536), 0.5 * np.sin(4.0 * TIME), (60.0, 100.0, 3.0)
+    )
     noise = 0.02 * np.random.default_rng(seed).standard_normal(effort.size)
-    return write_log(folder / "log.csv", position, effort + noise), write_bench(folder, Arm(counts=65536))
+    return write_log(folder / "log.csv", position, effort + noise), write_bench(
+        folder, Arm(counts=65536)
+    )
 
 
-def test_values_of_the_bench_that_explain_less_are_told_with_both_force_errors(tmp_path: Path) -> None:
+def test_values_of_the_bench_that_explain_less_are_told_with_both_force_errors(
+    tmp_path: Path,
+) -> None:
     log, bench = nearly_frictionless(tmp_path, 1)
     result = command("identify", log, "--bench", bench, "--method", "least-squares", "--json")
     assert result.code == 0, result.stderr
     found = json.loads(result.stdout)
     assert "which is negative" in found["not_identified"]["viscous"]
-    told = re.search(r"the bench's values replace viscous .* raise the force error from (\S+) % to (\S+) %", result.stderr)
+    told = re.search(
+        r"the bench's values replace viscous .* raise the force error from (\S+) % to (\S+) %",
+        result.stderr,
+    )
     assert told is not None, result.stderr
     assert float(told[2]) == pytest.approx(100.0 * found["force_error"], rel=0.01)
     assert float(told[2]) > 2.0 * float(told[1])
@@ -252,10 +345,21 @@ def test_pooled_logs_that_agree_are_not_said_to_disagree(folder: Path) -> None:
     """The day twice, with other noise, and intervals that something else has widened."""
     record = replace(day("monday", seed=2), name="again.csv")
     alone = replace(day("monday"), name="monday.csv")
-    bench, fit = load(EMPS, Bench), run("least-squares", [alone, record], load(EMPS, Bench), Settings())
+    bench, fit = (
+        load(EMPS, Bench),
+        run("least-squares", [alone, record], load(EMPS, Bench), IdentificationSettings()),
+    )
     wide = {name: 9.0 * one.half_width for name, one in fit.parameters.items()}
-    found = {name: Interval(one.value, one.value - wide[name], one.value + wide[name]) for name, one in fit.parameters.items()}
-    told = pooling_warnings([alone, record], bench, Settings(), replace(fit, parameters=found, method="least-squares"))
+    found = {
+        name: Interval(one.value, one.value - wide[name], one.value + wide[name])
+        for name, one in fit.parameters.items()
+    }
+    told = pooling_warnings(
+        [alone, record],
+        bench,
+        IdentificationSettings(),
+        replace(fit, parameters=found, method="least-squares"),
+    )
     assert told
     assert not any("because the logs disagree" in line for line in told)
     assert all("although the logs agree on it" in line for line in told)

@@ -1,4 +1,5 @@
-"""Loads that a bench declares stay in the model, and a load that the log does not tell widens the other intervals or is refused."""
+"""Loads that a bench declares stay in the model, and a load that the log does not tell widens the
+other intervals or is refused."""
 
 from __future__ import annotations
 
@@ -13,13 +14,13 @@ from frictool.documents.laws import Load as LoadLaw
 from frictool.documents.load_terms import Term
 from frictool.documents.model import Model
 from frictool.documents.registry import load as load_document
-from frictool.engine.replay import FREE, replay, replayed
-from frictool.identify.methods import Settings
+from frictool.engine.effort_replay import FREE, replay, replay_parameters
+from frictool.identify.methods import IdentificationSettings
 from frictool.identify.methods import run as fit_by
-from frictool.identify.record import Record, Vector, make_record
+from frictool.identify.motion_record import MotionRecord, Vector, make_record
 from frictool.plant.axis import AxisParameters, rest
-from frictool.plant.axis_laws import Laws, Levels
-from frictool.plant.load import Harmonic, Load
+from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
+from frictool.plant.position_load import LoadHarmonic, PositionLoad
 from tests.cli.run import Result
 from tests.cli.run import run as command
 from tests.identify.linear_axis import PERIOD
@@ -33,22 +34,50 @@ FINE = 1e-3 * COUNT
 
 
 def axis_with_small_loads(seed: int) -> Loaded:
-    """Return an axis with a spring, gravity and viscous friction by direction, each about as large as its interval is wide."""
+    """Return an axis with a spring, gravity and viscous friction by direction, each about as large
+    as its interval is wide."""
     draw, time = np.random.default_rng([seed, 12]), np.arange(SAMPLES) * PERIOD
     truth = {"inertia": 5.0 * draw.uniform(0.8, 1.2), "viscous": 12.0 * draw.uniform(0.7, 1.3)}
     truth |= {"coulomb": 8.0 * draw.uniform(0.7, 1.3), "offset": draw.uniform(-1.0, 1.0)}
-    truth |= {"stiffness": draw.uniform(0.0, 0.5), "gravity_sine": draw.uniform(-0.5, 0.5), "gravity_cosine": draw.uniform(-0.5, 0.5)}
+    truth |= {
+        "stiffness": draw.uniform(0.0, 0.5),
+        "gravity_sine": draw.uniform(-0.5, 0.5),
+        "gravity_cosine": draw.uniform(-0.5, 0.5),
+    }
     truth["viscous_backward"] = truth["viscous"] * draw.uniform(0.98, 1.02)
     level = truth["coulomb"]
     sliding = {name: truth[name] for name in ("inertia", "viscous", "coulomb", "offset")}
-    axis = AxisParameters(**sliding, breakaway=level, laws=Laws(backward=Levels(truth["viscous_backward"], level, level)))
-    load = Load(truth["stiffness"], (Harmonic(1.0, truth["gravity_sine"], truth["gravity_cosine"]),))
+    axis = AxisParameters(
+        **sliding,
+        breakaway=level,
+        laws=AxisLaws(backward=AxisFrictionLevels(truth["viscous_backward"], level, level)),
+    )
+    load = PositionLoad(
+        truth["stiffness"], (LoadHarmonic(1.0, truth["gravity_sine"], truth["gravity_cosine"]),)
+    )
     swings = ((25.0, 0.9), (18.0, 0.37), (11.0, 0.23))
     effort = sum(a * np.sin(2.0 * np.pi * f * time + draw.uniform(0.0, 6.0)) for a, f in swings)
     x, v = np.empty(SAMPLES), np.empty(SAMPLES)
-    assert replay(replayed(axis), load.as_array(), rest(draw.uniform(-0.2, 0.2)), effort, effort, FREE, PERIOD, x, v) == 0
+    assert (
+        replay(
+            replay_parameters(axis),
+            load.as_array(),
+            rest(draw.uniform(-0.2, 0.2)),
+            effort,
+            effort,
+            FREE,
+            PERIOD,
+            x,
+            v,
+        )
+        == 0
+    )
     noisy = effort + NOISE * draw.standard_normal(SAMPLES)
-    return Loaded(truth, make_record("loaded", time, np.floor(x / COUNT) * COUNT, noisy, COUNT, 0.0), rotary_bench(DECLARED))
+    return Loaded(
+        truth,
+        make_record("loaded", time, np.floor(x / COUNT) * COUNT, noisy, COUNT, 0.0),
+        rotary_bench(DECLARED),
+    )
 
 
 @pytest.mark.parametrize("method", ["least-squares", "weighted"])
@@ -58,24 +87,36 @@ def test_small_declared_loads_leave_the_other_intervals_honest(method: str) -> N
     given: Counter[str] = Counter()
     for seed in range(SEEDS):
         axis = axis_with_small_loads(seed)
-        found = estimates(fit_by(method, [axis.record], axis.bench, Settings()))
+        found = estimates(fit_by(method, [axis.record], axis.bench, IdentificationSettings()))
         given.update(list(found))
         held.update(name for name, one in found.items() if one.low <= axis.truth[name] <= one.high)
     assert min(given[name] for name in axis.truth) >= 18, given
     assert all(held[name] >= given[name] - 4 for name in given), held
 
 
-def identified(folder: Path, record: Record, load: str, count: float, *options: str) -> tuple[Result, Path]:
-    """Run `identify` on a record with a bench that declares this load and an encoder with this count in rad."""
+def identified(
+    folder: Path, record: MotionRecord, load: str, count: float, *options: str
+) -> tuple[Result, Path]:
+    """Run `identify` on a record with a bench that declares this load and an encoder with this
+    count in rad."""
     bench, log, target = folder / "bench.yaml", folder / "log.csv", folder / "model.yaml"
-    bench.write_text(BENCH.replace(f"{2.0 * np.pi / COUNT:.10g}", f"{2.0 * np.pi / count:.10g}") + f"load: {load}\n")
+    bench.write_text(
+        BENCH.replace(f"{2.0 * np.pi / COUNT:.10g}", f"{2.0 * np.pi / count:.10g}")
+        + f"load: {load}\n"
+    )
     rows = np.column_stack((record.time, np.rint(record.position / count), record.effort))
     np.savetxt(log, rows, delimiter=",", header="time,encoder,torque", comments="", fmt="%.10g")
     return command("identify", log, "--bench", bench, "-o", target, *options), target
 
 
-def driven_along(swings: Sequence[tuple[float, float]], middle: float, load: Callable[[Vector], Vector], noise: float) -> Record:
-    """Return the log of an axis that follows sines, each with its amplitude in rad and angular frequency in rad/s, under a load of x.
+def driven_along(
+    swings: Sequence[tuple[float, float]],
+    middle: float,
+    load: Callable[[Vector], Vector],
+    noise: float,
+) -> MotionRecord:
+    """Return the log of an axis that follows sines, each with its amplitude in rad and angular
+    frequency in rad/s, under a load of x.
 
     The effort is held over a sample, and is that of its middle. The axis has no offset.
     """
@@ -103,7 +144,14 @@ def laws_of(path: Path) -> LoadLaw:
 @pytest.mark.parametrize("method", ["auto", "output-error"])
 def test_declared_loads_stay_in_the_model(tmp_path: Path, method: str) -> None:
     axis = axis_with_small_loads(0)
-    result, target = identified(tmp_path, axis.record, "{terms: [offset, spring, viscous_by_direction]}", COUNT, "--method", method)
+    result, target = identified(
+        tmp_path,
+        axis.record,
+        "{terms: [offset, spring, viscous_by_direction]}",
+        COUNT,
+        "--method",
+        method,
+    )
     assert result.code == 0, result.stderr
     assert "load beside friction: spring" in result.stdout
     laws = load_document(target, Model).laws
@@ -115,7 +163,9 @@ def test_declared_loads_stay_in_the_model(tmp_path: Path, method: str) -> None:
 @pytest.mark.parametrize("most", ["", ", most: {value: 4, unit: N m}"])
 def test_gravity_that_the_travel_does_not_tell_widens_the_offset(tmp_path: Path, most: str) -> None:
     """Over two degrees 3 sin x - 2 cos x is a constant, and the axis has no offset."""
-    record = driven_along([(0.014, 9.0), (0.0035, 4.1)], 0.4, lambda x: 3.0 * np.sin(x) - 2.0 * np.cos(x), 0.03)
+    record = driven_along(
+        [(0.014, 9.0), (0.0035, 4.1)], 0.4, lambda x: 3.0 * np.sin(x) - 2.0 * np.cos(x), 0.03
+    )
     result, target = identified(tmp_path, record, f"{{terms: [offset, gravity]{most}}}", FINE)
     assert result.code == 0, result.stderr
     assert "move further" in result.stdout
@@ -124,31 +174,53 @@ def test_gravity_that_the_travel_does_not_tell_widens_the_offset(tmp_path: Path,
     assert low <= 0.0 <= high
     assert high - low > 2.0
     if most:
-        assert high - low < 10.0  # a load of at most 4 N m moves an offset by 4 N m, and a little more by what it takes for a spring
+        assert (
+            high - low < 10.0
+        )  # a load of at most 4 N m moves an offset by 4 N m, and a little more by what it takes for a spring
     for name, truth in (("inertia", INERTIA), ("viscous", VISCOUS), ("coulomb", COULOMB)):
         low, high = getattr(model.parameters, name).interval
         assert low <= truth <= high, name
 
 
 @pytest.mark.parametrize("method", ["auto", "output-error"])
-def test_a_spring_that_one_sine_does_not_tell_from_the_inertia_holds_the_range_of_the_bench(tmp_path: Path, method: str) -> None:
-    """Along a sine the position is the acceleration times a constant: only the inertia of the bench tells the stiffness."""
+def test_a_spring_that_one_sine_does_not_tell_from_the_inertia_holds_the_range_of_the_bench(
+    tmp_path: Path, method: str
+) -> None:
+    """Along a sine the position is the acceleration times a constant: only the inertia of the bench
+    tells the stiffness."""
     omega = np.pi
     record = driven_along([(0.4, omega)], 0.0, lambda x: 20.0 * x, 0.3)
-    result, target = identified(tmp_path, record, "{terms: [offset, spring]}", COUNT, "--method", method)
+    result, target = identified(
+        tmp_path, record, "{terms: [offset, spring]}", COUNT, "--method", method
+    )
     assert result.code == 0, result.stderr
-    assert "the loads over the position are fitted beside the bench's inertia" in " ".join(result.stdout.split())
+    assert "the loads over the position are fitted beside the bench's inertia" in " ".join(
+        result.stdout.split()
+    )
     stiffness = laws_of(target).stiffness
     assert stiffness is not None
     low, high = stiffness.interval
     assert low <= 20.0 <= high
-    assert high - low == pytest.approx(2.0 * 2.0 * omega**2, rel=0.1)  # the bench knows the inertia to +-2 kg m^2
+    assert high - low == pytest.approx(
+        2.0 * 2.0 * omega**2, rel=0.1
+    )  # the bench knows the inertia to +-2 kg m^2
     assert load_document(target, Model).parameters.inertia.source == "bench"
 
 
-@pytest.mark.parametrize("options", [("power-balance", "--time-constant", "0.01"), ("weak",), ("recursive",)])
-def test_a_method_that_does_not_know_a_declared_load_is_refused(tmp_path: Path, options: tuple[str, ...]) -> None:
-    result, target = identified(tmp_path, axis_with_small_loads(0).record, "{terms: [offset, spring]}", COUNT, "--method", *options)
+@pytest.mark.parametrize(
+    "options", [("power-balance", "--time-constant", "0.01"), ("weak",), ("recursive",)]
+)
+def test_a_method_that_does_not_know_a_declared_load_is_refused(
+    tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    result, target = identified(
+        tmp_path,
+        axis_with_small_loads(0).record,
+        "{terms: [offset, spring]}",
+        COUNT,
+        "--method",
+        *options,
+    )
     assert result.code == 1
     assert "does not know load.terms of the bench, offset, spring" in result.stdout + result.stderr
     assert not target.exists()

@@ -1,4 +1,5 @@
-"""Tests that `excite` writes: within every limit of the bench, what theory says of them, and what the ramps give when they are played."""
+"""Tests that `excite` writes: within every limit of the bench, what theory says of them, and what
+the ramps give when they are played."""
 
 from __future__ import annotations
 
@@ -14,19 +15,19 @@ from hypothesis import strategies as st
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.engine.axis import advance
+from frictool.engine.axis_motion import advance
 from frictool.errors import NoSolutionError
 from frictool.identify.breakaway.breakaway import breakaway, is_ramp
+from frictool.identify.excite.bench_limits import BenchLimits, axis_known, limits_of, sensing_of
+from frictool.identify.excite.cramer_rao import cramer_rao
+from frictool.identify.excite.excitation_kinds import MAKERS, ExcitationSettings, excite
+from frictool.identify.excite.excitation_sequence import ExcitationSequence
 from frictool.identify.excite.half_sines import TOP_SHARE, reachable_speed
-from frictool.identify.excite.information import cramer_rao
-from frictool.identify.excite.kinds import MAKERS, Settings, excite
-from frictool.identify.excite.limits import Limits, axis_known, limits_of, sensing_of
 from frictool.identify.excite.multisine import crest, low_crest, schroeder
-from frictool.identify.excite.sequence import Sequence
 from frictool.identify.excite.sine import best_stroke, condition
 from frictool.identify.excite.sines import plan
-from frictool.identify.outcome import Interval
-from frictool.identify.record import Record, make_record
+from frictool.identify.fit_result import Interval
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.logs.reading import read_log
 from frictool.plant.axis import rest
 from sample_logs.make import NOISE, TRUTH
@@ -38,7 +39,9 @@ REFERENCES = ("sine", "sines", "steps", "multisine")
 
 @given(st.floats(1e-2, 1e3))
 def test_condition_is_the_ratio_of_eigenvalues(speed: float) -> None:
-    values = np.linalg.eigvalsh([[0.5 * speed**2, 2.0 * speed / math.pi], [2.0 * speed / math.pi, 1.0]])  # (4.29) over k
+    values = np.linalg.eigvalsh(
+        [[0.5 * speed**2, 2.0 * speed / math.pi], [2.0 * speed / math.pi, 1.0]]
+    )  # (4.29) over k
     assert condition(speed) == pytest.approx(values[1] / values[0], rel=1e-6)
     assert condition(speed) >= condition(math.sqrt(2.0)) - 1e-9
     assert round(condition(math.sqrt(2.0))) == 19
@@ -46,29 +49,48 @@ def test_condition_is_the_ratio_of_eigenvalues(speed: float) -> None:
 
 
 @given(st.floats(0.01, 10.0), st.floats(0.01, 10.0), st.floats(0.0, 10.0), st.floats(0.0, 0.8))
-def test_reachable_speed_takes_all_of_the_effort_or_of_the_speed(distance: float, inertia: float, viscous: float, coulomb: float) -> None:
-    limits = Limits("linear", 0.0, distance, 3.0, 1.0, inertia, viscous, coulomb, 0.0, "current", 1.0)
+def test_reachable_speed_takes_all_of_the_effort_or_of_the_speed(
+    distance: float, inertia: float, viscous: float, coulomb: float
+) -> None:
+    limits = BenchLimits(
+        "linear", 0.0, distance, 3.0, 1.0, inertia, viscous, coulomb, 0.0, "current", 1.0
+    )
     speed = reachable_speed(limits, distance)
     angle = np.linspace(0.0, math.pi, 20_001)
-    needed = inertia * 2.0 * speed**2 / distance * np.cos(angle) + viscous * speed * np.sin(angle) + coulomb
+    needed = (
+        inertia * 2.0 * speed**2 / distance * np.cos(angle)
+        + viscous * speed * np.sin(angle)
+        + coulomb
+    )
     assert needed.max() <= TOP_SHARE * limits.effort * (1.0 + 1e-9)
-    assert speed == pytest.approx(TOP_SHARE * limits.speed) or needed.max() == pytest.approx(TOP_SHARE * limits.effort, rel=1e-6)
+    assert speed == pytest.approx(TOP_SHARE * limits.speed) or needed.max() == pytest.approx(
+        TOP_SHARE * limits.effort, rel=1e-6
+    )
 
 
 @settings(max_examples=15)
 @given(st.integers(3, 40))  # the phase of two is a shift in time
 def test_swapping_lowers_the_crest_factor_of_schroeders_phases(harmonics: int) -> None:
     phases = low_crest(harmonics)
-    assert math.sqrt(2.0) - 0.1 < crest(phases) <= crest(schroeder(harmonics)) < crest(np.zeros(harmonics))
+    assert (
+        math.sqrt(2.0) - 0.1
+        < crest(phases)
+        <= crest(schroeder(harmonics))
+        < crest(np.zeros(harmonics))
+    )
 
 
-def within(sequence: Sequence, limits: Limits) -> None:
-    """Asserts that a reference keeps all limits and that its columns are derivatives of each other."""
+def within(sequence: ExcitationSequence, limits: BenchLimits) -> None:
+    """Asserts that a reference keeps all limits and that its columns are derivatives of each
+    other."""
     x, v, a = sequence.columns.values()
     assert limits.low - 1e-9 <= x.min()
     assert x.max() <= limits.high + 1e-9
     assert np.abs(v).max() <= limits.speed
-    assert np.abs(limits.inertia * a + limits.viscous * v + np.sign(v) * limits.coulomb).max() <= limits.effort
+    assert (
+        np.abs(limits.inertia * a + limits.viscous * v + np.sign(v) * limits.coulomb).max()
+        <= limits.effort
+    )
     step = sequence.period
     assert np.abs((x[2:] - x[:-2]) / (2.0 * step) - v[1:-1]).max() <= 1.01 * step * np.abs(a).max()
     assert abs(v[0]) <= step * np.abs(a).max()  # at rest to a sample
@@ -77,7 +99,11 @@ def within(sequence: Sequence, limits: Limits) -> None:
 @settings(max_examples=10)
 @given(st.floats(0.2, 5.0), st.floats(0.02, 2.0), st.floats(0.0, 0.8), st.integers(0, 5))
 def test_references_keep_the_limits_of_any_bench(
-    tmp_path_factory: pytest.TempPathFactory, inertia: float, travel: float, friction: float, seed: int
+    tmp_path_factory: pytest.TempPathFactory,
+    inertia: float,
+    travel: float,
+    friction: float,
+    seed: int,
 ) -> None:
     path = tmp_path_factory.mktemp("bench") / "bench.yaml"
     path.write_text(
@@ -89,23 +115,32 @@ def test_references_keep_the_limits_of_any_bench(
     )
     bench = load(path, Bench)
     for kind in REFERENCES:
-        within(excite(kind, bench, Settings(seed=seed) if kind == "sines" else Settings()), limits_of(bench))
+        within(
+            excite(
+                kind,
+                bench,
+                ExcitationSettings(seed=seed) if kind == "sines" else ExcitationSettings(),
+            ),
+            limits_of(bench),
+        )
 
 
 @pytest.mark.parametrize("kind", REFERENCES)
 def test_references_of_the_rigs(kind: str, tmp_path: Path) -> None:
     for bench in (clutch(), load(EMPS, Bench), mass_bench(tmp_path)):
-        within(excite(kind, bench, Settings()), limits_of(bench))
+        within(excite(kind, bench, ExcitationSettings()), limits_of(bench))
 
 
 def test_sine_has_what_is_asked_for() -> None:
     bench = clutch()
-    found = excite("sine", bench, Settings(frequency=2.0, speed=200.0, repetitions=3))
+    found = excite("sine", bench, ExcitationSettings(frequency=2.0, speed=200.0, repetitions=3))
     assert found.figures["frequency_hz"] == pytest.approx(2.0)
     assert found.figures["top_speed"] == pytest.approx(200.0, rel=0.01)
     assert found.duration == pytest.approx(1.5, abs=0.01)
     assert np.ptp(found.columns["reference"]) == pytest.approx(200.0 / (2.0 * math.pi), rel=1e-9)
-    assert excite("sine", bench, Settings(amplitude=10.0, frequency=1.0)).figures["top_speed"] == pytest.approx(20.0 * math.pi, rel=0.01)
+    assert excite("sine", bench, ExcitationSettings(amplitude=10.0, frequency=1.0)).figures[
+        "top_speed"
+    ] == pytest.approx(20.0 * math.pi, rel=0.01)
 
 
 def test_the_best_sine_is_the_best() -> None:
@@ -116,14 +151,20 @@ def test_the_best_sine_is_the_best() -> None:
 
     def worst(distance: float) -> float:
         other = replace(best, speed=reachable_speed(limits, distance), distance=distance)
-        return float(max(cramer_rao([replace(other, times=5.0 / other.duration)], axis, sensing)[:3] / values))
+        return float(
+            max(
+                cramer_rao([replace(other, times=5.0 / other.duration)], axis, sensing)[:3] / values
+            )
+        )
 
-    assert worst(best.distance) <= min(worst(distance) for distance in (8.0, 15.0, 30.0, 50.0)) * 1.001
+    assert (
+        worst(best.distance) <= min(worst(distance) for distance in (8.0, 15.0, 30.0, 50.0)) * 1.001
+    )
 
 
 def test_sines_turn_at_other_places_each_time_and_are_what_the_plan_says() -> None:
     bench = clutch()
-    one, two = (excite("sines", bench, Settings(seed=seed)) for seed in (0, 1))
+    one, two = (excite("sines", bench, ExcitationSettings(seed=seed)) for seed in (0, 1))
     assert not np.array_equal(one.columns["reference"][:500], two.columns["reference"][:500])
     x, v, _ = one.columns.values()
     turns = x[np.flatnonzero(np.diff(np.sign(v)))]
@@ -132,8 +173,9 @@ def test_sines_turn_at_other_places_each_time_and_are_what_the_plan_says() -> No
     assert one.duration == pytest.approx(planned, rel=0.03)
 
 
-def play(sequence: Sequence, bench: Bench) -> Record:
-    """What the clutch of the sample logs makes of breakaway ramps that are played by their rules."""
+def play(sequence: ExcitationSequence, bench: Bench) -> MotionRecord:
+    """What the clutch of the sample logs makes of breakaway ramps that are played by their
+    rules."""
     p, step = TRUTH.as_array(), TRUTH.encoder_step
     command, segment = sequence.columns.values()
     advance_on, limits = sequence.figures["advance_on"], limits_of(bench)
@@ -153,12 +195,19 @@ def play(sequence: Sequence, bench: Bench) -> Record:
         else:
             k += 1
     current = np.array(drive) + NOISE * np.random.default_rng(3).standard_normal(len(drive))
-    return make_record("ramps", np.arange(len(drive)) * sequence.period, np.array(position), TRUTH.constant * current, step, TRUTH.lag)
+    return make_record(
+        "ramps",
+        np.arange(len(drive)) * sequence.period,
+        np.array(position),
+        TRUTH.constant * current,
+        step,
+        TRUTH.lag,
+    )
 
 
 def test_ramps_played_by_their_rules_give_the_breakaway() -> None:
     bench = clutch()
-    sequence = excite("breakaway", bench, Settings())
+    sequence = excite("breakaway", bench, ExcitationSettings())
     assert sequence.columns["current"].max() <= bench.actuator.limit.value
     assert {-1.0, 1.0} <= set(sequence.columns["segment"])
     log = play(sequence, bench)
@@ -167,8 +216,14 @@ def test_ramps_played_by_their_rules_give_the_breakaway() -> None:
     assert high < log.position.max() < 63.0
     assert is_ramp(log, bench)
     nominal = bench.mechanics
-    axis = {name: Interval(getattr(nominal, name).value, *getattr(nominal, name).interval) for name in ("inertia", "viscous")}
-    axis |= {"coulomb": Interval(TRUTH.coulomb, TRUTH.coulomb, TRUTH.coulomb), "offset": Interval(0.0, 0.0, 0.0)}
+    axis = {
+        name: Interval(getattr(nominal, name).value, *getattr(nominal, name).interval)
+        for name in ("inertia", "viscous")
+    }
+    axis |= {
+        "coulomb": Interval(TRUTH.coulomb, TRUTH.coulomb, TRUTH.coulomb),
+        "offset": Interval(0.0, 0.0, 0.0),
+    }
     found = breakaway([log], bench, axis, 0.95)
     assert found.onsets > 40
     assert found.interval.low <= TRUTH.breakaway <= found.interval.high
@@ -178,18 +233,32 @@ def test_ramps_played_by_their_rules_give_the_breakaway() -> None:
 @pytest.mark.parametrize(
     ("kind", "options", "words"),
     [
-        ("sine", Settings(amplitude=40.0), ("travel", "3.15 to 59.85")),
-        ("sine", Settings(speed=500.0), ("speed", "400")),
-        ("sine", Settings(frequency=30.0, speed=300.0), ("acceleration", "allowed (actuator.limit): 50")),
-        ("multisine", Settings(amplitude=20.0, frequency=30.0), ("speed", "400")),
-        ("steps", Settings(amplitude=40.0), ("travel", "59.85")),
-        ("breakaway", Settings(amplitude=60.0), ("current", "50 (actuator.limit)")),
-        ("breakaway", Settings(amplitude=1.0), ("current", "the most that the breakaway may need")),
-        ("breakaway", Settings(open_loop=True), ("travel: the lightest axis", "without --open-loop")),
-        ("sines", Settings(duration=1e6), ("duration", "samples")),
+        ("sine", ExcitationSettings(amplitude=40.0), ("travel", "3.15 to 59.85")),
+        ("sine", ExcitationSettings(speed=500.0), ("speed", "400")),
+        (
+            "sine",
+            ExcitationSettings(frequency=30.0, speed=300.0),
+            ("acceleration", "allowed (actuator.limit): 50"),
+        ),
+        ("multisine", ExcitationSettings(amplitude=20.0, frequency=30.0), ("speed", "400")),
+        ("steps", ExcitationSettings(amplitude=40.0), ("travel", "59.85")),
+        ("breakaway", ExcitationSettings(amplitude=60.0), ("current", "50 (actuator.limit)")),
+        (
+            "breakaway",
+            ExcitationSettings(amplitude=1.0),
+            ("current", "the most that the breakaway may need"),
+        ),
+        (
+            "breakaway",
+            ExcitationSettings(open_loop=True),
+            ("travel: the lightest axis", "without --open-loop"),
+        ),
+        ("sines", ExcitationSettings(duration=1e6), ("duration", "samples")),
     ],
 )
-def test_refusals_name_the_binding_limit(kind: str, options: Settings, words: tuple[str, ...]) -> None:
+def test_refusals_name_the_binding_limit(
+    kind: str, options: ExcitationSettings, words: tuple[str, ...]
+) -> None:
     with pytest.raises(NoSolutionError) as caught:
         excite(kind, clutch(), options)
     for word in words:
@@ -199,14 +268,23 @@ def test_refusals_name_the_binding_limit(kind: str, options: Settings, words: tu
 @pytest.mark.parametrize("kind", list(MAKERS))
 def test_csv_and_mcap_hold_the_same_and_twice_the_same_bytes(kind: str, tmp_path: Path) -> None:
     table, log, plot = tmp_path / "test.csv", tmp_path / "test.mcap", tmp_path / "test.svg"
-    line = ("excite", "--bench", EMPS, "--kind", kind, *(("--rate", "4") if kind == "breakaway" else ()))
+    line = (
+        "excite",
+        "--bench",
+        EMPS,
+        "--kind",
+        kind,
+        *(("--rate", "4") if kind == "breakaway" else ()),
+    )
     result = run(*line, "-o", table, "--plot", plot, "--json")
     assert result.code == 0, result.stderr
     assert run(*line, "-o", log).code == 0
     found, facts = read_log(log, None).main, json.loads(result.stdout)
     header, *_ = table.read_text().split("\n", 1)
     columns = np.loadtxt(table, delimiter=",", skiprows=1, unpack=True)
-    assert header == ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in facts["columns"].items())])
+    assert header == ",".join(
+        ["time [s]", *(f"{name} [{unit}]" for name, unit in facts["columns"].items())]
+    )
     assert np.array_equal(columns[1:], np.array(list(found.signals.values())))
     assert columns[0] == pytest.approx(found.time, abs=1e-9)
     assert plot.read_text().startswith("<svg")
@@ -219,10 +297,15 @@ def test_the_command_line(tmp_path: Path) -> None:
     line = ("excite", "--bench", CLUTCH, "--kind", "sine")
     assert run(*line, "-o", tmp_path / "a.txt").code == 2
     assert "belongs to --kind breakaway" in run(*line, "--rate", "3", "-o", "-").stderr
-    assert "at most two" in run(*line, "--speed", "3", "--amplitude", "1", "--frequency", "1", "-o", "-").stderr
+    assert (
+        "at most two"
+        in run(*line, "--speed", "3", "--amplitude", "1", "--frequency", "1", "-o", "-").stderr
+    )
     piped = run(*line, "-o", "-")
     assert piped.stdout.startswith("time [s],reference [rad]")
     assert "to play it" in piped.stderr
     refused(run(*line, "--amplitude", "40", "-o", tmp_path / "x.csv"), 4, "travel")
     assert not (tmp_path / "x.csv").exists()
-    assert run("excite", "--help").stdout.index("Example:") < run("excite", "--help").stdout.index("Options:")
+    assert run("excite", "--help").stdout.index("Example:") < run("excite", "--help").stdout.index(
+        "Options:"
+    )

@@ -1,4 +1,5 @@
-"""One force error for every method: it depends on the log and the model's values alone, and grows as they go wrong."""
+"""One force error for every method: it depends on the log and the model's values alone, and grows
+as they go wrong."""
 
 from __future__ import annotations
 
@@ -15,12 +16,12 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
-from frictool.engine.replay import FREE, replay, replayed
+from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.identify.force_error import MOST_SAMPLES, force_error, friction_in_slip, motion_rows
 from frictool.plant.axis import rest
-from frictool.plant.axis_laws import Laws as AxisLaws
-from frictool.plant.axis_laws import Levels
-from frictool.plant.axis_laws import Regime as AxisRegime
+from frictool.plant.axis_friction_laws import AxisFrictionLevels
+from frictool.plant.axis_friction_laws import AxisLaws as AxisLaws
+from frictool.plant.axis_friction_laws import ViscousRegime as AxisRegime
 from sample_logs.make import TRUTH, sines
 from tests.cli.run import run
 from tests.identify.benches import CLUTCH, ROOT, clutch, record
@@ -56,7 +57,8 @@ def test_identify_the_model_and_validate_give_one_figure(tmp_path: Path, method:
 
 
 def test_stroke_means_and_single_samples_give_one_figure_for_one_model(tmp_path: Path) -> None:
-    """Sines and least squares find the same friction here, and sines the inertia of the bench: their figures agree."""
+    """Sines and least squares find the same friction here, and sines the inertia of the bench:
+    their figures agree."""
     (one, _), (other, _) = identified(tmp_path, "sines"), identified(tmp_path, "least-squares")
     assert one == pytest.approx(other, rel=0.05)
 
@@ -67,11 +69,20 @@ def test_an_inertia_that_is_off_by_a_half_shows(tmp_path: Path) -> None:
     model = load(path, Model)
     inertia = model.parameters.inertia
     wrong = msgspec.structs.replace(inertia, value=1.5 * inertia.value, high=2.0 * inertia.value)
-    changed = msgspec.structs.replace(model, parameters=msgspec.structs.replace(model.parameters, inertia=wrong))
+    changed = msgspec.structs.replace(
+        model, parameters=msgspec.structs.replace(model.parameters, inertia=wrong)
+    )
     target = tmp_path / "wrong.yaml"
     target.write_text(to_yaml(changed))
     rows = motion_rows([record(sines(1))], clutch())
-    share = 0.5 * TRUTH.inertia * np.sqrt(sum(np.sum(one.acceleration**2) for one in rows) / sum(np.sum(one.effort**2) for one in rows))
+    share = (
+        0.5
+        * TRUTH.inertia
+        * np.sqrt(
+            sum(np.sum(one.acceleration**2) for one in rows)
+            / sum(np.sum(one.effort**2) for one in rows)
+        )
+    )
     assert validated(target) == pytest.approx(share, rel=0.1)
     assert validated(target) > 3.0 * printed
 
@@ -79,13 +90,17 @@ def test_an_inertia_that_is_off_by_a_half_shows(tmp_path: Path) -> None:
 @pytest.mark.parametrize("noise", [0.0, 1.0])
 def test_the_truth_leaves_what_noise_leaves_in_the_band_of_the_motion(noise: float) -> None:
     log = driven(plain())
-    log = replace(log, effort=log.effort + noise * np.random.default_rng(1).standard_normal(log.effort.size))
+    log = replace(
+        log, effort=log.effort + noise * np.random.default_rng(1).standard_normal(log.effort.size)
+    )
     (rows,) = motion_rows([log], linear_bench())
     found = force_error([rows], SLIDING, None)
     size = float(np.sqrt(np.mean(rows.effort**2)))
     assert found is not None
     assert found * size < 0.1 + noise  # the drive of `driven` is known to 0.1 N
-    assert force_error([rows], {**SLIDING, "offset": 0.5 + 0.2 * size}, None) == pytest.approx(0.2, abs=0.02 + 2.0 * found)
+    assert force_error([rows], {**SLIDING, "offset": 0.5 + 0.2 * size}, None) == pytest.approx(
+        0.2, abs=0.02 + 2.0 * found
+    )
 
 
 def known(value: float, unit: str) -> Estimate:
@@ -93,12 +108,24 @@ def known(value: float, unit: str) -> Estimate:
 
 
 def test_every_law_of_slip_is_the_engines() -> None:
-    """Direction, a knee and a spring, simulated by the engine: the model that has them explains the effort, and the plain one does not."""
-    axis = plain(laws=AxisLaws(backward=Levels(16.0, 9.0, 9.0), regimes=(AxisRegime(0.3, 20.0, 30.0),)))
+    """Direction, a knee and a spring, simulated by the engine: the model that has them explains the
+    effort, and the plain one does not."""
+    axis = plain(
+        laws=AxisLaws(
+            backward=AxisFrictionLevels(16.0, 9.0, 9.0), regimes=(AxisRegime(0.3, 20.0, 30.0),)
+        )
+    )
     draw, time = np.random.default_rng(3), np.arange(12_000) * PERIOD
-    effort = 18.0 * np.sin(2.0 * np.pi * 0.9 * time) + 9.0 * np.sin(2.0 * np.pi * 0.37 * time + draw.uniform(0.0, 6.0))
+    effort = 18.0 * np.sin(2.0 * np.pi * 0.9 * time) + 9.0 * np.sin(
+        2.0 * np.pi * 0.37 * time + draw.uniform(0.0, 6.0)
+    )
     x, v = np.empty(time.size), np.empty(time.size)
-    assert replay(replayed(axis), np.array([20.0]), rest(), effort, effort, FREE, PERIOD, x, v) == 0
+    assert (
+        replay(
+            replay_parameters(axis), np.array([20.0]), rest(), effort, effort, FREE, PERIOD, x, v
+        )
+        == 0
+    )
     log = replace(driven(plain()), time=time, position=x, effort=effort)
     laws = Laws(
         backward=Backward(known(16.0, "N s/m"), known(9.0, "N")),

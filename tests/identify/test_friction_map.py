@@ -1,4 +1,5 @@
-"""The friction map of figure 4.13 from logs of the thesis's non-linear clutch (tables 4.5 to 4.8): what was put in comes out."""
+"""The friction map of figure 4.13 from logs of the thesis's non-linear clutch (tables 4.5 to 4.8):
+what was put in comes out."""
 
 from __future__ import annotations
 
@@ -10,30 +11,40 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.identify.identification import Identification, identify
-from frictool.identify.methods import Settings
-from frictool.identify.model import model_of
-from frictool.identify.record import Record
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.model_document import model_of
+from frictool.identify.motion_record import MotionRecord
 from frictool.plant.axis_model import axis_of
 from sample_logs.make import ramp, sines
 from tests.identify.benches import ROOT, clutch, record
 from tests.identify.curve_logs import nonlinear_clutch
 
 BETA, KNEE = 1.1, 260.0
-TABLE_4_7 = {1.0: [0.0794, 0.0077, -2.7773e-4, 2.8731e-6], -1.0: [0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7]}
+TABLE_4_7 = {
+    1.0: [0.0794, 0.0077, -2.7773e-4, 2.8731e-6],
+    -1.0: [0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7],
+}
 
 
 @pytest.fixture(scope="module")
 def result() -> Identification:
     truth = nonlinear_clutch()
-    logs = [record(make(1, truth), truth, name) for name, make in (("sines", sines), ("ramp", ramp))]
-    return identify(logs, [], clutch(), "sines", Settings())
+    logs = [
+        record(make(1, truth), truth, name) for name, make in (("sines", sines), ("ramp", ramp))
+    ]
+    return identify(logs, [], clutch(), "sines", IdentificationSettings())
 
 
 def test_breakaway_of_table_4_7_over_the_travel(result: Identification) -> None:
     law = result.ramp.by_position
     assert not law.common
-    assert [len(side) for side in law.powers] == [4, 5]  # a cubic forward, a quartic backward (4.44)
-    for side, powers, level in zip((1.0, -1.0), law.powers, (law.forward, law.backward), strict=True):
+    assert [len(side) for side in law.powers] == [
+        4,
+        5,
+    ]  # a cubic forward, a quartic backward (4.44)
+    for side, powers, level in zip(
+        (1.0, -1.0), law.powers, (law.forward, law.backward), strict=True
+    ):
         places = np.linspace(law.low, law.high, 201)
         true = np.polynomial.polynomial.polyval(places, np.array(TABLE_4_7[side]))
         found = np.polynomial.polynomial.polyval(places, np.array(powers))
@@ -45,7 +56,9 @@ def test_breakaway_of_table_4_7_over_the_travel(result: Identification) -> None:
         for one, term in zip(unsure, TABLE_4_7[side], strict=True)
     ]
     assert sum(hits) >= 7  # of nine at 95 %; fewer once in a hundred
-    assert result.laws.position.coulomb.backward_interval == tuple((one.low, one.high) for one in law.unsure[1])
+    assert result.laws.position.coulomb.backward_interval == tuple(
+        (one.low, one.high) for one in law.unsure[1]
+    )
 
 
 def test_slip_knee_and_beta(result: Identification) -> None:
@@ -57,20 +70,25 @@ def test_slip_knee_and_beta(result: Identification) -> None:
     assert result.fit.details["beta"] == pytest.approx(BETA, rel=0.01)
     for level, side in ((result.identified["coulomb"], 1.0), (laws.backward.coulomb, -1.0)):
         places = np.linspace(laws.position.over.low, laws.position.over.high, 2001)
-        assert level.low <= np.mean(np.polynomial.polynomial.polyval(places, np.array(TABLE_4_7[side]))) / BETA <= level.high
+        assert (
+            level.low
+            <= np.mean(np.polynomial.polynomial.polyval(places, np.array(TABLE_4_7[side]))) / BETA
+            <= level.high
+        )
     assert "half of their difference and an offset are one number" in result.refused["offset"]
 
 
 def test_an_inertia_that_was_fitted_to_a_constant_friction_is_refused() -> None:
-    """Its interval was [2.2e-5, 2.8e-5] here: along a stroke, what friction does over the position passes for inertia."""
-    found = identify(_fine_logs(), [], clutch(), "least-squares", Settings())
+    """Its interval was [2.2e-5, 2.8e-5] here: along a stroke, what friction does over the position
+    passes for inertia."""
+    found = identify(_fine_logs(), [], clutch(), "least-squares", IdentificationSettings())
     assert found.laws is not None
     assert "inertia" not in found.identified
     assert "friction varies with the position" in found.refused["inertia"]
 
 
 def test_auto_gives_the_inertia_by_the_weak_form_with_friction_over_the_position() -> None:
-    found = identify(_fine_logs(), [], clutch(), "auto", Settings())
+    found = identify(_fine_logs(), [], clutch(), "auto", IdentificationSettings())
     inertia = found.identified["inertia"]
     assert inertia.low <= nonlinear_clutch().inertia <= inertia.high
     assert inertia.half_width < 0.01 * inertia.value
@@ -78,7 +96,7 @@ def test_auto_gives_the_inertia_by_the_weak_form_with_friction_over_the_position
     assert "inertia by weak: friction has columns of its own over the position" in found.fit.why
 
 
-def _fine_logs() -> list[Record]:
+def _fine_logs() -> list[MotionRecord]:
     fine = nonlinear_clutch()._replace(encoder_step=2.0 * np.pi / 4096.0)
     return [record(make(0, fine), fine, name) for name, make in (("sines", sines), ("ramp", ramp))]
 
@@ -98,11 +116,15 @@ def test_the_model_can_be_simulated(result: Identification, tmp_path) -> None:
 
 def test_ramps_alone_give_the_breakaway_over_position() -> None:
     truth = nonlinear_clutch()
-    found = identify([record(ramp(2, truth), truth, "ramp")], [], clutch(), "sines", Settings())
+    found = identify(
+        [record(ramp(2, truth), truth, "ramp")], [], clutch(), "sines", IdentificationSettings()
+    )
     assert set(found.identified) == {"breakaway"}
     assert found.laws.position is not None
     assert found.laws.regimes == ()
 
 
 def test_the_published_model_is_what_was_simulated() -> None:
-    assert load(ROOT / "configs" / "clutch" / "nonlinear.yaml", Model).laws.position.coulomb.forward == tuple(TABLE_4_7[1.0])
+    assert load(
+        ROOT / "configs" / "clutch" / "nonlinear.yaml", Model
+    ).laws.position.coulomb.forward == tuple(TABLE_4_7[1.0])

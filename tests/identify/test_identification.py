@@ -1,4 +1,5 @@
-"""From logs to a model: what is refused and why, what the model carries instead, and intervals that cover."""
+"""From logs to a model: what is refused and why, what the model carries instead, and intervals that
+cover."""
 
 from __future__ import annotations
 
@@ -12,11 +13,16 @@ import pytest
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
-from frictool.identify.identification import Identification, NothingIdentified, identify, why_uninformative
-from frictool.identify.methods import DEFAULT, METHODS, Settings
-from frictool.identify.model import model_of
-from frictool.identify.outcome import PARAMETERS, SLIDING, Interval
-from frictool.identify.record import Record, make_record, record_of
+from frictool.identify.fit_result import PARAMETERS, SLIDING, Interval
+from frictool.identify.identification import (
+    Identification,
+    NothingIdentified,
+    identify,
+    why_uninformative,
+)
+from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
+from frictool.identify.model_document import model_of
+from frictool.identify.motion_record import MotionRecord, make_record, record_of
 from frictool.logs.log import Log, Stream
 from sample_logs.make import TRUTH, ramp, sines
 from tests.accept.check_identify import covered, experiment
@@ -24,12 +30,20 @@ from tests.identify.benches import clutch, record
 
 
 def test_differentiation_gives_all_but_inertia() -> None:
-    result = identify([record(sines(1), name="a"), record(ramp(1), name="b")], [], clutch(), "least-squares", Settings())
+    result = identify(
+        [record(sines(1), name="a"), record(ramp(1), name="b")],
+        [],
+        clutch(),
+        "least-squares",
+        IdentificationSettings(),
+    )
     assert result.kinds == {"a": "sliding", "b": "ramp"}
     assert list(result.identified) == ["viscous", "coulomb", "offset", "breakaway"]
     assert set(result.refused) == {"inertia"}
     model = model_of(result, clutch(), Provenance("test", "0"))
-    assert model.parameters.inertia == msgspec.structs.replace(model.parameters.inertia, value=1.32e-5, low=1.11e-5, high=1.53e-5)
+    assert model.parameters.inertia == msgspec.structs.replace(
+        model.parameters.inertia, value=1.32e-5, low=1.11e-5, high=1.53e-5
+    )
     assert model.parameters.inertia.source == "bench"
     assert model.parameters.breakaway.source == "identified"
     assert model.not_identified == result.refused
@@ -37,7 +51,7 @@ def test_differentiation_gives_all_but_inertia() -> None:
 
 
 def test_without_a_ramp_the_breakaway_is_what_coulomb_lets_expect() -> None:
-    result = identify([record(sines(1))], [], clutch(), DEFAULT, Settings())
+    result = identify([record(sines(1))], [], clutch(), DEFAULT, IdentificationSettings())
     assert "no log of breakaway ramps" in result.refused["breakaway"]
     model = model_of(result, clutch(), Provenance("test", "0"))
     coulomb, breakaway = model.parameters.coulomb, model.parameters.breakaway
@@ -47,78 +61,120 @@ def test_without_a_ramp_the_breakaway_is_what_coulomb_lets_expect() -> None:
 
 
 def test_a_ramp_alone_gives_the_breakaway_alone() -> None:
-    result = identify([], [record(ramp(1))], clutch(), DEFAULT, Settings())
+    result = identify([], [record(ramp(1))], clutch(), DEFAULT, IdentificationSettings())
     assert list(result.identified) == ["breakaway"]
-    assert result.identified["breakaway"].low < TRUTH.breakaway < result.identified["breakaway"].high
+    assert (
+        result.identified["breakaway"].low < TRUTH.breakaway < result.identified["breakaway"].high
+    )
     model = model_of(result, clutch(), Provenance("test", "0"))
     sources = {name: getattr(model.parameters, name).source for name in PARAMETERS}
-    assert sources == {"inertia": "bench", "viscous": "bench", "coulomb": "bench", "offset": "assumed", "breakaway": "identified"}
-    assert (model.parameters.offset.value, model.parameters.offset.low, model.parameters.offset.high) == (0.0, None, None)
+    assert sources == {
+        "inertia": "bench",
+        "viscous": "bench",
+        "coulomb": "bench",
+        "offset": "assumed",
+        "breakaway": "identified",
+    }
+    assert (
+        model.parameters.offset.value,
+        model.parameters.offset.low,
+        model.parameters.offset.high,
+    ) == (0.0, None, None)
 
 
 def test_a_ramp_in_one_direction_needs_an_offset_that_someone_knows() -> None:
     log = record(ramp(1))
     first = int(np.argmax(log.position))
-    one_way = replace(log, **{name: getattr(log, name)[:first] for name in ("time", "position", "effort", "piece")})
+    one_way = replace(
+        log,
+        **{name: getattr(log, name)[:first] for name in ("time", "position", "effort", "piece")},
+    )
     with pytest.raises(NothingIdentified, match="in one direction only, which an offset shifts"):
-        identify([], [one_way], clutch(), DEFAULT, Settings())
-    both = identify([record(sines(1))], [one_way], clutch(), DEFAULT, Settings())
+        identify([], [one_way], clutch(), DEFAULT, IdentificationSettings())
+    both = identify([record(sines(1))], [one_way], clutch(), DEFAULT, IdentificationSettings())
     assert both.identified["breakaway"].low <= TRUTH.breakaway <= both.identified["breakaway"].high
 
 
 def test_an_offset_and_a_breakaway_that_the_bench_gives_are_the_benchs() -> None:
-    known = {"offset": Quantity(0.01, -0.02, 0.03, "N m"), "breakaway": Quantity(0.12, 0.1, 0.2, "N m")}
+    known = {
+        "offset": Quantity(0.01, -0.02, 0.03, "N m"),
+        "breakaway": Quantity(0.12, 0.1, 0.2, "N m"),
+    }
     bench = clutch()
-    bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, **known))
+    bench = msgspec.structs.replace(
+        bench, mechanics=msgspec.structs.replace(bench.mechanics, **known)
+    )
     nothing = Identification(DEFAULT, 0.95, {}, {}, {}, None, None)
     model = model_of(nothing, bench, Provenance("test", "0"))
     for name, quantity in known.items():
         estimate = getattr(model.parameters, name)
-        assert (estimate.value, estimate.interval, estimate.source) == (quantity.value, quantity.interval, "bench")
+        assert (estimate.value, estimate.interval, estimate.source) == (
+            quantity.value,
+            quantity.interval,
+            "bench",
+        )
 
 
 def test_nothing_usable_is_the_answer_no() -> None:
-    still = make_record("still", np.arange(3000) * 1e-3, np.zeros(3000), np.zeros(3000), TRUTH.encoder_step, 0.003)
+    still = make_record(
+        "still", np.arange(3000) * 1e-3, np.zeros(3000), np.zeros(3000), TRUTH.encoder_step, 0.003
+    )
     with pytest.raises(NothingIdentified, match="no sample slips") as raised:
-        identify([still], [], clutch(), DEFAULT, Settings())
+        identify([still], [], clutch(), DEFAULT, IdentificationSettings())
     assert raised.value.exit_code == 1
     assert raised.value.result.identified == {}
     assert set(raised.value.result.refused) == set(PARAMETERS)
 
 
-def noisy(seed: int) -> Record:
+def noisy(seed: int) -> MotionRecord:
     """Sines whose current is noise of 5 A and nothing else."""
     log = record(sines(seed))
     noise = TRUTH.constant * 5.0 * np.random.default_rng(seed).standard_normal(log.effort.size)
     return replace(log, effort=noise, reference=log.position)
 
 
-OWN_TESTS = {"stribeck-curve", "output-error"}  # one asks for constant speeds first, one simulates for long
+OWN_TESTS = {
+    "stribeck-curve",
+    "output-error",
+}  # one asks for constant speeds first, one simulates for long
 
 
 @pytest.mark.parametrize("method", [name for name in METHODS if name not in OWN_TESTS])
 def test_a_fit_that_explains_nothing_is_refused(method: str) -> None:
     bench = clutch()
-    bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, backlash=None))
+    bench = msgspec.structs.replace(
+        bench, mechanics=msgspec.structs.replace(bench.mechanics, backlash=None)
+    )
     with pytest.raises(NothingIdentified) as raised:
-        identify([noisy(2)], [], bench, method, Settings())
+        identify([noisy(2)], [], bench, method, IdentificationSettings())
     for name in SLIDING:
-        assert "the model does not explain the effort: force error" in raised.value.result.refused[name]
+        assert (
+            "the model does not explain the effort: force error"
+            in raised.value.result.refused[name]
+        )
         assert "(allowed: 50 %)" in raised.value.result.refused[name]
 
 
 def test_a_noisy_current_that_still_explains_is_identified() -> None:
     log = record(sines(2))
     noise = TRUTH.constant * 5.0 * np.random.default_rng(2).standard_normal(log.effort.size)
-    result = identify([replace(log, effort=log.effort + noise)], [], clutch(), DEFAULT, Settings())
+    result = identify(
+        [replace(log, effort=log.effort + noise)], [], clutch(), DEFAULT, IdentificationSettings()
+    )
     assert result.identified["coulomb"].low <= TRUTH.coulomb <= result.identified["coulomb"].high
 
 
 def test_an_interval_outside_the_benchs_is_a_warning() -> None:
     bench = clutch()
-    assert identify([record(sines(1))], [], bench, DEFAULT, Settings()).warnings == ()
+    assert identify([record(sines(1))], [], bench, DEFAULT, IdentificationSettings()).warnings == ()
     known = msgspec.structs.replace(bench.mechanics, coulomb=Quantity(0.2, 0.15, 0.25, "N m"))
-    result = identify([record(sines(1))], [], msgspec.structs.replace(bench, mechanics=known), DEFAULT, Settings())
+    result = identify(
+        [record(sines(1))],
+        [],
+        msgspec.structs.replace(bench, mechanics=known),
+        DEFAULT,
+        IdentificationSettings(),
+    )
     assert "coulomb" in result.identified
     (warning,) = result.warnings
     assert warning.startswith("coulomb: the log's interval [0.09")
@@ -126,22 +182,31 @@ def test_an_interval_outside_the_benchs_is_a_warning() -> None:
 
 
 def test_a_fit_that_leaves_much_of_the_effort_says_so() -> None:
-    """Differences on a coarse encoder (table 4.6): the intervals do not know what the encoder has done to the regressors."""
-    found = identify([record(sines(1))], [], clutch(), "ordinary", Settings(time_constant=1.5e-3))
+    """Differences on a coarse encoder (table 4.6): the intervals do not know what the encoder has
+    done to the regressors."""
+    found = identify(
+        [record(sines(1))], [], clutch(), "ordinary", IdentificationSettings(time_constant=1.5e-3)
+    )
     assert found.fit is not None
     assert 0.2 < found.fit.residual < 0.5
     (warning, other) = found.warnings
-    assert other.startswith("ordinary predicts strokes that were not seen worse than least-squares: the force error is ")
-    assert warning.startswith(f"residual of the method's own equations {100 * found.fit.residual:.3g} %, above 20 %: ")
+    assert other.startswith(
+        "ordinary predicts strokes that were not seen worse than least-squares: the force error is "
+    )
+    assert warning.startswith(
+        f"residual of the method's own equations {100 * found.fit.residual:.3g} %, above 20 %: "
+    )
 
 
 def test_a_log_given_twice_is_refused() -> None:
     one, other = record(sines(1), name="a.csv"), record(sines(2), name="b.csv")
     again = replace(one, name="c.mcap", effort=one.effort * (1.0 + 1e-15))
     for logs, ramps in (([one, other, again], []), ([one], [again])):
-        with pytest.raises(LogError, match=r"c\.mcap: is the same log as a\.csv; give each log once"):
-            identify(logs, ramps, clutch(), DEFAULT, Settings())
-    assert identify([one, other], [], clutch(), DEFAULT, Settings()).fit is not None
+        with pytest.raises(
+            LogError, match=r"c\.mcap: is the same log as a\.csv; give each log once"
+        ):
+            identify(logs, ramps, clutch(), DEFAULT, IdentificationSettings())
+    assert identify([one, other], [], clutch(), DEFAULT, IdentificationSettings()).fit is not None
 
 
 @pytest.mark.parametrize(
@@ -158,7 +223,9 @@ def test_a_log_given_twice_is_refused() -> None:
         ("viscous", Interval(0.1, -0.1, 0.3), Quantity(0.5), None),
     ],
 )
-def test_what_is_of_no_use(name: str, interval: Interval, known: Quantity | None, words: str | None) -> None:
+def test_what_is_of_no_use(
+    name: str, interval: Interval, known: Quantity | None, words: str | None
+) -> None:
     reason = why_uninformative(name, interval, known)
     assert (reason is None) == (words is None)
     assert words is None or words in str(reason)
@@ -181,7 +248,8 @@ def test_a_clock_that_is_none_is_refused() -> None:
 
 
 def test_intervals_cover_on_a_few_seeds() -> None:
-    """`make accept` runs 400; of 3 times 12 intervals at 95 %, fewer than 30 would come twice in a thousand runs,
+    """`make accept` runs 400; of 3 times 12 intervals at 95 %, fewer than 30 would come twice in a
+    thousand runs,
 
     and fewer than 9 of 12 as rarely.
     """

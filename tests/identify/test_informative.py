@@ -1,4 +1,5 @@
-"""A parameter that spans more than a factor of ten is not identified, and no document is written that cannot be read back."""
+"""A parameter that spans more than a factor of ten is not identified, and no document is written
+that cannot be read back."""
 
 from __future__ import annotations
 
@@ -13,8 +14,8 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.identify import identification
 from frictool.identify.estimators import stribeck_curve
-from frictool.identify.informative import below_coulomb, too_vague, why_uninformative
-from frictool.identify.outcome import Interval
+from frictool.identify.fit_result import Interval
+from frictool.identify.interval_checks import below_coulomb, too_vague, why_uninformative
 from frictool.plant.axis_model import axis_of
 from tests.cli.run import refused, run
 from tests.identify.arm import PERIOD, Arm, write_bench, write_log
@@ -24,19 +25,41 @@ SPEEDS = np.geomspace(0.2, 3.0, 7)  # rad/s
 
 
 def runs(folder: Path, stribeck_velocity: float, seed: int) -> Path:
-    """A log of constant speeds to and fro whose friction falls over a speed far below, or well within, theirs."""
+    """A log of constant speeds to and fro whose friction falls over a speed far below, or well
+    within, theirs."""
     draw = np.random.default_rng(seed)
-    speed = np.concatenate([np.full(1000, side * value) for value in SPEEDS for side in (1.0, -1.0)])
+    speed = np.concatenate(
+        [np.full(1000, side * value) for value in SPEEDS for side in (1.0, -1.0)]
+    )
     size = np.abs(speed)
-    friction = ARM.coulomb + (3.0 * ARM.breakaway - ARM.coulomb) * np.exp(-((size / stribeck_velocity) ** 2)) + ARM.viscous * size
+    friction = (
+        ARM.coulomb
+        + (3.0 * ARM.breakaway - ARM.coulomb) * np.exp(-((size / stribeck_velocity) ** 2))
+        + ARM.viscous * size
+    )
     position = np.floor(np.cumsum(speed) * PERIOD / ARM.step) * ARM.step
-    return write_log(folder / "runs.csv", position, np.sign(speed) * friction + 0.01 * draw.standard_normal(speed.size))
+    return write_log(
+        folder / "runs.csv",
+        position,
+        np.sign(speed) * friction + 0.01 * draw.standard_normal(speed.size),
+    )
 
 
 def identify(folder: Path, log: Path) -> dict[str, dict[str, dict[str, float]]]:
-    """Return the JSON of `identify --method stribeck-curve` after its model was read and simulated."""
+    """Return the JSON of `identify --method stribeck-curve` after its model was read and
+    simulated."""
     model = folder / "model.yaml"
-    result = run("identify", log, "--bench", write_bench(folder, ARM), "--method", "stribeck-curve", "-o", model, "--json")
+    result = run(
+        "identify",
+        log,
+        "--bench",
+        write_bench(folder, ARM),
+        "--method",
+        "stribeck-curve",
+        "-o",
+        model,
+        "--json",
+    )
     assert result.code == 0, result.stderr
     axis_of(load(model, Model))
     return dict(json.loads(result.stdout))
@@ -44,7 +67,8 @@ def identify(folder: Path, log: Path) -> dict[str, dict[str, dict[str, float]]]:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_fall_that_the_runs_do_not_reach_is_not_identified(tmp_path: Path, seed: int) -> None:
-    """At the slowest run friction has fallen but for a fortieth: the breakaway would be extrapolated over orders of magnitude."""
+    """At the slowest run friction has fallen but for a fortieth: the breakaway would be
+    extrapolated over orders of magnitude."""
     told = identify(tmp_path, runs(tmp_path, 0.105, seed))
     assert not {"breakaway", "stribeck_velocity"} & told["parameters"].keys()
     assert "slower runs would tell it" in str(told["not_identified"]["breakaway"])
@@ -58,8 +82,14 @@ def test_a_fall_within_the_runs_is_identified(tmp_path: Path) -> None:
     assert told["stribeck_velocity"]["low"] <= 0.6 <= told["stribeck_velocity"]["high"]
 
 
-def test_breakaway_and_stribeck_velocity_are_refused_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stribeck_curve, "too_vague", lambda name, _: "too vague" if name == "stribeck_velocity" else None)
+def test_breakaway_and_stribeck_velocity_are_refused_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        stribeck_curve,
+        "too_vague",
+        lambda name, _: "too vague" if name == "stribeck_velocity" else None,
+    )
     told = identify(tmp_path, runs(tmp_path, 0.6, 1))
     assert not {"breakaway", "stribeck_velocity"} & told["parameters"].keys()
     assert "too vague; slower runs would tell it" in told["not_identified"]["breakaway"]
@@ -67,30 +97,49 @@ def test_breakaway_and_stribeck_velocity_are_refused_together(tmp_path: Path, mo
 
 
 def test_the_rule() -> None:
-    """Inertia, breakaway and Stribeck velocity are above 0; viscous and Coulomb friction may be 0, where the bench's interval judges."""
+    """Inertia, breakaway and Stribeck velocity are above 0; viscous and Coulomb friction may be 0,
+    where the bench's interval judges."""
     for name in ("inertia", "breakaway", "stribeck_velocity"):
         assert "reaches zero" in str(too_vague(name, Interval(1.0, 0.0, 2.0)))
     for name in ("inertia", "breakaway", "stribeck_velocity", "viscous", "coulomb"):
         assert too_vague(name, Interval(1.0, 0.2, 2.0)) is None
-        assert "spans a factor of 10.5; allowed: 10" in str(too_vague(name, Interval(1.0, 0.2, 2.1)))
+        assert "spans a factor of 10.5; allowed: 10" in str(
+            too_vague(name, Interval(1.0, 0.2, 2.1))
+        )
     assert too_vague("offset", Interval(1.0, 0.01, 2.0)) is None
     near_zero = Interval(0.01, -0.01, 0.03)
     assert why_uninformative("viscous", near_zero, Quantity(0.5, 0.0, 1.0)) is None
     assert why_uninformative("viscous", near_zero, Quantity(0.01)) is None
-    assert "10 times the bench's value" in str(why_uninformative("viscous", near_zero, Quantity(0.002)))
+    assert "10 times the bench's value" in str(
+        why_uninformative("viscous", near_zero, Quantity(0.002))
+    )
     assert below_coulomb(Interval(1.0, 0.9, 1.1), Interval(1.2, 1.05, 1.3)) is None
-    assert "no smaller than in slip" in str(below_coulomb(Interval(1.0, 0.9, 1.1), Interval(1.2, 1.15, 1.3)))
+    assert "no smaller than in slip" in str(
+        below_coulomb(Interval(1.0, 0.9, 1.1), Interval(1.2, 1.15, 1.3))
+    )
 
 
-def test_a_model_that_cannot_be_read_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_that_cannot_be_read_is_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Should a rule above miss something, the document is read back before it is written."""
     log, bench, model = runs(tmp_path, 0.6, 1), write_bench(tmp_path, ARM), tmp_path / "model.yaml"
     broken = identification._accept
 
     def accept(offered: dict[str, Interval], *rest: object) -> None:
-        broken({**offered, "stribeck_velocity": Interval(0.6, -1.0, 2.2)} if "stribeck_velocity" in offered else offered, *rest)  # type: ignore[arg-type]
+        broken(
+            {**offered, "stribeck_velocity": Interval(0.6, -1.0, 2.2)}
+            if "stribeck_velocity" in offered
+            else offered,
+            *rest,
+        )  # type: ignore[arg-type]
 
     monkeypatch.setattr(identification, "_accept", accept)
     monkeypatch.setattr(identification, "why_uninformative", lambda *_: None)
-    refused(run("identify", log, "--bench", bench, "--method", "stribeck-curve", "-o", model), 4, "not written", "stribeck_velocity")
+    refused(
+        run("identify", log, "--bench", bench, "--method", "stribeck-curve", "-o", model),
+        4,
+        "not written",
+        "stribeck_velocity",
+    )
     assert not model.exists()

@@ -1,4 +1,5 @@
-"""Backlash, delay and the current loop's lag from logs: what was put in lies in the interval, or the reason says why there is none."""
+"""Backlash, delay and the current loop's lag from logs: what was put in lies in the interval, or
+the reason says why there is none."""
 
 from __future__ import annotations
 
@@ -13,18 +14,21 @@ from hypothesis import strategies as st
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load
+from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.measurement.loop_lag import loop_lag
 from frictool.identify.measurement.reversals import reversals
-from frictool.identify.outcome import Interval, NothingUsable
-from frictool.identify.record import Vector
+from frictool.identify.motion_record import Vector
 from sample_logs.make import PERIOD, TRUTH, sines
 from tests.accept.check_identify import FINE_STEP
 from tests.cli.run import run
 from tests.identify.benches import CLUTCH, clutch, record
 
 
-def currents(lag: float, seed: int, samples: int = 6000, noise: float = 0.1) -> tuple[Vector, Vector]:
-    """A commanded current of steps and its measured current, sample by sample (the plain recursion)."""
+def currents(
+    lag: float, seed: int, samples: int = 6000, noise: float = 0.1
+) -> tuple[Vector, Vector]:
+    """A commanded current of steps and its measured current, sample by sample (the plain
+    recursion)."""
     generator = np.random.default_rng([seed, 41])
     command = np.repeat(generator.uniform(-20.0, 20.0, samples // 50 + 1), 50)[:samples]
     measured, i = np.empty(samples), command[0]
@@ -44,20 +48,29 @@ def test_the_loops_lag_comes_back(lag: float, seed: int) -> None:
 
 
 def test_the_interval_of_the_lag_covers() -> None:
-    hits = [interval.low <= 0.003 <= interval.high for interval in (loop_lag(*currents(0.003, seed), PERIOD, 0.95) for seed in range(60))]
+    hits = [
+        interval.low <= 0.003 <= interval.high
+        for interval in (loop_lag(*currents(0.003, seed), PERIOD, 0.95) for seed in range(60))
+    ]
     assert sum(hits) >= 51  # binomial at 95 %, fewer once in a thousand
 
 
 def test_what_does_not_tell_a_lag_is_refused() -> None:
     command, measured = currents(0.003, 1)
-    with pytest.raises(NothingUsable, match="are the same numbers"):
+    with pytest.raises(UnusableLogs, match="are the same numbers"):
         loop_lag(command, command, PERIOD, 0.95)
-    with pytest.raises(NothingUsable, match="does not change"):
+    with pytest.raises(UnusableLogs, match="does not change"):
         loop_lag(np.ones(6000), measured, PERIOD, 0.95)
-    with pytest.raises(NothingUsable, match=r"leaves .* of the measured current"):
+    with pytest.raises(UnusableLogs, match=r"leaves .* of the measured current"):
         loop_lag(command, np.random.default_rng(1).standard_normal(6000), PERIOD, 0.95)
-    with pytest.raises(NothingUsable, match="below what samples of"):
-        loop_lag(command, np.append(command[0], command[:-1]) + 0.1 * np.random.default_rng(2).standard_normal(6000), PERIOD, 0.95)
+    with pytest.raises(UnusableLogs, match="below what samples of"):
+        loop_lag(
+            command,
+            np.append(command[0], command[:-1])
+            + 0.1 * np.random.default_rng(2).standard_normal(6000),
+            PERIOD,
+            0.95,
+        )
 
 
 @settings(max_examples=4, deadline=None)
@@ -66,7 +79,9 @@ def test_backlash_and_delay_come_back(width: float, delay: float, seed: int) -> 
     """Encoder of 4096 points; the drive is logged `delay` late."""
     truth = TRUTH._replace(encoder_step=FINE_STEP, backlash=width)
     log = record(sines(seed, truth), truth)
-    gap, late = reversals([replace(log, effort=np.interp(log.time - delay, log.time, log.effort))], clutch(), 0.999)
+    gap, late = reversals(
+        [replace(log, effort=np.interp(log.time - delay, log.time, log.effort))], clutch(), 0.999
+    )
     assert isinstance(late, Interval)
     assert isinstance(gap, Interval)
     assert late.low <= delay <= late.high
@@ -91,15 +106,35 @@ def test_the_command_measures_the_bench(tmp_path: Path) -> None:
     truth = TRUTH._replace(encoder_step=FINE_STEP)
     made = sines(3, truth)
     command = currents(truth.lag, 3, made.time.size)[0]
-    rows = [f"{t:.3f},{n},{i:.6f},{c:.6f}" for t, n, i, c in zip(made.time, made.encoder, made.current, command, strict=True)]
+    rows = [
+        f"{t:.3f},{n},{i:.6f},{c:.6f}"
+        for t, n, i, c in zip(made.time, made.encoder, made.current, command, strict=True)
+    ]
     log.write_text("\n".join(["time [s],encoder [count],current [A],command [A]", *rows, ""]))
-    result = run("identify", log, "--bench", bench, "--method", "least-squares", "--measurement", "-o", target, "--json")
+    result = run(
+        "identify",
+        log,
+        "--bench",
+        bench,
+        "--method",
+        "least-squares",
+        "--measurement",
+        "-o",
+        target,
+        "--json",
+    )
     assert result.code == 0, result.stderr
     model = load(target, Model)
     assert model.measurement is not None
     assert model.measurement.backlash is not None
-    assert model.measurement.backlash.interval[0] <= TRUTH.backlash <= model.measurement.backlash.interval[1]
-    assert "leaves" in model.measurement.refused["loop_time_constant"]  # this command is not that of this current
+    assert (
+        model.measurement.backlash.interval[0]
+        <= TRUTH.backlash
+        <= model.measurement.backlash.interval[1]
+    )
+    assert (
+        "leaves" in model.measurement.refused["loop_time_constant"]
+    )  # this command is not that of this current
     assert json.loads(result.stdout)["measurement"]["delay"]["unit"] == "s"
     plain = run("identify", log, "--bench", bench, "--method", "least-squares", "--measurement")
     assert "measured: backlash" in plain.stdout

@@ -1,4 +1,5 @@
-"""A creeping axis and an arm in gravity rest between counts too; they are no breakaway ramps, for `identify` and for `info`."""
+"""A creeping axis and an arm in gravity rest between counts too; they are no breakaway ramps, for
+`identify` and for `info`."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.identify.breakaway.breakaway import find_onsets
-from frictool.identify.record import make_record
+from frictool.identify.motion_record import make_record
 from frictool.logs.quality.ramps import are_ramps, rests_of
 from tests.cli.run import Result, refused, run
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
@@ -23,14 +24,23 @@ MOTIONS = {
     "one slow run of a coarser encoder": (Arm(counts=2048), 0.03 * TIME, SERVO),
     "one slower run of a finer encoder": (Arm(counts=16384), 0.01 * TIME, SERVO),
     "a slow run upwards": (Arm(gravity=3.3), 0.03 * TIME, SERVO),
-    "a slow run without an integrator": (Arm(gravity=3.3, counts=1024), 0.03 * TIME, (60.0, 0.0, 1.0)),
+    "a slow run without an integrator": (
+        Arm(gravity=3.3, counts=1024),
+        0.03 * TIME,
+        (60.0, 0.0, 1.0),
+    ),
     "slow swings": (Arm(gravity=3.3, counts=1024), 0.5 * np.sin(1.0 * TIME), SERVO),
-    "an effort that rises and falls": (Arm(gravity=3.3, counts=1024), 3.0 * np.sin(1.0 * TIME), (0.0, 0.0, 0.0)),
+    "an effort that rises and falls": (
+        Arm(gravity=3.3, counts=1024),
+        3.0 * np.sin(1.0 * TIME),
+        (0.0, 0.0, 0.0),
+    ),
 }
 
 
 def ramps(arm: Arm, rounds: int, seconds: float = 0.5) -> np.ndarray:
-    """An effort that rises to 1.3 times the breakaway, `rounds` times forward and backward in turn, each time from 0."""
+    """An effort that rises to 1.3 times the breakaway, `rounds` times forward and backward in turn,
+    each time from 0."""
     rise = np.arange(round(seconds / PERIOD)) * PERIOD / seconds * 1.3 * arm.breakaway
     pause = np.zeros(round(0.3 / PERIOD))
     return np.concatenate([part for k in range(rounds) for part in (rise * (-1.0) ** k, pause)])
@@ -44,7 +54,10 @@ def noisy(effort: np.ndarray, seed: int) -> np.ndarray:
 def test_a_slow_motion_is_no_ramp(tmp_path: Path, name: str) -> None:
     arm, command, gains = MOTIONS[name]
     position, effort = play(arm, command, gains)
-    log, bench = write_log(tmp_path / "slow.csv", position, noisy(effort, 1)), write_bench(tmp_path, arm)
+    log, bench = (
+        write_log(tmp_path / "slow.csv", position, noisy(effort, 1)),
+        write_bench(tmp_path, arm),
+    )
     result = run("identify", log, "--bench", bench, "--method", "least-squares", "--json")
     assert result.code in (0, 1, 4), result.stderr
     told = json.loads(result.stdout)
@@ -65,7 +78,10 @@ def test_ramps_are_ramps_with_an_offset_too(tmp_path: Path, offset: float) -> No
     """An offset moves the level of both directions, and not what the effort rises by."""
     arm = Arm()
     position, effort = play(arm, ramps(arm, 24))
-    log, bench = write_log(tmp_path / "ramps.csv", position, noisy(effort, 2) + offset * arm.breakaway), write_bench(tmp_path, arm)
+    log, bench = (
+        write_log(tmp_path / "ramps.csv", position, noisy(effort, 2) + offset * arm.breakaway),
+        write_bench(tmp_path, arm),
+    )
     told = identified(run("identify", log, "--bench", bench, "--json"))
     assert told["logs"] == [{"name": "ramps.csv", "kind": "ramp"}]
     found = told["parameters"]["breakaway"]
@@ -79,10 +95,18 @@ def identified(result: Result) -> dict[str, dict[str, dict[str, float]]]:
 
 
 def test_a_breakaway_that_a_load_decides_is_refused(tmp_path: Path) -> None:
-    """An arm that is raised and lowered in steps starts by its weight too: what the effort is then is not friction."""
+    """An arm that is raised and lowered in steps starts by its weight too: what the effort is then
+    is not friction."""
     arm = Arm(gravity=3.3, counts=1024)
-    position, effort = play(arm, 0.4 * (1.0 - np.abs((np.arange(30_000) * PERIOD / 10.0) % 2.0 - 1.0)), (60.0, 100.0, 0.4))
-    log, bench = write_log(tmp_path / "lowered.csv", position, noisy(effort, 3)), write_bench(tmp_path, arm)
+    position, effort = play(
+        arm,
+        0.4 * (1.0 - np.abs((np.arange(30_000) * PERIOD / 10.0) % 2.0 - 1.0)),
+        (60.0, 100.0, 0.4),
+    )
+    log, bench = (
+        write_log(tmp_path / "lowered.csv", position, noisy(effort, 3)),
+        write_bench(tmp_path, arm),
+    )
     result = run("identify", "--ramp", log, "--bench", bench)
     assert result.code == 1, result.stderr
     assert "a load such as gravity or a spring starts the axis" in result.stderr
@@ -97,18 +121,22 @@ def test_a_log_without_a_rest_that_is_named_as_ramps_is_refused(tmp_path: Path) 
 
 
 def test_the_rise_decides_and_not_the_line() -> None:
-    """A sawtooth of the effort on top of a level, one tooth a count: ramps if and only if it starts low."""
+    """A sawtooth of the effort on top of a level, one tooth a count: ramps if and only if it starts
+    low."""
     tooth = np.linspace(0.0, 1.0, 100)
     position = np.repeat(np.arange(20.0), 100)
     rests = rests_of(np.diff(position) != 0.0)
     for bottom, ramp in ((0.0, True), (0.3, True), (0.7, False), (0.95, False)):
-        assert are_ramps(rests, position, np.tile(bottom + (1.0 - bottom) * tooth, 20)) == ramp, bottom
+        assert are_ramps(rests, position, np.tile(bottom + (1.0 - bottom) * tooth, 20)) == ramp, (
+            bottom
+        )
     assert not are_ramps(rests, -position, np.tile(tooth, 20))  # the drive opposes the motion
     assert not are_ramps(rests[:4], position[:500], np.tile(tooth, 5))  # too few
 
 
 def test_a_rest_between_counts_while_the_axis_starts_is_no_onset(tmp_path: Path) -> None:
-    """A heavy axis on a coarse encoder starts so slowly that the encoder rests again: the effort is then above the breakaway."""
+    """A heavy axis on a coarse encoder starts so slowly that the encoder rests again: the effort is
+    then above the breakaway."""
     arm = Arm(counts=2000, inertia=2.0)
     position, effort = play(arm, ramps(arm, 12, seconds=4.0))
     rests = rests_of(np.diff(position) != 0.0)

@@ -1,4 +1,5 @@
-"""Motion after a breakaway: the closed form against its differential equation, and the onset found again from a coarse encoder."""
+"""Motion after a breakaway: the closed form against its differential equation, and the onset found
+again from a coarse encoder."""
 
 from __future__ import annotations
 
@@ -9,7 +10,16 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from frictool.identify.breakaway.onset import NO_MOTION, NOT_POSITIVE, OK, misfit, onset_time, phi3, search_span, travel
+from frictool.identify.breakaway.onset import (
+    NO_MOTION,
+    NOT_POSITIVE,
+    OK,
+    misfit,
+    onset_time,
+    phi3,
+    search_span,
+    travel,
+)
 
 INERTIA, VISCOUS, COULOMB = 1.32e-5, 3.81e-4, 0.099
 STEP = 0.1122
@@ -18,10 +28,20 @@ AT_ONCE = (1.0, np.zeros((1, 2)))  # no table of the travel: friction falls at o
 
 
 @settings(derandomize=True, deadline=None, max_examples=40)
-@given(t=st.floats(1e-3, 0.1), excess=st.floats(0.0, 0.05), rate=st.floats(0.01, 1.0), viscous=st.floats(0.0, 1e-2))
+@given(
+    t=st.floats(1e-3, 0.1),
+    excess=st.floats(0.0, 0.05),
+    rate=st.floats(0.01, 1.0),
+    viscous=st.floats(0.0, 1e-2),
+)
 def test_travel_solves_the_equation(t: float, excess: float, rate: float, viscous: float) -> None:
     run = solve_ivp(
-        lambda s, y: [y[1], (excess + rate * s - viscous * y[1]) / INERTIA], (0.0, t), [0.0, 0.0], "DOP853", rtol=1e-11, atol=1e-13
+        lambda s, y: [y[1], (excess + rate * s - viscous * y[1]) / INERTIA],
+        (0.0, t),
+        [0.0, 0.0],
+        "DOP853",
+        rtol=1e-11,
+        atol=1e-13,
     )
     assert travel(t, excess, rate, INERTIA, viscous) == pytest.approx(run.y[0, -1], rel=1e-7)
 
@@ -39,7 +59,9 @@ def test_phi3_by_quadrature(x: float) -> None:
     assert phi3(x) == pytest.approx(float(np.sum(w * np.exp(x * (1.0 - s)) * s**2 / 2.0)), rel=1e-9)
 
 
-def changes(t0: float, start: float, rate: float, breakaway: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+def changes(
+    t0: float, start: float, rate: float, breakaway: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Times and distances of the first `count` changes of an encoder, the time exact."""
     fine = np.linspace(0.0, 0.2, 400_001)
     path = np.array([travel(t, breakaway - COULOMB, rate, INERTIA, VISCOUS) for t in fine[::40]])
@@ -56,7 +78,9 @@ def test_onset_is_found_again(delay: float, start: float, rate: float) -> None:
     span = search_span(STEP, rate, INERTIA, 4.0)
     leant = onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0)[1]
     assert abs(leant - 0.5 * STEP) <= (abs(start - 0.5) + 1e-6) * STEP  # towards what is expected
-    found, place, _, status = onset_time(times, seen, ramp, axis, STEP, start * STEP, TIMING, span, 0.0)
+    found, place, _, status = onset_time(
+        times, seen, ramp, axis, STEP, start * STEP, TIMING, span, 0.0
+    )
     assert status == OK
     assert found == pytest.approx(delay, abs=2e-6)
     assert place == pytest.approx(start * STEP, abs=2e-4 * STEP)
@@ -66,8 +90,13 @@ def test_one_change_is_read_as_if_the_axis_rested_where_it_is_expected() -> None
     times, seen = changes(0.0, 0.3 * STEP, 0.3, 0.109, 1)
     ramp, axis = np.array([0.109, 0.3]), np.array([INERTIA, VISCOUS, COULOMB])
     span = search_span(STEP, 0.3, INERTIA, 4.0)
-    assert onset_time(times, seen, ramp, axis, STEP, 0.3 * STEP, TIMING, span, 0.0)[0] == pytest.approx(0.0, abs=1e-6)
-    late, early = (onset_time(times, seen, ramp, axis, STEP, share * STEP, TIMING, span, 0.0)[0] for share in (0.1, 0.9))
+    assert onset_time(times, seen, ramp, axis, STEP, 0.3 * STEP, TIMING, span, 0.0)[
+        0
+    ] == pytest.approx(0.0, abs=1e-6)
+    late, early = (
+        onset_time(times, seen, ramp, axis, STEP, share * STEP, TIMING, span, 0.0)[0]
+        for share in (0.1, 0.9)
+    )
     assert early < 0.0 < late
 
 
@@ -77,22 +106,36 @@ def test_search_agrees_with_a_slow_one() -> None:
     ramp, axis = np.array([0.109, 0.3]), np.array([INERTIA, VISCOUS, COULOMB])
     span = search_span(STEP, 0.3, INERTIA, 4.0)
     grid = np.linspace(times[0] - span, times[0], 4000)
-    around = grid[np.argmin([misfit(t, times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, *AT_ONCE)[0] for t in grid])]
+    around = grid[
+        np.argmin(
+            [
+                misfit(t, times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, *AT_ONCE)[0]
+                for t in grid
+            ]
+        )
+    ]
     slow = minimize_scalar(
         lambda t: misfit(t, times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, *AT_ONCE)[0],
         bounds=(around - 2e-5, around + 2e-5),
         method="bounded",
         options={"xatol": 1e-10},
     )
-    assert onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0)[0] == pytest.approx(slow.x, abs=1e-7)
+    assert onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0)[
+        0
+    ] == pytest.approx(slow.x, abs=1e-7)
 
 
 def test_misfit_eliminates_the_start_within_one_count() -> None:
     times, seen = changes(0.0, 0.5 * STEP, 0.3, 0.109, 4)
     ramp, axis = np.array([0.109, 0.3]), np.array([INERTIA, VISCOUS, COULOMB])
-    path = np.array([travel(t + 2e-3, 0.109 - COULOMB - 0.3 * 2e-3, 0.3, INERTIA, VISCOUS) for t in times])
+    path = np.array(
+        [travel(t + 2e-3, 0.109 - COULOMB - 0.3 * 2e-3, 0.3, INERTIA, VISCOUS) for t in times]
+    )
     starts = np.linspace(0.0, STEP, 20_001)
-    squares = [float(np.sum((path - seen - start) ** 2)) + TIMING * (start - 0.5 * STEP) ** 2 for start in starts]
+    squares = [
+        float(np.sum((path - seen - start) ** 2)) + TIMING * (start - 0.5 * STEP) ** 2
+        for start in starts
+    ]
     least, start = misfit(-2e-3, times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, *AT_ONCE)
     assert least == pytest.approx(min(squares), rel=1e-6)
     assert start == pytest.approx(starts[int(np.argmin(squares))], abs=1e-5)
@@ -100,5 +143,15 @@ def test_misfit_eliminates_the_start_within_one_count() -> None:
 
 def test_statuses() -> None:
     axis = np.array([INERTIA, VISCOUS, COULOMB])
-    assert onset_time(np.empty(0), np.empty(0), np.array([0.1, 0.3]), axis, STEP, 0.5 * STEP, TIMING, 0.1, 0.0)[3] == NO_MOTION
-    assert onset_time(np.zeros(1), np.zeros(1), np.array([0.1, 0.0]), axis, STEP, 0.5 * STEP, TIMING, 0.1, 0.0)[3] == NOT_POSITIVE
+    assert (
+        onset_time(
+            np.empty(0), np.empty(0), np.array([0.1, 0.3]), axis, STEP, 0.5 * STEP, TIMING, 0.1, 0.0
+        )[3]
+        == NO_MOTION
+    )
+    assert (
+        onset_time(
+            np.zeros(1), np.zeros(1), np.array([0.1, 0.0]), axis, STEP, 0.5 * STEP, TIMING, 0.1, 0.0
+        )[3]
+        == NOT_POSITIVE
+    )

@@ -14,10 +14,10 @@ import pytest
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
+from frictool.identify.fit_result import PARAMETERS
 from frictool.identify.identification import NothingIdentified, identify
-from frictool.identify.methods import DEFAULT, METHODS, Settings
+from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
 from frictool.identify.orientation import reversed_sign
-from frictool.identify.outcome import PARAMETERS
 from frictool.plant.axis import AxisParameters
 from sample_logs.make import ramp, sines
 from tests.cli.run import Result, run
@@ -39,12 +39,15 @@ def negated(folder: Path, log: str, column: int) -> Path:
     with path.open("w") as stream:
         writer = table.writer(stream)
         writer.writerow(head)
-        writer.writerows([*row[:column], f"{-float(row[column]):g}", *row[column + 1 :]] for row in rows)
+        writer.writerows(
+            [*row[:column], f"{-float(row[column]):g}", *row[column + 1 :]] for row in rows
+        )
     return path
 
 
 def unmade(result: Result, target: Path) -> None:
-    """Asserts exit code 4 with one error line that names the signs, and that nothing was written."""
+    """Asserts exit code 4 with one error line that names the signs, and that nothing was
+    written."""
     assert result.code == 4, result.stderr
     errors = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
     assert len(errors) == 1
@@ -64,7 +67,18 @@ def test_a_negated_log_is_no_solution(tmp_path: Path, column: int, method: str) 
 @pytest.mark.parametrize("options", [("--method", "least-squares"), ("--ramp",)])
 def test_a_negated_ramp_is_no_solution(tmp_path: Path, options: tuple[str, ...]) -> None:
     target = tmp_path / "model.yaml"
-    unmade(run("identify", *options, negated(tmp_path, "ramp.csv", ENCODER), "--bench", CLUTCH, "-o", target), target)
+    unmade(
+        run(
+            "identify",
+            *options,
+            negated(tmp_path, "ramp.csv", ENCODER),
+            "--bench",
+            CLUTCH,
+            "-o",
+            target,
+        ),
+        target,
+    )
 
 
 def test_one_negated_log_of_two_is_named(tmp_path: Path) -> None:
@@ -77,7 +91,11 @@ def test_one_negated_log_of_two_is_named(tmp_path: Path) -> None:
 
 def test_the_bench_that_the_message_asks_for_mends_it(tmp_path: Path) -> None:
     bench = tmp_path / "bench.yaml"
-    bench.write_text(CLUTCH.read_text().replace("counts_per_revolution: 56 ", "direction: -1\n  counts_per_revolution: 56 "))
+    bench.write_text(
+        CLUTCH.read_text().replace(
+            "counts_per_revolution: 56 ", "direction: -1\n  counts_per_revolution: 56 "
+        )
+    )
     mended = run("identify", negated(tmp_path, "sines.csv", ENCODER), "--bench", bench, "--json")
     assert mended.code == 0, mended.stderr
     asked = run("identify", SAMPLES / "sines.csv", "--bench", CLUTCH, "--json")
@@ -98,7 +116,9 @@ def test_a_model_of_the_benchs_values_says_so_and_is_refused_by_synth(tmp_path: 
         **dict.fromkeys(("offset", "breakaway"), "assumed"),
     }
     design = CONFIG / "designs" / "speed.yaml"
-    refused = run("synth", target, "--spec", CONFIG / "spec.yaml", "--design", design, "-o", controller)
+    refused = run(
+        "synth", target, "--spec", CONFIG / "spec.yaml", "--design", design, "-o", controller
+    )
     assert refused.code == 4
     assert f"error: {target}:" in refused.stderr
     assert ": bench_values_only: " in refused.stderr
@@ -107,14 +127,28 @@ def test_a_model_of_the_benchs_values_says_so_and_is_refused_by_synth(tmp_path: 
 
 def test_the_option_changes_no_model_that_is_identified(tmp_path: Path) -> None:
     target = tmp_path / "model.yaml"
-    assert run("identify", SAMPLES / "sines.csv", "--bench", CLUTCH, "--keep-bench-values", "-o", target).code == 0
+    assert (
+        run(
+            "identify",
+            SAMPLES / "sines.csv",
+            "--bench",
+            CLUTCH,
+            "--keep-bench-values",
+            "-o",
+            target,
+        ).code
+        == 0
+    )
     assert load(target, Model).bench_values_only is None
 
 
 def test_each_ends_with_the_same_code_and_a_row_with_the_reason(tmp_path: Path) -> None:
     negated(tmp_path, "sines.csv", ENCODER)
     still = tmp_path / "still.csv"
-    still.write_text("time [s],encoder [count],current [A]\n" + "".join(f"{k / 1000:.3f},5,0.1\n" for k in range(2000)))
+    still.write_text(
+        "time [s],encoder [count],current [A]\n"
+        + "".join(f"{k / 1000:.3f},5,0.1\n" for k in range(2000))
+    )
     target = tmp_path / "models"
     result = run("identify", "--each", "log", tmp_path, "--bench", CLUTCH, "-o", target)
     assert result.code == 4, result.stderr
@@ -122,7 +156,17 @@ def test_each_ends_with_the_same_code_and_a_row_with_the_reason(tmp_path: Path) 
         rows = {row["file"]: row for row in table.DictReader(stream)}
     assert rows["negated_sines.csv"]["model"] == ""
     assert "opposite signs" in rows["negated_sines.csv"]["reason"]
-    alone = run("identify", "--each", "log", tmp_path, "--bench", CLUTCH, "--keep-bench-values", "-o", target)
+    alone = run(
+        "identify",
+        "--each",
+        "log",
+        tmp_path,
+        "--bench",
+        CLUTCH,
+        "--keep-bench-values",
+        "-o",
+        target,
+    )
     assert alone.code == 2
     assert "--keep-bench-values belongs to the logs of one model" in alone.stderr
 
@@ -135,25 +179,39 @@ def test_a_fit_that_gives_an_offset_alone_is_no_solution() -> None:
         "coulomb": Quantity(0.099, 0.098999, 0.099001, "N m"),
     }
     bench = clutch()
-    bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, **known))
-    with pytest.raises(NothingIdentified, match=r"the fit gives .* and neither inertia nor friction") as raised:
-        identify([record(sines(1))], [], bench, "least-squares", Settings())
+    bench = msgspec.structs.replace(
+        bench, mechanics=msgspec.structs.replace(bench.mechanics, **known)
+    )
+    with pytest.raises(
+        NothingIdentified, match=r"the fit gives .* and neither inertia nor friction"
+    ) as raised:
+        identify([record(sines(1))], [], bench, "least-squares", IdentificationSettings())
     assert raised.value.exit_code == 4
     assert raised.value.result.identified == {}
 
 
 def test_a_breakaway_alone_is_friction() -> None:
-    assert list(identify([], [record(ramp(1))], clutch(), DEFAULT, Settings()).identified) == ["breakaway"]
+    assert list(
+        identify([], [record(ramp(1))], clutch(), DEFAULT, IdentificationSettings()).identified
+    ) == ["breakaway"]
 
 
-SLOW = {"output-error", "inverse-dynamic", "stribeck-curve", "friction-force", "instrumental"}  # of their own kinds of log, or slow
+SLOW = {
+    "output-error",
+    "inverse-dynamic",
+    "stribeck-curve",
+    "friction-force",
+    "instrumental",
+}  # of their own kinds of log, or slow
 
 
 @pytest.mark.parametrize("method", [name for name in METHODS if name not in SLOW])
 def test_a_fine_encoder_is_judged_as_a_coarse_one(method: str) -> None:
     _, log = linear_axis(3)
     with pytest.raises(NothingIdentified, match="opposite signs") as raised:
-        identify([replace(log, effort=-log.effort)], [], linear_bench(), method, Settings())
+        identify(
+            [replace(log, effort=-log.effort)], [], linear_bench(), method, IdentificationSettings()
+        )
     assert raised.value.exit_code == 4
 
 
@@ -167,19 +225,37 @@ AXES = {
 @pytest.mark.parametrize("axis", AXES.values(), ids=list(AXES))
 def test_a_weight_a_light_axis_and_a_dry_one(axis: AxisParameters) -> None:
     log = driven(axis)
-    assert reversed_sign([log], linear_bench(), Settings()) is None
-    assert reversed_sign([replace(log, position=-log.position)], linear_bench(), Settings()) is not None
+    assert reversed_sign([log], linear_bench(), IdentificationSettings()) is None
+    assert (
+        reversed_sign(
+            [replace(log, position=-log.position)], linear_bench(), IdentificationSettings()
+        )
+        is not None
+    )
 
 
 @pytest.mark.parametrize("late", [-3, 3])
 def test_a_drive_logged_early_or_late_is_not_a_reversed_one(late: int) -> None:
-    """On a light axis three samples of delay change the sign of the small friction, and not that of the inertia."""
+    """On a light axis three samples of delay change the sign of the small friction, and not that of
+    the inertia."""
     log = driven(AXES["light"])
-    assert reversed_sign([replace(log, effort=np.roll(log.effort, late))], linear_bench(), Settings()) is None
+    assert (
+        reversed_sign(
+            [replace(log, effort=np.roll(log.effort, late))],
+            linear_bench(),
+            IdentificationSettings(),
+        )
+        is None
+    )
 
 
 @pytest.mark.parametrize("kind", ["spring", "gravity"])
 def test_a_load_that_the_bench_names_does_not_hide_the_sign(kind: str) -> None:
     axis = loaded_axis(2, kind)
-    assert reversed_sign([axis.record], axis.bench, Settings()) is None
-    assert reversed_sign([replace(axis.record, effort=-axis.record.effort)], axis.bench, Settings()) is not None
+    assert reversed_sign([axis.record], axis.bench, IdentificationSettings()) is None
+    assert (
+        reversed_sign(
+            [replace(axis.record, effort=-axis.record.effort)], axis.bench, IdentificationSettings()
+        )
+        is not None
+    )

@@ -1,4 +1,5 @@
-"""Output error and held-out structures on simulated axes whose truth is known, and on the measured EMPS record."""
+"""Output error and held-out structures on simulated axes whose truth is known, and on the measured
+EMPS record."""
 
 from __future__ import annotations
 
@@ -12,46 +13,79 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
-from frictool.engine.replay import FREE, replay, replayed
-from frictool.engine.servo import Servo
-from frictool.identify.estimators.held_out import better, choose_terms, halves
+from frictool.engine.effort_replay import FREE, replay, replay_parameters
+from frictool.engine.servo import PositionServo
 from frictool.identify.estimators.output_error import simulation_error
-from frictool.identify.estimators.simulated import Simulated, estimate
-from frictool.identify.methods import Settings, run
-from frictool.identify.outcome import SLIDING, NothingUsable
-from frictool.identify.record import Record, record_of
+from frictool.identify.estimators.segment_simulation import SegmentSimulation, estimate
+from frictool.identify.estimators.structure_selection import better, choose_terms, halves
+from frictool.identify.fit_result import SLIDING, UnusableLogs
+from frictool.identify.methods import IdentificationSettings, run
+from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, SPRING, possible
-from frictool.identify.rows.segments import Segment, thinned, whole
+from frictool.identify.rows.segments import RecordSegment, thinned, whole
 from frictool.logs.reading import read_log
 from frictool.plant.axis import AxisParameters, rest
-from frictool.plant.axis_laws import Laws, Levels
-from frictool.plant.load import Load
-from tests.identify.benches import EMPS, MASS, MASS_POLE, data, mass_bench, mass_reference, mass_sine
+from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
+from frictool.plant.position_load import PositionLoad
+from tests.identify.benches import (
+    EMPS,
+    MASS,
+    MASS_POLE,
+    data,
+    mass_bench,
+    mass_reference,
+    mass_sine,
+)
 from tests.identify.linear_axis import ENCODER_STEP, PERIOD, linear_axis, linear_bench
 
-NO_LOAD = Load()
+NO_LOAD = PositionLoad()
 TRUTH = {"inertia": 5.0, "viscous": 12.0, "coulomb": 8.0, "offset": 0.5}
 
 
-def driven(axis: AxisParameters, load: Load = NO_LOAD, samples: int = 12_000) -> Record:
+def driven(
+    axis: AxisParameters, load: PositionLoad = NO_LOAD, samples: int = 12_000
+) -> MotionRecord:
     """A log without noise of an axis that a known effort drives; the encoder is fine."""
     draw = np.random.default_rng(7)
     time = np.arange(samples) * PERIOD
-    effort = 14.0 * np.sin(2.0 * np.pi * 0.9 * time) + 9.0 * np.sin(2.0 * np.pi * 0.37 * time + 1.0) + 0.1 * draw.standard_normal(samples)
+    effort = (
+        14.0 * np.sin(2.0 * np.pi * 0.9 * time)
+        + 9.0 * np.sin(2.0 * np.pi * 0.37 * time + 1.0)
+        + 0.1 * draw.standard_normal(samples)
+    )
     x, v = np.empty(samples), np.empty(samples)
-    assert replay(replayed(axis), load.as_array(), rest(), effort, effort, FREE, PERIOD, x, v) == 0
+    assert (
+        replay(replay_parameters(axis), load.as_array(), rest(), effort, effort, FREE, PERIOD, x, v)
+        == 0
+    )
     x = np.floor(x / ENCODER_STEP) * ENCODER_STEP
-    return Record("driven", time, x, effort, np.zeros(samples, dtype=np.int64), PERIOD, ENCODER_STEP, 0.0)
+    return MotionRecord(
+        "driven", time, x, effort, np.zeros(samples, dtype=np.int64), PERIOD, ENCODER_STEP, 0.0
+    )
 
 
 def closed_loop_errors(seed: int, folder: Path) -> list[float]:
-    """Relative errors of inertia, viscous and Coulomb friction of table 4.1's mass; its breakaway is known, as a ramp gives it."""
-    gains = (3.0 * MASS_POLE**2 * MASS.inertia, MASS_POLE**3 * MASS.inertia, 3.0 * MASS_POLE * MASS.inertia - MASS.viscous)
+    """Relative errors of inertia, viscous and Coulomb friction of table 4.1's mass; its breakaway
+    is known, as a ramp gives it."""
+    gains = (
+        3.0 * MASS_POLE**2 * MASS.inertia,
+        MASS_POLE**3 * MASS.inertia,
+        3.0 * MASS_POLE * MASS.inertia - MASS.viscous,
+    )
     bench = mass_bench(folder)
-    bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, breakaway=Quantity(MASS.breakaway, unit="N")))
+    bench = msgspec.structs.replace(
+        bench,
+        mechanics=msgspec.structs.replace(
+            bench.mechanics, breakaway=Quantity(MASS.breakaway, unit="N")
+        ),
+    )
     record = replace(mass_sine(seed), reference=mass_reference(seed))
-    found = simulation_error([record], bench, Settings(), (), Servo(*gains, reference_rate=1.0)).parameters
-    return [found[name].value / getattr(MASS, name) - 1.0 for name in ("inertia", "viscous", "coulomb")]
+    found = simulation_error(
+        [record], bench, IdentificationSettings(), (), PositionServo(*gains, reference_rate=1.0)
+    ).parameters
+    return [
+        found[name].value / getattr(MASS, name) - 1.0 for name in ("inertia", "viscous", "coulomb")
+    ]
 
 
 def plain(**changes: object) -> AxisParameters:
@@ -59,7 +93,7 @@ def plain(**changes: object) -> AxisParameters:
 
 
 def test_without_noise_the_truth_is_found_to_the_encoder() -> None:
-    simulated = Simulated(whole([driven(plain())]), linear_bench())
+    simulated = SegmentSimulation(whole([driven(plain())]), linear_bench())
     found = estimate(simulated, {"inertia": 4.0, "viscous": 15.0, "coulomb": 7.0, "offset": 0.0})
     assert found.values == pytest.approx(TRUTH, rel=2e-3)
     assert np.sqrt(np.mean(found.residual**2)) < 5.0 * ENCODER_STEP
@@ -68,16 +102,23 @@ def test_without_noise_the_truth_is_found_to_the_encoder() -> None:
 @pytest.mark.parametrize(
     ("term", "axis", "load", "names"),
     [
-        (SPRING, plain(), Load(stiffness=20.0), {"stiffness": 20.0}),
-        (DIRECTION, plain(laws=Laws(backward=Levels(16.0, 8.0, 8.0))), Load(), {"viscous_backward": 16.0}),
+        (SPRING, plain(), PositionLoad(stiffness=20.0), {"stiffness": 20.0}),
+        (
+            DIRECTION,
+            plain(laws=AxisLaws(backward=AxisFrictionLevels(16.0, 8.0, 8.0))),
+            PositionLoad(),
+            {"viscous_backward": 16.0},
+        ),
     ],
 )
-def test_a_load_that_is_there_is_found_by_what_it_predicts(term: str, axis: AxisParameters, load: Load, names: dict[str, float]) -> None:
+def test_a_load_that_is_there_is_found_by_what_it_predicts(
+    term: str, axis: AxisParameters, load: PositionLoad, names: dict[str, float]
+) -> None:
     record = driven(axis, load)
     kept, errors = choose_terms([record], linear_bench(), TRUTH, 0.95)
     assert kept == (term,)
     assert errors[term] < 0.1 * errors["sliding"]
-    found = estimate(Simulated(whole([record]), linear_bench(), kept), TRUTH)
+    found = estimate(SegmentSimulation(whole([record]), linear_bench(), kept), TRUTH)
     assert {name: found.values[name] for name in names} == pytest.approx(names, rel=1e-2)
 
 
@@ -94,7 +135,9 @@ def test_gravity_belongs_to_rotary_axes() -> None:
 
 
 def replace_axis(bench: Bench) -> Bench:
-    return msgspec.structs.replace(bench, axis="rotary", encoder=type(bench.encoder)(counts_per_revolution=4096.0))
+    return msgspec.structs.replace(
+        bench, axis="rotary", encoder=type(bench.encoder)(counts_per_revolution=4096.0)
+    )
 
 
 def test_halves_are_cut_at_a_reversal_and_hold_every_sample() -> None:
@@ -111,15 +154,21 @@ def test_halves_are_cut_at_a_reversal_and_hold_every_sample() -> None:
 def test_a_richer_structure_has_to_beat_chance_and_be_worth_it() -> None:
     simpler = np.array([1.0, 2.0, 1.5, 1.2, 1.8, 1.1])
     assert better(0.3 * simpler, simpler, 0.95)
-    assert not better(0.9 * simpler, simpler, 0.95)  # a steady gain of a tenth: not worth a parameter
-    assert not better(simpler * np.array([0.01, 2.0, 0.1, 1.5, 0.1, 0.1]), simpler, 0.999)  # a large one by chance
+    assert not better(
+        0.9 * simpler, simpler, 0.95
+    )  # a steady gain of a tenth: not worth a parameter
+    assert not better(
+        simpler * np.array([0.01, 2.0, 0.1, 1.5, 0.1, 0.1]), simpler, 0.999
+    )  # a large one by chance
 
 
 def test_the_intervals_of_the_open_loop_hold_the_truth() -> None:
     hits = []
     for seed in range(4):
         truth, record = linear_axis(seed)
-        found = simulation_error([record], linear_bench(), Settings(0.95), ()).parameters
+        found = simulation_error(
+            [record], linear_bench(), IdentificationSettings(0.95), ()
+        ).parameters
         hits += [found[name].low <= getattr(truth, name) <= found[name].high for name in SLIDING]
     assert sum(hits) >= len(hits) - 2
 
@@ -127,38 +176,48 @@ def test_the_intervals_of_the_open_loop_hold_the_truth() -> None:
 def test_the_closed_loop_meets_table_4_1(tmp_path: Path) -> None:
     errors = [closed_loop_errors(seed, tmp_path) for seed in range(4)]
     rms = 100.0 * np.sqrt(np.mean(np.square(errors), axis=0))
-    assert np.all(rms < 2.0 * np.array([3.2, 0.10, 0.32]))  # four seeds; 400 are counted by `make accept`
+    assert np.all(
+        rms < 2.0 * np.array([3.2, 0.10, 0.32])
+    )  # four seeds; 400 are counted by `make accept`
 
 
 def test_a_closed_loop_without_a_reference_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(NothingUsable, match="reference"):
-        simulation_error([mass_sine(0)], mass_bench(tmp_path), Settings(), (), Servo(1.0))
+    with pytest.raises(UnusableLogs, match="reference"):
+        simulation_error(
+            [mass_sine(0)], mass_bench(tmp_path), IdentificationSettings(), (), PositionServo(1.0)
+        )
 
 
 def test_motion_in_one_direction_is_refused() -> None:
     record = driven(plain())
     forward = np.cumsum(np.abs(np.diff(record.position, prepend=0.0)))
-    with pytest.raises(NothingUsable, match="one direction"):
-        simulation_error([replace(record, position=forward)], linear_bench(), Settings(), ())
+    with pytest.raises(UnusableLogs, match="one direction"):
+        simulation_error(
+            [replace(record, position=forward)], linear_bench(), IdentificationSettings(), ()
+        )
 
 
 def test_emps_simulates_itself() -> None:
     bench = load(EMPS, Bench)
     record = record_of(read_log(data("emps", "DATA_EMPS.mat"), bench), bench)
-    simulated = Simulated(whole([record]), bench)
-    for values, millimetres in (((95.1089, 203.5034, 20.3935, -3.1648), 6.65), ((93.72, 201.73, 20.91, -3.33), 2.68)):
+    simulated = SegmentSimulation(whole([record]), bench)
+    for values, millimetres in (
+        ((95.1089, 203.5034, 20.3935, -3.1648), 6.65),
+        ((93.72, 201.73, 20.91, -3.33), 2.68),
+    ):
         error = simulated.residual(dict(zip(SLIDING, values, strict=True)))[20:]
         assert 1e3 * np.sqrt(np.mean(error**2)) == pytest.approx(millimetres, rel=0.02)
-    fit = run("output-error", [record], bench, Settings())
+    fit = run("output-error", [record], bench, IdentificationSettings())
     assert fit.laws is None
     error = simulated.residual({name: fit.parameters[name].value for name in SLIDING})[20:]
     assert 1e3 * np.sqrt(np.mean(error**2)) < 2.8
 
 
 def test_auto_keeps_the_regression_where_the_simulation_contradicts_it(tmp_path: Path) -> None:
-    """Table 4.1's mass has a breakaway that its bench does not know: the simulated position remembers each stick."""
+    """Table 4.1's mass has a breakaway that its bench does not know: the simulated position
+    remembers each stick."""
     bench, seeds = mass_bench(tmp_path), range(200, 206)
-    fits = [run("auto", [mass_sine(seed)], bench, Settings()) for seed in seeds]
+    fits = [run("auto", [mass_sine(seed)], bench, IdentificationSettings()) for seed in seeds]
     errors = [fit.parameters["viscous"].value / MASS.viscous - 1.0 for fit in fits]
     assert {fit.method for fit in fits} == {"least-squares"}
     assert max(map(abs, errors)) < 4.0 * 0.00134
@@ -166,10 +225,10 @@ def test_auto_keeps_the_regression_where_the_simulation_contradicts_it(tmp_path:
 
 def test_of_a_long_log_a_part_is_compared_evenly_over_it() -> None:
     record = driven(plain())
-    pieces = [Segment(record, first, first + 1000) for first in range(0, 12_000, 1000)]
+    pieces = [RecordSegment(record, first, first + 1000) for first in range(0, 12_000, 1000)]
     assert thinned(pieces, 12_000) == pieces
     few = thinned(pieces, 4000)
     assert [one.first for one in few] == [1000, 4000, 7000, 10_000]
     assert sum(one.last - one.first for one in few) == 4000
-    (long,) = thinned([Segment(record, 0, 12_000)], 5000)
+    (long,) = thinned([RecordSegment(record, 0, 12_000)], 5000)
     assert (long.first, long.last) == (0, 5000)

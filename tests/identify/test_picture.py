@@ -1,4 +1,5 @@
-"""`identify --plot`: what is drawn where, the same bytes each time, and that the curves are those of the model that is simulated."""
+"""`identify --plot`: what is drawn where, the same bytes each time, and that the curves are those
+of the model that is simulated."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from frictool.engine.axis import advance
+from frictool.engine.axis_motion import advance
 from frictool.identify.picture import friction_over_speed
 from frictool.plant.axis import VELOCITY, rest
 from frictool.plant.axis_model import axis_of
@@ -23,21 +24,37 @@ NONLINEAR = load(ROOT / "configs" / "clutch" / "nonlinear.yaml", Model)
 
 
 @given(st.floats(1.0, 390.0), st.sampled_from([1.0, -1.0]))
-def test_the_curve_over_speed_is_the_friction_that_the_engine_has(speed: float, side: float) -> None:
-    """What the engine's axis loses of its speed in a microsecond without an effort, its friction's shape taken off."""
+def test_the_curve_over_speed_is_the_friction_that_the_engine_has(
+    speed: float, side: float
+) -> None:
+    """What the engine's axis loses of its speed in a microsecond without an effort, its friction's
+    shape taken off."""
     axis = axis_of(NONLINEAR)
     axis = axis._replace(laws=axis.laws._replace(shape=None), backlash=0.0)
     p, state, period = axis.as_array(), rest(30.0), 1e-6
     state[VELOCITY] = side * speed
     assert advance(state, 0.0, p, period) == 0
     lost = axis.inertia * (speed - side * state[VELOCITY]) / period
-    assert friction_over_speed(NONLINEAR, np.array([speed]), side)[0] == pytest.approx(lost, rel=1e-4)
+    assert friction_over_speed(NONLINEAR, np.array([speed]), side)[0] == pytest.approx(
+        lost, rel=1e-4
+    )
 
 
 def test_sines_and_ramps_are_drawn_over_speed_and_position(tmp_path: Path) -> None:
     plots = [tmp_path / "a.svg", tmp_path / "b.svg"]
     for plot in plots:
-        assert run("identify", SAMPLES / "sines.csv", SAMPLES / "ramp.csv", "--bench", BENCH, "--plot", plot).code == 0
+        assert (
+            run(
+                "identify",
+                SAMPLES / "sines.csv",
+                SAMPLES / "ramp.csv",
+                "--bench",
+                BENCH,
+                "--plot",
+                plot,
+            ).code
+            == 0
+        )
     text = plots[0].read_text()
     assert plots[0].read_bytes() == plots[1].read_bytes()
     for words in ("speed, rad/s", "position, rad", "breakaways backward", "friction in slip, N m"):
@@ -46,7 +63,18 @@ def test_sines_and_ramps_are_drawn_over_speed_and_position(tmp_path: Path) -> No
 
 
 def test_without_a_stroke_the_breakaways_are_drawn_and_no_map(tmp_path: Path) -> None:
-    assert run("identify", "--ramp", SAMPLES / "ramp.csv", "--bench", BENCH, "--plot", tmp_path / "a.svg").code == 0
+    assert (
+        run(
+            "identify",
+            "--ramp",
+            SAMPLES / "ramp.csv",
+            "--bench",
+            BENCH,
+            "--plot",
+            tmp_path / "a.svg",
+        ).code
+        == 0
+    )
     text = (tmp_path / "a.svg").read_text()
     assert "breakaways forward" in text
     assert "velocity, rad/s" not in text
@@ -55,5 +83,7 @@ def test_without_a_stroke_the_breakaways_are_drawn_and_no_map(tmp_path: Path) ->
 def test_a_log_is_not_overwritten_by_its_picture(tmp_path: Path) -> None:
     log = tmp_path / "sines.csv"
     log.write_bytes((SAMPLES / "sines.csv").read_bytes())
-    refused(run("identify", log, "--bench", BENCH, "--plot", also_called(log, ".svg")), 3, "is an input")
+    refused(
+        run("identify", log, "--bench", BENCH, "--plot", also_called(log, ".svg")), 3, "is an input"
+    )
     assert log.read_bytes() == (SAMPLES / "sines.csv").read_bytes()

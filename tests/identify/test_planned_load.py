@@ -1,4 +1,5 @@
-"""What `assess` and `excite` make of a load that the bench names: effort that is left, columns of the information, methods that know it."""
+"""What `assess` and `excite` make of a load that the bench names: effort that is left, columns of
+the information, methods that know it."""
 
 from __future__ import annotations
 
@@ -14,15 +15,15 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.errors import NoSolutionError
 from frictool.identify.assess.assessment import assess
+from frictool.identify.excite.bench_limits import axis_known, limits_of, sensing_of
+from frictool.identify.excite.cramer_rao import PlannedStroke, cramer_rao, regressors
+from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.excite.half_sines import TOP_SHARE
-from frictool.identify.excite.information import Stroke, cramer_rao, regressors
-from frictool.identify.excite.kinds import Settings, excite
-from frictool.identify.excite.limits import axis_known, limits_of, sensing_of
 from tests.cli.run import refused, run
 from tests.identify.benches import CLUTCH, EMPS, clutch
 
 DURATION = 30.0
-STROKES = [Stroke(speed, 50.0, 10.0) for speed in (80.0, 160.0, 320.0)]
+STROKES = [PlannedStroke(speed, 50.0, 10.0) for speed in (80.0, 160.0, 320.0)]
 
 
 def loaded(bench: Bench, *terms: Term, most: float | None = None) -> Bench:
@@ -33,35 +34,64 @@ def loaded(bench: Bench, *terms: Term, most: float | None = None) -> Bench:
 def test_the_load_is_taken_off_the_effort() -> None:
     """0.2 of 0.64 N m: the reference asks for so much less, and the ramps rise by so much more."""
     plain, heavy = clutch(), loaded(clutch(), "gravity", most=0.2)
-    assert limits_of(plain).acceleration(0.0) - limits_of(heavy).acceleration(0.0) == pytest.approx(0.2 / limits_of(plain).inertia)
+    assert limits_of(plain).acceleration(0.0) - limits_of(heavy).acceleration(0.0) == pytest.approx(
+        0.2 / limits_of(plain).inertia
+    )
     limits = limits_of(heavy)
     for kind in ("sine", "sines", "steps", "multisine"):
-        x, v, a = excite(kind, heavy, Settings()).columns.values()
-        needed = np.abs(limits.inertia * a + limits.viscous * v + np.sign(v) * (limits.coulomb + 0.2))
+        x, v, a = excite(kind, heavy, ExcitationSettings()).columns.values()
+        needed = np.abs(
+            limits.inertia * a + limits.viscous * v + np.sign(v) * (limits.coulomb + 0.2)
+        )
         assert needed.max() <= limits.effort
         assert np.ptp(x) > 0.0
-    ramps = [excite("breakaway", bench, Settings(repetitions=1)).figures["top"] for bench in (plain, heavy)]
-    assert ramps[1] - ramps[0] == pytest.approx(1.1 * 0.2 / heavy.actuator.constant.interval[0], rel=1e-6)
+    ramps = [
+        excite("breakaway", bench, ExcitationSettings(repetitions=1)).figures["top"]
+        for bench in (plain, heavy)
+    ]
+    assert ramps[1] - ramps[0] == pytest.approx(
+        1.1 * 0.2 / heavy.actuator.constant.interval[0], rel=1e-6
+    )
 
 
 def test_a_load_that_takes_all_is_refused() -> None:
     with pytest.raises(NoSolutionError, match="friction and the load take up to"):
         limits_of(loaded(clutch(), "spring", most=0.6))
-    with pytest.raises(NoSolutionError, match=f"{100 * TOP_SHARE:g} % of what the drive's limit gives .* friction and load take up to"):
-        excite("sine", loaded(clutch(), "spring", most=0.41), Settings())
-    with pytest.raises(NoSolutionError, match=r"acceleration: up to .* allowed \(actuator.limit\): 50"):
-        excite("sine", loaded(clutch(), "spring", most=0.3), Settings(speed=350.0, amplitude=9.0))
+    with pytest.raises(
+        NoSolutionError,
+        match=f"{100 * TOP_SHARE:g} % of what the drive's limit gives .* friction and load take up to",
+    ):
+        excite("sine", loaded(clutch(), "spring", most=0.41), ExcitationSettings())
+    with pytest.raises(
+        NoSolutionError, match=r"acceleration: up to .* allowed \(actuator.limit\): 50"
+    ):
+        excite(
+            "sine",
+            loaded(clutch(), "spring", most=0.3),
+            ExcitationSettings(speed=350.0, amplitude=9.0),
+        )
 
 
 @pytest.mark.parametrize("term", ["spring", "gravity", "viscous_by_direction"])
 def test_the_bound_is_that_of_the_whole_regression(term: Term) -> None:
-    """Against the plain inverse of G'V^-1 G of both directions with white noise of the effort; and a column more never tells more."""
+    """Against the plain inverse of G'V^-1 G of both directions with white noise of the effort; and
+    a column more never tells more."""
     bench = loaded(clutch(), term)
     axis, sensing = axis_known(bench), sensing_of(bench)
-    exact = sensing.__class__(sensing.period, 1e-12, sensing.noise)  # no error of the encoder: V is sensing.noise^2
-    total = sum(s.times * (g.T @ g) for s in STROKES for side in (1.0, -1.0) for g in [regressors(s, axis, exact, side)])
+    exact = sensing.__class__(
+        sensing.period, 1e-12, sensing.noise
+    )  # no error of the encoder: V is sensing.noise^2
+    total = sum(
+        s.times * (g.T @ g)
+        for s in STROKES
+        for side in (1.0, -1.0)
+        for g in [regressors(s, axis, exact, side)]
+    )
     bound = sensing.noise * np.sqrt(np.diag(np.linalg.inv(total)))[:4]
-    found, without = cramer_rao(STROKES, axis, exact), cramer_rao(STROKES, axis_known(clutch()), exact)
+    found, without = (
+        cramer_rao(STROKES, axis, exact),
+        cramer_rao(STROKES, axis_known(clutch()), exact),
+    )
     assert found == pytest.approx(bound, rel=1e-3)
     assert np.all(found >= without * (1.0 - 1e-9))
     assert np.any(found > 1.01 * without)
@@ -77,18 +107,26 @@ def test_columns_are_those_of_the_positions() -> None:
         assert g.shape[1] == 6
         assert np.all(side * np.diff(position) > 0.0)
         assert position[-1] == pytest.approx(axis.middle + side * 0.5 * stroke.distance, abs=0.2)
-        assert np.diff(position) / sensing.period == pytest.approx(0.5 * (g[1:, 1] + g[:-1, 1]), rel=1e-2)
+        assert np.diff(position) / sensing.period == pytest.approx(
+            0.5 * (g[1:, 1] + g[:-1, 1]), rel=1e-2
+        )
         assert np.hypot(g[:, 4], g[:, 5]) == pytest.approx(1.0)
     assert cramer_rao(STROKES, axis, sensing)[3] == 0.0
 
 
 def test_what_does_not_know_the_load_is_not_promised() -> None:
-    found = {row.parameter: row.verdict for row in assess(loaded(clutch(), "gravity", most=0.1), {}, DURATION).rows}
+    found = {
+        row.parameter: row.verdict
+        for row in assess(loaded(clutch(), "gravity", most=0.1), {}, DURATION).rows
+    }
     assert found["inertia"].method is None
     assert "the weak form does not know load.terms" in found["inertia"].why
     assert {found[name].method for name in ("viscous", "coulomb")} == {"least-squares"}
     assert "the method of sines does not know load.terms" in found["viscous"].why
-    emps = {row.parameter: row for row in assess(loaded(load(EMPS, Bench), "spring", most=5.0), {}, DURATION).rows}
+    emps = {
+        row.parameter: row
+        for row in assess(loaded(load(EMPS, Bench), "spring", most=5.0), {}, DURATION).rows
+    }
     alone = {row.parameter: row for row in assess(load(EMPS, Bench), {}, DURATION).rows}
     for name in ("inertia", "viscous", "coulomb"):
         assert emps[name].verdict.method == "least-squares"
@@ -100,8 +138,22 @@ def test_the_commands_say_what_is_missing(tmp_path: Path) -> None:
     bench.write_text(CLUTCH.read_text() + "\nload: {terms: [offset, gravity]}\n")
     missing = "load.terms names gravity, and load.most does not say how much effort that takes"
     assert missing in run("assess", "--bench", bench).stderr
-    assert missing in run("excite", "--bench", bench, "--kind", "sine", "-o", tmp_path / "sine.csv").stderr
-    bench.write_text(CLUTCH.read_text() + "\nload: {terms: [offset, gravity], most: {value: 100, unit: mN m}}\n")
-    assert "load." not in run("excite", "--bench", bench, "--kind", "sine", "-o", tmp_path / "sine.csv").stderr
-    bench.write_text(CLUTCH.read_text() + "\nload: {terms: [offset], most: {value: 0.1, unit: N m}}\n")
-    refused(run("assess", "--bench", bench), 3, "most is the effort of spring, gravity, ripple, none of which is among the terms")
+    assert (
+        missing
+        in run("excite", "--bench", bench, "--kind", "sine", "-o", tmp_path / "sine.csv").stderr
+    )
+    bench.write_text(
+        CLUTCH.read_text() + "\nload: {terms: [offset, gravity], most: {value: 100, unit: mN m}}\n"
+    )
+    assert (
+        "load."
+        not in run("excite", "--bench", bench, "--kind", "sine", "-o", tmp_path / "sine.csv").stderr
+    )
+    bench.write_text(
+        CLUTCH.read_text() + "\nload: {terms: [offset], most: {value: 0.1, unit: N m}}\n"
+    )
+    refused(
+        run("assess", "--bench", bench),
+        3,
+        "most is the effort of spring, gravity, ripple, none of which is among the terms",
+    )

@@ -10,54 +10,71 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
-from frictool.identify.plausible import implausible
-from frictool.identify.record import Record
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.record_plausibility import implausible
 from sample_logs.make import TRUTH, sines, steps
 from tests.identify.benches import clutch, record
 
 
 @pytest.fixture(scope="module")
-def log() -> Record:
+def log() -> MotionRecord:
     return record(sines(1))
 
 
 def without(bench: Bench, *names: str) -> Bench:
-    return msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, **dict.fromkeys(names)))
+    return msgspec.structs.replace(
+        bench, mechanics=msgspec.structs.replace(bench.mechanics, **dict.fromkeys(names))
+    )
 
 
-def test_the_clutch_is_plausible(log: Record) -> None:
+def test_the_clutch_is_plausible(log: MotionRecord) -> None:
     assert implausible(log, clutch()) == []
     assert implausible(record(steps(1)), clutch()) == []
 
 
 @pytest.mark.parametrize("value", [1e300, -1e300, 1e17])
-def test_a_position_that_no_encoder_shows(log: Record, value: float) -> None:
+def test_a_position_that_no_encoder_shows(log: MotionRecord, value: float) -> None:
     position = log.position.copy()
     position[500] = value
-    with pytest.raises(LogError, match=r"at 0\.5 s; allowed: an encoder shows at most 2\^53 counts"):
+    with pytest.raises(
+        LogError, match=r"at 0\.5 s; allowed: an encoder shows at most 2\^53 counts"
+    ):
         implausible(replace(log, position=position), without(clutch(), "travel", "top_speed"))
 
 
-def test_a_position_beyond_any_travel(log: Record) -> None:
+def test_a_position_beyond_any_travel(log: MotionRecord) -> None:
     position = log.position.copy()
     position[700:] += 700.0
-    with pytest.raises(LogError, match=r"at 0\.7 s; allowed: within 10 times the bench's travel, 630 rad") as raised:
+    with pytest.raises(
+        LogError, match=r"at 0\.7 s; allowed: within 10 times the bench's travel, 630 rad"
+    ) as raised:
         implausible(
-            replace(log, position=position[:1200], effort=log.effort[:1200], time=log.time[:1200], piece=log.piece[:1200]), clutch()
+            replace(
+                log,
+                position=position[:1200],
+                effort=log.effort[:1200],
+                time=log.time[:1200],
+                piece=log.piece[:1200],
+            ),
+            clutch(),
         )
     assert raised.value.exit_code == 3
-    assert implausible(replace(log, position=log.position + 1e6), clutch()) == []  # where zero lies is nobody's business
+    assert (
+        implausible(replace(log, position=log.position + 1e6), clutch()) == []
+    )  # where zero lies is nobody's business
 
 
-def test_an_effort_that_no_actuator_gives(log: Record) -> None:
+def test_an_effort_that_no_actuator_gives(log: MotionRecord) -> None:
     effort = log.effort.copy()
     effort[300] = -1e200
-    with pytest.raises(LogError, match=r"-1e\+200 N m at 0\.3 s; allowed: at most 10 times the actuator's"):
+    with pytest.raises(
+        LogError, match=r"-1e\+200 N m at 0\.3 s; allowed: at most 10 times the actuator's"
+    ):
         implausible(replace(log, effort=effort), clutch())
 
 
 @pytest.mark.parametrize("bits", [8, 9])
-def test_a_counter_that_wraps_is_said_with_its_bits(log: Record, bits: int) -> None:
+def test_a_counter_that_wraps_is_said_with_its_bits(log: MotionRecord, bits: int) -> None:
     counts = np.rint(log.position / TRUTH.encoder_step).astype(np.int64)
     wrapped = replace(log, position=((counts + 100) % 2**bits) * TRUTH.encoder_step)
     jumps = np.flatnonzero(np.abs(np.diff(wrapped.position)) > 10.0)
@@ -68,7 +85,7 @@ def test_a_counter_that_wraps_is_said_with_its_bits(log: Record, bits: int) -> N
     assert implausible(wrapped, without(clutch(), "top_speed")) == []
 
 
-def test_counts_that_are_lost_are_no_wrap(log: Record) -> None:
+def test_counts_that_are_lost_are_no_wrap(log: MotionRecord) -> None:
     position = log.position.copy()
     position[900:] += 40.0 * TRUTH.encoder_step
     (warning,) = implausible(replace(log, position=position), clutch())
@@ -76,7 +93,7 @@ def test_counts_that_are_lost_are_no_wrap(log: Record) -> None:
     assert "are counts lost?" in warning
 
 
-def test_a_gap_in_time_is_no_jump(log: Record) -> None:
+def test_a_gap_in_time_is_no_jump(log: MotionRecord) -> None:
     position, piece = log.position.copy(), log.piece.copy()
     position[900:] += 40.0 * TRUTH.encoder_step
     piece[900:] = 1

@@ -1,4 +1,5 @@
-"""Presliding from slow loops on a SIMULATED bench: each law's parameters come back within their intervals, and are told from the others."""
+"""Presliding from slow loops on a SIMULATED bench: each law's parameters come back within their
+intervals, and are told from the others."""
 
 from __future__ import annotations
 
@@ -14,16 +15,26 @@ from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.friction.preisach_cycles import masing_everett
 from frictool.friction.virgin_curve import virgin_force
-from frictool.identify.outcome import Interval, NothingUsable
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.presliding.elasto_plastic import elasto_plastic, elasto_plastic_path
 from frictool.identify.presliding.loops import find_loops
 from frictool.identify.presliding.lugre import lugre, lugre_path
 from frictool.identify.presliding.maxwell import element_paths, maxwell
 from frictool.identify.presliding.preisach import preisach
-from frictool.identify.record import Record, make_record
 from tests.cli.run import refused, run
 from tests.identify.benches import CLUTCH
-from tests.identify.presliding_bench import BREAKAWAY, INERTIA, MAXWELL, PERIOD, STIFFNESS, Z_BA, Z_MAX, curve, slow_loops
+from tests.identify.presliding_bench import (
+    BREAKAWAY,
+    INERTIA,
+    MAXWELL,
+    PERIOD,
+    STIFFNESS,
+    Z_BA,
+    Z_MAX,
+    curve,
+    slow_loops,
+)
 
 KNOWN = Interval(BREAKAWAY, 0.995 * BREAKAWAY, 1.005 * BREAKAWAY)
 COUNT = Z_MAX / 200.0
@@ -72,14 +83,17 @@ def test_elasto_plastic_is_found_and_told_from_the_others() -> None:
 def test_maxwell_slip_is_found_and_told_from_the_others() -> None:
     loops = find_loops([slow_loops("maxwell_slip", 1, COUNT)], KNOWN)
     found = maxwell(loops, 0.95)
-    assert all(holds(one, curve(float(d))) for d, one in zip(found.displacement, found.force, strict=True))
+    assert all(
+        holds(one, curve(float(d))) for d, one in zip(found.displacement, found.force, strict=True)
+    )
     assert holds(found.stiffness, float(MAXWELL[1].sum()))
     assert holds(found.limit, Z_MAX)
     assert found.held_out < 0.2 * lugre(loops, 0.95).held_out
 
 
-def centred_cycles(repeats: int, noise: float, seed: int = 4, phase: float = 0.0) -> Record:
-    """Ten growing centred cycles of the Masing hysteresis of the parabola, 3.7.1, again and again; the first from the virgin curve.
+def centred_cycles(repeats: int, noise: float, seed: int = 4, phase: float = 0.0) -> MotionRecord:
+    """Ten growing centred cycles of the Masing hysteresis of the parabola, 3.7.1, again and again;
+    the first from the virgin curve.
 
     phase: where in a count the encoder's zero lies, 0 to 1.
     """
@@ -93,14 +107,20 @@ def centred_cycles(repeats: int, noise: float, seed: int = 4, phase: float = 0.0
         ]
         last = -top
     x, generator = np.array(position) * Z_MAX, np.random.default_rng(seed)
-    seen, effort = np.rint(x / (0.2 * COUNT) + phase) * 0.2 * COUNT, np.array(force) + noise * BREAKAWAY * generator.standard_normal(x.size)
+    seen, effort = (
+        np.rint(x / (0.2 * COUNT) + phase) * 0.2 * COUNT,
+        np.array(force) + noise * BREAKAWAY * generator.standard_normal(x.size),
+    )
     return make_record("cycles", np.arange(x.size) * PERIOD, seen, effort, 0.2 * COUNT, 0.0)
 
 
 def test_a_noisy_effort_does_not_end_a_branch_of_preisach_before_the_axis_turns() -> None:
-    """Near z_max the effort is flat; cut at its own reversal, the branches of the largest amplitudes ended 5 % early and were not used."""
+    """Near z_max the effort is flat; cut at its own reversal, the branches of the largest
+    amplitudes ended 5 % early and were not used."""
     for seed in (0, 3):
-        assert preisach(find_loops([centred_cycles(2, 0.01, seed, 0.3)], KNOWN), 0.95).everett.shape == (21, 21)
+        assert preisach(
+            find_loops([centred_cycles(2, 0.01, seed, 0.3)], KNOWN), 0.95
+        ).everett.shape == (21, 21)
 
 
 def test_preisach_of_centred_cycles_is_masing_s() -> None:
@@ -110,40 +130,64 @@ def test_preisach_of_centred_cycles_is_masing_s() -> None:
     lower = np.tril(np.ones(truth.shape, dtype=bool), -1)
     assert np.mean((np.abs(found.everett - truth) <= found.half_width)[lower]) > 0.9
     assert holds(found.saturation, BREAKAWAY)
-    with pytest.raises(NothingUsable, match="no set of centred cycles"):
+    with pytest.raises(UnusableLogs, match="no set of centred cycles"):
         preisach(find_loops([slow_loops("lugre", 1, COUNT)], KNOWN), 0.95)
 
 
 @settings(max_examples=20, deadline=None)
 @given(st.lists(st.floats(-2.0, 2.0), min_size=2, max_size=30), st.floats(0.1, 0.9))
-def test_paths_do_not_depend_on_how_finely_they_are_walked(places: list[float], share: float) -> None:
+def test_paths_do_not_depend_on_how_finely_they_are_walked(
+    places: list[float], share: float
+) -> None:
     """Kernels against a walk in a hundred plain steps; no force beyond the breakaway."""
     position = np.concatenate(([0.0], places)) * Z_MAX
-    fine = np.interp(np.linspace(0.0, position.size - 1.0, 100 * (position.size - 1) + 1), np.arange(position.size), position)
+    fine = np.interp(
+        np.linspace(0.0, position.size - 1.0, 100 * (position.size - 1) + 1),
+        np.arange(position.size),
+        position,
+    )
     elements, values = np.array([0.3, 0.8]) * Z_MAX, []
     for path in (position, fine):
-        starts, one, two, three = np.arange(path.size) == 0, np.empty(path.size), np.empty(path.size), np.empty((path.size, 2))
+        starts, one, two, three = (
+            np.arange(path.size) == 0,
+            np.empty(path.size),
+            np.empty(path.size),
+            np.empty((path.size, 2)),
+        )
         lugre_path(path, starts, STIFFNESS, BREAKAWAY, one)
         elasto_plastic_path(path, starts, STIFFNESS, BREAKAWAY, share, two)
         element_paths(path, starts, elements, three)
-        values.append([force[:: 1 if path is position else 100] for force in (one, two, three[:, 0], three[:, 1])])
+        values.append(
+            [
+                force[:: 1 if path is position else 100]
+                for force in (one, two, three[:, 0], three[:, 1])
+            ]
+        )
     for coarse, walked, size in zip(*values, (BREAKAWAY, BREAKAWAY, *elements), strict=True):
         assert coarse == pytest.approx(walked, abs=5e-3 * size)
         assert np.abs(coarse).max() <= size * (1.0 + 1e-9)
 
 
 def test_what_does_not_tell_presliding_is_refused() -> None:
-    with pytest.raises(NothingUsable, match=r"sees \d counts of the longest branch .* a count of .* or less"):
+    with pytest.raises(
+        UnusableLogs, match=r"sees \d counts of the longest branch .* a count of .* or less"
+    ):
         find_loops([slow_loops("lugre", 1, 0.5 * Z_MAX)], KNOWN)
-    with pytest.raises(NothingUsable, match="reverses 2 times; at least 5"):
+    with pytest.raises(UnusableLogs, match="reverses 2 times; at least 5"):
         find_loops([slow_loops("lugre", 1, COUNT, turns=(0.8, -0.8, 0.8))], KNOWN)
-    with pytest.raises(NothingUsable, match="% of the breakaway; at least 50 % are needed"):
-        maxwell(find_loops([slow_loops("maxwell_slip", 1, 0.1 * COUNT, turns=(0.2, -0.2) * 4)], KNOWN), 0.95)
+    with pytest.raises(UnusableLogs, match="% of the breakaway; at least 50 % are needed"):
+        maxwell(
+            find_loops([slow_loops("maxwell_slip", 1, 0.1 * COUNT, turns=(0.2, -0.2) * 4)], KNOWN),
+            0.95,
+        )
 
 
-def csv(log: Record, folder: Path) -> Path:
+def csv(log: MotionRecord, folder: Path) -> Path:
     path = folder / "loops.csv"
-    rows = [f"{t:.3f},{x:.9f},{u:.6f}" for t, x, u in zip(log.time, log.position, log.effort, strict=True)]
+    rows = [
+        f"{t:.3f},{x:.9f},{u:.6f}"
+        for t, x, u in zip(log.time, log.position, log.effort, strict=True)
+    ]
     path.write_text("\n".join(["time [s],position [rad],current [A]", *rows, ""]))
     return path
 
@@ -151,7 +195,16 @@ def csv(log: Record, folder: Path) -> Path:
 def test_the_command_writes_presliding_into_the_model(tmp_path: Path) -> None:
     bench, target = tmp_path / "bench.yaml", tmp_path / "model.yaml"
     bench.write_text(BENCH)
-    result = run("identify", "--loops", csv(slow_loops("lugre", 2, COUNT), tmp_path), "--bench", bench, "-o", target, "--json")
+    result = run(
+        "identify",
+        "--loops",
+        csv(slow_loops("lugre", 2, COUNT), tmp_path),
+        "--bench",
+        bench,
+        "-o",
+        target,
+        "--json",
+    )
     assert result.code == 0, result.stderr
     found, model = json.loads(result.stdout)["presliding"], load(target, Model)
     assert model.presliding is not None
@@ -162,23 +215,42 @@ def test_the_command_writes_presliding_into_the_model(tmp_path: Path) -> None:
     assert low <= BREAKAWAY / STIFFNESS <= high
     assert "preisach" in model.presliding.refused
     assert [entry.name for entry in model.provenance.inputs] == ["loops.csv", "bench.yaml"]
-    assert "presliding, by lugre" in run("identify", "--loops", tmp_path / "loops.csv", "--bench", bench).stdout
+    assert (
+        "presliding, by lugre"
+        in run("identify", "--loops", tmp_path / "loops.csv", "--bench", bench).stdout
+    )
 
 
 def test_a_log_of_sliding_is_no_loops() -> None:
     """One line, no model: strokes of the sample logs, whose encoder sees many counts."""
     for name in ("sines.csv", "ramp.csv"):
-        result = run("identify", "--loops", CLUTCH.parents[2] / "sample_logs" / name, "--bench", CLUTCH)
+        result = run(
+            "identify", "--loops", CLUTCH.parents[2] / "sample_logs" / name, "--bench", CLUTCH
+        )
         refused(result, 1, "no law of presliding suits these loops (does the axis slip in them?)")
 
 
 def test_the_clutch_is_refused_in_one_line(tmp_path: Path) -> None:
     target, steps = tmp_path / "model.yaml", CLUTCH.parents[2] / "sample_logs" / "ramp.csv"
     still = tmp_path / "loops.csv"
-    rows = steps.read_text().splitlines()[:1] + [f"{0.001 * k:.3f},3,{2.0 * np.sin(0.01 * k):.3f}" for k in range(4000)]
+    rows = steps.read_text().splitlines()[:1] + [
+        f"{0.001 * k:.3f},3,{2.0 * np.sin(0.01 * k):.3f}" for k in range(4000)
+    ]
     still.write_text("\n".join([*rows, ""]))
-    refused(run("identify", "--loops", still, "--bench", CLUTCH, "-o", target), 1, "presliding: the encoder sees 0 counts", "or less")
+    refused(
+        run("identify", "--loops", still, "--bench", CLUTCH, "-o", target),
+        1,
+        "presliding: the encoder sees 0 counts",
+        "or less",
+    )
     assert not target.exists()
-    both = run("identify", CLUTCH.parents[2] / "sample_logs" / "sines.csv", "--loops", still, "--bench", CLUTCH)
+    both = run(
+        "identify",
+        CLUTCH.parents[2] / "sample_logs" / "sines.csv",
+        "--loops",
+        still,
+        "--bench",
+        CLUTCH,
+    )
     assert both.code == 0, both.stderr
     assert "not identified: presliding: the encoder sees" in both.stdout

@@ -1,4 +1,5 @@
-"""Recursive least squares by Givens rotations: against least squares on all rows so far, weighted by how old they are."""
+"""Recursive least squares by Givens rotations: against least squares on all rows so far, weighted
+by how old they are."""
 
 from __future__ import annotations
 
@@ -8,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.identify.estimators.recursive import givens_path, path
-from frictool.identify.methods import Settings, run
-from frictool.identify.rows.slipping import SMALLEST_SHARE, slipping
+from frictool.identify.methods import IdentificationSettings, run
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 from sample_logs.make import TRUTH, sines
 from tests.identify.benches import clutch, record
 
@@ -24,7 +25,9 @@ def test_every_value_is_that_of_least_squares(seed: int, count: int, forgetting:
     assert np.isnan(found[:2]).all()
     for k in range(3, count):
         weight = root ** np.arange(k, -1, -1.0)
-        plain = np.linalg.lstsq(rows[: k + 1, :3] * weight[:, None], rows[: k + 1, 3] * weight, rcond=None)[0]
+        plain = np.linalg.lstsq(
+            rows[: k + 1, :3] * weight[:, None], rows[: k + 1, 3] * weight, rcond=None
+        )[0]
         assert found[k] == pytest.approx(plain, rel=1e-6, abs=1e-8)
 
 
@@ -33,15 +36,24 @@ def test_the_path_ends_where_the_method_does() -> None:
     window = 51
     samples, _ = slipping([log], clutch(), SMALLEST_SHARE, window)
     end = path(samples, 0.95)[-1]
-    fit = run("recursive", [log], clutch(), Settings(window=window, forgetting=0.95))
+    fit = run("recursive", [log], clutch(), IdentificationSettings(window=window, forgetting=0.95))
     for name, value in zip(("inertia", "viscous", "coulomb", "offset"), end, strict=True):
         if name in fit.parameters:
             assert fit.parameters[name].value == pytest.approx(value, rel=1e-9)
 
 
 def test_forgetting_follows_a_friction_that_drifts() -> None:
-    """Coulomb friction 10 % higher in the second of two logs: least squares gives their mean, forgetting the second."""
-    logs = [record(sines(seed, TRUTH._replace(coulomb=value))) for seed, value in ((1, 0.099), (2, 0.109))]
-    values = [run("recursive", logs, clutch(), Settings(forgetting=f)).parameters["coulomb"].value for f in (1.0, 0.9)]
+    """Coulomb friction 10 % higher in the second of two logs: least squares gives their mean,
+    forgetting the second."""
+    logs = [
+        record(sines(seed, TRUTH._replace(coulomb=value)))
+        for seed, value in ((1, 0.099), (2, 0.109))
+    ]
+    values = [
+        run("recursive", logs, clutch(), IdentificationSettings(forgetting=f))
+        .parameters["coulomb"]
+        .value
+        for f in (1.0, 0.9)
+    ]
     assert values[0] == pytest.approx(0.104, rel=0.01)
     assert values[1] == pytest.approx(0.109, rel=0.01)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from frictool.identify.identification import NothingIdentified, identify
-from frictool.identify.methods import DEFAULT, Settings, run
-from frictool.identify.record import Record, make_record
+from frictool.identify.methods import DEFAULT, IdentificationSettings, run
+from frictool.identify.motion_record import MotionRecord, make_record
 from sample_logs.make import TRUTH, sines, steps
 from tests.identify.benches import clutch, record
 from tests.identify.linear_axis import linear_axis, linear_bench
@@ -18,34 +18,47 @@ PERIOD = 1e-3
 
 
 @pytest.fixture(scope="module")
-def log() -> Record:
+def log() -> MotionRecord:
     return record(sines(3))
 
 
-def reason(records: list[Record]) -> str:
-    """Why nothing is identified from the records of the clutch; the same for each sliding parameter."""
+def reason(records: list[MotionRecord]) -> str:
+    """Why nothing is identified from the records of the clutch; the same for each sliding
+    parameter."""
     with pytest.raises(NothingIdentified) as raised:
-        identify(records, [], clutch(), DEFAULT, Settings())
-    (why,) = {raised.value.result.refused[name] for name in ("inertia", "viscous", "coulomb", "offset")}
+        identify(records, [], clutch(), DEFAULT, IdentificationSettings())
+    (why,) = {
+        raised.value.result.refused[name] for name in ("inertia", "viscous", "coulomb", "offset")
+    }
     assert "\n" not in why
     return why
 
 
-def test_a_saturated_measurement(log: Record) -> None:
+def test_a_saturated_measurement(log: MotionRecord) -> None:
     top = 0.4 * float(np.abs(log.effort).max())
-    assert "its measurement is saturated" in reason([replace(log, effort=np.clip(log.effort, -top, top))])
+    assert "its measurement is saturated" in reason(
+        [replace(log, effort=np.clip(log.effort, -top, top))]
+    )
 
 
 def test_an_effort_at_the_actuators_limit_is_known() -> None:
     """Steps drive the current into its limit, and the log shows what then acts."""
     full = record(steps(4))
-    held = replace(full, effort=np.clip(2.0 * full.effort, -TRUTH.constant * 50.0, TRUTH.constant * 50.0))
+    held = replace(
+        full, effort=np.clip(2.0 * full.effort, -TRUTH.constant * 50.0, TRUTH.constant * 50.0)
+    )
     with pytest.raises(NothingIdentified) as raised:
-        identify([replace(held, position=np.zeros(held.time.size))], [], clutch(), DEFAULT, Settings())
+        identify(
+            [replace(held, position=np.zeros(held.time.size))],
+            [],
+            clutch(),
+            DEFAULT,
+            IdentificationSettings(),
+        )
     assert "saturated" not in raised.value.result.refused["coulomb"]
 
 
-def test_a_clipped_encoder(log: Record) -> None:
+def test_a_clipped_encoder(log: MotionRecord) -> None:
     limit = float(np.quantile(log.position, 0.7))
     why = reason([replace(log, position=np.minimum(log.position, limit))])
     assert "the encoder is clipped" in why
@@ -53,11 +66,14 @@ def test_a_clipped_encoder(log: Record) -> None:
 
 
 def test_a_controllers_own_output() -> None:
-    """The axis is moved from outside, and the log holds what a PD controller would have asked for."""
+    """The axis is moved from outside, and the log holds what a PD controller would have asked
+    for."""
     time = np.arange(20_000) * PERIOD
     exact = 20.0 * np.sin(2.0 * np.pi * 1.3 * time) * (1.0 + 0.3 * np.sin(0.6 * time))
     position = np.round(exact / 1e-5) * 1e-5
-    command = 1e-4 * np.gradient(np.gradient(exact, PERIOD), PERIOD) + 2e-3 * np.gradient(exact, PERIOD)
+    command = 1e-4 * np.gradient(np.gradient(exact, PERIOD), PERIOD) + 2e-3 * np.gradient(
+        exact, PERIOD
+    )
     moved = make_record("moved", time, position, command, resolution=1e-5, lag=0.003)
     why = reason([moved])
     assert "computed from the encoder" in why
@@ -66,21 +82,38 @@ def test_a_controllers_own_output() -> None:
 
 def test_a_measured_effort_on_a_fine_encoder_is_not_its_own_output() -> None:
     truth, axis = linear_axis(2)
-    found = identify([axis], [], linear_bench(), DEFAULT, Settings()).identified["coulomb"]
+    found = identify([axis], [], linear_bench(), DEFAULT, IdentificationSettings()).identified[
+        "coulomb"
+    ]
     assert found.low <= truth.coulomb <= found.high
 
 
 def test_too_few_reversals() -> None:
-    """The first strokes of the linear axis: one backward stroke tells no difference of directions from one of strokes."""
+    """The first strokes of the linear axis: one backward stroke tells no difference of directions
+    from one of strokes."""
     _, axis = linear_axis(2)
     strokes = slice(0, 640)
-    short = make_record("short", axis.time[strokes], axis.position[strokes], axis.effort[strokes], axis.resolution, axis.lag)
-    fit = run("least-squares", [short], linear_bench(), Settings())
+    short = make_record(
+        "short",
+        axis.time[strokes],
+        axis.position[strokes],
+        axis.effort[strokes],
+        axis.resolution,
+        axis.lag,
+    )
+    fit = run("least-squares", [short], linear_bench(), IdentificationSettings())
     for name in ("coulomb", "offset"):
         assert "too few reversals" in fit.refused[name]
         assert name not in fit.parameters
 
 
 def test_no_excitation() -> None:
-    still = make_record("still", np.arange(3000) * PERIOD, np.zeros(3000), np.ones(3000) * 0.05, TRUTH.encoder_step, 0.003)
+    still = make_record(
+        "still",
+        np.arange(3000) * PERIOD,
+        np.zeros(3000),
+        np.ones(3000) * 0.05,
+        TRUTH.encoder_step,
+        0.003,
+    )
     assert "no sample slips" in reason([still])

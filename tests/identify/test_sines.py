@@ -1,4 +1,5 @@
-"""The method of sines (4.34)-(4.39) on the mass of table 4.1 and on the thesis's non-linear clutch."""
+"""The method of sines (4.34)-(4.39) on the mass of table 4.1 and on the thesis's non-linear
+clutch."""
 
 from __future__ import annotations
 
@@ -8,9 +9,9 @@ import numpy as np
 import pytest
 
 from frictool.identify.estimators.sines import sines
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import NothingUsable
-from frictool.identify.record import make_record
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import make_record
 from sample_logs.make import TRUTH
 from sample_logs.make import sines as half_sines
 from tests.accept.check_knees import false_knees, true_knees
@@ -20,35 +21,45 @@ from tests.identify.curve_logs import mass_sines
 
 @pytest.mark.parametrize("step", [1e-4, 1e-2])
 def test_sines_of_table_4_1_are_not_biased_by_the_sticks(tmp_path: Path, step: float) -> None:
-    """-0.4/+0.4 % was reached with the gate, -0.6/+0.9 % at a step at which weighted least squares fails by 100 %; +9/-21 % without."""
-    fit = sines(mass_sines(1, step), mass_bench(tmp_path), Settings())
-    assert fit.parameters["viscous"].value == pytest.approx(MASS.viscous, rel=4e-3 if step < 1e-3 else 6e-3)
-    assert fit.parameters["coulomb"].value == pytest.approx(MASS.coulomb, rel=4e-3 if step < 1e-3 else 9e-3)
+    """-0.4/+0.4 % was reached with the gate, -0.6/+0.9 % at a step at which weighted least squares
+    fails by 100 %; +9/-21 % without."""
+    fit = sines(mass_sines(1, step), mass_bench(tmp_path), IdentificationSettings())
+    assert fit.parameters["viscous"].value == pytest.approx(
+        MASS.viscous, rel=4e-3 if step < 1e-3 else 6e-3
+    )
+    assert fit.parameters["coulomb"].value == pytest.approx(
+        MASS.coulomb, rel=4e-3 if step < 1e-3 else 9e-3
+    )
     assert "inertia" in fit.refused
     assert fit.laws is None
 
 
 def test_the_clutch_of_the_sample_logs() -> None:
-    fit = sines([record(half_sines(3))], clutch(), Settings())
+    fit = sines([record(half_sines(3))], clutch(), IdentificationSettings())
     for name in ("viscous", "coulomb", "offset"):
         assert fit.parameters[name].low <= getattr(TRUTH, name) <= fit.parameters[name].high
     assert fit.details["knees"] == 0
 
 
 def test_knees_false_and_true() -> None:
-    """A seeded few of the accept check's: with the bench's inertia six plain clutches in ten used to show a knee."""
+    """A seeded few of the accept check's: with the bench's inertia six plain clutches in ten used
+    to show a knee."""
     assert false_knees(6) == 0
     assert true_knees(2)[0] == 2
 
 
 def test_one_speed_tells_one_number(tmp_path: Path) -> None:
     logs = [mass_sines(seed)[2] for seed in (2, 3)]
-    with pytest.raises(NothingUsable, match=r"all strokes have one speed .* record sines of several speeds"):
-        sines(logs, mass_bench(tmp_path), Settings())
+    with pytest.raises(
+        UnusableLogs, match=r"all strokes have one speed .* record sines of several speeds"
+    ):
+        sines(logs, mass_bench(tmp_path), IdentificationSettings())
 
 
 def test_one_direction_is_refused(tmp_path: Path) -> None:
     n = 4000
-    still = make_record("one way", np.arange(n) * 1e-3, np.linspace(0.0, 4.0, n), np.ones(n), 1e-4, 0.0)
-    with pytest.raises(NothingUsable, match="forward and 0 backward"):
-        sines([still], mass_bench(tmp_path), Settings())
+    still = make_record(
+        "one way", np.arange(n) * 1e-3, np.linspace(0.0, 4.0, n), np.ones(n), 1e-4, 0.0
+    )
+    with pytest.raises(UnusableLogs, match="forward and 0 backward"):
+        sines([still], mass_bench(tmp_path), IdentificationSettings())

@@ -1,4 +1,5 @@
-"""Smoothing in phase: the bump, the effort's weights, and the equation of motion that survives them exactly."""
+"""Smoothing in phase: the bump, the effort's weights, and the equation of motion that survives them
+exactly."""
 
 from __future__ import annotations
 
@@ -8,10 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from frictool.bell import effort_weights
-from frictool.identify.record import make_record
-from frictool.identify.rows.slipping import SMALLEST_SHARE, shortest_window, slipping_window
-from frictool.identify.rows.smoothing import acceleration_filter, bump, choose_window, position_noise, smoothed
+from frictool.identify.motion_record import make_record
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, shortest_window, slipping_window
+from frictool.identify.rows.smoothing import (
+    acceleration_filter,
+    bump,
+    choose_window,
+    position_noise,
+    smoothed,
+)
+from frictool.plant.weak_form import effort_weights
 from tests.identify.linear_axis import linear_axis
 
 PERIOD = 1e-3
@@ -25,7 +32,9 @@ def test_the_filter_is_the_second_difference_of_the_bump(window: int) -> None:
     assert g.sum() == pytest.approx(1.0, rel=1e-9)
     assert np.allclose(g, g[::-1], atol=1e-12)
     assert np.all(g > 0.0)
-    assert np.convolve(g, [1.0, -2.0, 1.0]) / PERIOD**2 == pytest.approx(c, abs=1e-9 * np.abs(c).max())
+    assert np.convolve(g, [1.0, -2.0, 1.0]) / PERIOD**2 == pytest.approx(
+        c, abs=1e-9 * np.abs(c).max()
+    )
 
 
 @settings(derandomize=True, deadline=None, max_examples=30)
@@ -38,7 +47,9 @@ def test_effort_weights_integrate_a_lagging_effort_over_the_triangle(lag: float)
 
     after = quad(lambda s: (1.0 - s) * rise(s), 0.0, 1.0)[0]
     rising = quad(lambda s: s * rise(s), 0.0, 1.0)[0]
-    assert effort_weights(PERIOD, lag) == pytest.approx((0.5 - rising, rising + 0.5 - after, after), abs=1e-6)
+    assert effort_weights(PERIOD, lag) == pytest.approx(
+        (0.5 - rising, rising + 0.5 - after, after), abs=1e-6
+    )
 
 
 def test_a_held_effort_weighs_the_two_intervals_before_it() -> None:
@@ -48,14 +59,17 @@ def test_a_held_effort_weighs_the_two_intervals_before_it() -> None:
 
 @pytest.mark.parametrize("window", [11, 31, 101])
 def test_smoothing_leaves_no_bias_under_a_zero_order_hold(window: int) -> None:
-    """An inertia without friction under random held efforts: acceleration and effort are the same number at every sample."""
+    """An inertia without friction under random held efforts: acceleration and effort are the same
+    number at every sample."""
     generator = np.random.default_rng(3)
     effort, inertia = generator.normal(size=600), 2.5
     position, speed = np.zeros(600), 0.0
     for k in range(599):
         position[k + 1] = position[k] + speed * PERIOD + 0.5 * effort[k] / inertia * PERIOD**2
         speed += effort[k] / inertia * PERIOD
-    record = make_record("free", np.arange(600) * PERIOD, position, effort, resolution=1e-12, lag=0.0)
+    record = make_record(
+        "free", np.arange(600) * PERIOD, position, effort, resolution=1e-12, lag=0.0
+    )
     acceleration, velocity, mean = smoothed(record, window)
     inner = np.isfinite(acceleration)
     assert inner.sum() == 600 - window + 1
@@ -64,7 +78,14 @@ def test_smoothing_leaves_no_bias_under_a_zero_order_hold(window: int) -> None:
 
 
 def test_a_straight_line_has_its_slope_and_no_acceleration() -> None:
-    record = make_record("line", np.arange(300) * PERIOD, 7.0 + 3.0 * np.arange(300) * PERIOD, np.ones(300), resolution=1e-9, lag=0.0)
+    record = make_record(
+        "line",
+        np.arange(300) * PERIOD,
+        7.0 + 3.0 * np.arange(300) * PERIOD,
+        np.ones(300),
+        resolution=1e-9,
+        lag=0.0,
+    )
     acceleration, velocity, effort = (values[20:-20] for values in smoothed(record, 21))
     assert np.abs(acceleration).max() < 1e-6
     assert velocity == pytest.approx(3.0)
@@ -76,7 +97,9 @@ def test_the_window_grows_with_the_encoder_step_up_to_a_share_of_the_stroke() ->
     path = np.sin(2.0 * np.pi * time)
     windows = []
     for step in (1e-7, 1e-4, 1e-2):
-        record = make_record("sine", time, np.floor(path / step) * step, np.zeros(3000), resolution=step, lag=0.0)
+        record = make_record(
+            "sine", time, np.floor(path / step) * step, np.zeros(3000), resolution=step, lag=0.0
+        )
         assert position_noise(record) == pytest.approx(step / 12.0**0.5, rel=0.25)
         windows.append(choose_window(record, 500.0, 0.0075))
     assert windows[0] == 11
@@ -86,8 +109,12 @@ def test_the_window_grows_with_the_encoder_step_up_to_a_share_of_the_stroke() ->
 def test_records_of_two_encoders_share_the_window_of_the_coarser_one() -> None:
     _, fine = linear_axis(3)
     step = 20.0 * fine.resolution
-    coarse = make_record("coarse", fine.time, np.floor(fine.position / step) * step, fine.effort, step, fine.lag)
+    coarse = make_record(
+        "coarse", fine.time, np.floor(fine.position / step) * step, fine.effort, step, fine.lag
+    )
     alone = [shortest_window([record], SMALLEST_SHARE) for record in (fine, coarse)]
     assert alone[0] < alone[1]
     for records in ([fine, coarse], [coarse, fine]):
-        assert shortest_window(records, SMALLEST_SHARE) == slipping_window(records, None) == alone[1]
+        assert (
+            shortest_window(records, SMALLEST_SHARE) == slipping_window(records, None) == alone[1]
+        )

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from frictool.documents.provenance import Provenance
-from frictool.identify.estimators.stribeck_curve import Runs, find_runs, stribeck_curve
+from frictool.identify.estimators.stribeck_curve import ConstantSpeedRuns, find_runs, stribeck_curve
+from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import identify
-from frictool.identify.methods import Settings
-from frictool.identify.model import model_of
-from frictool.identify.outcome import NothingUsable
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.model_document import model_of
 from frictool.plant.axis_model import axis_of
 from sample_logs.make import sines
 from tests.identify.benches import clutch, record
@@ -19,7 +19,7 @@ from tests.identify.curve_logs import RUN_SPEEDS, STRIBECK_VELOCITY, constant_sp
 
 def test_the_curve_of_the_simulated_axis() -> None:
     truth = stribeck_axis()
-    fit = stribeck_curve([constant_speeds(1, truth)], clutch(), Settings())
+    fit = stribeck_curve([constant_speeds(1, truth)], clutch(), IdentificationSettings())
     for name in ("coulomb", "viscous", "offset", "breakaway"):
         assert fit.parameters[name].low <= getattr(truth, name) <= fit.parameters[name].high
     velocity = fit.parameters["stribeck_velocity"]
@@ -36,13 +36,19 @@ def test_runs_lie_at_the_speeds_that_were_asked_for() -> None:
 def test_friction_that_does_not_fall_has_no_stribeck_velocity() -> None:
     truth = stribeck_axis()
     flat = truth._replace(breakaway=0.105, laws=truth.laws._replace(stribeck_velocity=0.0))
-    fit = stribeck_curve([constant_speeds(3, flat)], clutch(), Settings())
+    fit = stribeck_curve([constant_speeds(3, flat)], clutch(), IdentificationSettings())
     assert set(fit.parameters) == {"coulomb", "viscous", "offset"}
     assert fit.parameters["coulomb"].low <= flat.coulomb <= fit.parameters["coulomb"].high
 
 
 def test_the_model_has_the_curve_and_can_be_simulated() -> None:
-    result = identify([constant_speeds(4, stribeck_axis())], [], clutch(), "stribeck-curve", Settings())
+    result = identify(
+        [constant_speeds(4, stribeck_axis())],
+        [],
+        clutch(),
+        "stribeck-curve",
+        IdentificationSettings(),
+    )
     model = model_of(result, clutch(), Provenance(command="test", frictool="0"))
     assert model.law == "stribeck"
     assert model.parameters.breakaway.source == "identified"
@@ -54,9 +60,11 @@ def test_the_model_has_the_curve_and_can_be_simulated() -> None:
 def test_the_exponent_is_found(exponent: float) -> None:
     generator = np.random.default_rng(5)
     speed = np.tile(np.geomspace(0.5, 200.0, 30), 2)
-    runs = Runs(speed, np.repeat([1.0, -1.0], 30), np.zeros(60), np.full(60, 300.0))
+    runs = ConstantSpeedRuns(speed, np.repeat([1.0, -1.0], 30), np.zeros(60), np.full(60, 300.0))
     exact = runs.design(10.0, exponent) @ np.array([0.1, 0.03, 1e-4, 0.004])
-    runs = Runs(speed, runs.sign, exact + 1e-4 * generator.standard_normal(60), runs.samples)
+    runs = ConstantSpeedRuns(
+        speed, runs.sign, exact + 1e-4 * generator.standard_normal(60), runs.samples
+    )
     from frictool.identify.estimators.stribeck_curve import _choice
 
     velocity, found = _choice(runs)
@@ -65,5 +73,5 @@ def test_the_exponent_is_found(exponent: float) -> None:
 
 
 def test_sines_are_no_runs() -> None:
-    with pytest.raises(NothingUsable, match="runs at a constant speed forward"):
-        stribeck_curve([record(sines(1))], clutch(), Settings())
+    with pytest.raises(UnusableLogs, match="runs at a constant speed forward"):
+        stribeck_curve([record(sines(1))], clutch(), IdentificationSettings())

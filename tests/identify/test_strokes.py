@@ -6,15 +6,16 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.identify.record import make_record
-from frictool.identify.rows.slip import slip_mask
+from frictool.identify.motion_record import make_record
+from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.strokes import find_strokes, turning_points
 
 PATHS = st.lists(st.integers(-4, 4), min_size=2, max_size=60)
 
 
 def slow_turning_points(position: list[float], threshold: float) -> list[int]:
-    """The last extreme before each retreat by more than the threshold, by looking back from every sample."""
+    """The last extreme before each retreat by more than the threshold, by looking back from every
+    sample."""
     found: list[int] = []
     start, direction = 0, 0
     for k in range(len(position)):
@@ -40,8 +41,17 @@ def test_turning_points_are_the_reversals(steps: list[int], threshold: float) ->
 
 
 def test_strokes_of_a_triangle() -> None:
-    position = np.concatenate((np.arange(0, 50), np.arange(50, 10, -1), np.arange(10, 60))).astype(float)
-    record = make_record("triangle", np.arange(position.size) * 1e-3, position, np.zeros(position.size), resolution=1.0, lag=0.0)
+    position = np.concatenate((np.arange(0, 50), np.arange(50, 10, -1), np.arange(10, 60))).astype(
+        float
+    )
+    record = make_record(
+        "triangle",
+        np.arange(position.size) * 1e-3,
+        position,
+        np.zeros(position.size),
+        resolution=1.0,
+        lag=0.0,
+    )
     strokes = find_strokes(record)
     assert strokes.number[[0, 50, 51, 90, 91, 139]].tolist() == [0, 0, 1, 1, 2, 2]
     assert strokes.sign[[10, 70, 120]].tolist() == [1.0, -1.0, 1.0]
@@ -63,7 +73,9 @@ def test_mask_holds_for_every_sample_of_the_window(seed: int, window: int) -> No
     generator = np.random.default_rng(seed)
     turns = np.cumsum(generator.uniform(20.0, 60.0, 8) * np.tile([1.0, -1.0], 4))
     position = np.round(np.interp(np.arange(400), np.linspace(0, 399, 8), turns))
-    record = make_record("zigzag", np.arange(400) * 1e-3, position, np.zeros(400), resolution=1.0, lag=0.0)
+    record = make_record(
+        "zigzag", np.arange(400) * 1e-3, position, np.zeros(400), resolution=1.0, lag=0.0
+    )
     strokes, velocity = find_strokes(record), np.gradient(position, 1e-3)
     backlash, reach = 4.0, (window - 1) // 2
     mask = slip_mask(record, strokes, velocity, window, backlash)
@@ -72,7 +84,9 @@ def test_mask_holds_for_every_sample_of_the_window(seed: int, window: int) -> No
         around = range(k - reach, k + reach + 1)
         expected = around[0] >= 0 and around[-1] < 400
         expected = expected and all(
-            strokes.number[j] == strokes.number[k] and velocity[j] * strokes.sign[j] > slowest and strokes.advance[j] > backlash + 2.0
+            strokes.number[j] == strokes.number[k]
+            and velocity[j] * strokes.sign[j] > slowest
+            and strokes.advance[j] > backlash + 2.0
             for j in around
         )
         assert mask[k] == expected

@@ -7,27 +7,45 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.identify.regression.triangles import merged, triangles
+from frictool.identify.regression.tsqr import merged, triangles
 
 
 @settings(derandomize=True, deadline=None, max_examples=40)
-@given(seed=st.integers(0, 10_000), rows=st.integers(1, 300), columns=st.integers(2, 6), runs=st.integers(1, 5))
-def test_each_triangle_has_the_products_of_its_rows(seed: int, rows: int, columns: int, runs: int) -> None:
+@given(
+    seed=st.integers(0, 10_000),
+    rows=st.integers(1, 300),
+    columns=st.integers(2, 6),
+    runs=st.integers(1, 5),
+)
+def test_each_triangle_has_the_products_of_its_rows(
+    seed: int, rows: int, columns: int, runs: int
+) -> None:
     draw = np.random.default_rng(seed)
     table = draw.normal(size=(columns, rows)) * 10.0 ** draw.uniform(-6.0, 6.0, (columns, 1))
-    weight, starts = draw.uniform(0.1, 2.0, rows), np.unique(np.append(0, draw.integers(0, rows, runs - 1)))
+    weight, starts = (
+        draw.uniform(0.1, 2.0, rows),
+        np.unique(np.append(0, draw.integers(0, rows, runs - 1))),
+    )
     parts = triangles(tuple(table), weight, starts)
     size = np.linalg.norm(table * weight, axis=1)
     for part, first, last in zip(parts, starts, [*starts[1:], rows], strict=True):
-        plain = (table[:, first:last] * weight[first:last]) @ (table[:, first:last] * weight[first:last]).T
+        plain = (table[:, first:last] * weight[first:last]) @ (
+            table[:, first:last] * weight[first:last]
+        ).T
         assert np.abs((part.T @ part - plain) / np.outer(size, size)).max() < 1e-13
         assert np.all(np.tril(part, -1) == 0.0)
     whole = merged(parts)
-    assert np.abs((whole.T @ whole - (table * weight) @ (table * weight).T) / np.outer(size, size)).max() < 1e-13
+    assert (
+        np.abs(
+            (whole.T @ whole - (table * weight) @ (table * weight).T) / np.outer(size, size)
+        ).max()
+        < 1e-13
+    )
 
 
 def test_a_triangle_keeps_what_products_lose() -> None:
-    """Two columns that differ by 1e-9: squared, the difference is below rounding, and the value is lost."""
+    """Two columns that differ by 1e-9: squared, the difference is below rounding, and the value is
+    lost."""
     draw = np.random.default_rng(1)
     base, other = draw.normal(size=(2, 400))
     columns = (base, base + 1e-9 * other)

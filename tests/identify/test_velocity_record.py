@@ -1,4 +1,5 @@
-"""Logs with a measured velocity and no position: the same parameters as from a position, refusals in one line, the measured rack."""
+"""Logs with a measured velocity and no position: the same parameters as from a position, refusals
+in one line, the measured rack."""
 
 from __future__ import annotations
 
@@ -13,12 +14,12 @@ from hypothesis import strategies as st
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
-from frictool.engine.replay import FREE, replay, replayed
+from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.errors import LogError
+from frictool.identify.fit_result import SLIDING, UnusableLogs
 from frictool.identify.identification import NothingIdentified, identify
-from frictool.identify.methods import METHODS, Settings, run
-from frictool.identify.outcome import SLIDING, NothingUsable
-from frictool.identify.record import Record, make_record, velocity_record
+from frictool.identify.methods import METHODS, IdentificationSettings, run
+from frictool.identify.motion_record import MotionRecord, make_record, velocity_record
 from frictool.identify.regression.newey_west import newey_west
 from frictool.identify.rows.smoothing import acceleration_filter, acceleration_response, bump
 from frictool.plant.axis import AxisParameters, rest
@@ -34,31 +35,46 @@ RACK = ROOT / "configs" / "rack" / "bench.yaml"
 def axis(seed: int) -> AxisParameters:
     draw = np.random.default_rng([seed, 3])
     return AxisParameters(
-        5.0 * draw.uniform(0.8, 1.2), 12.0 * draw.uniform(0.7, 1.3), (c := 8.0 * draw.uniform(0.7, 1.3)), c, draw.uniform(-1, 1)
+        5.0 * draw.uniform(0.8, 1.2),
+        12.0 * draw.uniform(0.7, 1.3),
+        (c := 8.0 * draw.uniform(0.7, 1.3)),
+        c,
+        draw.uniform(-1, 1),
     )
 
 
-def motion(truth: AxisParameters, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Time, position, velocity and effort (n,) of an axis that a known effort drives; the effort is held, its measurement has noise."""
+def motion(
+    truth: AxisParameters, seed: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Time, position, velocity and effort (n,) of an axis that a known effort drives; the effort is
+    held, its measurement has noise."""
     draw, time = np.random.default_rng([seed, 4]), np.arange(SAMPLES) * PERIOD
-    effort = sum(a * np.sin(2.0 * np.pi * f * time + draw.uniform(0, 6)) for a, f in ((14.0, 0.9), (11.0, 0.37), (6.0, 2.3)))
+    effort = sum(
+        a * np.sin(2.0 * np.pi * f * time + draw.uniform(0, 6))
+        for a, f in ((14.0, 0.9), (11.0, 0.37), (6.0, 2.3))
+    )
     x, v = np.empty(SAMPLES), np.empty(SAMPLES)
-    assert replay(replayed(truth), np.empty(0), rest(), effort, effort, FREE, PERIOD, x, v) == 0
+    assert (
+        replay(replay_parameters(truth), np.empty(0), rest(), effort, effort, FREE, PERIOD, x, v)
+        == 0
+    )
     return time, x, v, effort + NOISE * draw.standard_normal(SAMPLES)
 
 
-def by_velocity(seed: int) -> tuple[AxisParameters, Record]:
+def by_velocity(seed: int) -> tuple[AxisParameters, MotionRecord]:
     truth = axis(seed)
     time, _, v, effort = motion(truth, seed)
     return truth, velocity_record("log", time, COUNT * np.round(v / COUNT), effort, 0.0)
 
 
-@pytest.mark.parametrize("method", ["auto", "least-squares", "power-balance", "weighted", "conditioned", "recursive"])
+@pytest.mark.parametrize(
+    "method", ["auto", "least-squares", "power-balance", "weighted", "conditioned", "recursive"]
+)
 def test_the_truth_lies_in_the_intervals(method: str) -> None:
     hits = []
     for seed in range(5):
         truth, record = by_velocity(seed)
-        found = run(method, [record], linear_bench(), Settings()).parameters
+        found = run(method, [record], linear_bench(), IdentificationSettings()).parameters
         hits += [found[name].low <= getattr(truth, name) <= found[name].high for name in SLIDING]
     assert sum(hits) >= len(hits) - 3
 
@@ -68,8 +84,18 @@ def test_the_truth_lies_in_the_intervals(method: str) -> None:
 def test_a_velocity_tells_what_its_position_does(seed: int) -> None:
     truth = axis(seed)
     time, x, v, effort = motion(truth, seed)
-    one = run("least-squares", [make_record("x", time, x, effort, 1e-9, 0.0)], linear_bench(), Settings(window=51)).parameters
-    other = run("least-squares", [velocity_record("v", time, v, effort, 0.0)], linear_bench(), Settings(window=51)).parameters
+    one = run(
+        "least-squares",
+        [make_record("x", time, x, effort, 1e-9, 0.0)],
+        linear_bench(),
+        IdentificationSettings(window=51),
+    ).parameters
+    other = run(
+        "least-squares",
+        [velocity_record("v", time, v, effort, 0.0)],
+        linear_bench(),
+        IdentificationSettings(window=51),
+    ).parameters
     for name in SLIDING:
         assert other[name].value == pytest.approx(one[name].value, abs=0.1 * one[name].half_width)
 
@@ -89,14 +115,17 @@ def test_the_response_to_a_velocity_is_that_to_its_integral() -> None:
 @pytest.mark.parametrize("method", [name for name, row in METHODS.items() if not row.velocity])
 def test_other_methods_refuse_in_one_line(method: str) -> None:
     _, record = by_velocity(1)
-    with pytest.raises(NothingUsable, match=f"a velocity and no position, which {method} needs; these do without: auto"):
-        run(method, [record], linear_bench(), Settings())
+    with pytest.raises(
+        UnusableLogs,
+        match=f"a velocity and no position, which {method} needs; these do without: auto",
+    ):
+        run(method, [record], linear_bench(), IdentificationSettings())
 
 
 def test_ramps_need_a_position() -> None:
     _, record = by_velocity(1)
     with pytest.raises(NothingIdentified, match="no position, whose counts tell"):
-        identify([], [record], linear_bench(), "auto", Settings())
+        identify([], [record], linear_bench(), "auto", IdentificationSettings())
 
 
 def test_a_velocity_that_does_not_change_is_refused() -> None:
@@ -104,27 +133,38 @@ def test_a_velocity_that_does_not_change_is_refused() -> None:
         velocity_record("log", np.arange(9.0), np.zeros(9), np.ones(9), 0.0)
 
 
-def one_way(known: Quantity | None) -> tuple[AxisParameters, Record, Bench]:
+def one_way(known: Quantity | None) -> tuple[AxisParameters, MotionRecord, Bench]:
     """Half of the motion: where the axis goes forward; what comes between is a gap of the clock."""
     truth = axis(2)
     time, _, v, effort = motion(truth, 2)
     kept = v > 0.01
     record = velocity_record("log", time[kept], v[kept], effort[kept], 0.0)
     bench = linear_bench()
-    return truth, record, msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, offset=known))
+    return (
+        truth,
+        record,
+        msgspec.structs.replace(
+            bench, mechanics=msgspec.structs.replace(bench.mechanics, offset=known)
+        ),
+    )
 
 
 def test_one_direction_tells_coulomb_friction_where_the_bench_knows_the_offset() -> None:
     truth, record, bench = one_way(None)
-    fit = run("least-squares", [record], bench, Settings())
+    fit = run("least-squares", [record], bench, IdentificationSettings())
     assert set(fit.refused) == {"coulomb", "offset"}
     known = Quantity(truth.offset, truth.offset - 0.3, truth.offset + 0.1, "N")
     truth, record, bench = one_way(known)
-    found = run("least-squares", [record], bench, Settings())
+    found = run("least-squares", [record], bench, IdentificationSettings())
     coulomb = found.parameters["coulomb"]
     assert coulomb.low <= truth.coulomb <= coulomb.high
     assert set(found.refused) == {"offset"}
-    exact = run("least-squares", [record], one_way(Quantity(truth.offset, unit="N"))[2], Settings()).parameters["coulomb"]
+    exact = run(
+        "least-squares",
+        [record],
+        one_way(Quantity(truth.offset, unit="N"))[2],
+        IdentificationSettings(),
+    ).parameters["coulomb"]
     assert coulomb.high - coulomb.low == pytest.approx(exact.high - exact.low + 0.4)
 
 
@@ -137,7 +177,12 @@ def test_newey_west_is_its_double_sum(seed: int, reach: int) -> None:
     for i in range(40):
         for j in range(40):
             if abs(i - j) <= reach:
-                middle += (1.0 - abs(i - j) / (reach + 1)) * residual[i] * residual[j] * np.outer(columns[i], columns[j])
+                middle += (
+                    (1.0 - abs(i - j) / (reach + 1))
+                    * residual[i]
+                    * residual[j]
+                    * np.outer(columns[i], columns[j])
+                )
     inverse = np.linalg.inv(columns.T @ columns)
     expected = np.sqrt(np.diag(inverse @ middle @ inverse) * 40 / 37)
     assert newey_west(columns, residual, reach) == pytest.approx(expected, rel=1e-6)
@@ -147,12 +192,18 @@ def stroke(folder: Path, *part: str) -> Path:
     """The rack's two exports on one grid, as `make -C configs/rack` makes it."""
     target = folder / "stroke.mcap"
     raw = [data("rack", "a3MR.csv"), data("rack", "a3NI.csv")]
-    assert command("ingest", *raw, "--bench", RACK, "--resample", "0.000666667", *part, "-o", target).code == 0
+    assert (
+        command(
+            "ingest", *raw, "--bench", RACK, "--resample", "0.000666667", *part, "-o", target
+        ).code
+        == 0
+    )
     return target
 
 
 def published_rack(folder: Path) -> dict[str, dict[str, float]]:
-    """What the published pipeline gives on the published part of the stroke, by name; skips without the data."""
+    """What the published pipeline gives on the published part of the stroke, by name; skips without
+    the data."""
     log = stroke(folder, "--from", "0.034", "--to", "0.27")
     published = ("--method", "friction-force", "--cutoff-hz", "30", "--filter-order", "2")
     result = command("identify", log, "--bench", RACK, *published, "--json")
@@ -190,7 +241,12 @@ def test_the_curve_of_known_friction_is_found() -> None:
     effort = 5.0 * np.gradient(v, PERIOD) + curve
     bench = linear_bench()
     known = msgspec.structs.replace(bench.mechanics, offset=Quantity(0.0, unit="N"))
-    fit = run("friction-force", [velocity_record("log", time, v, effort, 0.0)], replace_mechanics(bench, known), Settings())
+    fit = run(
+        "friction-force",
+        [velocity_record("log", time, v, effort, 0.0)],
+        replace_mechanics(bench, known),
+        IdentificationSettings(),
+    )
     assert fit.details["speed_of_breakaway"] == pytest.approx(0.02, rel=0.02)
     values = [fit.parameters[name].value for name in ("coulomb", "viscous", "breakaway")]
     assert values == pytest.approx([4.0, 20.0, 7.0], rel=0.02)

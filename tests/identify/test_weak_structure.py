@@ -1,4 +1,5 @@
-"""Friction over position and speed in the weak form: columns where it is there, none where it is not, and the inertia beside them."""
+"""Friction over position and speed in the weak form: columns where it is there, none where it is
+not, and the inertia beside them."""
 
 from __future__ import annotations
 
@@ -7,13 +8,20 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from frictool.bell import bell
 from frictool.identify.estimators.weak import weak
 from frictool.identify.estimators.weak_structure import better
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit
-from frictool.identify.rows.friction_columns import HIGHEST, Rows, bend_column, knee_column, names_to, position_columns
+from frictool.identify.fit_result import SlidingFit
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.rows.friction_columns import (
+    HIGHEST,
+    FrictionRows,
+    bend_column,
+    knee_column,
+    names_to,
+    position_columns,
+)
 from frictool.plant.axis import AxisParameters
+from frictool.plant.weak_form import bell
 from sample_logs.make import TRUTH, sines
 from tests.identify.benches import clutch, record
 from tests.identify.curve_logs import nonlinear_clutch
@@ -21,8 +29,8 @@ from tests.identify.curve_logs import nonlinear_clutch
 KNEE, ABOVE = 260.0, 3.81e-4
 
 
-def found(truth: AxisParameters, seed: int = 3) -> Fit:
-    return weak([record(sines(seed, truth), truth)], clutch(), Settings())
+def found(truth: AxisParameters, seed: int = 3) -> SlidingFit:
+    return weak([record(sines(seed, truth), truth)], clutch(), IdentificationSettings())
 
 
 def test_a_constant_and_a_slope_get_no_further_columns() -> None:
@@ -45,32 +53,54 @@ def test_the_inertia_beside_friction_over_position_and_speed() -> None:
     assert regime.viscous.value == pytest.approx(ABOVE, rel=0.05)
     assert fit.parameters["viscous"].value < 0.01 * ABOVE  # below the knee there is none
     assert fit.residual < 0.01
-    assert set(fit.parameters) == {"inertia", "viscous", "coulomb", "offset"}  # no column beside the four is a parameter
+    assert set(fit.parameters) == {
+        "inertia",
+        "viscous",
+        "coulomb",
+        "offset",
+    }  # no column beside the four is a parameter
 
 
 @pytest.mark.parametrize(
     ("change", "order", "knees"),
-    [(lambda laws: laws._replace(regimes=()), 4, 0), (lambda laws: laws._replace(shape=None), 0, 1)],
+    [
+        (lambda laws: laws._replace(regimes=()), 4, 0),
+        (lambda laws: laws._replace(shape=None), 0, 1),
+    ],
     ids=["position", "speed"],
 )
-def test_what_is_there_gets_its_columns_and_what_is_not_gets_none(change: Callable, order: int, knees: int) -> None:
+def test_what_is_there_gets_its_columns_and_what_is_not_gets_none(
+    change: Callable, order: int, knees: int
+) -> None:
     truth = nonlinear_clutch()
     truth = truth._replace(laws=change(truth.laws))
     fit = found(truth)
     assert (fit.details["position_order"], fit.details["knees"]) == (order, knees)
-    assert fit.parameters["inertia"].value == pytest.approx(truth.inertia, rel=5e-3)  # how often intervals hold: tests/accept
+    assert fit.parameters["inertia"].value == pytest.approx(
+        truth.inertia, rel=5e-3
+    )  # how often intervals hold: tests/accept
 
 
 def test_columns_are_means_under_the_bell() -> None:
     """A slow reference: each row is the bell times its samples."""
     draw = np.random.default_rng(4)
     n, window = 80, 21
-    sign, speed, kept = np.sign(draw.standard_normal(n)), 100.0 * draw.random(n), np.array([20, 37, 59])
-    rows = Rows(sign, speed, kept, bell(window))
-    for k, value, derivative in zip(kept, bend_column([rows], 40.0), knee_column([rows], 40.0), strict=True):
+    sign, speed, kept = (
+        np.sign(draw.standard_normal(n)),
+        100.0 * draw.random(n),
+        np.array([20, 37, 59]),
+    )
+    rows = FrictionRows(sign, speed, kept, bell(window))
+    for k, value, derivative in zip(
+        kept, bend_column([rows], 40.0), knee_column([rows], 40.0), strict=True
+    ):
         part = slice(k - window // 2 + 1, k + window // 2)
-        assert value == pytest.approx(np.sum(bell(window) * sign[part] * np.maximum(speed[part] - 40.0, 0.0)))
-        assert derivative == pytest.approx(np.sum(bell(window) * -sign[part] * (speed[part] > 40.0)))
+        assert value == pytest.approx(
+            np.sum(bell(window) * sign[part] * np.maximum(speed[part] - 40.0, 0.0))
+        )
+        assert derivative == pytest.approx(
+            np.sum(bell(window) * -sign[part] * (speed[part] > 40.0))
+        )
 
 
 def test_polynomials_of_the_position_have_no_mean() -> None:
@@ -78,9 +108,16 @@ def test_polynomials_of_the_position_have_no_mean() -> None:
     truth = TRUTH
     log = record(sines(0, truth), truth)
     even = np.linspace(2.0, 50.0, log.position.size)
-    rows = Rows(np.ones(even.size), np.ones(even.size), np.arange(100, even.size - 100), bell(11))
+    rows = FrictionRows(
+        np.ones(even.size), np.ones(even.size), np.arange(100, even.size - 100), bell(11)
+    )
     columns = position_columns(
-        type(log)("even", log.time, even, log.effort, log.piece, log.period, log.resolution, log.lag), rows, 2.0, 50.0
+        type(log)(
+            "even", log.time, even, log.effort, log.piece, log.period, log.resolution, log.lag
+        ),
+        rows,
+        2.0,
+        50.0,
     )
     assert list(columns) == names_to(HIGHEST)
     for name, column in columns.items():

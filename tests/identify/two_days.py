@@ -1,4 +1,5 @@
-"""A carriage whose viscous friction differs by direction, on two days on which its dry friction and its offset differ."""
+"""A carriage whose viscous friction differs by direction, on two days on which its dry friction and
+its offset differ."""
 
 from __future__ import annotations
 
@@ -6,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from frictool.engine.replay import replayed
-from frictool.engine.servo import Servo, serve
-from frictool.identify.record import Record, Vector, make_record
+from frictool.engine.effort_replay import replay_parameters
+from frictool.engine.servo import PositionServo, follow_reference
+from frictool.identify.motion_record import MotionRecord, Vector, make_record
 from frictool.plant.axis import AxisParameters, rest
-from frictool.plant.axis_laws import Laws, Levels
+from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 
 PERIOD, SAMPLES, STEP, NOISE = 1e-3, 24_000, 5e-8, 1.0  # s, m, N
 CONSTANT = 35.15065  # N/V
@@ -33,22 +34,35 @@ def _reference() -> Vector:
     return np.array(LENGTHS)[stroke // 2 % 3] * np.where(stroke % 2 == 0, profile, 1.0 - profile)
 
 
-def day(name: str, seed: int = 1) -> Record:
+def day(name: str, seed: int = 1) -> MotionRecord:
     """The record of a day: the carriage under its servo, its effort with noise."""
     forward, backward, coulomb, other, offset = DAYS[name]
-    levels = Levels(backward, other, other)
-    axis = AxisParameters(INERTIA, forward, coulomb, coulomb, offset, laws=Laws(backward=levels))
+    levels = AxisFrictionLevels(backward, other, other)
+    axis = AxisParameters(
+        INERTIA, forward, coulomb, coulomb, offset, laws=AxisLaws(backward=levels)
+    )
     x, v, u = np.empty(SAMPLES), np.empty(SAMPLES), np.empty(SAMPLES)
-    servo = np.array(Servo(CONSTANT * 160.0 * 243.0, derivative=CONSTANT * 243.0, limit=350.0))
-    assert serve(replayed(axis), np.empty(0), rest(), servo, _reference(), 0.0, PERIOD, x, v, u) == 0
+    servo = np.array(
+        PositionServo(CONSTANT * 160.0 * 243.0, derivative=CONSTANT * 243.0, limit=350.0)
+    )
+    assert (
+        follow_reference(
+            replay_parameters(axis), np.empty(0), rest(), servo, _reference(), 0.0, PERIOD, x, v, u
+        )
+        == 0
+    )
     noisy = u + NOISE * np.random.default_rng(seed).standard_normal(SAMPLES)
-    return make_record(name, np.arange(SAMPLES) * PERIOD, np.floor(x / STEP) * STEP, noisy, STEP, 0.0)
+    return make_record(
+        name, np.arange(SAMPLES) * PERIOD, np.floor(x / STEP) * STEP, noisy, STEP, 0.0
+    )
 
 
 def written(folder: Path, name: str) -> Path:
     """The same as a CSV with the columns of the bench of EMPS."""
     record = day(name)
     path = folder / f"{name}.csv"
-    table = np.column_stack((record.time, record.position, record.position, record.effort / CONSTANT))
+    table = np.column_stack(
+        (record.time, record.position, record.position, record.effort / CONSTANT)
+    )
     np.savetxt(path, table, delimiter=",", header="t,qm,qg,vir", comments="", fmt="%.12g")
     return path

@@ -1,7 +1,9 @@
-"""The inequalities as the thesis prints them, (5.61)-(5.63), written down in cvxpy: the readable reference, and slow.
+"""The inequalities as the thesis prints them, (5.61)-(5.63), written down in cvxpy: the readable
+reference, and slow.
 
-Nothing is eliminated, scaled or balanced, and the solver's answer is taken as it comes. Each plant has its own A^, B^, C^, D^; X and Y are
-common. The discrete form is the same with the discrete bounded-real lemma. (5.61) as one matrix that must be positive:
+Nothing is eliminated, scaled or balanced, and the solver's answer is taken as it comes. Each plant
+has its own A^, B^, C^, D^; X and Y are common. The discrete form is the same with the discrete
+bounded-real lemma. (5.61) as one matrix that must be positive:
 
     continuous   -[A X + B2 C^ + ()'      *                     *          *       ]
                   [A^ + (A + B2 D^ C2)'   Y A + B^ C2 + ()'     *          *       ]
@@ -20,7 +22,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.plant.generalised import GeneralisedPlant
+from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
 
 Matrix = NDArray[np.float64]
@@ -44,7 +46,12 @@ class Plain:
         for p, (a_hat, b_hat, c_hat, d) in zip(plants, self.hats, strict=True):
             c = (c_hat - d @ p.c2 @ self.x) @ np.linalg.inv(m).T
             b = np.linalg.inv(n) @ (b_hat - self.y @ p.b2 @ d)
-            inner = a_hat - self.y @ (p.a + p.b2 @ d @ p.c2) @ self.x - n @ b @ p.c2 @ self.x - self.y @ p.b2 @ c @ m.T
+            inner = (
+                a_hat
+                - self.y @ (p.a + p.b2 @ d @ p.c2) @ self.x
+                - n @ b @ p.c2 @ self.x
+                - self.y @ p.b2 @ c @ m.T
+            )
             found.append(Lti(np.linalg.inv(n) @ inner @ np.linalg.inv(m).T, b, c, d, p.period))
         return tuple(found)
 
@@ -52,14 +59,27 @@ class Plain:
 def plain(plants: Sequence[GeneralisedPlant], solver: str = "CLARABEL", **options: Any) -> Plain:
     """The smallest gamma, by the given solver of cvxpy."""
     n = len(plants[0].a)
-    x, y, gamma = cp.Variable((n, n), symmetric=True), cp.Variable((n, n), symmetric=True), cp.Variable()
+    x, y, gamma = (
+        cp.Variable((n, n), symmetric=True),
+        cp.Variable((n, n), symmetric=True),
+        cp.Variable(),
+    )
     lyapunov = cp.bmat([[x, np.eye(n)], [np.eye(n), y]])
     constraints, hats = [lyapunov >> 0], []
     for p in plants:
         n_u, n_y = p.b2.shape[1], len(p.c2)
-        hat = cp.Variable((n, n)), cp.Variable((n, n_y)), cp.Variable((n_u, n)), cp.Variable((n_u, n_y))
+        hat = (
+            cp.Variable((n, n)),
+            cp.Variable((n, n_y)),
+            cp.Variable((n_u, n)),
+            cp.Variable((n_u, n_y)),
+        )
         hats.append(hat)
-        inequality = _discrete(p, x, y, hat, gamma, lyapunov) if p.period else _continuous(p, x, y, hat, gamma)
+        inequality = (
+            _discrete(p, x, y, hat, gamma, lyapunov)
+            if p.period
+            else _continuous(p, x, y, hat, gamma)
+        )
         constraints.append(0.5 * (inequality + inequality.T) >> 0)
     problem = cp.Problem(cp.Minimize(gamma), constraints)
     with warnings.catch_warnings():
@@ -72,7 +92,9 @@ def plain(plants: Sequence[GeneralisedPlant], solver: str = "CLARABEL", **option
 def _blocks(p: GeneralisedPlant, x: Any, y: Any, hat: tuple[Any, ...]) -> tuple[Any, Any, Any, Any]:
     """A, B, C, D of the closed loop after the change of variables."""
     a_hat, b_hat, c_hat, d = hat
-    moved = cp.bmat([[p.a @ x + p.b2 @ c_hat, p.a + p.b2 @ d @ p.c2], [a_hat, y @ p.a + b_hat @ p.c2]])
+    moved = cp.bmat(
+        [[p.a @ x + p.b2 @ c_hat, p.a + p.b2 @ d @ p.c2], [a_hat, y @ p.a + b_hat @ p.c2]]
+    )
     entering = cp.vstack([p.b1 + p.b2 @ d @ p.d21, y @ p.b1 + b_hat @ p.d21])
     seen = cp.hstack([p.c1 @ x + p.d12 @ c_hat, p.c1 + p.d12 @ d @ p.c2])
     return moved, entering, seen, p.d11 + p.d12 @ d @ p.d21
@@ -81,10 +103,14 @@ def _blocks(p: GeneralisedPlant, x: Any, y: Any, hat: tuple[Any, ...]) -> tuple[
 def _continuous(p: GeneralisedPlant, x: Any, y: Any, hat: tuple[Any, ...], gamma: Any) -> Any:
     a, b, c, d = _blocks(p, x, y, hat)
     n_z, n_w = p.d11.shape
-    return -cp.bmat([[a + a.T, b, c.T], [b.T, -gamma * np.eye(n_w), d.T], [c, d, -gamma * np.eye(n_z)]])
+    return -cp.bmat(
+        [[a + a.T, b, c.T], [b.T, -gamma * np.eye(n_w), d.T], [c, d, -gamma * np.eye(n_z)]]
+    )
 
 
-def _discrete(p: GeneralisedPlant, x: Any, y: Any, hat: tuple[Any, ...], gamma: Any, lyapunov: Any) -> Any:
+def _discrete(
+    p: GeneralisedPlant, x: Any, y: Any, hat: tuple[Any, ...], gamma: Any, lyapunov: Any
+) -> Any:
     a, b, c, d = _blocks(p, x, y, hat)
     (n_z, n_w), n = p.d11.shape, 2 * len(p.a)
     zero = np.zeros

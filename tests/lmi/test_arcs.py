@@ -5,16 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frictool.lmi.arcs import negative_on
+from frictool.lmi.arc_negativity import is_negative_on
 from frictool.plant.lti import Lti
-from frictool.verify.norms import norm
+from frictool.verify.hinf_norm import norm
 
 
 def _system(seed: int, n: int = 5, m: int = 2) -> Lti:
     random = np.random.default_rng(seed)
     a = random.normal(size=(n, n))
     a *= 0.95 / np.max(np.abs(np.linalg.eigvals(a)))
-    return Lti(a, random.normal(size=(n, m)), random.normal(size=(m, n)), random.normal(size=(m, m)), 1.0)
+    return Lti(
+        a, random.normal(size=(n, m)), random.normal(size=(m, n)), random.normal(size=(m, m)), 1.0
+    )
 
 
 def _level(gamma: float, m: int = 2) -> np.ndarray:
@@ -22,12 +24,16 @@ def _level(gamma: float, m: int = 2) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_a_bound_above_the_norm_holds_on_every_arc_and_one_below_only_away_from_the_peak(seed: int) -> None:
+def test_a_bound_above_the_norm_holds_on_every_arc_and_one_below_only_away_from_the_peak(
+    seed: int,
+) -> None:
     system = _system(seed)
     peak, where = norm(system)
     for start, stop in ((0.0, np.pi), (0.0, 0.3), (0.3, 2.0), (2.0, np.pi)):
-        assert negative_on(system, _level(1.001 * peak), start, stop)
-        assert negative_on(system, _level(0.999 * peak), start, stop) == (not start <= where <= stop)
+        assert is_negative_on(system, _level(1.001 * peak), start, stop)
+        assert is_negative_on(system, _level(0.999 * peak), start, stop) == (
+            not start <= where <= stop
+        )
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -38,9 +44,15 @@ def test_a_complex_form_said_to_be_negative_is_so_at_dense_points(seed: int) -> 
     agreed = {True: 0, False: 0}
     for start in np.linspace(0.0, np.pi, 16)[:-1]:
         stop = start + np.pi / 15
-        m = np.concatenate([system.response(np.linspace(start, stop, 400)), np.broadcast_to(np.eye(2), (400, 2, 2))], axis=1)
+        m = np.concatenate(
+            [
+                system.response(np.linspace(start, stop, 400)),
+                np.broadcast_to(np.eye(2), (400, 2, 2)),
+            ],
+            axis=1,
+        )
         largest = np.linalg.eigvalsh(m.conj().transpose(0, 2, 1) @ pi @ m)[:, -1].max()
-        said = negative_on(system, pi, start, stop)
+        said = is_negative_on(system, pi, start, stop)
         if abs(largest) > 1e-3:
             assert said == (largest < 0.0)
             agreed[said] += 1

@@ -1,13 +1,14 @@
-"""The mixed-sensitivity family against SLICOT's Riccati equations; all orders are in `make accept`."""
+"""The mixed-sensitivity family against SLICOT's Riccati equations; all orders are in `make
+accept`."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from frictool.lmi.hinf import controller, minimise
+from frictool.lmi.hinf_synthesis import controller, minimise
 from frictool.plant.lti import gain
-from frictool.verify.norms import norm
+from frictool.verify.hinf_norm import norm
 from tests.lmi.family import COMMAND, ERROR_HIGH, ORDERS, mixed_sensitivity
 from tests.lmi.slicot import AVAILABLE, MISSING, slicot
 
@@ -31,7 +32,9 @@ def test_the_family_is_what_its_module_says(order: int) -> None:
     assert np.max(np.linalg.eigvals(plant.a).real) < 0.0
     open_loop = plant.closed(gain(0.0, 0.0))
     reference, load = open_loop.response([1e4])[0].T
-    np.testing.assert_allclose(np.abs(reference), [ERROR_HIGH, 0.0], atol=1e-3)  # far above every mode e = r
+    np.testing.assert_allclose(
+        np.abs(reference), [ERROR_HIGH, 0.0], atol=1e-3
+    )  # far above every mode e = r
     np.testing.assert_allclose(np.abs(load), 0.0, atol=1e-3)
     assert plant.d12[1, 0] == COMMAND
     again = mixed_sensitivity(order)

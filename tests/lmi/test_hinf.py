@@ -1,4 +1,5 @@
-"""The eliminated, balanced inequalities against the plain full form, and their controllers against the true norm, in both domains."""
+"""The eliminated, balanced inequalities against the plain full form, and their controllers against
+the true norm, in both domains."""
 
 from __future__ import annotations
 
@@ -10,12 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.errors import NoSolutionError
-from frictool.lmi.hinf import controller, minimise, scheduled
-from frictool.plant.generalised import FirstOrder, GeneralisedPlant, Weights, generalised_plant, template
-from frictool.plant.linear_axis import Rates
+from frictool.lmi.hinf_synthesis import controller, minimise, vertex_controllers
+from frictool.plant.generalised_plant import (
+    FirstOrderWeight,
+    GeneralisedPlant,
+    PlantWeights,
+    generalised_plant,
+    template,
+)
+from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import polytope
-from frictool.verify.norms import norm
+from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
 from tests.lmi.examples import LAG, between, clutch_speed, random_plant, random_polytope
 from tests.lmi.plain import plain
@@ -44,12 +51,23 @@ def test_optimum_over_a_polytope_is_that_of_the_plain_form(sampled: bool) -> Non
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
-@given(seed=st.integers(0, 10_000), n=st.integers(1, 5), sampled=st.booleans(), recentring=st.sampled_from([1.02, 1.05, 1.1]))
-def test_the_controller_keeps_the_gamma_that_it_was_asked_for(seed: int, n: int, sampled: bool, recentring: float) -> None:
+@given(
+    seed=st.integers(0, 10_000),
+    n=st.integers(1, 5),
+    sampled=st.booleans(),
+    recentring=st.sampled_from([1.02, 1.05, 1.1]),
+)
+def test_the_controller_keeps_the_gamma_that_it_was_asked_for(
+    seed: int, n: int, sampled: bool, recentring: float
+) -> None:
     plant = random_plant(seed, n, sampled=sampled)
     found = minimise([plant], recentring)
     assert found.gamma == pytest.approx(recentring * found.optimum)
-    assert found.optimum * (1.0 - 1e-3) <= reached(plant, controller(plant, found)) <= found.gamma * (1.0 + ROUNDING)
+    assert (
+        found.optimum * (1.0 - 1e-3)
+        <= reached(plant, controller(plant, found))
+        <= found.gamma * (1.0 + ROUNDING)
+    )
 
 
 @pytest.mark.parametrize("sampled", [False, True])
@@ -60,28 +78,39 @@ def test_sums_of_the_vertex_controllers_keep_gamma_between_the_vertices(sampled:
         plants = random_polytope(seed, 3, sampled=sampled)
         try:
             found = minimise(plants, 1.05)
-            controllers = scheduled(plants, found)
+            controllers = vertex_controllers(plants, found)
         except NoSolutionError:
             continue
         solved += 1
         for weights in (*np.eye(3), *np.random.default_rng(seed).dirichlet(np.ones(3), size=6)):
             blend = Lti(
-                *(sum(weight * getattr(k, part) for weight, k in zip(weights, controllers, strict=True)) for part in "abcd"),
+                *(
+                    sum(
+                        weight * getattr(k, part)
+                        for weight, k in zip(weights, controllers, strict=True)
+                    )
+                    for part in "abcd"
+                ),
                 plants[0].period,
             )
             assert reached(between(plants, weights), blend) <= found.gamma * (1.0 + ROUNDING)
     assert solved >= 3
 
 
-@pytest.mark.parametrize("plants", [clutch_speed(slice(None, None, 5)), position()[::5]], ids=["speed", "position"])
-def test_each_vertex_controller_of_the_clutch_keeps_gamma_at_its_vertex(plants: list[GeneralisedPlant]) -> None:
+@pytest.mark.parametrize(
+    "plants", [clutch_speed(slice(None, None, 5)), position()[::5]], ids=["speed", "position"]
+)
+def test_each_vertex_controller_of_the_clutch_keeps_gamma_at_its_vertex(
+    plants: list[GeneralisedPlant],
+) -> None:
     found = minimise(plants, 1.1)
     for plant in plants:
         assert reached(plant, controller(plant, found)) <= found.gamma * (1.0 + ROUNDING)
 
 
 def test_a_controller_at_ease_is_calmer_and_keeps_its_own_bound() -> None:
-    """The clutch's speed loop frozen at the centre, at 1 ms with one sample of delay: the worst vertex gains margin."""
+    """The clutch's speed loop frozen at the centre, at 1 ms with one sample of delay: the worst
+    vertex gains margin."""
     plants, rates = clutch_speed(), [point.rates for point in polytope(clutch_model()).vertices]
     found = minimise(plants, 1.1)
     margins = []
@@ -90,7 +119,9 @@ def test_a_controller_at_ease_is_calmer_and_keeps_its_own_bound() -> None:
         assert reached(plants[0], k) <= ease * found.gamma * (1.0 + ROUNDING)
         margins.append(min(check_loop(k, one, LAG, 1).modulus_margin for one in rates))
     assert margins[0] < 0.6 < margins[1] < margins[2]
-    assert max(reached(plant, controller(plant, found, 2.0)) for plant in plants) <= found.gamma  # not promised, and so
+    assert (
+        max(reached(plant, controller(plant, found, 2.0)) for plant in plants) <= found.gamma
+    )  # not promised, and so
     with pytest.raises(ValueError, match="1 or more"):
         controller(plants[0], found, 0.9)
 
@@ -106,15 +137,28 @@ def test_time_in_other_units_and_other_states_are_the_same_problem() -> None:
 
 
 def test_the_lyapunov_blocks_hold_in_physical_units() -> None:
-    """R and S, turned back, satisfy the inequalities of the plant as it was given: no frame or level is left in them."""
+    """R and S, turned back, satisfy the inequalities of the plant as it was given: no frame or
+    level is left in them."""
     plant = random_plant(6, sampled=False)
     found = minimise([plant], 1.05)
-    r, s = found.t @ found.r @ found.t.T, np.linalg.inv(found.t).T @ found.s @ np.linalg.inv(found.t)
+    r, s = (
+        found.t @ found.r @ found.t.T,
+        np.linalg.inv(found.t).T @ found.s @ np.linalg.inv(found.t),
+    )
     null = np.linalg.svd(np.hstack([plant.b2.T, plant.d12.T]))[2][1:].T
     n, z, w = 3, len(plant.c1), plant.b1.shape[1]
-    inner = np.block([[plant.a @ r + r @ plant.a.T, r @ plant.c1.T], [plant.c1 @ r, -found.gamma * np.eye(z)]])
+    inner = np.block(
+        [[plant.a @ r + r @ plant.a.T, r @ plant.c1.T], [plant.c1 @ r, -found.gamma * np.eye(z)]]
+    )
     side = null.T @ np.vstack([plant.b1, plant.d11])
-    assert np.max(np.linalg.eigvalsh(np.block([[null.T @ inner @ null, side], [side.T, -found.gamma * np.eye(w)]]))) < 0.0
+    assert (
+        np.max(
+            np.linalg.eigvalsh(
+                np.block([[null.T @ inner @ null, side], [side.T, -found.gamma * np.eye(w)]])
+            )
+        )
+        < 0.0
+    )
     assert np.min(np.linalg.eigvalsh(np.block([[r, np.eye(n)], [np.eye(n), s]]))) > 0.0
 
 
@@ -140,19 +184,29 @@ def test_several_commands_and_measurements() -> None:
 @pytest.mark.parametrize("sampled", [False, True])
 def test_a_plant_that_cannot_be_stabilised_has_no_solution(sampled: bool) -> None:
     p = random_plant(1, sampled=sampled)
-    blind = replace(p, a=np.diag([1.5, 0.5, 0.2]), b2=p.b2 * [[0], [1], [1]], c2=p.c2 * [[0, 1, 1]])  # neither driven nor seen
-    with pytest.raises(NoSolutionError, match=r"pole at 1\.5 is not driven by the command") as caught:
+    blind = replace(
+        p, a=np.diag([1.5, 0.5, 0.2]), b2=p.b2 * [[0], [1], [1]], c2=p.c2 * [[0, 1, 1]]
+    )  # neither driven nor seen
+    with pytest.raises(
+        NoSolutionError, match=r"pole at 1\.5 is not driven by the command"
+    ) as caught:
         minimise([blind], 1.1)
     assert caught.value.exit_code == 4
 
 
 @pytest.mark.parametrize("sampled", [False, True])
 def test_vertices_that_no_common_lyapunov_matrix_joins_have_no_solution(sampled: bool) -> None:
-    """Each plant can be stabilised, with a command that pushes one and pulls the other through the same B2."""
+    """Each plant can be stabilised, with a command that pushes one and pulls the other through the
+    same B2."""
     p = random_plant(1, 2, sampled=sampled)
     strong = np.array([[0.0, 50.0], [0.0, 0.5]])
     plants = [
-        replace(p, a=np.array([[1.3, 0.0], [0.0, 0.5]]) + sign * strong, b2=np.array([[0.0], [1.0]]), c2=np.array([[1.0, 0.0]]))
+        replace(
+            p,
+            a=np.array([[1.3, 0.0], [0.0, 0.5]]) + sign * strong,
+            b2=np.array([[0.0], [1.0]]),
+            c2=np.array([[1.0, 0.0]]),
+        )
         for sign in (-1.0, 1.0)
     ]
     with pytest.raises(NoSolutionError, match="relax the weights") as caught:
@@ -161,9 +215,9 @@ def test_vertices_that_no_common_lyapunov_matrix_joins_have_no_solution(sampled:
 
 
 def test_a_weight_with_an_unstable_pole_is_named() -> None:
-    weights = Weights(FirstOrder(1.0, 10.0, -2.0), 0.1, 0.05)
+    weights = PlantWeights(FirstOrderWeight(1.0, 10.0, -2.0), 0.1, 0.05)
     with pytest.raises(NoSolutionError, match=r"pole at 2 is not seen by the measurement"):
-        minimise([generalised_plant("position", Rates(1e3, 28.0, 7.5e3), 0.003, weights)], 1.1)
+        minimise([generalised_plant("position", AxisRates(1e3, 28.0, 7.5e3), 0.003, weights)], 1.1)
 
 
 def test_input_matrices_that_vary_over_the_polytope_are_refused() -> None:
@@ -180,6 +234,7 @@ def test_the_same_inputs_give_the_same_bytes() -> None:
 
 
 def test_gamma_of_the_position_loop_of_the_thesis() -> None:
-    """Four of the 16 vertices give less than all: the full count is in `make accept`. W2 of 5.4.3 with e_stat 2/63, z2 = 20 rad/s."""
+    """Four of the 16 vertices give less than all: the full count is in `make accept`. W2 of 5.4.3
+    with e_stat 2/63, z2 = 20 rad/s."""
     assert template(20.0, 0.5, 2 / 63).gain == pytest.approx(31.5)
     assert minimise(position(), 1.05).optimum == pytest.approx(0.912, rel=0.01)

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from frictool.lmi.lyapunov_bounds import common_bound, parameter_dependent_bound
 from frictool.plant.lti import Lti, tustin
-from frictool.verify.norms import norm
+from frictool.verify.hinf_norm import norm
 from tests.lmi.position_loop import corner_loops, minimax_controller, sampled
 
 
@@ -19,7 +19,11 @@ def _corners(seed: int, n: int = 3, spread: float = 0.4) -> list[Lti]:
     a -= (np.max(np.linalg.eigvals(a).real) + 1.0) * np.eye(n)
     first, second = spread * random.normal(size=(2, n, n))
     b, c, d = random.normal(size=(n, 2)), random.normal(size=(1, n)), random.normal(size=(1, 2))
-    return [Lti(a + p * first + q * second, b, (1.0 + 0.2 * p) * c, d, 0.0) for p in (0.0, 1.0) for q in (0.0, 1.0)]
+    return [
+        Lti(a + p * first + q * second, b, (1.0 + 0.2 * p) * c, d, 0.0)
+        for p in (0.0, 1.0)
+        for q in (0.0, 1.0)
+    ]
 
 
 @pytest.mark.parametrize("period", [0.0, 0.5])
@@ -36,7 +40,10 @@ def test_of_one_loop_it_is_the_norm(seed: int, period: float) -> None:
 def test_the_more_may_move_the_larger_the_bound(seed: int, period: float) -> None:
     loops = [tustin(loop, period) if period else loop for loop in _corners(seed)]
     common = common_bound(loops).gamma
-    bounds = [parameter_dependent_bound(loops, rates).gamma for rates in ([0.0, 0.0], [0.05, 0.0], [0.05, 0.05], [1e5, 1e5])]
+    bounds = [
+        parameter_dependent_bound(loops, rates).gamma
+        for rates in ([0.0, 0.0], [0.05, 0.0], [0.05, 0.05], [1e5, 1e5])
+    ]
     assert max(norm(loop)[0] for loop in loops) <= bounds[0] * (1.0 + 1e-6)
     assert np.all(np.diff(bounds) >= -1e-4 * common)
     assert bounds[-1] <= common * (1.0 + 1e-4)
@@ -50,7 +57,13 @@ def test_what_is_found_proves_every_loop_inside() -> None:
     common, constant = common_bound(loops), parameter_dependent_bound(loops)
     for p, q in random.uniform(size=(50, 2)):
         shares = np.array([(1 - p) * (1 - q), (1 - p) * q, p * (1 - q), p * q])
-        inside = Lti(*(sum(s * getattr(loop, part) for s, loop in zip(shares, loops, strict=True)) for part in "abcd"), 0.0)
+        inside = Lti(
+            *(
+                sum(s * getattr(loop, part) for s, loop in zip(shares, loops, strict=True))
+                for part in "abcd"
+            ),
+            0.0,
+        )
         assert norm(inside)[0] <= constant.at(inside, (p, q)) * (1.0 + 1e-9)
         assert constant.at(inside, (p, q)) <= constant.gamma * (1.0 + 1e-9)
         assert common.at(inside) <= common.gamma * (1.0 + 1e-9)
@@ -58,7 +71,8 @@ def test_what_is_found_proves_every_loop_inside() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_parameters_that_jump_keep_the_common_bound_in_simulation(seed: int) -> None:
-    """Energy of the output over energy of the input, with corners drawn anew at every step: never above gamma squared."""
+    """Energy of the output over energy of the input, with corners drawn anew at every step: never
+    above gamma squared."""
     loops, random, step = _corners(seed), np.random.default_rng(seed), 0.02
     gamma, x, seen, given = common_bound(loops).gamma, np.zeros(3), 0.0, 0.0
     for _ in range(2000):
@@ -89,8 +103,11 @@ def test_corners_that_are_no_box_are_refused() -> None:
 
 
 def test_clutch_in_the_three_answers() -> None:
-    """Constant parameters: 1.076 at most; as fast as they like: 2.63 (the trial's figures for this controller)."""
+    """Constant parameters: 1.076 at most; as fast as they like: 2.63 (the trial's figures for this
+    controller)."""
     loops = corner_loops(minimax_controller())
     assert parameter_dependent_bound(loops).gamma <= 1.076
     assert common_bound(loops).gamma == pytest.approx(2.63, rel=5e-3)
-    assert common_bound(corner_loops(sampled(minimax_controller()))).gamma > common_bound(loops).gamma
+    assert (
+        common_bound(corner_loops(sampled(minimax_controller()))).gamma > common_bound(loops).gamma
+    )

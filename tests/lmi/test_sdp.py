@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frictool.lmi.bounded_real import Inequalities
-from frictool.lmi.sdp import Assembled, assembled, solve, symmetric, upper_triangle
+from frictool.lmi.bounded_real import BoundedRealInequalities
+from frictool.lmi.sdp import AffineConstraint, assemble, solve, symmetric, upper_triangle
 from tests.lmi.examples import random_plant
 
 
-def _largest_eigenvalue(m: np.ndarray) -> Assembled:
+def _largest_eigenvalue(m: np.ndarray) -> AffineConstraint:
     """x I - m >= 0."""
     rows, columns = upper_triangle(len(m))
-    return Assembled(-m, (rows == columns).astype(float)[:, None])
+    return AffineConstraint(-m, (rows == columns).astype(float)[:, None])
 
 
 @pytest.mark.parametrize("size", [1, 2, 7])
@@ -32,21 +32,24 @@ def test_a_function_is_assembled_exactly() -> None:
     def affine(x: np.ndarray) -> np.ndarray:
         return np.asarray(np.eye(4) + left @ symmetric(x, 3) @ left.T)
 
-    one, x = assembled(affine, 6), random.normal(size=6)
+    one, x = assemble(affine, 6), random.normal(size=6)
     np.testing.assert_allclose(one.at(x), affine(x[None])[0], atol=1e-12)
 
 
 def test_what_the_solver_cannot_hold_is_told() -> None:
     """x >= 1 and x <= 0: whatever the status, the point does not hold."""
     one = np.ones((1, 1))
-    assert not solve(np.ones(1), [Assembled(-one, one), Assembled(0.0 * one, -one)]).holds
+    assert not solve(
+        np.ones(1), [AffineConstraint(-one, one), AffineConstraint(0.0 * one, -one)]
+    ).holds
 
 
 @pytest.mark.parametrize("sampled", [False, True])
 def test_the_assembled_inequalities_are_those_evaluated_from_the_plants(sampled: bool) -> None:
-    """What the solver is given, reduced and divided by gamma, is the Schur complement of what its answer is judged by; built apart."""
+    """What the solver is given, reduced and divided by gamma, is the Schur complement of what its
+    answer is judged by; built apart."""
     random, gamma, n_w = np.random.default_rng(2), 1.7, 4
-    problem = Inequalities([random_plant(3, sampled=sampled)])
+    problem = BoundedRealInequalities([random_plant(3, sampled=sampled)])
     given = random.normal(size=2 * problem.half + 2)
     given[-2:] = 1.0 / gamma, 1.0 / gamma**2
     r, s = problem.blocks(given, gamma)
@@ -62,11 +65,16 @@ def test_the_assembled_inequalities_are_those_evaluated_from_the_plants(sampled:
     np.testing.assert_allclose(coupling.at(given), whole, atol=1e-12)
     np.testing.assert_allclose(problem.at(gamma, 1.0, 0.0)[0].at(given[:-2]), whole, atol=1e-12)
     np.testing.assert_allclose(problem.at(gamma, None, 0.0)[0].at(given[:-1]), whole, atol=1e-12)
-    np.testing.assert_allclose(cone.at(given), [[1.0 / gamma**2, 1.0 / gamma], [1.0 / gamma, 1.0]], atol=1e-12)
+    np.testing.assert_allclose(
+        cone.at(given), [[1.0 / gamma**2, 1.0 / gamma], [1.0 / gamma, 1.0]], atol=1e-12
+    )
 
 
-def test_a_solver_that_panics_is_a_point_that_does_not_hold(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Clarabel's eigenvalue routine may give up; what Python then sees is no Exception, and must not end the process."""
+def test_a_solver_that_panics_is_a_point_that_does_not_hold(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Clarabel's eigenvalue routine may give up; what Python then sees is no Exception, and must
+    not end the process."""
     import clarabel
 
     class PanicException(BaseException):

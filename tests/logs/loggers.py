@@ -1,4 +1,5 @@
-"""Starts of log files as public loggers write them: header lines and a few rows, with a motion to and fro."""
+"""Starts of log files as public loggers write them: header lines and a few rows, with a motion to
+and fro."""
 
 from __future__ import annotations
 
@@ -12,7 +13,9 @@ STILL = 0.0 * K
 
 def _rows(columns: Sequence[np.ndarray], mark: str, comma: bool = False) -> str:
     cells = [[f"{value:.10g}" for value in row] for row in zip(*columns, strict=True)]
-    return "".join(mark.join(cell.replace(".", ",") if comma else cell for cell in row) + "\n" for row in cells)
+    return "".join(
+        mark.join(cell.replace(".", ",") if comma else cell for cell in row) + "\n" for row in cells
+    )
 
 
 def _sine(scale: float) -> np.ndarray:
@@ -20,7 +23,8 @@ def _sine(scale: float) -> np.ndarray:
 
 
 def twincat(unit: str = "(None)", mark: str = "\t") -> str:
-    """TwinCAT 3 Scope's text export: every line about the channels repeats its key; times are ms, and have no name."""
+    """TwinCAT 3 Scope's text export: every line about the channels repeats its key; times are ms,
+    and have no name."""
     keys = {
         "Name": ("fActPosition", "fActTorque"),
         "SymbolComment": "",
@@ -40,10 +44,19 @@ def twincat(unit: str = "(None)", mark: str = "\t") -> str:
         "Unit ScaleFactor": "1",
         "Unit Offset": "0",
     }
-    head = [("Name", "Scope Project"), ("File", "C:\\scope.tcscopex"), ("Starttime of export", "132956925843760000")]
-    both = {key: cells if isinstance(cells, tuple) else (cells, cells) for key, cells in keys.items()}
+    head = [
+        ("Name", "Scope Project"),
+        ("File", "C:\\scope.tcscopex"),
+        ("Starttime of export", "132956925843760000"),
+    ]
+    both = {
+        key: cells if isinstance(cells, tuple) else (cells, cells) for key, cells in keys.items()
+    }
     lines = [mark.join(line) for line in head]
-    lines += ["", *(mark.join(f"{key}{mark}{cell}" for cell in cells) for key, cells in both.items())]
+    lines += [
+        "",
+        *(mark.join(f"{key}{mark}{cell}" for cell in cells) for key, cells in both.items()),
+    ]
     return "\n".join([*lines, "", _rows([K, _sine(90.0), K, _sine(3.0)], mark, comma=True)])
 
 
@@ -57,14 +70,21 @@ LOGGERS: dict[str, str] = {
     "twincat": twincat(),
     "siemens": f"{SIEMENS}\n" + _rows([0.125 * K, _sine(90.0), _sine(2.0)], ";"),
     "odrive": f"{ODRIVE}\n" + _rows([0.01 * K, _sine(2.0), _sine(0.3), _sine(5.0)], ","),
-    "moteus": f"{MOTEUS}\n" + _rows([0.002 * K, STILL + 10, _sine(0.5), _sine(2.0), _sine(0.2), _sine(3.0)], ","),
-    "kinova": _rows([_sine(2.0), _sine(1.0), _sine(0.9), STILL, _sine(1.0), _sine(1.1), _sine(-2.0)], " "),
-    "rtde": f"{RTDE}\n" + _rows([0.002 * K, STILL, _sine(1.0), STILL, _sine(0.9), STILL, _sine(2.0)], " "),
+    "moteus": f"{MOTEUS}\n"
+    + _rows([0.002 * K, STILL + 10, _sine(0.5), _sine(2.0), _sine(0.2), _sine(3.0)], ","),
+    "kinova": _rows(
+        [_sine(2.0), _sine(1.0), _sine(0.9), STILL, _sine(1.0), _sine(1.1), _sine(-2.0)], " "
+    ),
+    "rtde": f"{RTDE}\n"
+    + _rows([0.002 * K, STILL, _sine(1.0), STILL, _sine(0.9), STILL, _sine(2.0)], " "),
     "torque_sensor": "time [s],position [rad],current [A],joint torque sensor [N m]\n"
     + _rows([0.001 * K, _sine(1.0), _sine(2.0), _sine(9.0)], ","),
-    "torque_only": "time [s],position [rad],torque [N m]\n" + _rows([0.001 * K, _sine(1.0), _sine(9.0)], ","),
+    "torque_only": "time [s],position [rad],torque [N m]\n"
+    + _rows([0.001 * K, _sine(1.0), _sine(9.0)], ","),
     "torque_cur": "t,Pos [rad],TorqueCur\n" + _rows([0.001 * K, _sine(1.0), _sine(40.0)], ","),
     "sample_index": "t,angle [deg],current [A]\n" + _rows([K, _sine(50.0), _sine(1.0)], ","),
-    "odrive_s1": f"{S1}\n" + _rows([50.0 * K, STILL + 1, *(_sine(size) for size in (2.0, 90.0, 9.0, 1.0, 2.0, 2.1))], ","),
-    "laas": f"{LAAS}\n" + _rows([0.001 * K, _sine(300.0), _sine(50.0), _sine(0.1), _sine(1.0), STILL + 0.49], ", "),
+    "odrive_s1": f"{S1}\n"
+    + _rows([50.0 * K, STILL + 1, *(_sine(size) for size in (2.0, 90.0, 9.0, 1.0, 2.0, 2.1))], ","),
+    "laas": f"{LAAS}\n"
+    + _rows([0.001 * K, _sine(300.0), _sine(50.0), _sine(0.1), _sine(1.0), STILL + 0.49], ", "),
 }

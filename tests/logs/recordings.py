@@ -1,4 +1,5 @@
-"""Recordings for the tests, written by other tools alone: the mcap library with its ROS 2 and protobuf writers, rosbags.
+"""Recordings for the tests, written by other tools alone: the mcap library with its ROS 2 and
+protobuf writers, rosbags.
 
 python -m tests.logs.recordings    writes the golden recordings anew
 """
@@ -15,7 +16,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
+from google.protobuf.descriptor_pb2 import (
+    FieldDescriptorProto,
+    FileDescriptorProto,
+    FileDescriptorSet,
+)
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message_factory import GetMessageClass
 from google.protobuf.timestamp_pb2 import Timestamp
@@ -50,7 +55,8 @@ DELAY = 250_000  # ns from the stamp to the recorder
 
 
 class Sent(NamedTuple):
-    """A message: topic, type, definition, when it was recorded, content; its encoding is that of the function that writes it."""
+    """A message: topic, type, definition, when it was recorded, content; its encoding is that of
+    the function that writes it."""
 
     topic: str
     kind: str
@@ -63,19 +69,44 @@ def stamp(time: int) -> dict[str, int]:
     return {"sec": time // 10**9, "nanosec": time % 10**9}
 
 
-def joint_states(position: Sequence[float], names: Sequence[str] = ("arm", "leg"), start: int = START, frame: str = "base") -> list[Sent]:
-    """The first joint at `position`, the others at its index; velocities count messages, there are no efforts."""
+def joint_states(
+    position: Sequence[float],
+    names: Sequence[str] = ("arm", "leg"),
+    start: int = START,
+    frame: str = "base",
+) -> list[Sent]:
+    """The first joint at `position`, the others at its index; velocities count messages, there are
+    no efforts."""
     sent = []
     for k, value in enumerate(position):
         others = [float(joint) for joint in range(1, len(names))]
         header = {"stamp": stamp(start + k * PERIOD), "frame_id": frame}
-        content = {"header": header, "name": list(names), "position": [value, *others], "velocity": [k + 0.5] * len(names), "effort": []}
-        sent.append(Sent("/joint_states", "sensor_msgs/msg/JointState", JOINT_STATE, start + k * PERIOD + DELAY, content))
+        content = {
+            "header": header,
+            "name": list(names),
+            "position": [value, *others],
+            "velocity": [k + 0.5] * len(names),
+            "effort": [],
+        }
+        sent.append(
+            Sent(
+                "/joint_states",
+                "sensor_msgs/msg/JointState",
+                JOINT_STATE,
+                start + k * PERIOD + DELAY,
+                content,
+            )
+        )
     return sent
 
 
 def float64s(values: Sequence[float], topic: str = "/motor", start: int = START) -> list[Sent]:
-    return [Sent(topic, "std_msgs/msg/Float64", "float64 data\n", start + k * PERIOD + DELAY, {"data": v}) for k, v in enumerate(values)]
+    return [
+        Sent(
+            topic, "std_msgs/msg/Float64", "float64 data\n", start + k * PERIOD + DELAY, {"data": v}
+        )
+        for k, v in enumerate(values)
+    ]
 
 
 def in_order(*sent: Iterable[Sent]) -> list[Sent]:
@@ -92,7 +123,11 @@ def ros2_mcap(sent: Iterable[Sent], **options: Any) -> bytes:
         data: bytes = encoders[one.kind](one.content)
         return data
 
-    return _mcap(((one, encoded(one), "cdr", "ros2msg", one.text.encode()) for one in sent), "ros2", **options)
+    return _mcap(
+        ((one, encoded(one), "cdr", "ros2msg", one.text.encode()) for one in sent),
+        "ros2",
+        **options,
+    )
 
 
 IDL = """module rig { module msg { struct Joint { long count; sequence<double, 4> taps; double angle; }; }; };
@@ -103,8 +138,15 @@ def idl_mcap(angle: Sequence[float]) -> bytes:
     """CDR with its definition in IDL."""
     text = "int32 count\nfloat64[<=4] taps\nfloat64 angle\n"
     encode = serialize_dynamic("rig/msg/Joint", text)["rig/msg/Joint"]
-    sent = [Sent("/joint", "rig/msg/Joint", "", k, {"count": k, "taps": [0.5] * (k % 5), "angle": value}) for k, value in enumerate(angle)]
-    return _mcap(((one, encode(one.content), "cdr", "ros2idl", IDL.encode()) for one in sent), "ros2")
+    sent = [
+        Sent(
+            "/joint", "rig/msg/Joint", "", k, {"count": k, "taps": [0.5] * (k % 5), "angle": value}
+        )
+        for k, value in enumerate(angle)
+    ]
+    return _mcap(
+        ((one, encode(one.content), "cdr", "ros2idl", IDL.encode()) for one in sent), "ros2"
+    )
 
 
 def ros1_mcap(position: Sequence[float]) -> bytes:
@@ -114,17 +156,25 @@ def ros1_mcap(position: Sequence[float]) -> bytes:
     text = store.generate_msgdef(kind, ros_version=1)[0].encode()
     messages = enumerate(_messages(store, position, seq=True))
     sent = (
-        (Sent("/joint_states", "sensor_msgs/JointState", "", START + k, {}), bytes(store.serialize_ros1(one, kind))) for k, one in messages
+        (
+            Sent("/joint_states", "sensor_msgs/JointState", "", START + k, {}),
+            bytes(store.serialize_ros1(one, kind)),
+        )
+        for k, one in messages
     )
     return _mcap(((one, data, "ros1", "ros1msg", text) for one, data in sent), "ros1")
 
 
 def json_mcap(sent: Iterable[Sent], schema: bool = True, **options: Any) -> bytes:
     form = ("jsonschema", b'{"type": "object"}') if schema else ("", b"")
-    return _mcap(((one, json.dumps(one.content).encode(), "json", *form) for one in sent), "", **options)
+    return _mcap(
+        ((one, json.dumps(one.content).encode(), "json", *form) for one in sent), "", **options
+    )
 
 
-def _mcap(messages: Iterable[tuple[Sent, bytes, str, str, bytes]], profile: str, **options: Any) -> bytes:
+def _mcap(
+    messages: Iterable[tuple[Sent, bytes, str, str, bytes]], profile: str, **options: Any
+) -> bytes:
     out = io.BytesIO()
     writer = Writer(out, **options)
     writer.start(profile)
@@ -139,19 +189,35 @@ def _mcap(messages: Iterable[tuple[Sent, bytes, str, str, bytes]], profile: str,
 
 
 def drive_class() -> tuple[type[Any], bytes]:
-    """A protobuf message `rig.Drive` and the descriptors that a recording carries: stamp, number, enumeration, message, repeated, map."""
+    """A protobuf message `rig.Drive` and the descriptors that a recording carries: stamp, number,
+    enumeration, message, repeated, map."""
     scalar, many = FieldDescriptorProto.LABEL_OPTIONAL, FieldDescriptorProto.LABEL_REPEATED
-    file = FileDescriptorProto(name="rig.proto", package="rig", syntax="proto3", dependency=["google/protobuf/timestamp.proto"])
+    file = FileDescriptorProto(
+        name="rig.proto",
+        package="rig",
+        syntax="proto3",
+        dependency=["google/protobuf/timestamp.proto"],
+    )
     file.enum_type.add(name="State").value.add(name="OFF", number=0)
     file.enum_type[0].value.add(name="ON", number=3)
     phase = file.message_type.add(name="Phase")
     phase.field.add(name="current", number=1, label=scalar, type=FieldDescriptorProto.TYPE_FLOAT)
     drive = file.message_type.add(name="Drive")
     kinds = FieldDescriptorProto
-    drive.field.add(name="timestamp", number=1, label=scalar, type=kinds.TYPE_MESSAGE, type_name=".google.protobuf.Timestamp")
+    drive.field.add(
+        name="timestamp",
+        number=1,
+        label=scalar,
+        type=kinds.TYPE_MESSAGE,
+        type_name=".google.protobuf.Timestamp",
+    )
     drive.field.add(name="angle", number=2, label=scalar, type=kinds.TYPE_DOUBLE)
-    drive.field.add(name="state", number=3, label=scalar, type=kinds.TYPE_ENUM, type_name=".rig.State")
-    drive.field.add(name="phases", number=4, label=many, type=kinds.TYPE_MESSAGE, type_name=".rig.Phase")
+    drive.field.add(
+        name="state", number=3, label=scalar, type=kinds.TYPE_ENUM, type_name=".rig.State"
+    )
+    drive.field.add(
+        name="phases", number=4, label=many, type=kinds.TYPE_MESSAGE, type_name=".rig.Phase"
+    )
     drive.field.add(name="counts", number=5, label=many, type=kinds.TYPE_SINT64)
     drive.field.add(name="note", number=6, label=scalar, type=kinds.TYPE_STRING)
     stamps = FileDescriptorProto()
@@ -159,11 +225,14 @@ def drive_class() -> tuple[type[Any], bytes]:
     pool = DescriptorPool()
     for one in (stamps, file):
         pool.Add(one)
-    return GetMessageClass(pool.FindMessageTypeByName("rig.Drive")), FileDescriptorSet(file=[file, stamps]).SerializeToString()
+    return GetMessageClass(pool.FindMessageTypeByName("rig.Drive")), FileDescriptorSet(
+        file=[file, stamps]
+    ).SerializeToString()
 
 
 def long_joint_states(path: Path, messages: int, at_once: int = 5000) -> None:
-    """JointStates at 1 kHz in plain chunks, of which the first was written by the library and the others repeat it with other numbers."""
+    """JointStates at 1 kHz in plain chunks, of which the first was written by the library and the
+    others repeat it with other numbers."""
     one = joint_states([0.0])[0]
     payload = serialize_dynamic(one.kind, one.text)[one.kind](one.content)
     fields = [
@@ -191,7 +260,9 @@ def long_joint_states(path: Path, messages: int, at_once: int = 5000) -> None:
     with path.open("wb") as stream:
         writer = Writer(stream, use_chunking=False)
         writer.start("ros2")
-        writer.register_channel(one.topic, "cdr", writer.register_schema(one.kind, "ros2msg", one.text.encode()))
+        writer.register_channel(
+            one.topic, "cdr", writer.register_schema(one.kind, "ros2msg", one.text.encode())
+        )
         for first in range(0, messages, at_once):
             count = np.arange(first, min(first + at_once, messages))
             records = np.repeat(template, count.size)
@@ -213,13 +284,28 @@ def protobuf_mcap(angle: Sequence[float]) -> bytes:
         time = START + k * PERIOD
         at = {"seconds": time // 10**9, "nanos": time % 10**9}
         data = Drive(
-            timestamp=at, angle=value, state=3, phases=[{"current": 0.5}, {"current": k}], counts=[k, -k], note="x"
+            timestamp=at,
+            angle=value,
+            state=3,
+            phases=[{"current": 0.5}, {"current": k}],
+            counts=[k, -k],
+            note="x",
         ).SerializeToString()
-        messages.append((Sent("/drive", "rig.Drive", "", time + DELAY, {}), data, "protobuf", "protobuf", descriptors))
+        messages.append(
+            (
+                Sent("/drive", "rig.Drive", "", time + DELAY, {}),
+                data,
+                "protobuf",
+                "protobuf",
+                descriptors,
+            )
+        )
     return _mcap(messages, "")
 
 
-def ros1_bag(path: Path, position: Sequence[float], compression: str = "none", chunk_bytes: int = 1 << 20) -> None:
+def ros1_bag(
+    path: Path, position: Sequence[float], compression: str = "none", chunk_bytes: int = 1 << 20
+) -> None:
     """JointStates as ROS 1 records them, written by rosbags."""
     store = get_typestore(Stores.ROS1_NOETIC)
     writer = BagWriter(path)
@@ -227,29 +313,48 @@ def ros1_bag(path: Path, position: Sequence[float], compression: str = "none", c
     if compression != "none":
         writer.set_compression(BagWriter.CompressionFormat[compression.upper()])
     with writer:
-        connection = writer.add_connection("/joint_states", "sensor_msgs/msg/JointState", typestore=store)
+        connection = writer.add_connection(
+            "/joint_states", "sensor_msgs/msg/JointState", typestore=store
+        )
         for k, message in enumerate(_messages(store, position, seq=True)):
-            writer.write(connection, START + k * PERIOD + DELAY, store.serialize_ros1(message, "sensor_msgs/msg/JointState"))
+            writer.write(
+                connection,
+                START + k * PERIOD + DELAY,
+                store.serialize_ros1(message, "sensor_msgs/msg/JointState"),
+            )
 
 
 def ros2_bag(folder: Path, position: Sequence[float], storage: str = "sqlite3") -> None:
     """The same as a folder of ROS 2."""
     store = get_typestore(Stores.ROS2_HUMBLE)
     with Bag2Writer(folder, version=9, storage_plugin=StoragePlugin[storage.upper()]) as writer:
-        connection = writer.add_connection("/joint_states", "sensor_msgs/msg/JointState", typestore=store)
+        connection = writer.add_connection(
+            "/joint_states", "sensor_msgs/msg/JointState", typestore=store
+        )
         for k, message in enumerate(_messages(store, position, seq=False)):
-            writer.write(connection, START + k * PERIOD + DELAY, bytes(store.serialize_cdr(message, "sensor_msgs/msg/JointState")))
+            writer.write(
+                connection,
+                START + k * PERIOD + DELAY,
+                bytes(store.serialize_cdr(message, "sensor_msgs/msg/JointState")),
+            )
 
 
 def _messages(store: Any, position: Sequence[float], seq: bool) -> Iterable[Any]:
     types = store.types
     JointState, Header, Time = (
-        types[name] for name in ("sensor_msgs/msg/JointState", "std_msgs/msg/Header", "builtin_interfaces/msg/Time")
+        types[name]
+        for name in (
+            "sensor_msgs/msg/JointState",
+            "std_msgs/msg/Header",
+            "builtin_interfaces/msg/Time",
+        )
     )
     for k, value in enumerate(position):
         time = START + k * PERIOD
         header = Header(*([k] if seq else []), Time(time // 10**9, time % 10**9), "base")
-        yield JointState(header, ["arm", "leg"], np.array([value, 1.0]), np.array([k + 0.5] * 2), np.array([]))
+        yield JointState(
+            header, ["arm", "leg"], np.array([value, 1.0]), np.array([k + 0.5] * 2), np.array([])
+        )
 
 
 GOLDEN_POSITION = [0.0, 0.1, -2.5, 1e-9]
@@ -257,7 +362,9 @@ GOLDEN_POSITION = [0.0, 0.1, -2.5, 1e-9]
 
 def main() -> None:
     """The golden recordings: 4 messages of 2 joints, and the same numbers in protobuf."""
-    (GOLDEN / "joint_states.mcap").write_bytes(ros2_mcap(in_order(joint_states(GOLDEN_POSITION), float64s(GOLDEN_POSITION))))
+    (GOLDEN / "joint_states.mcap").write_bytes(
+        ros2_mcap(in_order(joint_states(GOLDEN_POSITION), float64s(GOLDEN_POSITION)))
+    )
     (GOLDEN / "drive.mcap").write_bytes(protobuf_mcap(GOLDEN_POSITION))
     with tempfile.TemporaryDirectory() as folder:
         ros1_bag(Path(folder, "joint_states.bag"), GOLDEN_POSITION, "lz4")

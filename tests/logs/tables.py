@@ -9,12 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.errors import LogError
-from frictool.logs.table import Loss, Table, pick
+from frictool.logs.table import DataLoss, RawTable, pick
 
 
-def columns(table: Table, wanted: Sequence[str] | None = None, losses: list[Loss] | None = None) -> dict[str, NDArray[np.float64]]:
-    """The columns, joined; all of them where none is named. The blocks follow one another, and their progress ends at `size` at most."""
-    chosen = table.names if wanted is None else tuple(table.find(one) or pick(table.names, one, table.source) for one in wanted)
+def columns(
+    table: RawTable, wanted: Sequence[str] | None = None, losses: list[DataLoss] | None = None
+) -> dict[str, NDArray[np.float64]]:
+    """The columns, joined; all of them where none is named. The blocks follow one another, and
+    their progress ends at `size` at most."""
+    chosen = (
+        table.names
+        if wanted is None
+        else tuple(table.find(one) or pick(table.names, one, table.source) for one in wanted)
+    )
     parts: dict[str, list[NDArray[np.float64]]] = {name: [] for name in chosen}
     row = done = 0
     for block, reached in table.blocks(chosen, losses):
@@ -26,12 +33,20 @@ def columns(table: Table, wanted: Sequence[str] | None = None, losses: list[Loss
             assert block.columns[name].dtype == np.float64
             parts[name].append(block.columns[name])
         row += len(block.columns[chosen[0]])
-    return {name: np.concatenate(vectors) if vectors else np.empty(0) for name, vectors in parts.items()}
+    return {
+        name: np.concatenate(vectors) if vectors else np.empty(0) for name, vectors in parts.items()
+    }
 
 
-def times(table: Table, wanted: Sequence[str] = ()) -> NDArray[np.int64]:
+def times(table: RawTable, wanted: Sequence[str] = ()) -> NDArray[np.int64]:
     """The times of the rows [ns], joined."""
-    return np.concatenate([block.time_ns for block, _ in table.blocks(wanted or table.names[:1]) if block.time_ns is not None])
+    return np.concatenate(
+        [
+            block.time_ns
+            for block, _ in table.blocks(wanted or table.names[:1])
+            if block.time_ns is not None
+        ]
+    )
 
 
 @contextmanager

@@ -1,4 +1,5 @@
-"""Small files that announce far more than any log: refused in one line, before the time or the memory is spent."""
+"""Small files that announce far more than any log: refused in one line, before the time or the
+memory is spent."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ import zstandard
 
 from frictool.documents.bench import Column
 from frictool.documents.writing import to_yaml
-from frictool.logs.expansion import LARGE, SMALL, UnpackedBudget, allowed_bytes
+from frictool.logs.unpacked_size import LARGE, SMALL, UnpackedBudget, allowed_bytes
 from tests.cli.run import refused, run
 from tests.logs.example import bench
 
@@ -30,8 +31,22 @@ def _record(opcode: int, body: bytes) -> bytes:
 
 def _mcap(plain: bytes, chunks: int) -> bytes:
     packed = zstandard.ZstdCompressor().compress(plain)
-    body = struct.pack("<QQQII", 0, 1, len(plain), 0, 4) + b"zstd" + struct.pack("<Q", len(packed)) + packed
-    return b"".join([MCAP, _record(1, bytes(8)), *[_record(6, body)] * chunks, _record(15, bytes(4)), _record(2, bytes(20)), MCAP])
+    body = (
+        struct.pack("<QQQII", 0, 1, len(plain), 0, 4)
+        + b"zstd"
+        + struct.pack("<Q", len(packed))
+        + packed
+    )
+    return b"".join(
+        [
+            MCAP,
+            _record(1, bytes(8)),
+            *[_record(6, body)] * chunks,
+            _record(15, bytes(4)),
+            _record(2, bytes(20)),
+            MCAP,
+        ]
+    )
 
 
 def _json(message: dict[str, object]) -> bytes:
@@ -40,7 +55,9 @@ def _json(message: dict[str, object]) -> bytes:
     stream = io.BytesIO()
     writer = Writer(stream)
     writer.start()
-    channel = writer.register_channel("/axis", "json", writer.register_schema("Axis", "jsonschema", b"{}"))
+    channel = writer.register_channel(
+        "/axis", "json", writer.register_schema("Axis", "jsonschema", b"{}")
+    )
     for k in range(3):
         writer.add_message(channel, k * 10**6, json.dumps(message).encode(), k * 10**6)
     writer.finish()
@@ -55,7 +72,10 @@ def _bag(plain: bytes, chunks: int) -> bytes:
         return struct.pack("<I", len(fields)) + fields + struct.pack("<I", len(data)) + data
 
     chunk = record(
-        field(b"op", b"\x05") + field(b"compression", b"bz2") + field(b"size", struct.pack("<I", len(plain))), bz2.compress(plain)
+        field(b"op", b"\x05")
+        + field(b"compression", b"bz2")
+        + field(b"size", struct.pack("<I", len(plain))),
+        bz2.compress(plain),
     )
     head = record(field(b"op", b"\x03") + field(b"index_pos", bytes(8)), b"")
     return b"#ROSBAG V2.0\n" + head + chunk * chunks
@@ -65,7 +85,12 @@ def _variables(count: int) -> Iterator[bytes]:
     yield b"MATLAB 5.0".ljust(124) + b"\x00\x01IM"
     for k in range(count):
         name = f"v{k}".encode().ljust(8, b"\0")
-        content = struct.pack("<IIII", 6, 8, 6, 0) + struct.pack("<IIii", 5, 8, 1, 2) + struct.pack("<II", 1, 8) + name
+        content = (
+            struct.pack("<IIII", 6, 8, 6, 0)
+            + struct.pack("<IIii", 5, 8, 1, 2)
+            + struct.pack("<II", 1, 8)
+            + name
+        )
         content += struct.pack("<II", 9, 16) + bytes(16)
         yield struct.pack("<II", 14, len(content)) + content
 
@@ -74,7 +99,9 @@ def _filled(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w") as file:
         for name in ("time", "x"):
-            file.create_dataset(name, shape=(250_000_000,), dtype="f8", chunks=(1 << 16,), fillvalue=1.0)
+            file.create_dataset(
+                name, shape=(250_000_000,), dtype="f8", chunks=(1 << 16,), fillvalue=1.0
+            )
 
 
 def _constant_parquet(path: Path) -> None:
@@ -92,11 +119,26 @@ def _bytes(data: Callable[[], bytes]) -> Callable[[Path], None]:
 
 
 BOMBS: dict[str, tuple[Callable[[Path], None], str]] = {
-    "mcap zeros": (_bytes(lambda: _mcap(bytes(30_000_000), 40)), "a record of kind 0 stands at byte 0 of its chunk"),
-    "mcap private": (_bytes(lambda: _mcap((b"\x80" + bytes(8)) * 3_000_000, 40)), "records of a chunk are shorter than 14 bytes"),
-    "mcap large": (_bytes(lambda: _mcap(_record(0x80, bytes(30_000_000)), 400)), "announce more than"),
-    "json": (_bytes(lambda: _json({f"key{k}": k for k in range(400_000)})), "bytes of JSON; allowed: 2000000"),
-    "json texts": (_bytes(lambda: _json({f"k{k}": "" for k in range(120_000)} | {"x": 1.0})), "more than"),
+    "mcap zeros": (
+        _bytes(lambda: _mcap(bytes(30_000_000), 40)),
+        "a record of kind 0 stands at byte 0 of its chunk",
+    ),
+    "mcap private": (
+        _bytes(lambda: _mcap((b"\x80" + bytes(8)) * 3_000_000, 40)),
+        "records of a chunk are shorter than 14 bytes",
+    ),
+    "mcap large": (
+        _bytes(lambda: _mcap(_record(0x80, bytes(30_000_000)), 400)),
+        "announce more than",
+    ),
+    "json": (
+        _bytes(lambda: _json({f"key{k}": k for k in range(400_000)})),
+        "bytes of JSON; allowed: 2000000",
+    ),
+    "json texts": (
+        _bytes(lambda: _json({f"k{k}": "" for k in range(120_000)} | {"x": 1.0})),
+        "more than",
+    ),
     "bag": (_bytes(lambda: _bag(bytes(20_000_000), 40)), "has no topic with numbers"),
     "bag large": (_bytes(lambda: _bag(bytes(80_000_000), 4)), "has no topic with numbers"),
     "mat": (_bytes(lambda: b"".join(_variables(200_000))), "has more than 20000 arrays"),

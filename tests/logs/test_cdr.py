@@ -1,4 +1,5 @@
-"""Numbers out of serialised messages, against the libraries that wrote them: mcap-ros2-support for CDR, rosbags for others."""
+"""Numbers out of serialised messages, against the libraries that wrote them: mcap-ros2-support for
+CDR, rosbags for others."""
 
 from __future__ import annotations
 
@@ -14,15 +15,24 @@ from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from frictool.logs.recordings.cdr import MOST_LAYOUTS, MessageDecoder
-from frictool.logs.recordings.messages import packed
+from frictool.logs.recordings.messages import pack_messages
 from frictool.logs.recordings.ros_definitions import DEFINITIONS
 from frictool.logs.recordings.ros_idl import parse_idl
 from frictool.logs.recordings.ros_message import NUMBERS, parse_message
 from tests.logs.recordings import IMU, JOINT_STATE, joint_states, ros2_mcap
 
-RANGES = {"u1": (0, 255), "i1": (-128, 127), "u2": (0, 65535), "i2": (-32768, 32767), "u4": (0, 2**32 - 1), "i4": (-(2**31), 2**31 - 1)}
+RANGES = {
+    "u1": (0, 255),
+    "i1": (-128, 127),
+    "u2": (0, 65535),
+    "i2": (-32768, 32767),
+    "u4": (0, 2**32 - 1),
+    "i4": (-(2**31), 2**31 - 1),
+}
 OTHERS = "uint8 flag\nstring note\nfloat64[] values\nint16 last\nduration span\n"
-FLAT = [kind for kind in NUMBERS if kind not in ("byte", "char", "int64", "uint64")]  # the oracle has its own opinion of a char's sign
+FLAT = [
+    kind for kind in NUMBERS if kind not in ("byte", "char", "int64", "uint64")
+]  # the oracle has its own opinion of a char's sign
 
 
 def value_of(kind: str) -> st.SearchStrategy[Any]:
@@ -40,17 +50,32 @@ def definitions(draw: st.DrawFn) -> tuple[str, st.SearchStrategy[dict[str, Any]]
     """A message of scalars, arrays, texts and messages within messages, and its contents."""
     inner = draw(st.lists(st.sampled_from([*FLAT, "string"]), min_size=0, max_size=4))
     inner_values = st.fixed_dictionaries(
-        {f"in{k}": st.text(max_size=5) if kind == "string" else value_of(kind) for k, kind in enumerate(inner)}
+        {
+            f"in{k}": st.text(max_size=5) if kind == "string" else value_of(kind)
+            for k, kind in enumerate(inner)
+        }
     )
     lines, values = [], {}
     for k in range(draw(st.integers(1, 6))):
         kind = draw(st.sampled_from([*FLAT, "string", "Inner"]))
         array = draw(st.sampled_from(["", "[]", "[3]", "[<=4]"]))
-        one = inner_values if kind == "Inner" else st.text(max_size=6) if kind == "string" else value_of(kind)
+        one = (
+            inner_values
+            if kind == "Inner"
+            else st.text(max_size=6)
+            if kind == "string"
+            else value_of(kind)
+        )
         size = (3, 3) if array == "[3]" else (0, 4)
         values[f"f{k}"] = st.lists(one, min_size=size[0], max_size=size[1]) if array else one
         lines.append(f"{kind}{array} f{k}")
-    text = "\n".join(lines) + "\n" + "=" * 80 + "\nMSG: rig/Inner\n" + "".join(f"{kind} in{k}\n" for k, kind in enumerate(inner))
+    text = (
+        "\n".join(lines)
+        + "\n"
+        + "=" * 80
+        + "\nMSG: rig/Inner\n"
+        + "".join(f"{kind} in{k}\n" for k, kind in enumerate(inner))
+    )
     return text, st.fixed_dictionaries(values)
 
 
@@ -61,14 +86,23 @@ def plain(found: Any, path: str = "") -> dict[str, float]:
     if isinstance(found, str):
         return {}
     if isinstance(found, dict):
-        return {key: value for name, part in found.items() for key, value in plain(part, f"{path}.{name}" if path else name).items()}
-    return {key: value for k, part in enumerate(found) for key, value in plain(part, f"{path}[{k}]").items()}
+        return {
+            key: value
+            for name, part in found.items()
+            for key, value in plain(part, f"{path}.{name}" if path else name).items()
+        }
+    return {
+        key: value
+        for k, part in enumerate(found)
+        for key, value in plain(part, f"{path}[{k}]").items()
+    }
 
 
 @settings(max_examples=60)
 @given(st.data())
 def test_what_the_oracle_writes_is_read(data: st.DataObject):
-    """Messages of one type, of any lengths of texts and sequences, in one batch; every number of each."""
+    """Messages of one type, of any lengths of texts and sequences, in one batch; every number of
+    each."""
     text, content = data.draw(definitions())
     contents = data.draw(st.lists(content, min_size=1, max_size=8))
     encode = serialize_dynamic("rig/Test", text)["rig/Test"]
@@ -78,10 +112,12 @@ def test_what_the_oracle_writes_is_read(data: st.DataObject):
     wanted = [plain(one) for one in contents]
     assert [set(decoder.names(payload)) for payload in payloads] == [set(one) for one in wanted]
     paths = tuple(dict.fromkeys(path for one in wanted for path in one))
-    values, present, failed = decoder.columns(packed([0] * len(payloads), payloads), paths)
+    values, present, failed = decoder.columns(pack_messages([0] * len(payloads), payloads), paths)
     assert not failed
     assert present.tolist() == [[path in one for one in wanted] for path in paths]
-    expected = np.array([[one.get(path, np.nan) for one in wanted] for path in paths]).reshape(len(paths), len(wanted))
+    expected = np.array([[one.get(path, np.nan) for one in wanted] for path in paths]).reshape(
+        len(paths), len(wanted)
+    )
     assert np.array_equal(values, expected, equal_nan=True)
 
 
@@ -93,27 +129,48 @@ def typestore(store: Stores) -> Any:
     return types
 
 
-@pytest.mark.parametrize(("store", "aligned"), [(Stores.ROS2_HUMBLE, True), (Stores.ROS1_NOETIC, False)])
-@given(st.lists(st.tuples(st.text(max_size=7), st.lists(st.floats(allow_nan=False), max_size=4)), min_size=1, max_size=6), st.booleans())
-def test_both_byte_orders_and_ros_1(store: Stores, aligned: bool, rows: list[tuple[str, list[float]]], little: bool):
+@pytest.mark.parametrize(
+    ("store", "aligned"), [(Stores.ROS2_HUMBLE, True), (Stores.ROS1_NOETIC, False)]
+)
+@given(
+    st.lists(
+        st.tuples(st.text(max_size=7), st.lists(st.floats(allow_nan=False), max_size=4)),
+        min_size=1,
+        max_size=6,
+    ),
+    st.booleans(),
+)
+def test_both_byte_orders_and_ros_1(
+    store: Stores, aligned: bool, rows: list[tuple[str, list[float]]], little: bool
+):
     text = OTHERS.replace("duration", "builtin_interfaces/Duration" if aligned else "duration")
     types = typestore(store)
     Test, Duration = types.types["rig/msg/Test"], types.types["builtin_interfaces/msg/Duration"]
     messages = [Test(7, note, np.array(values), -3, Duration(-5, 6)) for note, values in rows]
     if aligned:
-        payloads = [bytes(types.serialize_cdr(one, "rig/msg/Test", little_endian=little)) for one in messages]
+        payloads = [
+            bytes(types.serialize_cdr(one, "rig/msg/Test", little_endian=little))
+            for one in messages
+        ]
     else:
         payloads = [bytes(types.serialize_ros1(one, "rig/msg/Test")) for one in messages]
     decoder = MessageDecoder(parse_message("rig/msg/Test", text), aligned)
-    values, present, failed = decoder.columns(packed([0] * len(rows), payloads), ("flag", "values[1]", "last", "span.sec", "span.nanosec"))
+    values, present, failed = decoder.columns(
+        pack_messages([0] * len(rows), payloads),
+        ("flag", "values[1]", "last", "span.sec", "span.nanosec"),
+    )
     assert not failed
     assert present[[0, 2, 3, 4]].all()
     assert values[[0, 2, 3, 4]].tolist() == [[one] * len(rows) for one in (7.0, -3.0, -5.0, 6.0)]
-    assert np.array_equal(values[1], [given[1] if len(given) > 1 else np.nan for _, given in rows], equal_nan=True)
+    assert np.array_equal(
+        values[1], [given[1] if len(given) > 1 else np.nan for _, given in rows], equal_nan=True
+    )
 
 
 def joint_payloads(names: list[tuple[str, ...]]) -> list[bytes]:
-    encode = serialize_dynamic("sensor_msgs/msg/JointState", JOINT_STATE)["sensor_msgs/msg/JointState"]
+    encode = serialize_dynamic("sensor_msgs/msg/JointState", JOINT_STATE)[
+        "sensor_msgs/msg/JointState"
+    ]
     return [encode(joint_states([k + 0.25], joints)[0].content) for k, joints in enumerate(names)]
 
 
@@ -121,7 +178,10 @@ def test_elements_are_called_by_the_names_beside_them_whatever_their_order():
     """Names of one length each: only the guarded bytes of the texts tell the orders apart."""
     orders = [("arm", "leg"), ("leg", "arm"), ("arm", "leg"), ("hip", "arm"), ("hip", "leg")]
     decoder = MessageDecoder(parse_message("sensor_msgs/msg/JointState", JOINT_STATE))
-    values, present, failed = decoder.columns(packed([0] * 5, joint_payloads(orders)), ("position[arm]", "position[0]", "velocity[arm]"))
+    values, present, failed = decoder.columns(
+        pack_messages([0] * 5, joint_payloads(orders)),
+        ("position[arm]", "position[0]", "velocity[arm]"),
+    )
     assert not failed
     assert np.array_equal(values[0], [0.25, 1.0, 2.25, 1.0, np.nan], equal_nan=True)
     assert values[1].tolist() == [0.25, 1.25, 2.25, 3.25, 4.25]
@@ -131,7 +191,9 @@ def test_elements_are_called_by_the_names_beside_them_whatever_their_order():
 def test_more_layouts_than_are_kept_give_the_same_numbers():
     orders = [("j" * (k % 97 + 1), "arm") for k in range(4 * MOST_LAYOUTS)]
     decoder = MessageDecoder(parse_message("sensor_msgs/msg/JointState", JOINT_STATE))
-    values, present, failed = decoder.columns(packed([0] * len(orders), joint_payloads(orders)), ("position[0]", "position[arm]"))
+    values, present, failed = decoder.columns(
+        pack_messages([0] * len(orders), joint_payloads(orders)), ("position[0]", "position[arm]")
+    )
     assert values[0].tolist() == [k + 0.25 for k in range(len(orders))]
     assert (values[1] == 1.0).all()
     assert present.all()
@@ -140,13 +202,14 @@ def test_more_layouts_than_are_kept_give_the_same_numbers():
 
 @given(at=st.integers(0, 10**6), flip=st.integers(1, 255), cut=st.integers(0, 120))
 def test_a_damaged_message_fails_alone(at: int, flip: int, cut: int):
-    """Any byte wrong, or the end missing: that message gives some numbers or a reason, the others what they are."""
+    """Any byte wrong, or the end missing: that message gives some numbers or a reason, the others
+    what they are."""
     payloads = joint_payloads([("arm", "leg")] * 5)
     damaged = bytearray(payloads[2])
     damaged[at % len(damaged)] ^= flip
     payloads[2] = bytes(damaged)[: len(damaged) - cut]
     decoder = MessageDecoder(parse_message("sensor_msgs/msg/JointState", JOINT_STATE))
-    values, _, failed = decoder.columns(packed([0] * 5, payloads), ("position[0]",))
+    values, _, failed = decoder.columns(pack_messages([0] * 5, payloads), ("position[0]",))
     assert set(failed) <= {2}
     assert all(reason and "\n" not in reason for reason in failed.values())
     assert values[0][[0, 1, 3, 4]].tolist() == [0.25, 1.25, 3.25, 4.25]
@@ -208,7 +271,10 @@ def test_definitions_are_read_as_ros_reads_them():
         ("Other x\n", "'rig/Other' is used and not defined"),
         ("float64\n", "'float64' is no field"),
         ("Test again\n", "messages deep"),
-        ("A[] a\n===\nMSG: rig/A\nB[] b\nB[] c\n===\nMSG: rig/B\nA[] a\nA[] b\nA[] c\n", "messages deep"),
+        (
+            "A[] a\n===\nMSG: rig/A\nB[] b\nB[] c\n===\nMSG: rig/B\nA[] a\nA[] b\nA[] c\n",
+            "messages deep",
+        ),
     ],
 )
 def test_definitions_that_are_none_are_refused(text: str, reason: str):
@@ -257,10 +323,14 @@ def test_idl_that_is_cut_or_mangled_is_refused_or_read(at: int, length: int):
         assert parse_idl("sensor_msgs/msg/Joint", IDL[:at] + IDL[at + length :]).fields
 
 
-@pytest.mark.parametrize("kind", [kind for kind in DEFINITIONS if not kind.startswith("control_msgs/")])  # rosbags has none of these
+@pytest.mark.parametrize(
+    "kind", [kind for kind in DEFINITIONS if not kind.startswith("control_msgs/")]
+)  # rosbags has none of these
 def test_the_definitions_kept_here_are_those_of_ros(kind: str):
     """Against rosbags: the same bytes give the same paths, for every type that ROS 2 Humble has."""
-    theirs, _ = typestore(Stores.ROS2_HUMBLE).generate_msgdef(kind.replace("/", "/msg/"), ros_version=2)
+    theirs, _ = typestore(Stores.ROS2_HUMBLE).generate_msgdef(
+        kind.replace("/", "/msg/"), ros_version=2
+    )
     assert parse_message(kind, DEFINITIONS[kind]) == parse_message(kind, theirs)
 
 
@@ -277,7 +347,10 @@ def test_imu_has_its_fixed_arrays():
         "linear_acceleration_covariance": [0.0] * 9,
     }
     decoder = MessageDecoder(parse_message("sensor_msgs/msg/Imu", IMU))
-    values, _, _ = decoder.columns(packed([0], [encode(content)]), ("linear_acceleration.x", "orientation_covariance[8]", "orientation.w"))
+    values, _, _ = decoder.columns(
+        pack_messages([0], [encode(content)]),
+        ("linear_acceleration.x", "orientation_covariance[8]", "orientation.w"),
+    )
     assert values[:, 0].tolist() == [9.0, 8.0, 4.0]
 
 
@@ -287,5 +360,10 @@ def test_the_recordings_of_these_tests_are_what_the_library_reads():
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
-    reader = make_reader(io.BytesIO(ros2_mcap(joint_states([1.5, 2.5]))), decoder_factories=[DecoderFactory()])
-    assert [decoded.position for _, _, _, decoded in reader.iter_decoded_messages()] == [[1.5, 1.0], [2.5, 1.0]]
+    reader = make_reader(
+        io.BytesIO(ros2_mcap(joint_states([1.5, 2.5]))), decoder_factories=[DecoderFactory()]
+    )
+    assert [decoded.position for _, _, _, decoded in reader.iter_decoded_messages()] == [
+        [1.5, 1.0],
+        [2.5, 1.0],
+    ]

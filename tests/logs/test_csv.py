@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
-from frictool.logs.table import BLOCK_ROWS, Loss
-from frictool.logs.text import batches as text_batches_module
-from frictool.logs.text import bytes as text_bytes_module
+from frictool.logs.table import BLOCK_ROWS, DataLoss
+from frictool.logs.text import row_batches as text_batches_module
+from frictool.logs.text import text_encoding as text_bytes_module
 from frictool.logs.text.csv_format import NO_END, CsvTable, sniff, tables
 from tests.logs.tables import columns, times
 
@@ -34,17 +34,30 @@ def opened(folder: Path, text: str | bytes, layout: Layout | None = None) -> Csv
 
 
 def read(
-    folder: Path, text: str | bytes, wanted: Sequence[str | int] | None = None, layout: Layout | None = None
+    folder: Path,
+    text: str | bytes,
+    wanted: Sequence[str | int] | None = None,
+    layout: Layout | None = None,
 ) -> dict[str, list[float]]:
-    return {name: values.tolist() for name, values in columns(opened(folder, text, layout), wanted).items()}
+    return {
+        name: values.tolist()
+        for name, values in columns(opened(folder, text, layout), wanted).items()
+    }
 
 
 def test_names_units_and_numbers(tmp_path: Path):
     table = opened(tmp_path, GOOD)
     assert table.names == ("time", "encoder", "current")
     assert table.units == {"time": "s", "encoder": "count", "current": "A"}
-    assert read(tmp_path, GOOD) == {"time": [0.0, 0.001, 0.002], "encoder": [40, 41, 42], "current": [-0.08, 0.5, 0.001]}
-    assert table.told == "UTF-8, comma between cells, decimal point, header in line 1, numbers from line 2"
+    assert read(tmp_path, GOOD) == {
+        "time": [0.0, 0.001, 0.002],
+        "encoder": [40, 41, 42],
+        "current": [-0.08, 0.5, 0.001],
+    }
+    assert (
+        table.told
+        == "UTF-8, comma between cells, decimal point, header in line 1, numbers from line 2"
+    )
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t", "  "])
@@ -120,9 +133,16 @@ def test_layouts_are_found(tmp_path: Path, name: str):
     table = opened(tmp_path, text)
     assert table.names == names
     assert tuple(table.units.values()) == units
-    assert (table.layout.header_line, table.layout.unit_line, table.layout.first_line) == (header, unit, first)
+    assert (table.layout.header_line, table.layout.unit_line, table.layout.first_line) == (
+        header,
+        unit,
+        first,
+    )
     rows = columns(table, names[:2] if name != "numbers beside metadata" else ["4", "5"])
-    assert all(np.isfinite(values).all() and values.size == len(text.splitlines()) - first + 1 for values in rows.values())
+    assert all(
+        np.isfinite(values).all() and values.size == len(text.splitlines()) - first + 1
+        for values in rows.values()
+    )
 
 
 def test_columns_that_are_not_asked_for_may_be_text_or_blank(tmp_path: Path):
@@ -166,7 +186,9 @@ def test_rows_dated_by_iso_8601_are_exact(tmp_path: Path):
     assert table.units["clock"] == "iso8601"
     assert times(table, ["x"]).tolist() == [start + k for k in range(4)]
     assert columns(table, ["x"])["x"].tolist() == [0.5, 1.5, 2.5, 3.5]
-    with pytest.raises(LogError, match=r":3: column 'clock': found 'late'; allowed: a date and time of ISO 8601"):
+    with pytest.raises(
+        LogError, match=r":3: column 'clock': found 'late'; allowed: a date and time of ISO 8601"
+    ):
         times(opened(tmp_path, text.replace("2020-03-16T17:04:51.123456790Z", "late")))
 
 
@@ -174,12 +196,24 @@ def test_rows_dated_by_iso_8601_are_exact(tmp_path: Path):
     ("text", "clock", "start_ns", "period_ns"),
     [
         ("Interval,0.0005\n\nx,y\n1,2\n3,4\n5,6\n", "Interval", 0, 500_000),
-        ("Sampling time interval(ms),0.667\nx,y\n1,2\n3,4\n5,6\n", "Sampling time interval", 0, 667_000),
+        (
+            "Sampling time interval(ms),0.667\nx,y\n1,2\n3,4\n5,6\n",
+            "Sampling time interval",
+            0,
+            667_000,
+        ),
         ("Sample rate:,2,kHz\nx,y,z\n1,2,3\n3,4,5\n5,6,7\n", "Sample rate", 0, 500_000),
-        ("X,CH1,Start,Increment\nSequence,V,-3.0e-3,1e-6\n0,1,,\n1,2,,\n2,3,,\n", "increment", -3_000_000, 1000),
+        (
+            "X,CH1,Start,Increment\nSequence,V,-3.0e-3,1e-6\n0,1,,\n1,2,,\n2,3,,\n",
+            "increment",
+            -3_000_000,
+            1000,
+        ),
     ],
 )
-def test_an_interval_above_the_numbers_dates_them(tmp_path: Path, text: str, clock: str, start_ns: int, period_ns: int):
+def test_an_interval_above_the_numbers_dates_them(
+    tmp_path: Path, text: str, clock: str, start_ns: int, period_ns: int
+):
     table = opened(tmp_path, text)
     assert table.clock == clock
     assert times(table).tolist() == [start_ns + k * period_ns for k in range(3)]
@@ -199,13 +233,25 @@ def test_the_layout_of_the_bench_is_not_looked_for(tmp_path: Path):
     text = "1;2\n3,25;4,5\n5;6\n"
     assert read(tmp_path, text) == {"1": [1, 3.25, 5], "2": [2, 4.5, 6]}
     assert read(tmp_path, text, layout=Layout(header_line=1)) == {"1": [3.25, 5], "2": [4.5, 6]}
-    assert read(tmp_path, "a,b\ns,mm\n0,1\n1,2\n", layout=Layout(header_line=2)) == {"s": [0, 1], "mm": [1, 2]}
-    assert read(tmp_path, "a,b\ns,mm\n0,1\n1,2\n", layout=Layout(header_line=0)) == {"1": [0, 1], "2": [1, 2]}
+    assert read(tmp_path, "a,b\ns,mm\n0,1\n1,2\n", layout=Layout(header_line=2)) == {
+        "s": [0, 1],
+        "mm": [1, 2],
+    }
+    assert read(tmp_path, "a,b\ns,mm\n0,1\n1,2\n", layout=Layout(header_line=0)) == {
+        "1": [0, 1],
+        "2": [1, 2],
+    }
     table = opened(tmp_path, "a,b\nx,y\n0,1\n1,2\n", Layout(header_line=1, unit_line=2))
     assert (table.names, table.layout.header_line) == (("x", "y"), 1)
     text = "x;y\n1.234,5;1\n2.000;2\n"
-    assert read(tmp_path, text, layout=Layout(thousands="point", decimal="comma")) == {"x": [1234.5, 2000], "y": [1, 2]}
-    assert read(tmp_path, "x\ty\n1 234,5\t1\n2,0\t2\n", layout=Layout(thousands="blank")) == {"x": [1234.5, 2], "y": [1, 2]}
+    assert read(tmp_path, text, layout=Layout(thousands="point", decimal="comma")) == {
+        "x": [1234.5, 2000],
+        "y": [1, 2],
+    }
+    assert read(tmp_path, "x\ty\n1 234,5\t1\n2,0\t2\n", layout=Layout(thousands="blank")) == {
+        "x": [1234.5, 2],
+        "y": [1, 2],
+    }
     assert read(tmp_path, "x,y\n0,1", layout=Layout(whole=True)) == {"x": [0], "y": [1]}
     with pytest.raises(LogError, match=r"has no row of numbers after line 4, which layout names"):
         opened(tmp_path, GOOD, Layout(header_line=4))
@@ -214,9 +260,18 @@ def test_the_layout_of_the_bench_is_not_looked_for(tmp_path: Path):
 
 
 BAD = {
-    "ragged, too few": (GOOD + "0.003,43\n", ":5: has 2 cells, the header in line 1 has 3; is the file cut off here"),
-    "cut in the last row": (GOOD + "0.003,4", ":5: has 2 cells, the header in line 1 has 3; is the file cut off here"),
-    "ragged, too many": (GOOD.replace("0.5", "0.5,7"), ":3: has 4 cells, the header in line 1 has 3"),
+    "ragged, too few": (
+        GOOD + "0.003,43\n",
+        ":5: has 2 cells, the header in line 1 has 3; is the file cut off here",
+    ),
+    "cut in the last row": (
+        GOOD + "0.003,4",
+        ":5: has 2 cells, the header in line 1 has 3; is the file cut off here",
+    ),
+    "ragged, too many": (
+        GOOD.replace("0.5", "0.5,7"),
+        ":3: has 4 cells, the header in line 1 has 3",
+    ),
     "text": (GOOD.replace("41", "n/a"), ":3: column 'encoder': found 'n/a'; allowed: a number"),
     "blank cell": (GOOD.replace("41", ""), ":3: column 'encoder': found an empty cell"),
     "decimal comma": (
@@ -228,21 +283,29 @@ BAD = {
         ":3: column 'current': found '0.5'; allowed: a number with a decimal comma",
     ),
     "underscore": (GOOD.replace("41", "4_1"), ":3: column 'encoder': found '4_1'"),
-    "not a number of ASCII": (GOOD.replace("41", "\u0664\u0661"), ":3: column 'encoder': found '\u0664\u0661'"),
+    "not a number of ASCII": (
+        GOOD.replace("41", "\u0664\u0661"),
+        ":3: column 'encoder': found '\u0664\u0661'",
+    ),
     "header only": ("time [s],encoder,current\n", "has a header and no rows"),
     "blank": ("\n\n  \n", "is empty"),
     "prose": ("the rig\nwas off\n", "has no row of numbers in its first 3 lines; is it a table"),
     "not UTF-8": (GOOD.encode().replace(b"0.5", b"\xb5"), ":3: column 'current': found 'µ'"),
     "NUL": (GOOD.encode().replace(b"0.5", b"0\0005"), r":3: column 'current': found '0\\x005'"),
     "long first line": ("x" * 1_000_001, ":1: is longer than 1000000 characters"),
-    "an open quote": (GOOD + '0.003,43,"' + "0,1,2\n" * 3_000_000, ":5: is longer than 16 MB; is a quote left open"),
+    "an open quote": (
+        GOOD + '0.003,43,"' + "0,1,2\n" * 3_000_000,
+        ":5: is longer than 16 MB; is a quote left open",
+    ),
     "a second header": (GOOD + GOOD, ":5: column 'encoder': found 'encoder \\[count\\]'"),
 }
 
 
 @pytest.mark.parametrize("name", BAD)
 @pytest.mark.parametrize("wanted", [None, ["encoder", "current"]])
-def test_bad_files_name_line_column_and_what_was_found(tmp_path: Path, name: str, wanted: list[str] | None):
+def test_bad_files_name_line_column_and_what_was_found(
+    tmp_path: Path, name: str, wanted: list[str] | None
+):
     text, message = BAD[name]
     if name == "a second header" and wanted is None:
         message = ":5: column 'time': found 'time"
@@ -273,28 +336,43 @@ def test_a_file_cut_anywhere_in_its_last_line_is_refused(tmp_path: Path, end: st
 
 def test_columns_before_the_last_do_not_hide_a_cut(tmp_path: Path):
     for wanted in (None, ["t"]):
-        with pytest.raises(LogError, match=":2: the last line has no line end: the file may be cut; add a line end if it is whole"):
+        with pytest.raises(
+            LogError,
+            match=":2: the last line has no line end: the file may be cut; add a line end if it is whole",
+        ):
             read(tmp_path, "t,x\n0,1", wanted)
 
 
 def test_salvage_leaves_rows_out_and_cells_nan(tmp_path: Path):
     table = opened(tmp_path, "t,x\n0,1\n1,off\n2\n3,4,5\n4,\n5,6\n6,7")
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     blocks = [block for block, _ in table.blocks(["t", "x"], losses)]
     assert [block.first_row for block in blocks] == [0, 4]
     assert np.concatenate([block.columns["t"] for block in blocks]).tolist() == [0, 1, 4, 5]
-    assert np.array_equal(np.concatenate([block.columns["x"] for block in blocks]), [1, np.nan, np.nan, 6], equal_nan=True)
+    assert np.array_equal(
+        np.concatenate([block.columns["x"] for block in blocks]),
+        [1, np.nan, np.nan, 6],
+        equal_nan=True,
+    )
     assert [(loss.channels, loss.samples) for loss in losses] == [((), 1)] * 3
-    assert [loss.reason.partition(";")[0].partition(":")[0] for loss in losses] == ["line 4", "line 5", "line 8"]
+    assert [loss.reason.partition(";")[0].partition(":")[0] for loss in losses] == [
+        "line 4",
+        "line 5",
+        "line 8",
+    ]
 
 
 @settings(max_examples=100)
 @given(
-    rows=st.lists(st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 3), min_size=1, max_size=20),
+    rows=st.lists(
+        st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 3), min_size=1, max_size=20
+    ),
     delimiter=st.sampled_from(",;\t "),
     wanted=st.sampled_from([None, ["b"], ["c", "a"]]),
 )
-def test_what_repr_writes_is_read_bit_for_bit(rows: list[tuple[float, ...]], delimiter: str, wanted: list[str | int] | None):
+def test_what_repr_writes_is_read_bit_for_bit(
+    rows: list[tuple[float, ...]], delimiter: str, wanted: list[str | int] | None
+):
     text = "\n".join(delimiter.join(map(repr, row)) for row in rows)
     with tempfile.TemporaryDirectory() as folder:
         found = columns(opened(Path(folder), delimiter.join("abc") + "\n" + text + "\n"), wanted)
@@ -307,14 +385,18 @@ def test_what_repr_writes_is_read_bit_for_bit(rows: list[tuple[float, ...]], del
 def test_blocks_and_pieces_change_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """However small the pieces in which the file is read, and the blocks in which it is given."""
     rng = np.random.default_rng(3)
-    text = "t [s];x\n" + "".join(f'{k}; "{x:.6f}" \r\n' + "\n" * (k % 7 == 0) for k, x in enumerate(rng.normal(size=300)))
+    text = "t [s];x\n" + "".join(
+        f'{k}; "{x:.6f}" \r\n' + "\n" * (k % 7 == 0) for k, x in enumerate(rng.normal(size=300))
+    )
     whole = columns(opened(tmp_path, text))
     lines = [opened(tmp_path, text).line(row) for row in (0, 150, 299)]
     for piece, rows in ((7, 11), (64, 300), (5000, 1)):
         monkeypatch.setattr(text_bytes_module, "READ_BYTES", piece)
         monkeypatch.setattr(text_batches_module, "BLOCK_ROWS", rows)
         table = opened(tmp_path, text)
-        assert {name: values.tobytes() for name, values in columns(table).items()} == {n: v.tobytes() for n, v in whole.items()}
+        assert {name: values.tobytes() for name, values in columns(table).items()} == {
+            n: v.tobytes() for n, v in whole.items()
+        }
         assert [table.line(row) for row in (0, 150, 299)] == lines
         assert max(len(block.columns["x"]) for block, _ in table.blocks(["x"])) <= rows
 
@@ -322,8 +404,14 @@ def test_blocks_and_pieces_change_nothing(tmp_path: Path, monkeypatch: pytest.Mo
 @pytest.mark.parametrize("start", [86_390.0, 54_000.0, 86_400.0 - 0.25 * BLOCK_ROWS])
 def test_times_of_day_go_on_over_midnight(tmp_path: Path, start: float):
     seconds = start + 0.25 * np.arange(1.5 * BLOCK_ROWS)
-    rows = [f"{int(t // 3600) % 24:02d}:{int(t // 60) % 60:02d}:{t % 60:06.3f},{k}\n" for k, t in enumerate(seconds.tolist())]
-    assert np.array_equal(times(opened(tmp_path, "clock,x\n" + "".join(rows)), ["x"]), np.rint(1e9 * seconds).astype(np.int64))
+    rows = [
+        f"{int(t // 3600) % 24:02d}:{int(t // 60) % 60:02d}:{t % 60:06.3f},{k}\n"
+        for k, t in enumerate(seconds.tolist())
+    ]
+    assert np.array_equal(
+        times(opened(tmp_path, "clock,x\n" + "".join(rows)), ["x"]),
+        np.rint(1e9 * seconds).astype(np.int64),
+    )
 
 
 def test_a_time_of_day_that_is_wrong_moves_no_other(tmp_path: Path):
@@ -336,9 +424,15 @@ def test_a_time_of_day_that_is_wrong_moves_no_other(tmp_path: Path):
 
 def test_a_date_that_is_not_read_and_a_missing_header_are_explained(tmp_path: Path):
     german = "when,x\n31.01.2026 12:00:00,1\n31.01.2026 12:00:01,2\n"
-    with pytest.raises(LogError, match=r"column 'when': found '31.01.2026 12:00:00'; allowed: a number or a date and time of ISO 8601"):
+    with pytest.raises(
+        LogError,
+        match=r"column 'when': found '31.01.2026 12:00:00'; allowed: a number or a date and time of ISO 8601",
+    ):
         read(tmp_path, german, ["when"])
-    with pytest.raises(LogError, match=r"has no column 'x'; found: 1, 2 \(no header was found: columns are called by their number\)"):
+    with pytest.raises(
+        LogError,
+        match=r"has no column 'x'; found: 1, 2 \(no header was found: columns are called by their number\)",
+    ):
         read(tmp_path, "0,1\n1,2\n", ["x"])
 
 
@@ -352,12 +446,17 @@ def test_a_date_that_is_not_read_and_a_missing_header_are_explained(tmp_path: Pa
     ],
     ids=["whole seconds", "point", "comma in quotes", "comma"],
 )
-def test_a_comma_behind_a_stamp_ends_its_cell_where_it_does_so_everywhere(tmp_path: Path, text: str, expected: list[float]):
+def test_a_comma_behind_a_stamp_ends_its_cell_where_it_does_so_everywhere(
+    tmp_path: Path, text: str, expected: list[float]
+):
     table = opened(tmp_path, text)
     assert ((times(table, ["x"]) - 1_769_860_800 * 10**9) / 1e9).tolist() == expected
     assert columns(table, ["x"])["x"].tolist() == [250.0, 251.0]
 
 
 def test_a_sign_for_thousands_is_named(tmp_path: Path):
-    with pytest.raises(LogError, match=r"found '1\.000,5'; allowed: a number; .* layout\.thousands: point in the bench"):
+    with pytest.raises(
+        LogError,
+        match=r"found '1\.000,5'; allowed: a number; .* layout\.thousands: point in the bench",
+    ):
         read(tmp_path, "x;y\n1,5;2,5\n3,5;4,5\n1.000,5;2,5\n")

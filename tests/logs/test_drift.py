@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.logs.clocks.drift import TwoClocks, of_messages, of_streams
+from frictool.logs.clocks.clock_drift import ClockPair, of_messages, of_streams
 from frictool.logs.log import Stream
 
 
@@ -18,7 +18,9 @@ from frictool.logs.log import Stream
     delay=st.floats(1e-5, 0.02),
     seed=st.integers(0, 99),
 )
-def test_messages_with_delays_tell_offset_and_drift(offset: int, drift: float, delay: float, seed: int):
+def test_messages_with_delays_tell_offset_and_drift(
+    offset: int, drift: float, delay: float, seed: int
+):
     """The shortest delays of many are short beside their mean, so that the line lies on them."""
     rng = np.random.default_rng(seed)
     sent = 1_700_000_000_000_000_000 + np.arange(3000) * 10_000_000
@@ -45,12 +47,16 @@ def test_no_message_arrives_before_it_was_sent(pairs: list[tuple[int, int]]):
     assert (received - sent >= line - 1e-3).all()
 
 
-@pytest.mark.parametrize(("drift", "told"), [(0.0, False), (1e-6, False), (3e-4, True), (-3e-4, True)])
+@pytest.mark.parametrize(
+    ("drift", "told"), [(0.0, False), (1e-6, False), (3e-4, True), (-3e-4, True)]
+)
 def test_a_recorder_whose_clock_drifts_is_told(drift: float, told: bool):
     rng = np.random.default_rng(2)
     sent = 1_700_000_000_000_000_000 + np.arange(6000) * 10_000_000
-    received = sent + np.rint(drift * (sent - sent[0]) + 1e6 * rng.exponential(0.5, sent.size)).astype(np.int64)
-    clocks = TwoClocks()
+    received = sent + np.rint(
+        drift * (sent - sent[0]) + 1e6 * rng.exponential(0.5, sent.size)
+    ).astype(np.int64)
+    clocks = ClockPair()
     for part in np.split(np.arange(sent.size), [1000, 1001]):
         clocks.take(sent[part], received[part])
     text = clocks.finding("header.stamp", 0.01)
@@ -58,13 +64,18 @@ def test_a_recorder_whose_clock_drifts_is_told(drift: float, told: bool):
     if text is not None:
         assert float(text.split()[4]) == pytest.approx(1e6 * drift, rel=0.01)
         assert "the log is dated by header.stamp" in text
-    assert TwoClocks().finding("header.stamp", 0.01) is None
+    assert ClockPair().finding("header.stamp", 0.01) is None
 
 
 def measured(time: np.ndarray, clock: np.ndarray, noise: float, seed: int) -> Stream:
     """One signal at the true times, dated by a clock."""
     rng = np.random.default_rng(seed)
-    signal = np.sin(2.9 * time) + 0.6 * np.sin(7.3 * time + 1.0) + 0.4 * np.sin(17.0 * time) + noise * rng.normal(size=time.size)
+    signal = (
+        np.sin(2.9 * time)
+        + 0.6 * np.sin(7.3 * time + 1.0)
+        + 0.4 * np.sin(17.0 * time)
+        + noise * rng.normal(size=time.size)
+    )
     return Stream("/axis", clock, {"velocity": signal}, {"velocity": "rad/s"})
 
 
@@ -82,7 +93,9 @@ def test_two_instruments_on_one_axis(offset: float, drift: float, noise: float, 
     found = of_streams(one, other, "velocity")
     assert found is not None
     assert found.drift is not None
-    assert found.offset == pytest.approx(offset, abs=1e-5 + 0.05 * abs(drift) + 0.01 * noise)  # the middles differ by 0.05 s at most
+    assert found.offset == pytest.approx(
+        offset, abs=1e-5 + 0.05 * abs(drift) + 0.01 * noise
+    )  # the middles differ by 0.05 s at most
     assert found.drift == pytest.approx(drift, abs=1e-6 + 2e-3 * noise)
     assert found.windows >= 10
 
@@ -90,7 +103,10 @@ def test_two_instruments_on_one_axis(offset: float, drift: float, noise: float, 
 def test_what_is_not_alike_tells_nothing():
     time = np.arange(0.0, 20.0, 0.001)
     rng = np.random.default_rng(1)
-    one, other = (Stream("/axis", time, {"effort": rng.normal(size=time.size)}, {"effort": "N"}) for _ in range(2))
+    one, other = (
+        Stream("/axis", time, {"effort": rng.normal(size=time.size)}, {"effort": "N"})
+        for _ in range(2)
+    )
     assert of_streams(one, other, "effort") is None
     later = Stream("/axis", time + 100.0, other.signals, other.units)
     assert of_streams(one, later, "effort") is None

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from frictool.errors import LogError
-from frictool.logs.arrays import guard
+from frictool.logs.arrays import reader_process
 from frictool.logs.formats import tables_of
-from frictool.logs.table import Block, Loss
+from frictool.logs.table import DataLoss, RowBlock
 from tests.logs.example import GOLDEN
 
 
@@ -39,12 +39,14 @@ class Failing:
     def line(self, row: int) -> int | None:
         raise AssertionError("asked in the parent")
 
-    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
-        yield Block(0, {"x": np.arange(3.0)}), 50
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        yield RowBlock(0, {"x": np.arange(3.0)}), 50
         if losses is not None:
-            losses.append(Loss(("x",), "one is missing", samples=1))
+            losses.append(DataLoss(("x",), "one is missing", samples=1))
         self.end()
-        yield Block(4, {"x": np.arange(2.0)}), 100
+        yield RowBlock(4, {"x": np.arange(2.0)}), 100
 
 
 @pytest.fixture
@@ -60,21 +62,24 @@ def busy() -> None:
         pass
 
 
-def table(path: Path, end: Callable[[], None]) -> guard.Guarded:
-    (found,) = guard.guarded(path, lambda one: (Failing(str(one), end),))
+def table(path: Path, end: Callable[[], None]) -> reader_process.GuardedTable:
+    (found,) = reader_process.open_guarded(path, lambda one: (Failing(str(one), end),))
     return found
 
 
 @pytest.fixture(autouse=True)
 def little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guard, "MEMORY", 90_000_000)
+    monkeypatch.setattr(reader_process, "MEMORY", 90_000_000)
 
 
 def test_blocks_and_losses_come_in_their_order(path: Path):
-    losses: list[Loss] = []
-    seen = [(block.first_row, len(losses)) for block, _ in table(path, lambda: None).blocks(["x"], losses)]
+    losses: list[DataLoss] = []
+    seen = [
+        (block.first_row, len(losses))
+        for block, _ in table(path, lambda: None).blocks(["x"], losses)
+    ]
     assert seen == [(0, 0), (4, 1)]
-    assert losses == [Loss(("x",), "one is missing", samples=1)]
+    assert losses == [DataLoss(("x",), "one is missing", samples=1)]
 
 
 def die() -> None:
@@ -108,12 +113,14 @@ def speak() -> None:
         (speak, "a clear line"),
     ],
 )
-def test_whatever_becomes_of_the_reader_is_one_line(path: Path, end: Callable[[], None], message: str, capfd: pytest.CaptureFixture[str]):
+def test_whatever_becomes_of_the_reader_is_one_line(
+    path: Path, end: Callable[[], None], message: str, capfd: pytest.CaptureFixture[str]
+):
     with pytest.raises(LogError, match=message) as caught:
         list(table(path, end).blocks(["x"]))
     assert str(caught.value).startswith(str(path))
     assert "\n" not in str(caught.value)
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     assert [block.first_row for block, _ in table(path, end).blocks(["x"], losses)] == [0]
     assert losses[-1].channels == ()
     assert capfd.readouterr() == ("", "")
@@ -121,8 +128,8 @@ def test_whatever_becomes_of_the_reader_is_one_line(path: Path, end: Callable[[]
 
 def test_a_reader_that_hangs_is_ended(path: Path, monkeypatch: pytest.MonkeyPatch):
     """Busy or waiting: the one by its processor time, the other by the clock."""
-    monkeypatch.setattr(guard, "WAIT_S", 0.2)
-    monkeypatch.setattr(guard, "LONGEST_WAIT", 5.0)
+    monkeypatch.setattr(reader_process, "WAIT_S", 0.2)
+    monkeypatch.setattr(reader_process, "LONGEST_WAIT", 5.0)
     for end in (lambda: time.sleep(60), busy):
         start = time.monotonic()
         with pytest.raises(LogError, match="its reader came to no end"):
@@ -130,11 +137,17 @@ def test_a_reader_that_hangs_is_ended(path: Path, monkeypatch: pytest.MonkeyPatc
         assert time.monotonic() - start < 30
 
 
-@pytest.mark.skipif(guard._processor_time(os.getpid()) is None, reason="the system does not tell processor times")
+@pytest.mark.skipif(
+    reader_process._processor_time(os.getpid()) is None,
+    reason="the system does not tell processor times",
+)
 def test_a_reader_that_has_to_wait_is_not_ended(path: Path, monkeypatch: pytest.MonkeyPatch):
     """A machine with other work gives it little processor time: the clock alone does not end it."""
-    monkeypatch.setattr(guard, "WAIT_S", 0.2)
-    assert [block.first_row for block, _ in table(path, lambda: time.sleep(1.2)).blocks(["x"])] == [0, 4]
+    monkeypatch.setattr(reader_process, "WAIT_S", 0.2)
+    assert [block.first_row for block, _ in table(path, lambda: time.sleep(1.2)).blocks(["x"])] == [
+        0,
+        4,
+    ]
 
 
 def test_who_stops_reading_leaves_no_process(path: Path):
@@ -148,10 +161,18 @@ def test_who_stops_reading_leaves_no_process(path: Path):
 
 @pytest.mark.parametrize(
     ("name", "library", "extra"),
-    [("v4.mf4", "asammdf", "mdf"), ("stamps.parquet", "pyarrow", "parquet"), ("v73.mat", "h5py", "mat73")],
+    [
+        ("v4.mf4", "asammdf", "mdf"),
+        ("stamps.parquet", "pyarrow", "parquet"),
+        ("v73.mat", "h5py", "mat73"),
+    ],
 )
-def test_a_missing_library_is_named_with_its_extra(name: str, library: str, extra: str, monkeypatch: pytest.MonkeyPatch):
+def test_a_missing_library_is_named_with_its_extra(
+    name: str, library: str, extra: str, monkeypatch: pytest.MonkeyPatch
+):
     for module in (library, f"{library}.parquet"):
         monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(LogError, match=rf"{name}: needs {library}.*pip install 'frictool\[{extra}\]'"):
+    with pytest.raises(
+        LogError, match=rf"{name}: needs {library}.*pip install 'frictool\[{extra}\]'"
+    ):
         tables_of(GOLDEN / name)

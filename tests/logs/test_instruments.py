@@ -1,4 +1,5 @@
-"""Several instruments at one rig: each by its own columns, layout and clock; a clock's offset is given or found, with its interval."""
+"""Several instruments at one rig: each by its own columns, layout and clock; a clock's offset is
+given or found, with its interval."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from frictool.documents.bench import Bench, ClockEstimate, Column, Instrument, L
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.errors import LogError
-from frictool.logs.assembly import assemble, whole
+from frictool.logs.assembly import assemble, assemble_log
 from frictool.logs.clocks.alignment import CLOCK_OFFSET
 from frictool.logs.clocks.clock_offset import clock_offset
 from frictool.logs.log import Log
@@ -47,16 +48,24 @@ def files(folder: Path, ahead: float, noise: float = 0.0) -> list[Path]:
     x, y = motion(t), motion(u - ahead) / -200.0 + 0.3
     drive, force = folder / "drive_1.csv", folder / "force_1.csv"
     drive.write_text(
-        "t [s],v [rad/s]\n" + "".join(f"{a:.4f},{b:.9f}\n" for a, b in zip(t, x + noise * rng.normal(size=x.size), strict=True))
+        "t [s],v [rad/s]\n"
+        + "".join(
+            f"{a:.4f},{b:.9f}\n"
+            for a, b in zip(t, x + noise * rng.normal(size=x.size), strict=True)
+        )
     )
     force.write_text(
-        ";\n".join(f"{a * 1e3:.2f};{b:.9f}" for a, b in zip(u, y + noise / 200 * rng.normal(size=y.size), strict=True)) + ";\n"
+        ";\n".join(
+            f"{a * 1e3:.2f};{b:.9f}"
+            for a, b in zip(u, y + noise / 200 * rng.normal(size=y.size), strict=True)
+        )
+        + ";\n"
     )
     return [drive, force]
 
 
 def read(paths: list[Path], rig: Bench) -> Log:
-    return whole(assemble(paths, rig))
+    return assemble_log(assemble(paths, rig))
 
 
 def test_each_file_is_read_as_its_instrument_s(tmp_path: Path):
@@ -81,14 +90,28 @@ def test_the_offset_is_found_and_kept_with_its_interval(tmp_path: Path):
     estimate = ClockEstimate("effort", "velocity", Quantity(0.1, unit="s"))
     log = read(files(tmp_path, 0.0123, noise=0.01), rig(clock_estimate=estimate))
     assert log.streams[1].time[0] == pytest.approx(-0.0123, abs=2e-4)
-    assert log.metadata[CLOCK_OFFSET]["/axis/force"].endswith("s (95 %), effort against /axis.velocity")
+    assert log.metadata[CLOCK_OFFSET]["/axis/force"].endswith(
+        "s (95 %), effort against /axis.velocity"
+    )
 
 
 REFUSED = {
-    "another channel": (ClockEstimate("effort", "position", Quantity(0.1)), "drive_1.csv has no position; it has velocity"),
-    "another quantity": (ClockEstimate("current", "velocity", Quantity(0.1)), "force_1.csv has no current"),
-    "too little": (ClockEstimate("effort", "velocity", Quantity(5.0)), "they have 0 samples in common for any offset up to 5 s"),
-    "beyond": (ClockEstimate("effort", "velocity", Quantity(0.01)), "the best offset lies at the end of what is allowed"),
+    "another channel": (
+        ClockEstimate("effort", "position", Quantity(0.1)),
+        "drive_1.csv has no position; it has velocity",
+    ),
+    "another quantity": (
+        ClockEstimate("current", "velocity", Quantity(0.1)),
+        "force_1.csv has no current",
+    ),
+    "too little": (
+        ClockEstimate("effort", "velocity", Quantity(5.0)),
+        "they have 0 samples in common for any offset up to 5 s",
+    ),
+    "beyond": (
+        ClockEstimate("effort", "velocity", Quantity(0.01)),
+        "the best offset lies at the end of what is allowed",
+    ),
 }
 
 
@@ -102,7 +125,9 @@ def test_what_does_not_tell_an_offset_is_refused(tmp_path: Path, name: str):
 def test_instruments_are_told_apart(tmp_path: Path):
     paths = files(tmp_path, 0.0)
     twice = rig()
-    twice = msgspec.structs.replace(twice, instruments={**(twice.instruments or {}), "other": Instrument("*.csv", {})})
+    twice = msgspec.structs.replace(
+        twice, instruments={**(twice.instruments or {}), "other": Instrument("*.csv", {})}
+    )
     with pytest.raises(LogError, match=r"is of several instruments of bench 'rig': drive, other"):
         read(paths, twice)
     with pytest.raises(LogError, match=r"maps no channel"):
@@ -114,14 +139,22 @@ def test_instruments_are_told_apart(tmp_path: Path):
 def test_fewer_samples_than_their_zero_takes_are_refused(tmp_path: Path):
     path = tmp_path / "force_1.csv"
     path.write_text("0;1\n0.5;1\n1;1\n")
-    with pytest.raises(LogError, match="column '2' has 3 samples, fewer than its zero_first_samples, 10"):
+    with pytest.raises(
+        LogError, match="column '2' has 3 samples, fewer than its zero_first_samples, 10"
+    ):
         read([path], rig())
 
 
 @settings(max_examples=40)
-@given(ahead=st.floats(-0.04, 0.04), gain=st.sampled_from([-3.0, 0.1, 50.0]), noise=st.floats(0.0, 0.05), seed=st.integers(0, 99))
+@given(
+    ahead=st.floats(-0.04, 0.04),
+    gain=st.sampled_from([-3.0, 0.1, 50.0]),
+    noise=st.floats(0.0, 0.05),
+    seed=st.integers(0, 99),
+)
 def test_the_interval_holds_the_offset(ahead: float, gain: float, noise: float, seed: int):
-    """Two samplings that share no instant; four deviations, as this is asked of every draw, and what the interpolation errs."""
+    """Two samplings that share no instant; four deviations, as this is asked of every draw, and
+    what the interpolation errs."""
     rng = np.random.default_rng(seed)
     t, u = np.arange(0.0, SECONDS, 1e-3), np.arange(0.0, SECONDS, 0.667e-3)
     y = gain * (motion(u - ahead) + noise * rng.normal(size=u.size)) + 7.0
@@ -135,14 +168,17 @@ def test_offsets_that_cannot_be_told_are_refused():
     rng, t = np.random.default_rng(6), np.arange(0.0, SECONDS, 1e-3)
     with pytest.raises(ValueError, match=r"fit alike; allow less than half a period"):
         clock_offset(t, np.sin(40.0 * t), t, np.sin(40.0 * t) + 0.1 * rng.normal(size=t.size), 0.3)
-    with pytest.raises(ValueError, match=r"are they the same quantity|at the end of what is allowed"):
+    with pytest.raises(
+        ValueError, match=r"are they the same quantity|at the end of what is allowed"
+    ):
         clock_offset(t, motion(t), t, rng.normal(size=t.size), 0.1)
     with pytest.raises(ValueError, match=r"explains 0%|at the end"):
         clock_offset(t, motion(t), t, np.zeros(t.size), 0.1)
 
 
 def test_the_rack_s_two_exports_are_one_log():
-    """The published fit of this record, on its own abscissa: while the stage runs, the force grows with the velocity."""
+    """The published fit of this record, on its own abscissa: while the stage runs, the force grows
+    with the velocity."""
     paths = [measured("rack/a3MR.csv"), measured("rack/a3NI.csv")]
     log = read(paths, load(ROOT / "configs" / "rack" / "bench.yaml", Bench))
     drive, force = log.streams

@@ -23,12 +23,21 @@ POSITION = {"position": Column("encoder", "count")}
 TIMED = {"time": Column("t", "s"), **POSITION}
 
 
-def table(columns: dict[str, list[float]], units: dict[str, str | None] | None = None, first_line: int | None = None):
+def table(
+    columns: dict[str, list[float]],
+    units: dict[str, str | None] | None = None,
+    first_line: int | None = None,
+):
     vectors = {name: np.array(values, dtype=float) for name, values in columns.items()}
     return MemoryTable(vectors, units or {}, "raw.csv", first_line=first_line)
 
 
-def mapped(raw: MemoryTable, columns: dict[str, Column], encoder: Encoder | None = None, axis: str = "rotary") -> Log:
+def mapped(
+    raw: MemoryTable,
+    columns: dict[str, Column],
+    encoder: Encoder | None = None,
+    axis: str = "rotary",
+) -> Log:
     return example.mapped(raw, bench(columns, encoder, axis=axis))
 
 
@@ -36,7 +45,9 @@ def test_counts_become_radians_in_the_encoders_direction():
     log = mapped(table({"encoder": [0, 1, -3]}), POSITION)
     assert log.main.signals["position"] == pytest.approx([0.0, STEP, -3 * STEP])
     assert log.main.units == {"position": "rad"}
-    log = mapped(table({"encoder": [0, 1, -3]}), POSITION, Encoder(counts_per_revolution=100, direction=-1))
+    log = mapped(
+        table({"encoder": [0, 1, -3]}), POSITION, Encoder(counts_per_revolution=100, direction=-1)
+    )
     assert log.main.signals["position"] == pytest.approx([0.0, -STEP, 3 * STEP])
 
 
@@ -52,18 +63,30 @@ def test_linear_counts_become_metres():
     start=st.integers(-(2**31), 2**31),
     steps=st.lists(st.integers(-127, 127), min_size=1, max_size=50),
 )
-def test_a_wrapped_counter_moves_as_the_true_count(bits: int, signed: bool, start: int, steps: list[int]):
-    """Reference: the true count itself, up to the whole turns of the counter before the log began."""
+def test_a_wrapped_counter_moves_as_the_true_count(
+    bits: int, signed: bool, start: int, steps: list[int]
+):
+    """Reference: the true count itself, up to the whole turns of the counter before the log
+    began."""
     true = np.cumsum([start, *steps])
-    seen = (true + (2 ** (bits - 1) if signed else 0)) % 2**bits - (2 ** (bits - 1) if signed else 0)
-    log = mapped(table({"encoder": seen.tolist()}), POSITION, Encoder(counts_per_revolution=100, wrap_bits=bits))
+    seen = (true + (2 ** (bits - 1) if signed else 0)) % 2**bits - (
+        2 ** (bits - 1) if signed else 0
+    )
+    log = mapped(
+        table({"encoder": seen.tolist()}),
+        POSITION,
+        Encoder(counts_per_revolution=100, wrap_bits=bits),
+    )
     found = log.main.signals["position"] / STEP
     assert np.abs(found - (true - true[0] + seen[0])).max() < 1e-5
 
 
 def test_a_count_beyond_the_counter_is_refused():
     encoder = Encoder(counts_per_revolution=100, wrap_bits=8)
-    with pytest.raises(LogError, match=r"raw.csv:7: column 'encoder': found 300; allowed: a counter of encoder.wrap_bits = 8"):
+    with pytest.raises(
+        LogError,
+        match=r"raw.csv:7: column 'encoder': found 300; allowed: a counter of encoder.wrap_bits = 8",
+    ):
         mapped(table({"encoder": [0, 300]}, first_line=6), POSITION, encoder)
 
 
@@ -79,11 +102,15 @@ def test_effort_is_derived_only_where_it_is_not_measured():
     columns = {**POSITION, "current": Column("i", "A")}
     assert mapped(raw, columns).main.signals["effort"].tolist() == [2.0, 4.0]
     assert mapped(raw, columns).main.units["effort"] == "N m"
-    assert mapped(raw, {**columns, "effort": Column("m", "N m")}).main.signals["effort"].tolist() == [7.0, 8.0]
+    assert mapped(raw, {**columns, "effort": Column("m", "N m")}).main.signals[
+        "effort"
+    ].tolist() == [7.0, 8.0]
     assert "effort" not in mapped(raw, POSITION).main.signals
 
 
-@pytest.mark.parametrize(("given", "unit"), [("A", "A"), ("ampere", "A"), ("mA", "milliampere"), (None, "A")])
+@pytest.mark.parametrize(
+    ("given", "unit"), [("A", "A"), ("ampere", "A"), ("mA", "milliampere"), (None, "A")]
+)
 def test_a_unit_in_the_file_that_agrees_passes(given: str | None, unit: str):
     raw = table({"encoder": [0, 1], "i": [1.0, 2.0]}, {"i": given})
     assert "current" in mapped(raw, {**POSITION, "current": Column("i", unit)}).main.signals
@@ -92,10 +119,18 @@ def test_a_unit_in_the_file_that_agrees_passes(given: str | None, unit: str):
 @pytest.mark.parametrize(("given", "unit"), [("mA", "A"), ("V", "A"), ("count", "A"), ("foo", "A")])
 def test_a_unit_in_the_file_that_contradicts_the_bench_is_refused(given: str, unit: str):
     raw = table({"encoder": [0, 1], "i": [1.0, 2.0]}, {"i": given})
-    with pytest.raises(LogError, match=rf"column 'i' is in '{given}', but columns.current.unit of bench 'rig' says '{unit}'"):
+    with pytest.raises(
+        LogError,
+        match=rf"column 'i' is in '{given}', but columns.current.unit of bench 'rig' says '{unit}'",
+    ):
         mapped(raw, {**POSITION, "current": Column("i", unit)})
-    probe = Column("i", unit, scale=100.0)  # a current probe: volts in the file, amperes after the scale
-    assert mapped(raw, {**POSITION, "current": probe}).main.signals["current"].tolist() == [100.0, 200.0]
+    probe = Column(
+        "i", unit, scale=100.0
+    )  # a current probe: volts in the file, amperes after the scale
+    assert mapped(raw, {**POSITION, "current": probe}).main.signals["current"].tolist() == [
+        100.0,
+        200.0,
+    ]
 
 
 def test_a_position_in_radians_is_no_count():
@@ -104,30 +139,41 @@ def test_a_position_in_radians_is_no_count():
 
 
 def test_a_unit_of_another_dimension_is_refused():
-    with pytest.raises(LogError, match=r"columns.position.unit of bench 'rig': unit 'mm' does not measure position of a rotary axis"):
+    with pytest.raises(
+        LogError,
+        match=r"columns.position.unit of bench 'rig': unit 'mm' does not measure position of a rotary axis",
+    ):
         mapped(table({"encoder": [0, 1]}), {"position": Column("encoder", "mm")})
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_what_is_not_finite_is_refused_where_it_stands(bad: float):
-    with pytest.raises(LogError, match=r"raw.csv:4: column 'encoder': found -?(nan|inf); allowed: a finite number"):
+    with pytest.raises(
+        LogError, match=r"raw.csv:4: column 'encoder': found -?(nan|inf); allowed: a finite number"
+    ):
         mapped(table({"encoder": [0, 1, bad]}, first_line=2), POSITION)
     with pytest.raises(LogError, match=r"raw\.csv: sample 3, column 'encoder'"):
         mapped(table({"encoder": [0, 1, bad]}), POSITION)
 
 
 def test_without_a_time_column_the_bench_gives_the_rate():
-    assert mapped(table({"encoder": [0, 1, 2]}), POSITION).main.time == pytest.approx([0.0, 0.001, 0.002])
+    assert mapped(table({"encoder": [0, 1, 2]}), POSITION).main.time == pytest.approx(
+        [0.0, 0.001, 0.002]
+    )
 
 
 def test_time_in_other_units():
-    log = mapped(table({"t": [5.0, 6.0, 7.0], "encoder": [0, 1, 2]}), {**POSITION, "time": Column("t", "ms")})
+    log = mapped(
+        table({"t": [5.0, 6.0, 7.0], "encoder": [0, 1, 2]}), {**POSITION, "time": Column("t", "ms")}
+    )
     assert log.main.time == pytest.approx([0.005, 0.006, 0.007])
 
 
 @pytest.mark.parametrize("again", [0.001, 0.0005])
 def test_time_that_does_not_increase_names_the_line(again: float):
-    with pytest.raises(LogError, match=rf"raw.csv:4: time does not increase: {again:g} s after 0.001 s"):
+    with pytest.raises(
+        LogError, match=rf"raw.csv:4: time does not increase: {again:g} s after 0.001 s"
+    ):
         mapped(table({"t": [0, 0.001, again, 0.003], "encoder": [0, 1, 2, 3]}, first_line=2), TIMED)
 
 
@@ -143,7 +189,9 @@ def test_another_rate_warns_and_a_very_different_one_is_refused():
 
 
 def test_gaps_are_counted():
-    log = mapped(table({"t": [0, 0.001, 0.002, 0.01, 0.011, 0.02, 0.021, 0.022], "encoder": [0] * 8}), TIMED)
+    log = mapped(
+        table({"t": [0, 0.001, 0.002, 0.01, 0.011, 0.02, 0.021, 0.022], "encoder": [0] * 8}), TIMED
+    )
     assert log.warnings == ("2 gaps in time, the longest 0.009 s",)
 
 
@@ -170,12 +218,22 @@ def test_the_log_remembers_its_columns():
 
 
 @pytest.mark.parametrize(
-    ("unit", "start", "period", "told"), [("s", 1.7e9, 1e-3, True), ("ns", 1.7e18, 1e6, True), ("s", 1e5, 1e-3, False)]
+    ("unit", "start", "period", "told"),
+    [("s", 1.7e9, 1e-3, True), ("ns", 1.7e18, 1e6, True), ("s", 1e5, 1e-3, False)],
 )
 def test_times_that_a_double_rounds_are_told(unit: str, start: float, period: float, told: bool):
-    """Times since 1970: what is read is within twice the rounding that is told of what was meant."""
-    meant = [Decimal(start) + Decimal(period) * k + Decimal("1e-7") / (Decimal("1e-9") if unit == "ns" else 1) for k in range(50)]
-    log = mapped(table({"t": [float(time) for time in meant], "encoder": [0.0] * 50}), POSITION | {"time": Column("t", unit)})
+    """Times since 1970: what is read is within twice the rounding that is told of what was
+    meant."""
+    meant = [
+        Decimal(start)
+        + Decimal(period) * k
+        + Decimal("1e-7") / (Decimal("1e-9") if unit == "ns" else 1)
+        for k in range(50)
+    ]
+    log = mapped(
+        table({"t": [float(time) for time in meant], "encoder": [0.0] * 50}),
+        POSITION | {"time": Column("t", unit)},
+    )
     if not told:
         assert log.warnings == ()
         return
@@ -183,5 +241,8 @@ def test_times_that_a_double_rounds_are_told(unit: str, start: float, period: fl
     rounding = float(re.findall(r"holds them to (\S+) s", warning)[0])
     assert 1e-7 < rounding < 3e-7
     seconds = [time * (Decimal("1e-9") if unit == "ns" else 1) for time in meant]
-    off = [abs(float(Decimal(found) - one)) for found, one in zip(log.main.time.tolist(), seconds, strict=True)]
+    off = [
+        abs(float(Decimal(found) - one))
+        for found, one in zip(log.main.time.tolist(), seconds, strict=True)
+    ]
     assert 1e-9 < max(off) <= 2.0 * rounding  # the number itself, and its conversion to ns and back

@@ -1,4 +1,5 @@
-"""MATLAB files of version 4 to 7: vectors are columns, whatever lies beside them. scipy is the reference."""
+"""MATLAB files of version 4 to 7: vectors are columns, whatever lies beside them. scipy is the
+reference."""
 
 from __future__ import annotations
 
@@ -18,10 +19,10 @@ from frictool.documents.bench import Column
 from frictool.errors import LogError
 from frictool.logs.arrays import mat_format
 from frictool.logs.arrays.array_table import ArrayTable
-from frictool.logs.assembly import Assembly, add_tables
-from frictool.logs.assembly import whole as whole_log
+from frictool.logs.assembly import LogAssembly, add_tables
+from frictool.logs.assembly import assemble_log as whole_log
 from frictool.logs.log import Log
-from frictool.logs.table import BLOCK_ROWS, Loss
+from frictool.logs.table import BLOCK_ROWS, DataLoss
 from tests.logs.example import GOLDEN, bench, measured
 from tests.logs.tables import columns
 
@@ -32,8 +33,13 @@ CONTENTS = {
     "matrix": np.arange(12.0).reshape(4, 3),
     "note": "a text",
     "z": np.array([1j, 2.0]),
-    "data": {"time": np.arange(4.0), "signals": {"values": np.arange(8.0).reshape(4, 2), "label": "speed"}},
-    "runs": np.array([(np.arange(3.0), 1), (np.arange(3.0) + 5, 2)], dtype=[("x", "O"), ("n", "O")]),
+    "data": {
+        "time": np.arange(4.0),
+        "signals": {"values": np.arange(8.0).reshape(4, 2), "label": "speed"},
+    },
+    "runs": np.array(
+        [(np.arange(3.0), 1), (np.arange(3.0) + 5, 2)], dtype=[("x", "O"), ("n", "O")]
+    ),
     "cells": np.array([np.arange(4), "text"], dtype=object),
 }
 
@@ -63,7 +69,13 @@ def test_matrices_structures_and_cells_by_their_path(path: Path):
     table = table_of(path)
     assert table.names == (
         *("t", "counts", "matrix(:,1)", "matrix(:,2)", "matrix(:,3)", "data.time"),
-        *("data.signals.values(:,1)", "data.signals.values(:,2)", "runs(1).x", "runs(2).x", "cells{1}"),
+        *(
+            "data.signals.values(:,1)",
+            "data.signals.values(:,2)",
+            "runs(1).x",
+            "runs(2).x",
+            "cells{1}",
+        ),
     )
     found = columns(table, ["matrix(:,2)", "data.signals.values(:,2)", "cells{1}"])
     assert found["matrix(:,2)"].tolist() == [1, 4, 7, 10]
@@ -90,7 +102,12 @@ def test_what_is_no_column_is_said(path: Path, wanted: str, message: str):
 def test_columns_are_found_as_matlab_and_as_numpy_count(path: Path):
     table = table_of(path)
     assert table.find(1) == "t"
-    assert table.find("matrix(:, 2)") == table.find("matrix[:, 1]") == table.find("matrix[:,1]") == "matrix(:,2)"
+    assert (
+        table.find("matrix(:, 2)")
+        == table.find("matrix[:, 1]")
+        == table.find("matrix[:,1]")
+        == "matrix(:,2)"
+    )
     assert table.find("data.signals.values[:, 0]") == "data.signals.values(:,1)"
     assert table.find("matrix(:,4)") is None
     assert table.find("matrix[:,3]") is None
@@ -113,7 +130,9 @@ def test_columns_of_other_lengths_are_named(path: Path):
 
 def test_no_vector_at_all(tmp_path: Path):
     scipy.io.savemat(tmp_path / "x.mat", {"a": 1.0, "b": "text"})
-    with pytest.raises(LogError, match=r"has no real numeric vector; found: a \(1x1 double\), b \(1x4 char\)"):
+    with pytest.raises(
+        LogError, match=r"has no real numeric vector; found: a \(1x1 double\), b \(1x4 char\)"
+    ):
         table_of(tmp_path / "x.mat")
 
 
@@ -121,7 +140,12 @@ def test_no_vector_at_all(tmp_path: Path):
 def test_columns_longer_than_a_block(tmp_path: Path, version: str):
     n = 2 * BLOCK_ROWS + 7
     tall = np.random.default_rng(1).normal(size=(n, 3))
-    scipy.io.savemat(tmp_path / "x.mat", {"x": tall, "wide": tall.T}, format=version, do_compression=version == "5")
+    scipy.io.savemat(
+        tmp_path / "x.mat",
+        {"x": tall, "wide": tall.T},
+        format=version,
+        do_compression=version == "5",
+    )
     found = columns(table_of(tmp_path / "x.mat"))
     for k in range(3):
         assert np.array_equal(found[f"x(:,{k + 1})"], tall[:, k])
@@ -142,7 +166,7 @@ def test_every_cut_is_one_line_and_salvage_gives_what_was_before(path: Path):
             columns(table_of(cut), ["t", "counts"])
         assert "\n" not in str(caught.value)
         with suppress(LogError):
-            losses: list[Loss] = []
+            losses: list[DataLoss] = []
             found = columns(table_of(cut), ["t", "counts"], losses)
             assert losses
             assert found["t"].tolist() == [0.0, 0.001, 0.002, 0.003][: found["t"].size]
@@ -156,11 +180,13 @@ def test_half_a_compressed_variable_is_salvaged(tmp_path: Path):
     file = tmp_path / "x.mat"
     scipy.io.savemat(file, {"x": values}, do_compression=True)
     file.write_bytes(file.read_bytes()[:200_000])
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     found = columns(table_of(file), ["x"], losses)["x"]
     assert 20_000 < found.size < 30_000
     assert np.array_equal(found, values[: found.size])
-    assert [(loss.channels, loss.samples) for loss in losses] == [(("x",), 50_000 - found.size)]  # told once
+    assert [(loss.channels, loss.samples) for loss in losses] == [
+        (("x",), 50_000 - found.size)
+    ]  # told once
 
 
 def test_what_is_cut_off_beside_the_columns_is_told(tmp_path: Path):
@@ -169,7 +195,7 @@ def test_what_is_cut_off_beside_the_columns_is_told(tmp_path: Path):
     file.write_bytes(file.read_bytes()[:-80])
     with pytest.raises(LogError, match="is damaged: a variable at byte"):
         columns(table_of(file), ["x"])
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     assert columns(table_of(file), ["x"], losses)["x"].tolist() == [0, 1, 2, 3, 4]
     assert [(loss.channels, loss.samples) for loss in losses] == [((), 0)]
 
@@ -180,7 +206,9 @@ def test_a_wrong_checksum_is_damage(tmp_path: Path):
     data = bytearray(file.read_bytes())
     data[-1] ^= 1
     file.write_bytes(bytes(data))
-    with pytest.raises(LogError, match=r"variable 'x' its compressed bytes are damaged \(.*incorrect data check"):
+    with pytest.raises(
+        LogError, match=r"variable 'x' its compressed bytes are damaged \(.*incorrect data check"
+    ):
         columns(table_of(file), ["x"])
 
 
@@ -194,13 +222,21 @@ DTYPES = ("f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8")
     column=st.booleans(),
     name=st.sampled_from(["x", "abc", "abcd", "a_long_name_of_31_characters_xyz"]),
 )
-def test_what_scipy_writes_is_read_as_scipy_reads_it(values: list[int], dtype: str, form: tuple[str, bool], column: bool, name: str):
+def test_what_scipy_writes_is_read_as_scipy_reads_it(
+    values: list[int], dtype: str, form: tuple[str, bool], column: bool, name: str
+):
     vector = np.array(values).astype(dtype)
     name = name[:18] if form[0] == "4" else name
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "x.mat")
         contents: dict[str, Any] = {name: vector, "after": np.arange(3.0)}
-        scipy.io.savemat(file, contents, format=form[0], do_compression=form[1], oned_as="column" if column else "row")
+        scipy.io.savemat(
+            file,
+            contents,
+            format=form[0],
+            do_compression=form[1],
+            oned_as="column" if column else "row",
+        )
         reference = scipy.io.loadmat(file)[name].ravel()
         table = table_of(file)
         assert table.names == (name, "after")
@@ -223,7 +259,9 @@ def test_no_flipped_bit_raises_anything_but_the_one_line(tmp_path: Path, compres
             file.write_bytes(bytes(data))
             with suppress(LogError):
                 found = columns(table_of(file), ["t", "x"])
-                assert not compressed or all(np.array_equal(found[name], contents[name]) for name in contents)
+                assert not compressed or all(
+                    np.array_equal(found[name], contents[name]) for name in contents
+                )
                 passed += 1
     assert compressed or passed >= 2 * 124  # the text at the head of the file means nothing
 
@@ -249,13 +287,18 @@ def test_golden_files(version: str):
 
 def test_an_object_of_matlab_is_named(tmp_path: Path):
     """A timeseries, as MATLAB lays it out: flags of class 17, then name, system, class."""
-    text = b"".join(struct.pack("<II", 1, len(one)) + one + bytes(-len(one) % 8) for one in (b"speed", b"MCOS..", b"timeseries"))
+    text = b"".join(
+        struct.pack("<II", 1, len(one)) + one + bytes(-len(one) % 8)
+        for one in (b"speed", b"MCOS..", b"timeseries")
+    )
     content = struct.pack("<IIII", 6, 8, 17, 0) + text
     data = (GOLDEN / "v5.mat").read_bytes() + struct.pack("<II", 14, len(content)) + content
     (tmp_path / "x.mat").write_bytes(data)
     table = table_of(tmp_path / "x.mat")
     assert columns(table, ["t"])["t"].size == 3
-    with pytest.raises(LogError, match="'speed' is a timeseries: an object; save its times and values as vectors"):
+    with pytest.raises(
+        LogError, match="'speed' is a timeseries: an object; save its times and values as vectors"
+    ):
         table.find("speed")
 
 
@@ -271,7 +314,14 @@ def test_a_channel_that_lies_behind_a_cut_is_lost_and_the_others_are_kept(tmp_pa
     scipy.io.savemat(whole, {"t": time, "q": position, "i": position})
     cut = tmp_path / "cut.mat"
     cut.write_bytes(whole.read_bytes()[:1500])
-    columns = {name: Column(column, unit) for name, column, unit in (("time", "t", "s"), ("position", "q", "rad"), ("current", "i", "A"))}
+    columns = {
+        name: Column(column, unit)
+        for name, column, unit in (
+            ("time", "t", "s"),
+            ("position", "q", "rad"),
+            ("current", "i", "A"),
+        )
+    }
     with pytest.raises(LogError, match=r"is damaged: .* and no 'i'"):
         assemble_whole(cut, columns, salvage=False)
     log, losses = assemble_whole(cut, columns, salvage=True)
@@ -280,7 +330,10 @@ def test_a_channel_that_lies_behind_a_cut_is_lost_and_the_others_are_kept(tmp_pa
     assert np.array_equal(log.main.time, time[:kept])
     assert np.array_equal(log.main.signals["position"], position[:kept])
     assert list(log.main.signals) == ["position"]
-    assert {path: loss.samples for loss in losses for path in loss.channels} == {"/axis.current": None, "/axis.position": 100 - kept}
+    assert {path: loss.samples for loss in losses for path in loss.channels} == {
+        "/axis.current": None,
+        "/axis.position": 100 - kept,
+    }
     cut.write_bytes(whole.read_bytes()[:900])  # no channel is left
     with pytest.raises(LogError, match="and no 'q'"):
         assemble_whole(cut, columns, salvage=True)
@@ -302,14 +355,21 @@ def test_a_zero_behind_a_cut_is_lost_with_its_channel_and_one_that_is_cut_is_tol
     assert "position" not in log.main.signals
     kept = log.main.time.size
     assert 0 < kept < 60
-    assert np.allclose(log.main.signals["current"], drive[:kept] - drive[:kept].mean(), rtol=0.0, atol=1e-15)
+    assert np.allclose(
+        log.main.signals["current"], drive[:kept] - drive[:kept].mean(), rtol=0.0, atol=1e-15
+    )
     reasons = {loss.reason.partition(":")[0]: (loss.channels, loss.samples) for loss in losses}
     assert reasons.pop("is damaged") == (("/axis.position",), None)
-    assert reasons.pop(f"its zero is the mean of {kept} samples, and not of 60") == (("/axis.current",), 0)
+    assert reasons.pop(f"its zero is the mean of {kept} samples, and not of 60") == (
+        ("/axis.current",),
+        0,
+    )
     assert [samples for _, samples in reasons.values()] == [100 - kept]
 
 
-def assemble_whole(path: Path, columns: dict[str, Column], salvage: bool) -> tuple[Log, list[Loss]]:
-    made = Assembly(salvage=salvage)
+def assemble_whole(
+    path: Path, columns: dict[str, Column], salvage: bool
+) -> tuple[Log, list[DataLoss]]:
+    made = LogAssembly(salvage=salvage)
     add_tables(made, mat_format.tables(path), bench(columns))
     return whole_log(made), made.losses

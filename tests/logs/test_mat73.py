@@ -1,4 +1,5 @@
-"""MATLAB 7.3: the names and shapes of the older versions, from HDF5; h5py writes, as MATLAB lays it out."""
+"""MATLAB 7.3: the names and shapes of the older versions, from HDF5; h5py writes, as MATLAB lays it
+out."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from hypothesis.extra import numpy as arrays_of
 
 from frictool.errors import LogError
 from frictool.logs.arrays import mat73_format
-from frictool.logs.table import BLOCK_ROWS, Loss
+from frictool.logs.table import BLOCK_ROWS, DataLoss
 from tests.logs.example import GOLDEN
 from tests.logs.tables import columns, one_line
 
@@ -54,7 +55,13 @@ def test_other_files_are_not_followed():
 
 
 @settings(max_examples=8)
-@given(arrays_of.arrays(np.float64, arrays_of.array_shapes(min_dims=2, max_dims=2, max_side=6), elements={"allow_nan": False}))
+@given(
+    arrays_of.arrays(
+        np.float64,
+        arrays_of.array_shapes(min_dims=2, max_dims=2, max_side=6),
+        elements={"allow_nan": False},
+    )
+)
 def test_matrices_are_read_as_matlab_has_them(matrix: np.ndarray):
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "x.mat")
@@ -64,7 +71,13 @@ def test_matrices_are_read_as_matlab_has_them(matrix: np.ndarray):
         (table,) = mat73_format.tables(file)
         for name in set(table.names) - {"plain"}:
             before, _, after = name.removeprefix("x").strip("()").partition(",")
-            wanted = matrix.ravel() if name == "x" else matrix[:, int(after) - 1] if before == ":" else matrix[int(before) - 1]
+            wanted = (
+                matrix.ravel()
+                if name == "x"
+                else matrix[:, int(after) - 1]
+                if before == ":"
+                else matrix[int(before) - 1]
+            )
             assert np.array_equal(columns(table, [name])[name], wanted)
 
 
@@ -72,7 +85,9 @@ def test_longer_than_a_block_and_a_damaged_chunk(tmp_path: Path):
     file = tmp_path / "x.mat"
     values = np.random.default_rng(1).normal(size=3 * BLOCK_ROWS)
     with h5py.File(file, "w", userblock_size=512) as opened:
-        dataset = opened.create_dataset("x", data=values, chunks=(1000,), compression="gzip", fletcher32=True)
+        dataset = opened.create_dataset(
+            "x", data=values, chunks=(1000,), compression="gzip", fletcher32=True
+        )
         place = dataset.id.get_chunk_info(150).byte_offset
     (table,) = mat73_format.tables(file)
     assert np.array_equal(columns(table)["x"], values)
@@ -80,9 +95,11 @@ def test_longer_than_a_block_and_a_damaged_chunk(tmp_path: Path):
     data[512 + place + 3000] ^= 1
     file.write_bytes(bytes(data))
     (table,) = mat73_format.tables(file)
-    with pytest.raises(LogError, match=f"is damaged after {2 * BLOCK_ROWS} of {values.size} samples"):
+    with pytest.raises(
+        LogError, match=f"is damaged after {2 * BLOCK_ROWS} of {values.size} samples"
+    ):
         columns(table)
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     assert np.array_equal(columns(table, None, losses)["x"], values[: 2 * BLOCK_ROWS])
     assert [loss.samples for loss in losses] == [BLOCK_ROWS]
 

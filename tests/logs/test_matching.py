@@ -12,7 +12,7 @@ from frictool.documents.bench import Bench, Column
 from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
 from frictool.logs.arrays.memory_table import MemoryTable
-from frictool.logs.channels.matching import matched
+from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log, Stream
 from tests.logs.example import bench, mapped
 
@@ -34,7 +34,7 @@ def stronger(rig: Bench, constant: float) -> Bench:
 def test_a_log_of_this_bench_stays_as_it_is():
     rig = bench(COLUMNS)
     log = made(rig)
-    again = matched(log, rig)
+    again = match_bench(log, rig)
     assert again.warnings == ()
     for name, values in log.main.signals.items():
         assert np.array_equal(again.main.signals[name], values)
@@ -42,55 +42,71 @@ def test_a_log_of_this_bench_stays_as_it_is():
 
 def test_a_constant_that_has_changed_is_applied_and_said():
     rig = bench(COLUMNS)
-    log = matched(made(rig), stronger(rig, 3.0))
+    log = match_bench(made(rig), stronger(rig, 3.0))
     assert log.main.signals["effort"] == pytest.approx(3.0 * CURRENT)
-    assert log.warnings == ("effort made anew from current with the bench's actuator.constant, 3 N m/A; the log's was made with 2 N m/A",)
+    assert log.warnings == (
+        "effort made anew from current with the bench's actuator.constant, 3 N m/A; the log's was made with 2 N m/A",
+    )
 
 
 def test_a_measured_effort_is_kept_whatever_the_constant():
     rig = bench({**COLUMNS, "effort": Column("sensor", "N m")})
-    log = matched(made(rig, sensor=2.0 * CURRENT), stronger(rig, 3.0))  # even one that is a multiple of the current
+    log = match_bench(
+        made(rig, sensor=2.0 * CURRENT), stronger(rig, 3.0)
+    )  # even one that is a multiple of the current
     assert log.main.signals["effort"] == pytest.approx(2.0 * CURRENT)
     assert log.warnings == ()
 
 
-@pytest.mark.parametrize(("effort", "kept"), [(2.0 * CURRENT, False), (2.0 * CURRENT + 1e-3 * np.arange(4.0), True)])
+@pytest.mark.parametrize(
+    ("effort", "kept"), [(2.0 * CURRENT, False), (2.0 * CURRENT + 1e-3 * np.arange(4.0), True)]
+)
 def test_without_columns_the_numbers_tell(effort: np.ndarray, kept: bool):
     units = {"current": "A", "effort": "N m"}
-    log = Log((Stream("/axis", np.arange(4) / 1000.0, {"current": CURRENT, "effort": effort}, units),))
-    found = matched(log, stronger(bench(COLUMNS), 3.0)).main.signals["effort"]
+    log = Log(
+        (Stream("/axis", np.arange(4) / 1000.0, {"current": CURRENT, "effort": effort}, units),)
+    )
+    found = match_bench(log, stronger(bench(COLUMNS), 3.0)).main.signals["effort"]
     assert found == pytest.approx(effort if kept else 3.0 * CURRENT)
 
 
 def test_an_effort_made_from_another_drive_is_not_taken():
     rig = bench(COLUMNS)
     actuator = msgspec.structs.replace(rig.actuator, drive="voltage")
-    log = matched(made(rig), msgspec.structs.replace(rig, actuator=actuator))
+    log = match_bench(made(rig), msgspec.structs.replace(rig, actuator=actuator))
     assert "effort" not in log.main.signals
     with pytest.raises(LogError, match="has no voltage"):
         log.require(log.main, "voltage")
 
 
 def test_a_rotary_log_is_none_of_a_linear_bench():
-    with pytest.raises(LogError, match=r"/axis.position is in 'rad', the linear axis of bench 'rig' has it in 'm'"):
-        matched(made(bench(COLUMNS)), bench(COLUMNS, axis="linear"))
+    with pytest.raises(
+        LogError, match=r"/axis.position is in 'rad', the linear axis of bench 'rig' has it in 'm'"
+    ):
+        match_bench(made(bench(COLUMNS)), bench(COLUMNS, axis="linear"))
 
 
 @pytest.mark.parametrize("period", [0.0015, 0.0005, 1.0])
 def test_another_period_is_refused(period: float):
     with pytest.raises(LogError, match=r"the period is 0\.001 s, the bench's sample_period_s"):
-        matched(made(bench(COLUMNS)), bench(COLUMNS, sample_period_s=period))
+        match_bench(made(bench(COLUMNS)), bench(COLUMNS, sample_period_s=period))
 
 
 def test_a_period_that_is_a_little_off_is_a_warning_once():
     rig, other = bench(COLUMNS), bench(COLUMNS, sample_period_s=0.00105)
-    log = matched(made(rig), other)
+    log = match_bench(made(rig), other)
     assert len(log.warnings) == 1
-    assert matched(log, other).warnings == log.warnings
+    assert match_bench(log, other).warnings == log.warnings
 
 
 def test_a_drive_that_is_zero_throughout_tells_no_other_constant():
     rig = bench(COLUMNS)
     still = made(rig)
-    signals = {name: 0.0 * values if name in ("current", "effort") else values for name, values in still.main.signals.items()}
-    assert matched(replace(still, streams=(replace(still.main, signals=signals),)), rig).warnings == still.warnings
+    signals = {
+        name: 0.0 * values if name in ("current", "effort") else values
+        for name, values in still.main.signals.items()
+    }
+    assert (
+        match_bench(replace(still, streams=(replace(still.main, signals=signals),)), rig).warnings
+        == still.warnings
+    )

@@ -1,4 +1,5 @@
-"""The canonical log: golden file, round trips, other tools on our files, our reader on what other tools make of them."""
+"""The canonical log: golden file, round trips, other tools on our files, our reader on what other
+tools make of them."""
 
 from __future__ import annotations
 
@@ -18,10 +19,10 @@ from mcap.writer import CompressionType, Writer
 from mcap_ros2.decoder import DecoderFactory
 
 from frictool.errors import LogError
-from frictool.logs.canonical.chunks import CHUNK_NS
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
-from frictool.logs.canonical.mcap_layout import Head
+from frictool.logs.canonical.mcap_layout import StreamHeader
 from frictool.logs.canonical.mcap_writer import CanonicalWriter
+from frictool.logs.canonical.sample_chunks import CHUNK_NS
 from frictool.logs.log import Log, Stream
 from tests.logs.example import GOLDEN, as_bytes, golden_log, measured, same
 
@@ -38,11 +39,16 @@ def test_the_golden_file_reads_as_what_it_was_made_from():
 
 
 def test_the_golden_file_is_what_is_written_now():
-    """Compared record by record: which bytes zstd makes of a chunk is up to its version, and offsets follow."""
+    """Compared record by record: which bytes zstd makes of a chunk is up to its version, and
+    offsets follow."""
 
     def records(data: bytes) -> list[str]:
         kinds = ("Header", "Schema", "Channel", "Message", "MessageIndex", "Metadata", "Statistics")
-        return [repr(r) for r in StreamReader(io.BytesIO(data), validate_crcs=True).records if type(r).__name__ in kinds]
+        return [
+            repr(r)
+            for r in StreamReader(io.BytesIO(data), validate_crcs=True).records
+            if type(r).__name__ in kinds
+        ]
 
     written = records(as_bytes(golden_log()))
     assert len(written) > 28
@@ -57,14 +63,24 @@ def test_the_same_log_gives_the_same_bytes():
 @given(
     start=st.integers(-3_000_000_000, 2_000_000_000),
     steps=st.lists(st.integers(1, 700_000_000), min_size=0, max_size=40),
-    columns=st.lists(st.sampled_from(["position", "velocity", "current", "effort", "x_1"]), min_size=1, max_size=5, unique=True),
+    columns=st.lists(
+        st.sampled_from(["position", "velocity", "current", "effort", "x_1"]),
+        min_size=1,
+        max_size=5,
+        unique=True,
+    ),
     seed=st.integers(0, 2**32 - 1),
 )
 def test_round_trip(start: int, steps: list[int], columns: list[str], seed: int):
     rng = np.random.default_rng(seed)
     time = np.cumsum([start, *steps]) / 1e9
-    signals = {name: rng.normal(size=time.size) * 10.0 ** rng.integers(-300, 300) for name in columns}
-    log = Log((Stream("/axis", time, signals, dict.fromkeys(columns, "rad")),), {"note": {"text": "é [\n"}})
+    signals = {
+        name: rng.normal(size=time.size) * 10.0 ** rng.integers(-300, 300) for name in columns
+    }
+    log = Log(
+        (Stream("/axis", time, signals, dict.fromkeys(columns, "rad")),),
+        {"note": {"text": "é [\n"}},
+    )
     assert same(read_bytes(as_bytes(log)), log)
 
 
@@ -76,14 +92,24 @@ def test_times_of_unix_epoch_keep_what_a_float_holds():
 
 def test_the_mcap_library_decodes_the_messages():
     log = golden_log()
-    reader = make_reader(io.BytesIO(as_bytes(log)), validate_crcs=True, decoder_factories=[DecoderFactory()])
+    reader = make_reader(
+        io.BytesIO(as_bytes(log)), validate_crcs=True, decoder_factories=[DecoderFactory()]
+    )
     found = list(reader.iter_decoded_messages())
     for stream in log.streams:
-        messages = [(message, decoded) for _, channel, message, decoded in found if channel.topic == stream.topic]
-        assert [message.log_time for message, _ in messages] == np.rint((stream.time + 0.75) * 1e9).astype(int).tolist()
+        messages = [
+            (message, decoded)
+            for _, channel, message, decoded in found
+            if channel.topic == stream.topic
+        ]
+        assert [message.log_time for message, _ in messages] == np.rint(
+            (stream.time + 0.75) * 1e9
+        ).astype(int).tolist()
         for name, values in stream.signals.items():
             assert [getattr(decoded, name) for _, decoded in messages] == values.tolist()
-    assert [message.log_time for _, _, message, _ in found] == sorted(message.log_time for _, _, message, _ in found)
+    assert [message.log_time for _, _, message, _ in found] == sorted(
+        message.log_time for _, _, message, _ in found
+    )
 
 
 def test_the_mcap_library_seeks_and_finds_the_metadata():
@@ -93,26 +119,41 @@ def test_the_mcap_library_seeks_and_finds_the_metadata():
     assert len(late) == 5  # the times from 5.25 to 6.25 s, shifted by 0.75 s
     assert reader.get_header().profile == "ros2"
     metadata = {record.name: record.metadata for record in reader.iter_metadata()}
-    assert metadata["units"] == {"/axis.position": "rad", "/axis.current": "A", "/axis/force.effort": "N m"}
+    assert metadata["units"] == {
+        "/axis.position": "rad",
+        "/axis.current": "A",
+        "/axis/force.effort": "N m",
+    }
     assert metadata["time"] == {"shift_ns": "750000000"}
     summary = reader.get_summary()
     assert summary is not None
     assert summary.statistics is not None
     assert summary.statistics.message_count == 15
-    assert all(index.message_end_time - index.message_start_time < CHUNK_NS for index in summary.chunk_indexes)
+    assert all(
+        index.message_end_time - index.message_start_time < CHUNK_NS
+        for index in summary.chunk_indexes
+    )
 
 
 def test_every_crc_is_checked_by_the_library_too():
-    assert sum(1 for _ in StreamReader(io.BytesIO(as_bytes(golden_log())), validate_crcs=True).records) > 15
+    assert (
+        sum(1 for _ in StreamReader(io.BytesIO(as_bytes(golden_log())), validate_crcs=True).records)
+        > 15
+    )
 
 
-@pytest.mark.parametrize("compression", [CompressionType.ZSTD, CompressionType.LZ4, CompressionType.NONE])
+@pytest.mark.parametrize(
+    "compression", [CompressionType.ZSTD, CompressionType.LZ4, CompressionType.NONE]
+)
 @pytest.mark.parametrize("chunked", [True, False])
 def test_what_another_tool_rewrites_is_read(compression: CompressionType, chunked: bool):
-    """Both streams in one chunk, schemas and channels inside it, another order of records: as a filter or merge would leave them."""
+    """Both streams in one chunk, schemas and channels inside it, another order of records: as a
+    filter or merge would leave them."""
     log = golden_log()
     out = io.BytesIO()
-    writer = Writer(out, compression=compression, use_chunking=chunked, chunk_size=300, enable_data_crcs=True)
+    writer = Writer(
+        out, compression=compression, use_chunking=chunked, chunk_size=300, enable_data_crcs=True
+    )
     writer.start("ros2")
     reader = make_reader(io.BytesIO(as_bytes(log)))
     for record in reader.iter_metadata():
@@ -121,8 +162,16 @@ def test_what_another_tool_rewrites_is_read(compression: CompressionType, chunke
     for schema, channel, message in reader.iter_messages():
         if channel.id not in channels:
             identity = writer.register_schema(schema.name, schema.encoding, schema.data)
-            channels[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, identity)
-        writer.add_message(channels[channel.id], message.log_time, message.data, message.publish_time, message.sequence)
+            channels[channel.id] = writer.register_channel(
+                channel.topic, channel.message_encoding, identity
+            )
+        writer.add_message(
+            channels[channel.id],
+            message.log_time,
+            message.data,
+            message.publish_time,
+            message.sequence,
+        )
     writer.finish()
     assert same(read_bytes(out.getvalue()), log)
 
@@ -135,7 +184,8 @@ def test_every_cut_is_refused():
 
 
 def test_every_flipped_byte_is_refused():
-    """All bytes lie under a CRC, are one, or are the frame around them: no flip passes, none raises anything else."""
+    """All bytes lie under a CRC, are one, or are the frame around them: no flip passes, none raises
+    anything else."""
     data = as_bytes(golden_log())
     for position in range(0, len(data), 3):
         damaged = bytearray(data)
@@ -163,7 +213,10 @@ def test_a_chunk_that_declares_more_than_it_holds_is_refused():
     import lz4.frame
     import zstandard
 
-    for compression, packed in ((b"zstd", zstandard.compress(plain)), (b"lz4", lz4.frame.compress(plain))):
+    for compression, packed in (
+        (b"zstd", zstandard.compress(plain)),
+        (b"lz4", lz4.frame.compress(plain)),
+    ):
         assert chunk_data(body(1000, compression, packed)) == plain
         for size in (10, 999, 1001, 10**12):
             with pytest.raises(ValueError, match="announce"):
@@ -177,7 +230,7 @@ def test_a_chunk_that_declares_more_than_it_holds_is_refused():
 @pytest.mark.parametrize("shift", ["--5", "1.5", "", "9" * 30])
 def test_a_shift_that_is_no_number_is_refused(shift: str):
     out = io.BytesIO()
-    writer = CanonicalWriter(out, (Head("/axis", ("position",), ("rad",)),), {})
+    writer = CanonicalWriter(out, (StreamHeader("/axis", ("position",), ("rad",)),), {})
     writer.describe("time", {"shift_ns": shift})
     writer.chunk(0, np.array([1, 2]), [np.array([0.0, 1.0])])
     writer.finish()
@@ -187,7 +240,7 @@ def test_a_shift_that_is_no_number_is_refused(shift: str):
 
 def test_a_log_without_its_units_is_refused():
     out = io.BytesIO()
-    writer = CanonicalWriter(out, (Head("/axis", ("position",), ("rad",)),), {})
+    writer = CanonicalWriter(out, (StreamHeader("/axis", ("position",), ("rad",)),), {})
     writer.describe("units", {"/axis.speed": "rad/s"})  # the later record counts
     writer.chunk(0, np.array([1, 2]), [np.array([0.0, 1.0])])
     writer.finish()
@@ -201,7 +254,9 @@ def test_an_mcap_with_other_messages_is_named():
 
 
 def test_repeated_time_is_refused():
-    stream = Stream("/axis", np.array([0.0, 1e-10, 1.0]), {"position": np.zeros(3)}, {"position": "rad"})
+    stream = Stream(
+        "/axis", np.array([0.0, 1e-10, 1.0]), {"position": np.zeros(3)}, {"position": "rad"}
+    )
     with pytest.raises(LogError, match="sample 2"):
         write_mcap(Log((stream,)), io.BytesIO())
 
@@ -220,7 +275,10 @@ def test_what_is_no_log_is_not_written(time: list[float], value: list[float], me
         write_mcap(Log((stream,)), io.BytesIO())
 
 
-@pytest.mark.parametrize(("topic", "signal"), [("/joint", "position"), ("/axis/a b", "position"), ("/axis", "Position"), ("/axis", "a__b")])
+@pytest.mark.parametrize(
+    ("topic", "signal"),
+    [("/joint", "position"), ("/axis/a b", "position"), ("/axis", "Position"), ("/axis", "a__b")],
+)
 def test_names_that_ros_refuses_are_refused(topic: str, signal: str):
     stream = Stream(topic, np.array([0.0]), {signal: np.array([0.0])}, {signal: "rad"})
     with pytest.raises(ValueError, match="allowed"):

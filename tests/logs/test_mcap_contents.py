@@ -1,4 +1,5 @@
-"""The walk that all readers of MCAP share: bytes with their CRC, chunks opened ahead of who reads, vectors that grow."""
+"""The walk that all readers of MCAP share: bytes with their CRC, chunks opened ahead of who reads,
+vectors that grow."""
 
 from __future__ import annotations
 
@@ -12,44 +13,55 @@ from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.writer import CompressionType
 
-from frictool.logs.canonical import counted_bytes, mcap_contents
-from frictool.logs.canonical.counted_bytes import CountedBytes
+from frictool.logs.canonical import crc_stream, mcap_sections
+from frictool.logs.canonical.crc_stream import CountedBytes
 from frictool.logs.canonical.growing_vector import GrowingVector
 from frictool.logs.canonical.mcap_chunk import chunk_data
-from frictool.logs.canonical.mcap_contents import Part, contents
-from frictool.logs.canonical.mcap_records import FileRecords, Record
+from frictool.logs.canonical.mcap_records import FileRecord, FileRecords
+from frictool.logs.canonical.mcap_sections import FileSection, contents
 from tests.logs.recordings import float64s, in_order, joint_states, ros2_mcap
 
 SENT = in_order(joint_states(np.arange(300.0).tolist()), float64s(np.arange(300.0).tolist()))
 CODECS = (CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD)
 
 
-def walked(data: bytes, only: frozenset[int] | None = None) -> list[Record | Part]:
+def walked(data: bytes, only: frozenset[int] | None = None) -> list[FileRecord | FileSection]:
     return [item for item, _ in contents(FileRecords(io.BytesIO(data), len(data)), only)]
 
 
-def chunk_records(data: bytes) -> list[Record]:
-    return [item for item in FileRecords(io.BytesIO(data), len(data)) if isinstance(item, Record) and item.opcode == Opcode.CHUNK]
+def chunk_records(data: bytes) -> list[FileRecord]:
+    return [
+        item
+        for item in FileRecords(io.BytesIO(data), len(data))
+        if isinstance(item, FileRecord) and item.opcode == Opcode.CHUNK
+    ]
 
 
-def parts(items: list[Record | Part]) -> list[Part]:
+def parts(items: list[FileRecord | FileSection]) -> list[FileSection]:
     """Each chunk by itself."""
-    return [one for item in items if isinstance(item, Part) for one in item.joined or [item]]
+    return [one for item in items if isinstance(item, FileSection) for one in item.joined or [item]]
 
 
 @pytest.mark.parametrize("codec", CODECS)
 @pytest.mark.parametrize(("batch", "ahead"), [(1, 1), (5000, 12_000), (1 << 20, 1 << 24)])
-def test_chunks_are_opened_in_their_order(monkeypatch: pytest.MonkeyPatch, codec: CompressionType, batch: int, ahead: int):
-    """However many are opened together and ahead: what they hold is what the plain loop finds, and so are the indexes behind them."""
-    monkeypatch.setattr(mcap_contents, "BATCH_BYTES", batch)
-    monkeypatch.setattr(mcap_contents, "AHEAD_BYTES", ahead)
+def test_chunks_are_opened_in_their_order(
+    monkeypatch: pytest.MonkeyPatch, codec: CompressionType, batch: int, ahead: int
+):
+    """However many are opened together and ahead: what they hold is what the plain loop finds, and
+    so are the indexes behind them."""
+    monkeypatch.setattr(mcap_sections, "BATCH_BYTES", batch)
+    monkeypatch.setattr(mcap_sections, "AHEAD_BYTES", ahead)
     data = ros2_mcap(SENT, compression=codec, chunk_size=1000)
     wanted = chunk_records(data)
     assert len(wanted) > 20
     items = walked(data)
-    assert [(one.at, one.data) for one in parts(items)] == [(one.offset, chunk_data(one.body)) for one in wanted]
-    runs = [item for item in items if isinstance(item, Part)]
-    assert all(item.data == b"".join(one.data for one in item.joined) for item in runs if item.joined)
+    assert [(one.at, one.data) for one in parts(items)] == [
+        (one.offset, chunk_data(one.body)) for one in wanted
+    ]
+    runs = [item for item in items if isinstance(item, FileSection)]
+    assert all(
+        item.data == b"".join(one.data for one in item.joined) for item in runs if item.joined
+    )
     assert (len(runs) < len(wanted)) == (batch > 1)
     counts = sum(times.size for one in parts(items) for _, times in one.indexed())
     assert counts == len(SENT)
@@ -65,7 +77,9 @@ def test_a_chunk_that_cannot_be_opened_stands_in_its_place():
     assert [one.at for one in found if one.whole] == [one.offset for one in wanted]
     for one in found[: len(wanted)]:
         assert bool(one.reason) == (one.at in {lost.offset for lost in wanted[3::7]})
-        assert one.reason or one.data == chunk_data(next(record.body for record in wanted if record.offset == one.at))
+        assert one.reason or one.data == chunk_data(
+            next(record.body for record in wanted if record.offset == one.at)
+        )
         assert one.indexed()
 
 
@@ -88,11 +102,14 @@ def test_who_stops_reading_leaves_nothing_behind():
 
 @given(
     data=st.binary(max_size=400),
-    steps=st.lists(st.tuples(st.sampled_from(["take", "peek", "crc", "begin", "step"]), st.integers(0, 90)), max_size=30),
+    steps=st.lists(
+        st.tuples(st.sampled_from(["take", "peek", "crc", "begin", "step"]), st.integers(0, 90)),
+        max_size=30,
+    ),
 )
 def test_bytes_and_their_crc_are_those_of_a_plain_read(data: bytes, steps: list[tuple[str, int]]):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(counted_bytes, "PIECE", 32)
+        patch.setattr(crc_stream, "PIECE", 32)
         ours = CountedBytes(io.BytesIO(data), len(data))
         at, begun = 0, 0
         counted = True
@@ -114,7 +131,11 @@ def test_bytes_and_their_crc_are_those_of_a_plain_read(data: bytes, steps: list[
             assert ours.offset == at
 
 
-@given(sizes=st.lists(st.integers(0, 40), max_size=20), most=st.integers(0, 500), shares=st.floats(0.001, 1.0))
+@given(
+    sizes=st.lists(st.integers(0, 40), max_size=20),
+    most=st.integers(0, 500),
+    shares=st.floats(0.001, 1.0),
+)
 def test_a_vector_that_grows_is_its_parts_joined(sizes: list[int], most: int, shares: float):
     """Whatever the file seems to need."""
     pieces = [np.arange(size, dtype=np.int64) + 100 * place for place, size in enumerate(sizes)]

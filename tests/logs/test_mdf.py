@@ -1,4 +1,5 @@
-"""MDF: groups are tables, whatever their version; asammdf writes, and what it was given is the reference."""
+"""MDF: groups are tables, whatever their version; asammdf writes, and what it was given is the
+reference."""
 
 from __future__ import annotations
 
@@ -12,9 +13,9 @@ from hypothesis import strategies as st
 
 from frictool.errors import LogError
 from frictool.logs.arrays import mdf_format
-from frictool.logs.arrays.mdf_cut import described_at
-from frictool.logs.channels.binding import bind
-from frictool.logs.table import BLOCK_ROWS, Loss
+from frictool.logs.arrays.truncated_mdf import described_at
+from frictool.logs.channels.column_binding import bind
+from frictool.logs.table import BLOCK_ROWS, DataLoss
 from tests.logs.example import GOLDEN, measured
 from tests.logs.tables import columns, one_line, times
 
@@ -32,7 +33,12 @@ def test_golden_files(path: Path):
     assert found["iAct"].tolist() == [0.5, 2.0, 151.0, 4.5]
     assert found["state"].tolist() == [0, 1, 0, 1]  # the raw number, not "on" and "off"
     assert found["time"].tolist() == [0.0, 0.5, 1.0, 1.5]
-    assert {name: fast.units[name] for name in found} == {"nAct\\ETKC:1": "rpm", "iAct": "A", "state": None, "time": "s"}
+    assert {name: fast.units[name] for name in found} == {
+        "nAct\\ETKC:1": "rpm",
+        "iAct": "A",
+        "state": None,
+        "time": "s",
+    }
     assert columns(slow, ["nAct\\ETKC:1"])["nAct\\ETKC:1"].tolist() == [-1, 2]
     assert (fast.clock, fast.line(0)) == ("time", None)
 
@@ -56,7 +62,9 @@ def test_a_name_in_two_groups_is_asked_for_with_its_group():
 
 def test_an_invalid_sample_is_damage_or_an_empty_cell():
     fast, _ = mdf_format.tables(V4)
-    with pytest.raises(LogError, match="group 'fast', channel 'doubtful': sample 2 is marked as invalid"):
+    with pytest.raises(
+        LogError, match="group 'fast', channel 'doubtful': sample 2 is marked as invalid"
+    ):
         columns(fast, ["doubtful"])
     found = columns(fast, ["doubtful"], [])["doubtful"]
     assert np.array_equal(found, [-1, np.nan, 300, 7], equal_nan=True)
@@ -66,8 +74,14 @@ def test_bench_columns_of_two_groups_become_two_streams():
     from frictool.documents.bench import Column
     from tests.logs.example import bench
 
-    rig = bench({"position": Column("slow/nAct\\ETKC:1", "rad", scale=0.5), "current": Column("iAct", "A")}, sample_period_s=0.5)
-    assert [mapper.head.topic for mapper in bind(mdf_format.tables(V4), rig)] == ["/axis", "/axis/fast"]
+    rig = bench(
+        {"position": Column("slow/nAct\\ETKC:1", "rad", scale=0.5), "current": Column("iAct", "A")},
+        sample_period_s=0.5,
+    )
+    assert [mapper.head.topic for mapper in bind(mdf_format.tables(V4), rig)] == [
+        "/axis",
+        "/axis/fast",
+    ]
     ambiguous = bench({"velocity": Column("nAct\\ETKC:1", "rpm")}, sample_period_s=0.5)
     with pytest.raises(LogError, match=r"has 2 columns .* in fast, slow"):
         bind(mdf_format.tables(V4), ambiguous)
@@ -95,22 +109,37 @@ DTYPES = ("f8", "f4", "i1", "u1", "i2", ">u2", "i4", "u4", ">i4", "i8")
     version=st.sampled_from(["4.10", "4.20", "3.30"]),
     gain=st.sampled_from([None, 0.25, -3.0]),
 )
-def test_what_asammdf_writes_is_read(values: list[int], dtype: str, version: str, gain: float | None):
+def test_what_asammdf_writes_is_read(
+    values: list[int], dtype: str, version: str, gain: float | None
+):
     raw = np.array(values).astype(dtype)
     conversion = None if gain is None else {"a": gain, "b": 2.0}
     with tempfile.TemporaryDirectory() as folder, asammdf.MDF(version=version) as file:
         stamps = np.arange(raw.size) / 1000
-        file.append([asammdf.Signal(raw, stamps, name="x", conversion=conversion), asammdf.Signal(raw, stamps, name="x")])
+        file.append(
+            [
+                asammdf.Signal(raw, stamps, name="x", conversion=conversion),
+                asammdf.Signal(raw, stamps, name="x"),
+            ]
+        )
         target = file.save(Path(folder, "x" + (".mf4" if version > "4" else ".mdf")))
         (table,) = mdf_format.tables(target)
         found = columns(table, ["x (channel 2)", "x (channel 3)"])
-    assert np.array_equal(found["x (channel 2)"], raw.astype(float) * (gain or 1.0) + (2.0 if gain else 0.0))
+    assert np.array_equal(
+        found["x (channel 2)"], raw.astype(float) * (gain or 1.0) + (2.0 if gain else 0.0)
+    )
     assert np.array_equal(found["x (channel 3)"], raw.astype(float))
 
 
 def test_no_numbers(tmp_path: Path):
     with asammdf.MDF(version="4.10") as file:
-        file.append([asammdf.Signal(np.array([b"a", b"b"]), np.array([0.0, 1.0]), name="note", encoding="latin-1")])
+        file.append(
+            [
+                asammdf.Signal(
+                    np.array([b"a", b"b"]), np.array([0.0, 1.0]), name="note", encoding="latin-1"
+                )
+            ]
+        )
         file.groups[0].channels.pop(0)
         target = file.save(tmp_path / "x.mf4")
     with pytest.raises(LogError):
@@ -127,7 +156,7 @@ def test_every_damage_is_one_line(path: Path, tmp_path: Path):
         data = bytearray(whole[: draw.integers(200, len(whole))] if k % 3 == 0 else whole)
         data[draw.integers(100, len(data))] ^= 0xFF
         file.write_bytes(bytes(data))
-        losses: list[Loss] = []
+        losses: list[DataLoss] = []
         with one_line() as refusals:
             for table in mdf_format.tables(file):
                 columns(table, None, losses)
@@ -136,7 +165,8 @@ def test_every_damage_is_one_line(path: Path, tmp_path: Path):
 
 
 def test_a_file_that_was_cut_while_it_was_written_is_salvaged(tmp_path: Path):
-    """As loggers write: heads first, then the records. asammdf writes the records first; here they are moved to the end, and cut."""
+    """As loggers write: heads first, then the records. asammdf writes the records first; here they
+    are moved to the end, and cut."""
     n, file = 3000, tmp_path / "x.mf4"
     values = np.random.default_rng(4).normal(size=n)
     with asammdf.MDF(version="4.10") as made:
@@ -145,7 +175,9 @@ def test_a_file_that_was_cut_while_it_was_written_is_salvaged(tmp_path: Path):
     data = bytearray(file.read_bytes())
     link = data.find(b"##DG") + 24 + 2 * 8
     records = int.from_bytes(data[link : link + 8], "little")
-    block = bytes(data[records : records + int.from_bytes(data[records + 8 : records + 16], "little")])
+    block = bytes(
+        data[records : records + int.from_bytes(data[records + 8 : records + 16], "little")]
+    )
     data += bytes(-len(data) % 8)
     data[link : link + 8] = len(data).to_bytes(8, "little")
     file.write_bytes(data + block)
@@ -155,15 +187,18 @@ def test_a_file_that_was_cut_while_it_was_written_is_salvaged(tmp_path: Path):
     file.write_bytes(data + block[:left])
     (table,) = mdf_format.tables(file)
     there = (left - 24) // 16  # a head of 24 bytes, 16 a record
-    with pytest.raises(LogError, match=f"the file is cut off; group 'group 1' has {there} of 3000 samples"):
+    with pytest.raises(
+        LogError, match=f"the file is cut off; group 'group 1' has {there} of 3000 samples"
+    ):
         columns(table, ["x"])
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     assert np.array_equal(columns(table, ["x"], losses)["x"], values[:there])
     assert [loss.samples for loss in losses] == [n - there]
 
 
 def test_a_file_whose_description_was_cut_off_says_where_it_ends(tmp_path: Path):
-    """As asammdf writes: the records first, and behind them what they mean. Its own words are none a user can do anything with."""
+    """As asammdf writes: the records first, and behind them what they mean. Its own words are none
+    a user can do anything with."""
     whole, file = tmp_path / "whole.mf4", tmp_path / "cut.mf4"
     with asammdf.MDF(version="4.10") as made:
         made.append([asammdf.Signal(np.arange(3000.0), np.arange(3000) / 1000, name="x")])
@@ -173,10 +208,16 @@ def test_a_file_whose_description_was_cut_off_says_where_it_ends(tmp_path: Path)
     group = data.find(b"##DG")
     for end in (len(data) // 2, group, group + 10):
         file.write_bytes(data[:end])
-        with pytest.raises(LogError, match=rf"cut.mf4: is cut off at byte {end}: what its channels are stands at byte {group}, "):
+        with pytest.raises(
+            LogError,
+            match=rf"cut.mf4: is cut off at byte {end}: what its channels are stands at byte {group}, ",
+        ):
             mdf_format.tables(file)
     file.write_bytes(data.replace(b"##CG", b"##XX"))
-    with pytest.raises(LogError, match="is damaged, or of a kind of MDF that is not read: its blocks do not fit one another"):
+    with pytest.raises(
+        LogError,
+        match="is damaged, or of a kind of MDF that is not read: its blocks do not fit one another",
+    ):
         mdf_format.tables(file)
 
 

@@ -16,7 +16,7 @@ from hypothesis.extra import numpy as arrays_of
 from frictool.errors import LogError
 from frictool.logs.arrays import npz_format
 from frictool.logs.arrays.array_table import ArrayTable
-from frictool.logs.table import BLOCK_ROWS, Loss
+from frictool.logs.table import BLOCK_ROWS, DataLoss
 from tests.logs.example import GOLDEN
 from tests.logs.tables import columns, times
 
@@ -63,17 +63,36 @@ def test_the_golden_file():
 def test_vectors_matrices_and_fields(path: Path):
     table = table_of(path)
     assert table.names == (
-        *("t", "counts", "matrix[:, 0]", "matrix[:, 1]", "matrix[:, 2]", "by_columns[:, 0]", "by_columns[:, 1]"),
+        *(
+            "t",
+            "counts",
+            "matrix[:, 0]",
+            "matrix[:, 1]",
+            "matrix[:, 2]",
+            "by_columns[:, 0]",
+            "by_columns[:, 1]",
+        ),
         *("wide[0, :]", "wide[1, :]", "rows.count", "rows.current"),
     )
     found = columns(table, ["t", "counts", "matrix(:,2)", "by_columns[:,1]", "wide[1,:]"])
-    assert list(map(list, found.values())) == [[0, 0.001, 0.002, 0.003], [1, 2, 3, -4], [1, 4, 7, 10], [1, 3, 5, 7], [4, 5, 6, 7]]
+    assert list(map(list, found.values())) == [
+        [0, 0.001, 0.002, 0.003],
+        [1, 2, 3, -4],
+        [1, 4, 7, 10],
+        [1, 3, 5, 7],
+        [4, 5, 6, 7],
+    ]
     assert columns(table, ["rows.current"])["rows.current"].tolist() == [0.5, 1.5]
 
 
 @pytest.mark.parametrize(
     ("wanted", "message"),
-    [("gain", "'gain' is a single float64"), ("text", "'text' is a 2 <U1"), ("z", "2 complex128"), ("rows", "2 structures")],
+    [
+        ("gain", "'gain' is a single float64"),
+        ("text", "'text' is a 2 <U1"),
+        ("z", "2 complex128"),
+        ("rows", "2 structures"),
+    ],
 )
 def test_what_is_no_column_is_said(path: Path, wanted: str, message: str):
     with pytest.raises(LogError, match=message):
@@ -82,18 +101,25 @@ def test_what_is_no_column_is_said(path: Path, wanted: str, message: str):
 
 def test_dates_are_the_clock(tmp_path: Path):
     """To the nanosecond, whatever their unit."""
-    stamps = np.datetime64("2024-02-29T12:00:00.123456789", "ns") + np.arange(5) * np.timedelta64(1_000_001, "ns")
+    stamps = np.datetime64("2024-02-29T12:00:00.123456789", "ns") + np.arange(5) * np.timedelta64(
+        1_000_001, "ns"
+    )
     for unit in ("ns", "us", "ms"):
         np.savez(tmp_path / "x.npz", when=stamps.astype(f"M8[{unit}]"), x=np.arange(5.0))
         table = table_of(tmp_path / "x.npz")
         assert (table.clock, table.names) == ("when", ("x",))
-        assert np.array_equal(times(table), stamps.astype(f"M8[{unit}]").astype("M8[ns]").astype(np.int64))
+        assert np.array_equal(
+            times(table), stamps.astype(f"M8[{unit}]").astype("M8[ns]").astype(np.int64)
+        )
 
 
 @pytest.mark.parametrize("date", ["NaT", "9999-01-01", "0001-01-01"])
 def test_a_missing_or_impossible_date_is_named(tmp_path: Path, date: str):
     np.savez(tmp_path / "x.npz", when=np.array(["2024-01-01", date], "M8[s]"), x=np.arange(2.0))
-    with pytest.raises(LogError, match=f"'when' has {date}.* at sample 2; allowed: a time in the years 1678 to 2261"):
+    with pytest.raises(
+        LogError,
+        match=f"'when' has {date}.* at sample 2; allowed: a time in the years 1678 to 2261",
+    ):
         columns(table_of(tmp_path / "x.npz"))
 
 
@@ -117,7 +143,9 @@ def test_longer_than_a_block(tmp_path: Path):
 
 @given(
     arrays_of.arrays(
-        arrays_of.integer_dtypes(endianness="=") | arrays_of.unsigned_integer_dtypes() | arrays_of.floating_dtypes(endianness=">"),
+        arrays_of.integer_dtypes(endianness="=")
+        | arrays_of.unsigned_integer_dtypes()
+        | arrays_of.floating_dtypes(endianness=">"),
         arrays_of.array_shapes(min_dims=1, max_dims=2, max_side=6),
     ),
     st.booleans(),
@@ -131,9 +159,15 @@ def test_what_numpy_writes_is_read_as_numpy_reads_it(array: np.ndarray, by_colum
         for name in table.names:
             with np.errstate(invalid="ignore"):
                 reference = np.load(file)["after" if name == "after" else "x"].astype(float)
-            position = name.removeprefix("x").removeprefix("after").strip("[]").replace(" ", "").split(",")
+            position = (
+                name.removeprefix("x").removeprefix("after").strip("[]").replace(" ", "").split(",")
+            )
             index = tuple(slice(None) if one == ":" else int(one) for one in position if one)
-            assert np.array_equal(columns(table, [name])[name], reference[index].ravel() if index else reference.ravel(), equal_nan=True)
+            assert np.array_equal(
+                columns(table, [name])[name],
+                reference[index].ravel() if index else reference.ravel(),
+                equal_nan=True,
+            )
 
 
 def test_objects_are_not_unpickled(tmp_path: Path):
@@ -155,7 +189,9 @@ def test_a_bomb_of_zeros_is_refused_by_its_sizes(tmp_path: Path):
     np.save(good, np.arange(8.0))
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("x.npy", good.read_bytes() + bytes(100_000_000))
-    with pytest.raises(LogError, match="array 'x' announces 64 bytes of numbers, 100000064 are there"):
+    with pytest.raises(
+        LogError, match="array 'x' announces 64 bytes of numbers, 100000064 are there"
+    ):
         columns(table_of(file))
 
 
@@ -168,7 +204,7 @@ def test_salvage_gives_what_was_before_a_damage(tmp_path: Path):
     file.write_bytes(bytes(data))
     with pytest.raises(LogError, match="variable 'x' its archive is damaged"):
         columns(table_of(file))
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     found = columns(table_of(file), None, losses)["x"]
     assert found.size + sum(loss.samples or 0 for loss in losses) == values.size
     assert losses
@@ -186,7 +222,7 @@ def test_a_cut_array_is_salvaged(tmp_path: Path):
     file.write_bytes(file.read_bytes()[:-20])
     with pytest.raises(LogError, match="announces 800 bytes of numbers, 780 are there"):
         columns(table_of(file))
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     assert columns(table_of(file), None, losses)["array"].tolist() == list(range(97))
     assert losses[-1].samples == 3
 

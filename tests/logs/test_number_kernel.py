@@ -7,8 +7,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from frictool.kernels import kernel
-from frictool.logs.kernels.number import NO_NUMBER, NUMBER, UNDECIDED, scan_number
+from frictool.logs.kernels.decimal_parser import NO_NUMBER, NUMBER, UNDECIDED, scan_number
+from frictool.runtime.kernels import kernel
 
 
 @kernel
@@ -20,7 +20,9 @@ def scanned(text: str, mark: str = ".", after: str = "\n") -> tuple[float, int, 
     return scan(np.frombuffer((text + after).encode(), np.uint8), ord(mark))
 
 
-decimals = st.from_regex(r"[+-]?([0-9]{1,22}(\.[0-9]{0,22})?|\.[0-9]{1,22})([eE][+-]?[0-9]{1,3})?", fullmatch=True)
+decimals = st.from_regex(
+    r"[+-]?([0-9]{1,22}(\.[0-9]{0,22})?|\.[0-9]{1,22})([eE][+-]?[0-9]{1,3})?", fullmatch=True
+)
 
 
 @settings(max_examples=1000)

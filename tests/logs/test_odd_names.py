@@ -1,4 +1,5 @@
-"""Columns without a name, of one name, or without a number, and bags whose topics are damaged: read, or one line."""
+"""Columns without a name, of one name, or without a number, and bags whose topics are damaged:
+read, or one line."""
 
 from __future__ import annotations
 
@@ -45,13 +46,19 @@ def _nested(path: Path) -> None:
 
 def rig(folder: Path, column: str) -> Path:
     path = folder / "bench.yaml"
-    columns = {"time": Column("time", "s"), "position": Column(column, "rad"), "current": Column("current", "A")}
+    columns = {
+        "time": Column("time", "s"),
+        "position": Column(column, "rad"),
+        "current": Column("current", "A"),
+    }
     path.write_text(to_yaml(bench(columns)))
     return path
 
 
 @pytest.mark.parametrize(("write", "column"), [(_npz, ""), (_parquet, ""), (_nested, "state.")])
-def test_a_column_without_a_name_can_be_asked_for(write: Callable[[Path], None], column: str, tmp_path: Path):
+def test_a_column_without_a_name_can_be_asked_for(
+    write: Callable[[Path], None], column: str, tmp_path: Path
+):
     log, target = tmp_path / "log", tmp_path / "log.mcap"
     write(log)
     assert run("ingest", log, "--bench", rig(tmp_path, column), "-o", target).code == 0
@@ -65,40 +72,69 @@ def test_a_name_of_several_columns_is_refused(tmp_path: Path):
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     arrays = [pa.array(values) for values in (TIME, MOTION, TIME, TIME)]
     pq.write_table(pa.table(arrays, names=["time", "x", "x", "current"]), tmp_path / "log")
-    refused(run("info", tmp_path / "log", "--bench", rig(tmp_path, "x")), 3, "'x' is a name that several columns have")
+    refused(
+        run("info", tmp_path / "log", "--bench", rig(tmp_path, "x")),
+        3,
+        "'x' is a name that several columns have",
+    )
 
 
 def test_the_bytes_of_matlab_s_objects_are_no_column(tmp_path: Path):
     """A file with objects ends in a variable without a name."""
     log = tmp_path / "log.mat"
     scipy.io.savemat(log, {"time": TIME, "x": MOTION, "current": TIME})
-    flags, shape, name = struct.pack("<IIII", 6, 8, 9, 0), struct.pack("<IIii", 5, 8, 1, 100), struct.pack("<II", 1, 0)
+    flags, shape, name = (
+        struct.pack("<IIII", 6, 8, 9, 0),
+        struct.pack("<IIii", 5, 8, 1, 100),
+        struct.pack("<II", 1, 0),
+    )
     content = flags + shape + name + struct.pack("<II", 2, 100) + bytes(range(100)) + bytes(4)
     log.write_bytes(log.read_bytes() + struct.pack("<II", 14, len(content)) + content)
     guessed = run("ingest", "--guess", log, "--axis", "rotary", "-o", tmp_path / "guess.yaml")
     assert guessed.code == 0, guessed.stderr
-    refused(run("info", log, "--bench", rig(tmp_path, "")), 3, "has no column ''; found: time, x, current")
+    refused(
+        run("info", log, "--bench", rig(tmp_path, "")),
+        3,
+        "has no column ''; found: time, x, current",
+    )
 
 
-@pytest.mark.parametrize("name", ["datapage_v2_empty_datapage.snappy.parquet", "nulls.snappy.parquet"])
+@pytest.mark.parametrize(
+    "name", ["datapage_v2_empty_datapage.snappy.parquet", "nulls.snappy.parquet"]
+)
 def test_a_file_without_a_finite_number_is_one_line(name: str, tmp_path: Path):
     log = measured(f"attacks/{name}")
     refused(
-        run("ingest", "--guess", log, "--axis", "rotary", "-o", tmp_path / "guess.yaml"), 3, "has no column of numbers with a finite one"
+        run("ingest", "--guess", log, "--axis", "rotary", "-o", tmp_path / "guess.yaml"),
+        3,
+        "has no column of numbers with a finite one",
     )
 
 
 def test_a_column_of_nothing_but_empty_cells_is_not_guessed(tmp_path: Path):
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     pq.write_table(pa.table({"x": pa.array([None] * 50, pa.float64())}), tmp_path / "log")
-    refused(run("ingest", "--guess", tmp_path / "log", "--axis", "rotary", "-o", tmp_path / "guess.yaml"), 3, "finite")
+    refused(
+        run(
+            "ingest", "--guess", tmp_path / "log", "--axis", "rotary", "-o", tmp_path / "guess.yaml"
+        ),
+        3,
+        "finite",
+    )
 
 
 def test_the_bag_that_was_found(tmp_path: Path):
     log = measured("attacks/damaged_topics.db3")
-    for words in (["ingest", "--guess", log, "--axis", "rotary"], ["ingest", log, "--salvage", "--bench", rig(tmp_path, "x")]):
+    for words in (
+        ["ingest", "--guess", log, "--axis", "rotary"],
+        ["ingest", log, "--salvage", "--bench", rig(tmp_path, "x")],
+    ):
         refused(
-            run(*words, "-o", tmp_path / "out.yaml" if "--guess" in words else tmp_path / "out.mcap"), 3, "a row of its table topics is"
+            run(
+                *words, "-o", tmp_path / "out.yaml" if "--guess" in words else tmp_path / "out.mcap"
+            ),
+            3,
+            "a row of its table topics is",
         )
 
 
@@ -113,7 +149,8 @@ def test_topics_of_any_content_are_read_or_one_line(column: str, value: object, 
         names = ("id", "name", "type", "serialization_format")
         for row in rows:
             bag.execute(
-                "INSERT INTO topics VALUES (?, ?, ?, ?)", [value if name == column else cell for name, cell in zip(names, row, strict=True)]
+                "INSERT INTO topics VALUES (?, ?, ?, ?)",
+                [value if name == column else cell for name, cell in zip(names, row, strict=True)],
             )
     bag.close()
     log.write_bytes(good.read_bytes())

@@ -1,4 +1,5 @@
-"""Parquet: row groups, stamps, units, nested fields; pyarrow writes, and what it was given is the reference."""
+"""Parquet: row groups, stamps, units, nested fields; pyarrow writes, and what it was given is the
+reference."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 
 from frictool.errors import LogError
 from frictool.logs.arrays import parquet_format
-from frictool.logs.table import BLOCK_ROWS, Loss
+from frictool.logs.table import BLOCK_ROWS, DataLoss
 from tests.logs.example import GOLDEN
 from tests.logs.tables import columns, one_line, times
 
@@ -45,18 +46,39 @@ def test_what_is_no_column_is_said():
 @settings(max_examples=15)
 @given(
     st.lists(st.none() | st.integers(-(2**31), 2**31 - 1), min_size=1, max_size=30),
-    st.sampled_from([pa.int32(), pa.int64(), pa.float32(), pa.float64(), pa.decimal128(22, 2), pa.duration("us")]),
+    st.sampled_from(
+        [
+            pa.int32(),
+            pa.int64(),
+            pa.float32(),
+            pa.float64(),
+            pa.decimal128(22, 2),
+            pa.duration("us"),
+        ]
+    ),
     st.integers(1, 30),
     st.sampled_from(["none", "snappy", "zstd", "gzip"]),
 )
-def test_what_pyarrow_writes_is_read(values: list[int | None], kind: pa.DataType, group: int, compression: str):
-    column = pa.array(values, pa.int64() if pa.types.is_duration(kind) else None).cast(kind, safe=False)
+def test_what_pyarrow_writes_is_read(
+    values: list[int | None], kind: pa.DataType, group: int, compression: str
+):
+    column = pa.array(values, pa.int64() if pa.types.is_duration(kind) else None).cast(
+        kind, safe=False
+    )
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "x.parquet")
-        pq.write_table(pa.table({"x": column, "n": np.arange(len(values))}), file, row_group_size=group, compression=compression)
+        pq.write_table(
+            pa.table({"x": column, "n": np.arange(len(values))}),
+            file,
+            row_group_size=group,
+            compression=compression,
+        )
         (table,) = parquet_format.tables(file)
         found = columns(table)
-    wanted = [np.nan if value is None else np.float32(value) if kind == pa.float32() else value for value in values]
+    wanted = [
+        np.nan if value is None else np.float32(value) if kind == pa.float32() else value
+        for value in values
+    ]
     assert np.array_equal(found["x"], np.array(wanted, dtype=float), equal_nan=True)
     assert found["n"].tolist() == list(range(len(values)))
     assert table.units["x"] == ("us" if pa.types.is_duration(kind) else None)
@@ -66,7 +88,10 @@ def test_what_pyarrow_writes_is_read(values: list[int | None], kind: pa.DataType
 def test_stamps_of_every_unit_are_exact(tmp_path: Path, unit: str):
     per = {"s": 10**9, "ms": 10**6, "us": 1000, "ns": 1}[unit]
     stamps = EPOCH // per + np.arange(5)
-    pq.write_table(pa.table({"when": pa.array(stamps).cast(pa.timestamp(unit)), "x": np.arange(5.0)}), tmp_path / "x.parquet")
+    pq.write_table(
+        pa.table({"when": pa.array(stamps).cast(pa.timestamp(unit)), "x": np.arange(5.0)}),
+        tmp_path / "x.parquet",
+    )
     (table,) = parquet_format.tables(tmp_path / "x.parquet")
     assert times(table).tolist() == (stamps * per).tolist()
 
@@ -81,17 +106,26 @@ def test_longer_than_a_block(tmp_path: Path):
 def test_a_damaged_row_group_is_lost_and_the_others_are_read(tmp_path: Path):
     file = tmp_path / "x.parquet"
     values = np.random.default_rng(1).normal(size=3000)
-    pq.write_table(pa.table({"x": values}), file, row_group_size=1000, write_page_checksum=True, compression="none", use_dictionary=False)
+    pq.write_table(
+        pa.table({"x": values}),
+        file,
+        row_group_size=1000,
+        write_page_checksum=True,
+        compression="none",
+        use_dictionary=False,
+    )
     data = bytearray(file.read_bytes())
     data[12_000] ^= 1
     file.write_bytes(bytes(data))
     (table,) = parquet_format.tables(file)
     with pytest.raises(LogError, match="row group 2 is damaged"):
         columns(table)
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     blocks = [(block.first_row, block.columns["x"]) for block, _ in table.blocks(["x"], losses)]
     assert [first for first, _ in blocks] == [0, 2000]
-    assert np.array_equal(np.concatenate([part for _, part in blocks]), np.delete(values, slice(1000, 2000)))
+    assert np.array_equal(
+        np.concatenate([part for _, part in blocks]), np.delete(values, slice(1000, 2000))
+    )
     assert [loss.samples for loss in losses] == [1000]
 
 

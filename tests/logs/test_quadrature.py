@@ -1,4 +1,5 @@
-"""Channels A and B to counts: a slow table of transitions is the reference, and an axis that moves comes back as it was."""
+"""Channels A and B to counts: a slow table of transitions is the reference, and an axis that moves
+comes back as it was."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 
 from frictool.documents.bench import Column, Quadrature
 from frictool.errors import LogError
-from frictool.logs.assembly import assemble, whole
+from frictool.logs.assembly import assemble, assemble_log
 from frictool.logs.kernels.quadrature import COUNT, ILLEGAL, UNKNOWN, count_quadrature
 from frictool.logs.reading import read_log
 from tests.logs.example import bench
@@ -21,7 +22,9 @@ from tests.logs.example import bench
 ORDER = [(0, 0), (1, 0), (1, 1), (0, 1)]  # of (A, B) where the count rises
 
 
-def counted(a: np.ndarray, b: np.ndarray, low: float = 0.5, high: float = 0.5, cut: int = 0) -> tuple[list[float], int]:
+def counted(
+    a: np.ndarray, b: np.ndarray, low: float = 0.5, high: float = 0.5, cut: int = 0
+) -> tuple[list[float], int]:
     state, counts = np.array([UNKNOWN, UNKNOWN, 0, 0]), np.empty(a.size)
     for part in (slice(0, cut), slice(cut, None)):
         count_quadrature(a[part], b[part], low, high, state, counts[part])
@@ -45,9 +48,14 @@ def test_counts_are_those_of_the_table_of_transitions(levels: list[tuple[int, in
     assert counted(a, b, cut=min(cut, len(levels))) == reference(levels)
 
 
-@given(seed=st.integers(0, 1000), noise=st.floats(0.0, 0.45), turns=st.floats(-20.0, 20.0).filter(lambda turns: abs(turns) > 0.1))
+@given(
+    seed=st.integers(0, 1000),
+    noise=st.floats(0.0, 0.45),
+    turns=st.floats(-20.0, 20.0).filter(lambda turns: abs(turns) > 0.1),
+)
 def test_noise_below_the_hysteresis_counts_nothing(seed: int, noise: float, turns: float):
-    """Levels of 0 and 5 V, a hysteresis of 1 V: the count follows the motion within one, whatever the noise does at the edges."""
+    """Levels of 0 and 5 V, a hysteresis of 1 V: the count follows the motion within one, whatever
+    the noise does at the edges."""
     rng, motion = np.random.default_rng(seed), np.linspace(0.0, 4.0 * turns, 4000)
     states = np.array(ORDER)[np.floor(motion).astype(int) % 4] * 5.0
     a, b = (states + rng.uniform(-noise, noise, states.shape)).T
@@ -80,7 +88,7 @@ RIG = msgspec.structs.replace(
 def test_an_oscilloscope_s_export_becomes_positions_at_the_bench_s_period(tmp_path: Path):
     path, time = scope(tmp_path, 1e-5, 30_000, 4000.0)
     made = assemble([path], RIG)
-    log = whole(made)
+    log = assemble_log(made)
     assert made.warnings == ()
     assert log.main.time == pytest.approx(np.arange(300) * 1e-3, abs=1e-12)
     expected = np.floor(4000.0 * time[::100]) * 2.0 * np.pi / 100.0
@@ -90,7 +98,7 @@ def test_an_oscilloscope_s_export_becomes_positions_at_the_bench_s_period(tmp_pa
 def test_too_slow_a_sampling_is_told(tmp_path: Path):
     path, _ = scope(tmp_path, 1e-4, 3000, 15_000.0)
     made = assemble([path], RIG)
-    whole(made)
+    assemble_log(made)
     assert len(made.warnings) == 1
     assert "transitions are illegal" in made.warnings[0]
 
@@ -100,10 +108,14 @@ def test_what_a_logic_analyser_writes_on_change_is_held(tmp_path: Path, longest:
     """Rows only where a channel changes, the last at the end: between them the count stays."""
     path = tmp_path / "digital.csv"
     edges = np.cumsum(np.random.default_rng(2).uniform(0.0002, longest, 200))
-    rows = "".join(f"{t:.9f},{a},{b}\n" for t, (a, b) in zip(edges, (ORDER[k % 4] for k in range(200)), strict=True))
+    rows = "".join(
+        f"{t:.9f},{a},{b}\n"
+        for t, (a, b) in zip(edges, (ORDER[k % 4] for k in range(200)), strict=True)
+    )
     path.write_text("Time [s],Channel 0,Channel 1\n" + rows)
     rig = msgspec.structs.replace(
-        bench({"time": Column("Time", "s"), "position": Column("encoder", "count")}), quadrature={"encoder": Quadrature(2, "Channel 1")}
+        bench({"time": Column("Time", "s"), "position": Column("encoder", "count")}),
+        quadrature={"encoder": Quadrature(2, "Channel 1")},
     )
     log = read_log(path, rig)
     edges = np.round(edges, 9)
@@ -115,5 +127,7 @@ def test_what_a_logic_analyser_writes_on_change_is_held(tmp_path: Path, longest:
 def test_a_channel_that_is_not_there_is_named(tmp_path: Path):
     path, _ = scope(tmp_path, 1e-3, 100, 100.0)
     rig = msgspec.structs.replace(RIG, quadrature={"encoder": Quadrature("CH1", "CH4")})
-    with pytest.raises(LogError, match=r"has no column 'CH4' \(did you mean 'CH2'\?\); found: Sequence, CH1, CH2"):
+    with pytest.raises(
+        LogError, match=r"has no column 'CH4' \(did you mean 'CH2'\?\); found: Sequence, CH1, CH2"
+    ):
         read_log(path, rig)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.logs.quality.quality import encoder_step, levels, time_base
+from frictool.logs.quality.time_base import encoder_step, levels, time_base
 
 
 def test_a_time_base_with_gaps_and_jitter():

@@ -1,4 +1,5 @@
-"""The kind of test and the signs of a log, on the sample logs and on motions of a mass with friction."""
+"""The kind of test and the signs of a log, on the sample logs and on motions of a mass with
+friction."""
 
 from __future__ import annotations
 
@@ -9,27 +10,36 @@ import pytest
 import scipy.io
 
 from frictool.logs.log import Stream
-from frictool.logs.quality.kind import Kind, kind_of
-from frictool.logs.quality.kinds import KINDS
-from frictool.logs.quality.sign import sign_of
+from frictool.logs.quality.kind_recognition import Kind, kind_of
+from frictool.logs.quality.log_kinds import KINDS
+from frictool.logs.quality.sign_check import sign_of
 from tests.logs.example import ROOT, measured
 
 T = np.arange(8000) / 1000.0
 
 
 def stream(**signals: np.ndarray) -> Stream:
-    return Stream("/axis", np.arange(next(iter(signals.values())).size) / 1000.0, signals, dict.fromkeys(signals, ""))
+    return Stream(
+        "/axis",
+        np.arange(next(iter(signals.values())).size) / 1000.0,
+        signals,
+        dict.fromkeys(signals, ""),
+    )
 
 
 def sample(name: str) -> Stream:
-    _, counts, current = np.loadtxt(ROOT / "sample_logs" / f"{name}.csv", delimiter=",", skiprows=1, unpack=True)
+    _, counts, current = np.loadtxt(
+        ROOT / "sample_logs" / f"{name}.csv", delimiter=",", skiprows=1, unpack=True
+    )
     return stream(position=counts * 2 * np.pi / 56, current=current)
 
 
 def emps(**signs: float) -> Stream:
     names = {"position": "qm", "reference": "qg", "voltage": "vir"}
     content = scipy.io.loadmat(measured("emps/DATA_EMPS.mat"), squeeze_me=True)
-    return stream(**{name: signs.get(name, 1.0) * content[column] for name, column in names.items()})
+    return stream(
+        **{name: signs.get(name, 1.0) * content[column] for name, column in names.items()}
+    )
 
 
 @pytest.mark.parametrize("kind", ["sines", "ramp", "steps"])
@@ -48,7 +58,10 @@ def test_kinds_of_constructed_logs():
     assert kind_of(stream(position=T**2)) == "stroke"
     rng = np.random.default_rng(3)
     wandering = np.cumsum(rng.normal(size=8000))
-    assert kind_of(stream(position=np.cumsum(wandering) / 8000.0 % 50, current=rng.normal(size=8000))) == "free"
+    assert (
+        kind_of(stream(position=np.cumsum(wandering) / 8000.0 % 50, current=rng.normal(size=8000)))
+        == "free"
+    )
     jumping = np.where(T % 2.0 < 1.0, 0.0, 5.0)
     assert kind_of(stream(position=position, reference=jumping)) == "steps"
     assert kind_of(stream(current=T)) is None
@@ -85,7 +98,8 @@ def test_a_velocity_against_its_position_is_named():
 
 @pytest.mark.parametrize("spring", [0.0, 40.0])
 def test_a_mass_with_friction_and_a_spring_takes_work(spring: float):
-    """F = m a + c sign(v) + k x over whole strokes: the mass and the spring give back what they take."""
+    """F = m a + c sign(v) + k x over whole strokes: the mass and the spring give back what they
+    take."""
     position, omega = np.sin(2 * np.pi * T), 2 * np.pi
     velocity, acceleration = omega * np.cos(omega * T), -(omega**2) * position
     force = 2.0 * acceleration + 30.0 * np.sign(velocity) + spring * position

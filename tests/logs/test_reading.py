@@ -21,7 +21,14 @@ VALUES = {"t": np.arange(20) / 1000.0, "x": np.arange(20.0), "i": np.arange(20.0
 
 
 def write_csv(path: Path) -> None:
-    np.savetxt(path, np.column_stack(list(VALUES.values())), delimiter=";", header=";".join(VALUES), comments="", fmt="%.17g")
+    np.savetxt(
+        path,
+        np.column_stack(list(VALUES.values())),
+        delimiter=";",
+        header=";".join(VALUES),
+        comments="",
+        fmt="%.17g",
+    )
 
 
 def test_the_content_decides_and_not_the_name(tmp_path: Path):
@@ -45,14 +52,20 @@ def test_several_files_are_one_log(tmp_path: Path):
     with path.open("wb") as stream:
         write(assemble(files, bench(COLUMNS)), stream, {})
     log = read_log(path)
-    assert [stream.topic for stream in log.streams] == ["/axis", "/axis/_2nd_run", "/axis/_2nd_run_2"]
+    assert [stream.topic for stream in log.streams] == [
+        "/axis",
+        "/axis/_2nd_run",
+        "/axis/_2nd_run_2",
+    ]
     assert log.metadata["columns"]["/axis/_2nd_run_2.current"] == "i [A]"
     assert log.streams[2].signals["position"].tolist() == log.main.signals["position"].tolist()
 
 
 def test_a_raw_file_needs_the_bench(tmp_path: Path):
     write_csv(tmp_path / "a.csv")
-    with pytest.raises(LogError, match="is a raw bench file; its columns mean nothing without --bench"):
+    with pytest.raises(
+        LogError, match="is a raw bench file; its columns mean nothing without --bench"
+    ):
         read_log(tmp_path / "a.csv")
 
 
@@ -66,7 +79,10 @@ def test_other_binaries_are_named(tmp_path: Path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("# the model\nformat: model/1\nname: clutch\n", r"is a document \(model/1\); a log file is expected"),
+        (
+            "# the model\nformat: model/1\nname: clutch\n",
+            r"is a document \(model/1\); a log file is expected",
+        ),
         ("<!DOCTYPE html>\n<p>1, 2</p>\n", r"is a page \(HTML\); a log file is expected"),
     ],
 )
@@ -80,7 +96,10 @@ def test_a_document_and_a_page_are_no_logs(tmp_path: Path, text: str, words: str
 
 @pytest.mark.parametrize("name", ["sines", "ramp", "steps"])
 def test_the_sample_logs_are_read_with_their_bench(name: str):
-    log = read_log(ROOT / "sample_logs" / f"{name}.csv", load(ROOT / "configs" / "clutch" / "bench.yaml", Bench))
+    log = read_log(
+        ROOT / "sample_logs" / f"{name}.csv",
+        load(ROOT / "configs" / "clutch" / "bench.yaml", Bench),
+    )
     assert set(log.main.signals) == {"position", "current", "effort"}
     assert log.warnings == ()
     counts = log.main.signals["position"] / (2 * np.pi / 56)
@@ -88,7 +107,9 @@ def test_the_sample_logs_are_read_with_their_bench(name: str):
 
 
 def test_the_measured_machine_is_read_with_its_bench():
-    log = read_log(measured("emps/DATA_EMPS.mat"), load(ROOT / "configs" / "emps" / "bench.yaml", Bench))
+    log = read_log(
+        measured("emps/DATA_EMPS.mat"), load(ROOT / "configs" / "emps" / "bench.yaml", Bench)
+    )
     assert log.main.time.size == 24841
     assert log.main.signals["effort"] == pytest.approx(35.15065 * log.main.signals["voltage"])
     assert log.warnings == ()

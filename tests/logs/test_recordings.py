@@ -16,11 +16,11 @@ from mcap.writer import CompressionType, IndexType
 
 from frictool.documents.bench import Column, Layout
 from frictool.errors import LogError
-from frictool.logs.canonical.mcap_records import FileRecords, Record
+from frictool.logs.canonical.mcap_records import FileRecord, FileRecords
 from frictool.logs.reading import read_log
-from frictool.logs.recordings.parts import are_parts, parts_of, sources
+from frictool.logs.recordings.recording_files import are_parts, parts_of, sources
 from frictool.logs.recordings.recording_format import sniff, tables, tables_of_parts
-from frictool.logs.table import Loss, Table
+from frictool.logs.table import DataLoss, RawTable
 from tests.logs.example import GOLDEN, bench, measured
 from tests.logs.recordings import (
     DELAY,
@@ -45,8 +45,9 @@ CDR_HEAD = b"\0\1\0\0"
 POSITION = (np.arange(500) * 0.37).tolist()
 
 
-def opened(data: bytes, clock: str | None = None) -> dict[str, Table]:
-    """The tables of a recording by their topics. The file stays as long as the process of the tests does."""
+def opened(data: bytes, clock: str | None = None) -> dict[str, RawTable]:
+    """The tables of a recording by their topics. The file stays as long as the process of the tests
+    does."""
     with tempfile.NamedTemporaryFile(suffix=".mcap", delete=False, dir=FOLDER.name) as file:
         file.write(data)
     return {table.topic: table for table in tables(Path(file.name), Layout(clock=clock))}
@@ -75,7 +76,11 @@ def test_the_golden_recording_in_protobuf():
     (table,) = tables(GOLDEN / "drive.mcap", None)
     assert table.clock == "timestamp"
     found = columns(table)
-    assert {name.removeprefix("/drive."): values.tolist() for name, values in found.items() if "timestamp" not in name} == {
+    assert {
+        name.removeprefix("/drive."): values.tolist()
+        for name, values in found.items()
+        if "timestamp" not in name
+    } == {
         "angle": GOLDEN_POSITION,
         "state": [3.0] * 4,
         "phases[0].current": [0.5] * 4,
@@ -105,7 +110,9 @@ OPTIONS = {
 
 @pytest.mark.parametrize("option", OPTIONS)
 def test_every_way_of_writing_mcap_gives_the_same(option: str):
-    found = opened(ros2_mcap(in_order(joint_states(POSITION), float64s(POSITION)), **OPTIONS[option]))
+    found = opened(
+        ros2_mcap(in_order(joint_states(POSITION), float64s(POSITION)), **OPTIONS[option])
+    )
     assert list(found) == ["/joint_states", "/motor"]
     assert columns(found["/joint_states"], [ARM])[ARM].tolist() == POSITION
     assert columns(found["/motor"]) == {"/motor.data": pytest.approx(POSITION, abs=0)}
@@ -114,10 +121,17 @@ def test_every_way_of_writing_mcap_gives_the_same(option: str):
 
 
 @settings(max_examples=40)
-@given(st.lists(st.tuples(st.booleans(), st.floats(allow_nan=False)), min_size=1, max_size=60), st.sampled_from(list(OPTIONS)))
+@given(
+    st.lists(st.tuples(st.booleans(), st.floats(allow_nan=False)), min_size=1, max_size=60),
+    st.sampled_from(list(OPTIONS)),
+)
 def test_round_trip_of_interleaved_topics(rows: list[tuple[bool, float]], option: str):
     sent = [
-        (joint_states([value], start=START + k * PERIOD) if joint else float64s([value], start=START + k * PERIOD))[0]
+        (
+            joint_states([value], start=START + k * PERIOD)
+            if joint
+            else float64s([value], start=START + k * PERIOD)
+        )[0]
         for k, (joint, value) in enumerate(rows)
     ]
     found = opened(ros2_mcap(sent, **OPTIONS[option]))
@@ -127,18 +141,33 @@ def test_round_trip_of_interleaved_topics(rows: list[tuple[bool, float]], option
         if wanted:
             assert np.array_equal(columns(found[topic], [name])[name], wanted)
             assert times(found[topic], [name]).tolist() == [
-                START + k * PERIOD + (0 if joint else DELAY) for k, (one, _) in enumerate(rows) if one == joint
+                START + k * PERIOD + (0 if joint else DELAY)
+                for k, (one, _) in enumerate(rows)
+                if one == joint
             ]
 
 
 @pytest.mark.parametrize("schema", [True, False])
 def test_json(schema: bool):
     rows = [
-        {"timestamp": {"sec": k, "nsec": 5}, "motor": {"position": k * 0.5, "on": True, "name": "x"}, "taps": [k, 2.5], "none": None}
+        {
+            "timestamp": {"sec": k, "nsec": 5},
+            "motor": {"position": k * 0.5, "on": True, "name": "x"},
+            "taps": [k, 2.5],
+            "none": None,
+        }
         for k in range(1, 5)
     ]
-    (table,) = opened(json_mcap([Sent("/rig", "rig.Motor", "", k * 10**9, row) for k, row in enumerate(rows, start=1)], schema)).values()
-    assert (table.clock, times(table).tolist()) == ("timestamp", [k * 10**9 + 5 for k in range(1, 5)])
+    (table,) = opened(
+        json_mcap(
+            [Sent("/rig", "rig.Motor", "", k * 10**9, row) for k, row in enumerate(rows, start=1)],
+            schema,
+        )
+    ).values()
+    assert (table.clock, times(table).tolist()) == (
+        "timestamp",
+        [k * 10**9 + 5 for k in range(1, 5)],
+    )
     found = columns(table)
     assert found["/rig.motor.position"].tolist() == [0.5, 1.0, 1.5, 2.0]
     assert found["/rig.motor.on"].tolist() == [1.0] * 4
@@ -186,7 +215,10 @@ def test_a_bag_before_iron_carries_no_definitions(tmp_path: Path):
     with sqlite3.connect(tmp_path / "bag" / "bag.db3") as connection:
         connection.execute("UPDATE topics SET type = 'rig_msgs/msg/Own'")
     connection.close()
-    with pytest.raises(LogError, match="rig_msgs/msg/Own cannot be read: it is not in the recording, and no common one"):
+    with pytest.raises(
+        LogError,
+        match="rig_msgs/msg/Own cannot be read: it is not in the recording, and no common one",
+    ):
         tables(tmp_path / "bag" / "bag.db3", None)
 
 
@@ -194,9 +226,16 @@ def split_bag(folder: Path) -> list[Path]:
     folder.mkdir()
     names = [f"run_{number}.mcap" for number in (0, 1, 2)]
     for number, name in enumerate(names):
-        part = joint_states(POSITION[number * 100 : (number + 1) * 100], start=START + number * 100 * PERIOD)
+        part = joint_states(
+            POSITION[number * 100 : (number + 1) * 100], start=START + number * 100 * PERIOD
+        )
         (folder / name).write_bytes(ros2_mcap(part))
-    lines = ["rosbag2_bagfile_information:", "  version: 5", "  relative_file_paths:", *(f"  - {name}" for name in names)]
+    lines = [
+        "rosbag2_bagfile_information:",
+        "  version: 5",
+        "  relative_file_paths:",
+        *(f"  - {name}" for name in names),
+    ]
     (folder / "metadata.yaml").write_text("\n".join(lines) + "\n")
     return [folder / name for name in names]
 
@@ -221,7 +260,13 @@ def test_a_split_bag_is_one_recording(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "a: [", "rosbag2_bagfile_information: 3\n", "rosbag2_bagfile_information: {relative_file_paths: []}\n"]
+    "text",
+    [
+        "",
+        "a: [",
+        "rosbag2_bagfile_information: 3\n",
+        "rosbag2_bagfile_information: {relative_file_paths: []}\n",
+    ],
 )
 def test_a_folder_that_is_no_bag(tmp_path: Path, text: str):
     (tmp_path / "metadata.yaml").write_text(text)
@@ -235,9 +280,11 @@ def test_a_part_that_is_cut_is_named(tmp_path: Path):
     (table,) = tables_of_parts(parts, None)
     with pytest.raises(LogError, match=r"run_1.mcap is damaged or cut off"):
         columns(table, [ARM])
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     assert columns(table, [ARM], losses)[ARM].tolist() == POSITION[:300]
-    assert [loss.samples for loss in losses] == [0]  # the messages are whole; what is cut is the summary
+    assert [loss.samples for loss in losses] == [
+        0
+    ]  # the messages are whole; what is cut is the summary
 
 
 def test_the_clock_is_the_stamp_or_the_log_time_as_asked():
@@ -245,37 +292,56 @@ def test_the_clock_is_the_stamp_or_the_log_time_as_asked():
     assert times(opened(data)["/joint_states"]).tolist() == stamps(500)
     late = opened(data, clock="log time")["/joint_states"]
     assert (late.clock, times(late).tolist()) == ("log time", stamps(500, DELAY))
-    with pytest.raises(LogError, match=r"no topic has the clock 'stamp'; found: header.stamp, log time"):
+    with pytest.raises(
+        LogError, match=r"no topic has the clock 'stamp'; found: header.stamp, log time"
+    ):
         opened(data, clock="stamp")
 
 
 def test_a_clock_that_was_never_set_dates_no_stream_beside_the_log_time():
-    """A simulator's stamps start at 0: they may date a log alone, and not beside topics that only the recorder dates."""
-    simulated = [one._replace(time=one.time + START) for one in joint_states(POSITION, start=PERIOD)]
+    """A simulator's stamps start at 0: they may date a log alone, and not beside topics that only
+    the recorder dates."""
+    simulated = [
+        one._replace(time=one.time + START) for one in joint_states(POSITION, start=PERIOD)
+    ]
     assert opened(ros2_mcap(simulated))["/joint_states"].clock == "header.stamp"
     both = opened(ros2_mcap(in_order(simulated, float64s(POSITION))))
     assert {table.clock for table in both.values()} == {"log time"}
-    assert opened(ros2_mcap(in_order(simulated, float64s(POSITION))), "header.stamp")["/joint_states"].clock == "header.stamp"
+    assert (
+        opened(ros2_mcap(in_order(simulated, float64s(POSITION))), "header.stamp")[
+            "/joint_states"
+        ].clock
+        == "header.stamp"
+    )
     unset = [
-        one._replace(content={**one.content, "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}})
+        one._replace(
+            content={**one.content, "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}}
+        )
         for one in joint_states(POSITION)
     ]
     assert opened(ros2_mcap(unset))["/joint_states"].clock == "log time"
 
 
 def test_several_publishers_of_one_topic():
-    """Messages with none of the wanted joints are no rows; those with one of two have nan for the other."""
+    """Messages with none of the wanted joints are no rows; those with one of two have nan for the
+    other."""
     sent = in_order(joint_states(POSITION), joint_states(POSITION, ("hip",), start=START + 1000))
     table = opened(ros2_mcap(sent))["/joint_states"]
     assert columns(table, [ARM])[ARM].tolist() == POSITION
-    assert columns(table, ["/joint_states.position[hip]"])["/joint_states.position[hip]"].tolist() == POSITION
+    assert (
+        columns(table, ["/joint_states.position[hip]"])["/joint_states.position[hip]"].tolist()
+        == POSITION
+    )
     both = columns(table, [ARM, "/joint_states.position[hip]"])
     assert np.isnan(both[ARM]).sum() == 500
     assert both[ARM].size == 1000
 
 
 def test_the_talker_carries_no_numbers():
-    with pytest.raises(LogError, match=r"has no topic with numbers; found: /rosout .*/topic \(std_msgs/msg/String\)"):
+    with pytest.raises(
+        LogError,
+        match=r"has no topic with numbers; found: /rosout .*/topic \(std_msgs/msg/String\)",
+    ):
         tables(measured("formats/ros2_talker.mcap"), None)
 
 
@@ -283,7 +349,10 @@ def test_without_the_extra_a_protobuf_topic_says_what_to_install(monkeypatch: py
     for name in [name for name in sys.modules if name.startswith("google.protobuf")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "google.protobuf", None)
-    with pytest.raises(LogError, match=r"/drive \(needs google\.protobuf\S*, which is not installed: pip install 'frictool\[protobuf\]'\)"):
+    with pytest.raises(
+        LogError,
+        match=r"/drive \(needs google\.protobuf\S*, which is not installed: pip install 'frictool\[protobuf\]'\)",
+    ):
         tables(GOLDEN / "drive.mcap", None)
 
 
@@ -297,18 +366,28 @@ def test_a_topic_of_texts_beside_one_of_numbers_is_named():
 
 def test_an_encoding_that_nobody_reads_is_named():
     found = ros2_mcap(float64s([1.0])).replace(b"\3\0\0\0cdr", b"\3\0\0\0cbr")
-    with pytest.raises(LogError, match=r"/motor .*encoding 'cbr'; allowed: cdr, ros1, json, protobuf"):
+    with pytest.raises(
+        LogError, match=r"/motor .*encoding 'cbr'; allowed: cdr, ros1, json, protobuf"
+    ):
         opened(found)
 
 
-CHUNKED = ros2_mcap(in_order(joint_states(POSITION), float64s(POSITION)), chunk_size=3000, compression=CompressionType.LZ4)
+CHUNKED = ros2_mcap(
+    in_order(joint_states(POSITION), float64s(POSITION)),
+    chunk_size=3000,
+    compression=CompressionType.LZ4,
+)
 
 
-def chunks(data: bytes) -> list[Record]:
+def chunks(data: bytes) -> list[FileRecord]:
     with tempfile.TemporaryFile() as file:
         file.write(data)
         file.seek(0)
-        return [item for item in FileRecords(file, len(data)) if isinstance(item, Record) and item.opcode == 6]
+        return [
+            item
+            for item in FileRecords(file, len(data))
+            if isinstance(item, FileRecord) and item.opcode == 6
+        ]
 
 
 def test_a_damaged_chunk_costs_itself_and_its_index_counts_it():
@@ -318,9 +397,11 @@ def test_a_damaged_chunk_costs_itself_and_its_index_counts_it():
     found = opened(bytes(damaged))
     whole = opened(CHUNKED)
     for topic, name in (("/joint_states", ARM), ("/motor", "/motor.data")):
-        with pytest.raises(LogError, match=rf"at byte {lost.offset} of {len(damaged)}: a chunk cannot be read"):
+        with pytest.raises(
+            LogError, match=rf"at byte {lost.offset} of {len(damaged)}: a chunk cannot be read"
+        ):
             columns(found[topic], [name])
-        losses: list[Loss] = []
+        losses: list[DataLoss] = []
         left = columns(found[topic], [name], losses)[name]
         (loss,) = losses
         assert loss.samples is not None
@@ -331,13 +412,16 @@ def test_a_damaged_chunk_costs_itself_and_its_index_counts_it():
         assert np.array_equal(left, np.delete(every, slice(first, first + loss.samples)))
 
 
-@pytest.mark.parametrize("data", [CHUNKED, ros2_mcap(in_order(joint_states(POSITION), float64s(POSITION)), use_chunking=False)])
+@pytest.mark.parametrize(
+    "data",
+    [CHUNKED, ros2_mcap(in_order(joint_states(POSITION), float64s(POSITION)), use_chunking=False)],
+)
 def test_everything_before_a_cut_is_recovered(data: bytes):
     table = opened(data)["/motor"]
     before = 0
     for cut in range(3000, len(data), len(data) // 23):
         table = opened(data[:cut])["/motor"]
-        losses: list[Loss] = []
+        losses: list[DataLoss] = []
         found = columns(table, ["/motor.data"], losses)["/motor.data"]
         assert losses
         assert found.tolist() == POSITION[: found.size]
@@ -349,10 +433,14 @@ def test_everything_before_a_cut_is_recovered(data: bytes):
 
 
 def test_a_chunk_that_is_not_packed_gives_every_whole_message_before_a_cut_and_only_these_are_missing():
-    data = ros2_mcap(in_order(joint_states(POSITION), float64s(POSITION)), compression=CompressionType.NONE, chunk_size=4000)
+    data = ros2_mcap(
+        in_order(joint_states(POSITION), float64s(POSITION)),
+        compression=CompressionType.NONE,
+        chunk_size=4000,
+    )
     ends = [data.index(CDR_HEAD + struct.pack("<d", value)) + 12 for value in POSITION]
     for cut in range(len(data) // 3, len(data) // 2, 501):
-        losses: list[Loss] = []
+        losses: list[DataLoss] = []
         found = columns(opened(data[:cut])["/motor"], ["/motor.data"], losses)["/motor.data"]
         assert found.tolist() == POSITION[: sum(end <= cut for end in ends)]
         uncounted = [loss for loss in losses if loss.samples is None]
@@ -370,10 +458,15 @@ def test_bombs_are_refused_before_they_are_opened():
     plain = bytes(50_000_000)
     for name, packed in (("zstd", zstandard.compress(plain)), ("lz4", lz4.frame.compress(plain))):
         for size in (1000, 1 << 40):
-            body = struct.pack("<QQQII", 0, 0, size, zlib.crc32(plain), len(name)) + name.encode() + struct.pack("<Q", len(packed)) + packed
+            body = (
+                struct.pack("<QQQII", 0, 0, size, zlib.crc32(plain), len(name))
+                + name.encode()
+                + struct.pack("<Q", len(packed))
+                + packed
+            )
             at = chunks(CHUNKED)[2].offset
             data = CHUNKED[:at] + struct.pack("<BQ", 6, len(body)) + body + CHUNKED[at:]
-            losses: list[Loss] = []
+            losses: list[DataLoss] = []
             found = columns(opened(data)["/motor"], ["/motor.data"], losses)["/motor.data"]
             assert found.tolist() == POSITION
             assert any("announce" in loss.reason or "decompress" in loss.reason for loss in losses)
@@ -399,7 +492,7 @@ def test_bags_that_are_cut(tmp_path: Path, suffix: str):
     for part in (0.4, 0.6, 0.8):
         path.write_bytes(whole[: int(len(whole) * part)])
         (table,) = tables(path, None)
-        losses: list[Loss] = []
+        losses: list[DataLoss] = []
         found = columns(table, [ARM], losses)[ARM]
         assert losses
         assert np.isin(found, POSITION).all()
@@ -435,7 +528,7 @@ def test_a_message_that_is_none_is_one_loss():
     table = opened(bytes(damaged))["/joint_states"]
     with pytest.raises(LogError, match=r"message 252, recorded at .* announces"):
         columns(table, [ARM])
-    losses: list[Loss] = []
+    losses: list[DataLoss] = []
     assert columns(table, [ARM], losses)[ARM].tolist() == POSITION[:251] + POSITION[252:]
     assert [loss.samples for loss in losses] == [1]
 
@@ -443,16 +536,25 @@ def test_a_message_that_is_none_is_one_loss():
 def test_columns_of_two_topics_become_two_streams_of_one_clock(tmp_path: Path):
     path = tmp_path / "x.mcap"
     path.write_bytes(ros2_mcap(in_order(joint_states(POSITION), float64s(POSITION))))
-    log = read_log(path, bench({"current": Column("/motor.data", "A"), "position": Column(ARM, "deg")}))
+    log = read_log(
+        path, bench({"current": Column("/motor.data", "A"), "position": Column(ARM, "deg")})
+    )
     assert [stream.topic for stream in log.streams] == ["/axis", "/axis/motor"]
     assert log.streams[0].signals["position"] == pytest.approx(np.deg2rad(POSITION), rel=1e-15)
     assert log.streams[0].time[0] == 0.0
     assert log.streams[1].time[0] == DELAY / 1e9
-    assert log.metadata["time"] == {"epoch_ns": str(START), "/axis": "header.stamp", "/axis/motor": "log time"}
+    assert log.metadata["time"] == {
+        "epoch_ns": str(START),
+        "/axis": "header.stamp",
+        "/axis/motor": "log time",
+    }
 
 
 def test_a_path_that_is_not_there_names_the_nearest(tmp_path: Path):
     path = tmp_path / "x.mcap"
     path.write_bytes(ros2_mcap(joint_states(POSITION)))
-    with pytest.raises(LogError, match=r"has no column '/joint_states.position\[ram\]' \(did you mean '/joint_states.position\[arm\]'\?\)"):
+    with pytest.raises(
+        LogError,
+        match=r"has no column '/joint_states.position\[ram\]' \(did you mean '/joint_states.position\[arm\]'\?\)",
+    ):
         read_log(path, bench({"position": Column("/joint_states.position[ram]", "rad")}))

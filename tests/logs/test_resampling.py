@@ -1,4 +1,5 @@
-"""Streams on one grid: held signals keep their value, the others lie on the line between their samples, nothing is made up at the ends."""
+"""Streams on one grid: held signals keep their value, the others lie on the line between their
+samples, nothing is made up at the ends."""
 
 from __future__ import annotations
 
@@ -9,18 +10,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.logs.canonical.mcap_layout import Head
+from frictool.logs.canonical.mcap_layout import StreamHeader
 from frictool.logs.clocks.resampling import grid, resampled
-from frictool.logs.flow import Samples
+from frictool.logs.stream_source import SampleBlock
 
-AXIS = Head("/axis", ("position", "current", "effort"), ("rad", "A", "N m"))
-FORCE = Head("/axis/force", ("effort", "position"), ("N m", "rad"))
+AXIS = StreamHeader("/axis", ("position", "current", "effort"), ("rad", "A", "N m"))
+FORCE = StreamHeader("/axis/force", ("effort", "position"), ("N m", "rad"))
 
 
-def pieces(time: np.ndarray, values: tuple[np.ndarray, ...], sizes: list[int]) -> Iterator[Samples]:
+def pieces(
+    time: np.ndarray, values: tuple[np.ndarray, ...], sizes: list[int]
+) -> Iterator[SampleBlock]:
     """A stream in pieces of these sizes in turn."""
     low = number = 0
-    whole = Samples(time, values)
+    whole = SampleBlock(time, values)
     while low < time.size:
         high = min(time.size, low + sizes[number % len(sizes)])
         yield whole.part(low, high)
@@ -35,9 +38,17 @@ times = st.builds(
 
 
 @settings(max_examples=100, deadline=None)
-@given(one=times, other=times, period=st.integers(100_000, 3_000_000), sizes=st.lists(st.integers(1, 20), min_size=1, max_size=4))
-def test_against_plain_interpolation(one: np.ndarray, other: np.ndarray, period: int, sizes: list[int]):
-    """Reference: numpy.interp, and a search for the last sample, over the whole streams at once; whatever the pieces."""
+@given(
+    one=times,
+    other=times,
+    period=st.integers(100_000, 3_000_000),
+    sizes=st.lists(st.integers(1, 20), min_size=1, max_size=4),
+)
+def test_against_plain_interpolation(
+    one: np.ndarray, other: np.ndarray, period: int, sizes: list[int]
+):
+    """Reference: numpy.interp, and a search for the last sample, over the whole streams at once;
+    whatever the pieces."""
     rng = np.random.default_rng(1)
     a, b = tuple(rng.normal(size=(3, one.size))), tuple(rng.normal(size=(2, other.size)))
     on = grid([AXIS, FORCE], [], period)
@@ -48,7 +59,9 @@ def test_against_plain_interpolation(one: np.ndarray, other: np.ndarray, period:
     assert np.array_equal(time, wanted)
     if not found:
         return
-    values = [np.concatenate(vectors) for vectors in zip(*(piece.values for piece in found), strict=True)]
+    values = [
+        np.concatenate(vectors) for vectors in zip(*(piece.values for piece in found), strict=True)
+    ]
     assert values[0] == pytest.approx(np.interp(wanted, one, a[0]), abs=1e-9)
     assert np.array_equal(values[1], a[1][np.searchsorted(one, wanted, side="right") - 1])
     assert values[3] == pytest.approx(np.interp(wanted, other, b[0]), abs=1e-9)
@@ -66,12 +79,14 @@ def test_what_is_held_is_said():
         "/axis.force_effort": "linear, from /axis/force.effort",
         "/axis.force_position": "linear, from /axis/force.position",
     }
-    assert grid([AXIS], [], 1_000_000).note["/axis.effort"] == "linear"  # a sensor's, not the drive's
+    assert (
+        grid([AXIS], [], 1_000_000).note["/axis.effort"] == "linear"
+    )  # a sensor's, not the drive's
 
 
 def test_its_own_grid_changes_nothing():
     time = np.arange(200) * 1_000_000 + 7
     values = tuple(np.random.default_rng(2).normal(size=(3, 200)))
-    (found,) = [*resampled([iter([Samples(time, values)])], grid([AXIS], [], 1_000_000))]
+    (found,) = [*resampled([iter([SampleBlock(time, values)])], grid([AXIS], [], 1_000_000))]
     assert np.array_equal(found.time, time)
     assert all(np.array_equal(one, other) for one, other in zip(found.values, values, strict=True))

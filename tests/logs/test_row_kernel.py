@@ -1,4 +1,5 @@
-"""Rows of text: Python's `csv` and `float`, cell by cell, are the reference; stamps are checked against `datetime`."""
+"""Rows of text: Python's `csv` and `float`, cell by cell, are the reference; stamps are checked
+against `datetime`."""
 
 from __future__ import annotations
 
@@ -11,10 +12,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.kernels import kernel
-from frictool.logs.kernels.number import NO_NUMBER, NUMBER
-from frictool.logs.kernels.rows import CELL, CUT, ISSUE_FIELDS, PADDING, ROW, SKIP, STAMP, Progress, read_rows
-from frictool.logs.kernels.stamp import scan_stamp
+from frictool.logs.kernels.decimal_parser import NO_NUMBER, NUMBER
+from frictool.logs.kernels.iso8601 import scan_stamp
+from frictool.logs.kernels.row_scanner import (
+    CELL,
+    CUT,
+    ISSUE_FIELDS,
+    PADDING,
+    ROW,
+    SKIP,
+    STAMP,
+    ScanProgress,
+    read_rows,
+)
+from frictool.runtime.kernels import kernel
 
 Issue = tuple[int, int, int, int]  # row, kind, line, column or cells
 
@@ -26,21 +37,42 @@ def padded(data: bytes) -> np.ndarray:
 
 
 def read(
-    data: bytes, slots: list[int], delimiter: str = ",", mark: str = ".", last: bool = True, rows: int = 64
-) -> tuple[Progress, np.ndarray, np.ndarray, list[Issue]]:
+    data: bytes,
+    slots: list[int],
+    delimiter: str = ",",
+    mark: str = ".",
+    last: bool = True,
+    rows: int = 64,
+) -> tuple[ScanProgress, np.ndarray, np.ndarray, list[Issue]]:
     values = np.full((max([*slots, 0]) + 1, rows), -1.0)
     stamps = np.zeros(rows if STAMP in slots else 0, np.int64)
     issues = np.zeros((200, ISSUE_FIELDS), np.int64)
-    progress = read_rows(padded(data), len(data), last, ord(delimiter), ord(mark), np.array(slots), values, stamps, issues, 0)
+    progress = read_rows(
+        padded(data),
+        len(data),
+        last,
+        ord(delimiter),
+        ord(mark),
+        np.array(slots),
+        values,
+        stamps,
+        issues,
+        0,
+    )
     listed = [tuple(int(field) for field in issue[:4]) for issue in issues[: progress.issues]]
     return progress, values[:, : progress.rows], stamps[: progress.rows], listed
 
 
-def reference(text: str, slots: list[int], delimiter: str, mark: str) -> tuple[list[list[float]], list[Issue]]:
+def reference(
+    text: str, slots: list[int], delimiter: str, mark: str
+) -> tuple[list[list[float]], list[Issue]]:
     """Rows and issues of a text that ends in a line end, by Python's own reader."""
     rows: list[list[float]] = []
     issues: list[Issue] = []
-    reader, line = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True), 0
+    reader, line = (
+        csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True),
+        0,
+    )
     lines = text.splitlines()
     for cells in reader:
         start, line = line, reader.line_num
@@ -65,13 +97,19 @@ def reference(text: str, slots: list[int], delimiter: str, mark: str) -> tuple[l
     return rows, issues
 
 
-number = st.one_of(st.floats(-1e6, 1e6).map(lambda x: f"{x:.4f}"), st.integers(-(10**9), 10**9).map(str))
+number = st.one_of(
+    st.floats(-1e6, 1e6).map(lambda x: f"{x:.4f}"), st.integers(-(10**9), 10**9).map(str)
+)
 
 
 @settings(max_examples=300)
 @given(
     rows=st.lists(
-        st.lists(st.one_of(number, number, number, st.sampled_from(["", "x", "1_0", "4 5", "OVL"])), min_size=1, max_size=4),
+        st.lists(
+            st.one_of(number, number, number, st.sampled_from(["", "x", "1_0", "4 5", "OVL"])),
+            min_size=1,
+            max_size=4,
+        ),
         min_size=1,
         max_size=8,
     ),
@@ -83,11 +121,19 @@ number = st.one_of(st.floats(-1e6, 1e6).map(lambda x: f"{x:.4f}"), st.integers(-
     comma=st.booleans(),
 )
 def test_rows_are_those_of_python(
-    rows: list[list[str]], slots: list[int], delimiter: str, end: str, quote: bool, blanks: bool, comma: bool
+    rows: list[list[str]],
+    slots: list[int],
+    delimiter: str,
+    end: str,
+    quote: bool,
+    blanks: bool,
+    comma: bool,
 ):
     mark = "," if comma and delimiter != "," else "."
     dress = ('"{}"' if quote else "{}").format
-    cells = [[(" " if blanks else "") + dress(cell.replace(".", mark)) for cell in row] for row in rows]
+    cells = [
+        [(" " if blanks else "") + dress(cell.replace(".", mark)) for cell in row] for row in rows
+    ]
     text = end.join(delimiter.join(row) for row in cells) + end
     progress, values, _, issues = read(text.encode(), slots, delimiter, mark)
     expected, expected_issues = reference(text, slots, delimiter, mark)
@@ -96,7 +142,9 @@ def test_rows_are_those_of_python(
     assert issues == expected_issues
     assert progress.used == len(text)
     assert progress.rows == len(expected)
-    assert np.array_equal(values[:, whole].T, np.array(expected).reshape(-1, values.shape[0])[whole], equal_nan=True)
+    assert np.array_equal(
+        values[:, whole].T, np.array(expected).reshape(-1, values.shape[0])[whole], equal_nan=True
+    )
 
 
 @given(text=st.text(alphabet='12.,;" \t\r\nx', max_size=60), cut=st.integers(0, 60))
@@ -110,7 +158,11 @@ def test_a_text_read_in_two_parts_is_the_text_read_at_once(text: str, cut: int):
     assert first.rows + second.rows == whole.rows
     assert first.lines + second.lines == whole.lines
     assert np.array_equal(np.hstack([before, after])[:, : whole.rows], values, equal_nan=True)
-    assert some + [(row + first.rows, kind, line + first.lines, what) for row, kind, line, what in others] == issues
+    assert (
+        some
+        + [(row + first.rows, kind, line + first.lines, what) for row, kind, line, what in others]
+        == issues
+    )
 
 
 def test_blanks_between_cells_quotes_over_lines_and_a_last_line_without_end():
@@ -141,7 +193,9 @@ def stamp_of(text):
     between=st.sampled_from("T t"),
     zone=st.sampled_from([("", 0), ("Z", 0), ("+05:30", 330), ("-0800", -480), ("+01", 60)]),
 )
-def test_a_stamp_is_that_of_datetime(moment: datetime, digits: int, between: str, zone: tuple[str, int]):
+def test_a_stamp_is_that_of_datetime(
+    moment: datetime, digits: int, between: str, zone: tuple[str, int]
+):
     nanoseconds = moment.microsecond * 1000 + 789
     fraction = f".{nanoseconds:09d}"[: digits + 1] if digits else ""
     text = moment.strftime(f"%Y-%m-%d{between}%H:%M:%S").zfill(19) + fraction + zone[0]

@@ -1,4 +1,5 @@
-"""The survey of a log: the same however the file is cut into pieces; every fact against the samples that were made to show it."""
+"""The survey of a log: the same however the file is cut into pieces; every fact against the samples
+that were made to show it."""
 
 from __future__ import annotations
 
@@ -10,29 +11,35 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.identify.feeds import feeds
-from frictool.logs.flow import Samples
+from frictool.identify.applicable_methods import applicable_methods
 from frictool.logs.log import Stream
 from frictool.logs.quality import survey as module
-from frictool.logs.quality.kind import kind_of
-from frictool.logs.quality.quality import time_base
-from frictool.logs.quality.survey import Survey, in_memory, row, survey
+from frictool.logs.quality.kind_recognition import kind_of
+from frictool.logs.quality.survey import StreamSurvey, in_memory, row, survey
+from frictool.logs.quality.time_base import time_base
+from frictool.logs.stream_source import SampleBlock
 
 STEP = 2 * np.pi / 56
 UNITS = {"position": "rad", "current": "A", "command": "A", "reference": "rad"}
 
 
 def rig(seed: int = 1, size: int = 6000) -> Stream:
-    """A position in counts that moves to and fro, a current that is clipped, a command that changes every fifth sample."""
+    """A position in counts that moves to and fro, a current that is clipped, a command that changes
+    every fifth sample."""
     rng, k = np.random.default_rng(seed), np.arange(size)
     time = k * 0.001 + np.where(k >= 4000, 0.0075, 0.0) + rng.uniform(-2e-5, 2e-5, size)
     position = STEP * np.rint(60.0 * np.sin(k / 400.0))
     current = np.clip(20.0 * np.sin(k / 150.0) + rng.normal(0.0, 0.1, size), -15.0, 15.0)
     command = np.repeat(rng.normal(size=size // 5), 5)
-    return Stream("/axis", np.rint(time * 1e9) / 1e9, {"position": position, "current": current, "command": command}, UNITS)
+    return Stream(
+        "/axis",
+        np.rint(time * 1e9) / 1e9,
+        {"position": position, "current": current, "command": command},
+        UNITS,
+    )
 
 
-def surveyed(stream: Stream, limits: dict[str, float] | None = None) -> Survey:
+def surveyed(stream: Stream, limits: dict[str, float] | None = None) -> StreamSurvey:
     return survey(*in_memory(stream), limits or {})
 
 
@@ -58,11 +65,14 @@ def test_every_fact_is_found():
     assert found.jumps.count == 0
 
 
-@given(cuts=st.lists(st.integers(1, 5999), max_size=6, unique=True), rows=st.sampled_from([500, 1 << 16]))
+@given(
+    cuts=st.lists(st.integers(1, 5999), max_size=6, unique=True),
+    rows=st.sampled_from([500, 1 << 16]),
+)
 def test_the_survey_does_not_depend_on_the_pieces(cuts: list[int], rows: int):
     head, whole = in_memory(rig())
 
-    def pieces() -> Iterator[Samples]:
+    def pieces() -> Iterator[SampleBlock]:
         (samples,) = whole()
         bounds = [0, *sorted(cuts), 6000]
         return (samples.part(low, high) for low, high in itertools.pairwise(bounds))
@@ -71,7 +81,12 @@ def test_the_survey_does_not_depend_on_the_pieces(cuts: list[int], rows: int):
         patch.setattr(module, "BLOCK_ROWS", rows)
         one, other = survey(head, pieces, {}), survey(head, whole, {})
     assert one.signals == other.signals
-    assert (one.base, one.velocity, one.window, one.jumps) == (other.base, other.velocity, other.window, other.jumps)
+    assert (one.base, one.velocity, one.window, one.jumps) == (
+        other.base,
+        other.velocity,
+        other.window,
+        other.jumps,
+    )
     assert np.array_equal(one.opening.time, other.opening.time)
 
 
@@ -89,7 +104,7 @@ def with_signals(**signals: np.ndarray) -> Stream:
 
 
 def told(stream: Stream) -> dict[str, str | None]:
-    return feeds(surveyed(stream), kind_of(stream))
+    return applicable_methods(surveyed(stream), kind_of(stream))
 
 
 def test_which_methods_a_log_can_feed():
@@ -115,7 +130,17 @@ def test_which_methods_a_log_can_feed():
         "does not change": with_signals(position=0.0 * fine, effort=force),
     }.items():
         assert all(name in str(why) for why in told(stream).values())
-    ragged = Stream("/axis", np.cumsum(np.where(k % 2, 0.001, 0.0017)), {"position": fine, "effort": force}, {"position": "", "effort": ""})
+    ragged = Stream(
+        "/axis",
+        np.cumsum(np.where(k % 2, 0.001, 0.0017)),
+        {"position": fine, "effort": force},
+        {"position": "", "effort": ""},
+    )
     assert all("off the period" in str(why) for why in told(ragged).values())
-    gap = Stream("/axis", np.where(k > 4000, k + 500, k) * 0.001, {"position": fine, "effort": force}, {"position": "", "effort": ""})
+    gap = Stream(
+        "/axis",
+        np.where(k > 4000, k + 500, k) * 0.001,
+        {"position": fine, "effort": force},
+        {"position": "", "effort": ""},
+    )
     assert "gaps" in str(told(gap)["inverse-dynamic"])

@@ -1,4 +1,5 @@
-"""Positions that wrap: unwrapped where the bench says so, in any unit; refused with the line that mends it where it does not."""
+"""Positions that wrap: unwrapped where the bench says so, in any unit; refused with the line that
+mends it where it does not."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.channels.unwrapping import PeriodicSignal
 from frictool.logs.log import Log, Stream
-from frictool.logs.quality.wraps import TURN, Wrap, WrapSearch
+from frictool.logs.quality.wrap_detection import TURN, Wrap, WrapSearch
 from tests.cli.run import refused, run
 from tests.logs.example import as_bytes, bench, measured
 
@@ -32,13 +33,16 @@ def shown(true: np.ndarray, period: float, low: float) -> np.ndarray:
     return np.mod(true - low, period) + low
 
 
-def written(folder: Path, unit: str, encoder: Encoder, columns: dict[str, np.ndarray], axis: str = "rotary") -> list[str | Path]:
+def written(
+    folder: Path, unit: str, encoder: Encoder, columns: dict[str, np.ndarray], axis: str = "rotary"
+) -> list[str | Path]:
     """A log and its bench as the arguments of a command."""
     units = {"position": unit, "reference": unit, "current": "A"}
     mapped = {name: Column(name, units[name]) for name in columns}
     header = ",".join(["time", *columns])
     rows = [
-        ",".join([f"{k * PERIOD:.3f}", *(repr(float(value)) for value in row)]) for k, row in enumerate(zip(*columns.values(), strict=True))
+        ",".join([f"{k * PERIOD:.3f}", *(repr(float(value)) for value in row)])
+        for k, row in enumerate(zip(*columns.values(), strict=True))
     ]
     log, rig = folder / "log.csv", folder / "bench.yaml"
     log.write_text("\n".join([header, *rows]) + "\n")
@@ -48,7 +52,11 @@ def written(folder: Path, unit: str, encoder: Encoder, columns: dict[str, np.nda
 
 def with_key(text: str, key: str) -> str:
     """A bench's text with a further key of the encoder, which is written on one line or below."""
-    return re.sub(r"encoder:( \{|\n  )", lambda match: f"encoder:{match[1]}{key}{', ' if '{' in match[1] else match[1]}", text)
+    return re.sub(
+        r"encoder:( \{|\n  )",
+        lambda match: f"encoder:{match[1]}{key}{', ' if '{' in match[1] else match[1]}",
+        text,
+    )
 
 
 ROTARY = [
@@ -68,12 +76,20 @@ def test_a_wrapped_position_is_refused_until_the_bench_says_so(
     unit: str, period: float, low: float, scale: float, line: str, tmp_path: Path
 ):
     true = TRUE if period > 1.0 else 0.05 * TRUE
-    columns = {"position": shown(true, period, low) * scale, "reference": shown(true + 0.01, period, low) * scale}
-    columns = {name: np.floor(values) if unit == "count" else values for name, values in columns.items()}
+    columns = {
+        "position": shown(true, period, low) * scale,
+        "reference": shown(true + 0.01, period, low) * scale,
+    }
+    columns = {
+        name: np.floor(values) if unit == "count" else values for name, values in columns.items()
+    }
     given = written(tmp_path, unit, Encoder(counts_per_revolution=COUNTS), columns)
     target = tmp_path / "log.mcap"
     refused(
-        run("ingest", *given, "-o", target), 3, "log.csv: column 'position': the position wraps", f"under encoder in the bench: {line}\n"
+        run("ingest", *given, "-o", target),
+        3,
+        "log.csv: column 'position': the position wraps",
+        f"under encoder in the bench: {line}\n",
     )
     assert not target.exists()
     rig = tmp_path / "bench.yaml"
@@ -90,7 +106,9 @@ def test_a_linear_counter_that_a_drive_has_scaled(tmp_path: Path):
     columns = {"position": shown(0.9 * TRUE, step * 2**16, 0.0), "current": TRUE}
     given = written(tmp_path, "m", Encoder(step=Quantity(step, unit="m")), columns, "linear")
     rig = tmp_path / "bench.yaml"
-    rig.write_text(rig.read_text().replace("N m s/rad", "N s/m").replace("N m", "N").replace("kg m^2", "kg"))
+    rig.write_text(
+        rig.read_text().replace("N m s/rad", "N s/m").replace("N m", "N").replace("kg m^2", "kg")
+    )
     refused(run("info", *given), 3, "wrap: {value: 0.65536, unit: m}")
     for line in ("wrap: {value: 655.36, unit: mm}", "wrap_bits: 16"):
         text = rig.read_text()
@@ -101,7 +119,12 @@ def test_a_linear_counter_that_a_drive_has_scaled(tmp_path: Path):
 
 def test_a_period_that_is_not_the_sensors_is_refused(tmp_path: Path):
     """Half of it contradicts the range of the numbers; twice of it leaves the wraps in."""
-    given = written(tmp_path, "deg", Encoder(counts_per_revolution=COUNTS), {"position": np.degrees(shown(TRUE, TURN, 0.0))})
+    given = written(
+        tmp_path,
+        "deg",
+        Encoder(counts_per_revolution=COUNTS),
+        {"position": np.degrees(shown(TRUE, TURN, 0.0))},
+    )
     rig = tmp_path / "bench.yaml"
     text = rig.read_text()
     for wrong, words in (
@@ -113,7 +136,12 @@ def test_a_period_that_is_not_the_sensors_is_refused(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    "keys", ["wrap: {value: 1, unit: turn}, wrap_bits: 12", "wrap: {value: 0.001, unit: rad}", "wrap: {value: 1, unit: m}"]
+    "keys",
+    [
+        "wrap: {value: 1, unit: turn}, wrap_bits: 12",
+        "wrap: {value: 0.001, unit: rad}",
+        "wrap: {value: 1, unit: m}",
+    ],
 )
 def test_a_wrap_that_no_encoder_has_is_refused(keys: str, tmp_path: Path):
     given = written(tmp_path, "rad", Encoder(counts_per_revolution=COUNTS), {"position": TRUE})
@@ -125,9 +153,20 @@ def test_a_wrap_that_no_encoder_has_is_refused(keys: str, tmp_path: Path):
 def test_a_canonical_log_that_wraps_is_no_log_to_identify(tmp_path: Path):
     path, rig = tmp_path / "log.mcap", tmp_path / "bench.yaml"
     signals = {"position": shown(TRUE, TURN, 0.0), "current": np.cos(TIME / 0.9)}
-    path.write_bytes(as_bytes(Log((Stream("/axis", TIME, signals, {"position": "rad", "current": "A"}),))))
-    rig.write_text(to_yaml(bench({"position": Column("position", "rad")}, Encoder(counts_per_revolution=COUNTS))))
-    refused(run("identify", path, "--bench", rig), 3, "the position wraps", "wrap: {value: 1, unit: turn}, and ingest the raw log again")
+    path.write_bytes(
+        as_bytes(Log((Stream("/axis", TIME, signals, {"position": "rad", "current": "A"}),)))
+    )
+    rig.write_text(
+        to_yaml(
+            bench({"position": Column("position", "rad")}, Encoder(counts_per_revolution=COUNTS))
+        )
+    )
+    refused(
+        run("identify", path, "--bench", rig),
+        3,
+        "the position wraps",
+        "wrap: {value: 1, unit: turn}, and ingest the raw log again",
+    )
 
 
 @pytest.mark.parametrize("speed", ["0.9", "1.5"])
@@ -136,10 +175,24 @@ def test_a_measured_joint_that_wraps_once(speed: str, tmp_path: Path):
     record = measured(f"field/kinova/velocity_{speed}00000readings.csv")
     log, rig = tmp_path / "log.csv", tmp_path / "bench.yaml"
     log.write_text(record.read_text().partition("\n")[2])
-    one = bench({"position": Column(2, "rad"), "current": Column(6, "A")}, Encoder(counts_per_revolution=1e6))
+    one = bench(
+        {"position": Column(2, "rad"), "current": Column(6, "A")},
+        Encoder(counts_per_revolution=1e6),
+    )
     rig.write_text(to_yaml(one))
-    refused(run("info", log, "--bench", rig), 3, "the position wraps once", "wrap: {value: 1, unit: turn}")
-    rig.write_text(to_yaml(msgspec.structs.replace(one, encoder=Encoder(counts_per_revolution=1e6, wrap=Quantity(TURN, unit="rad")))))
+    refused(
+        run("info", log, "--bench", rig),
+        3,
+        "the position wraps once",
+        "wrap: {value: 1, unit: turn}",
+    )
+    rig.write_text(
+        to_yaml(
+            msgspec.structs.replace(
+                one, encoder=Encoder(counts_per_revolution=1e6, wrap=Quantity(TURN, unit="rad"))
+            )
+        )
+    )
     assert run("ingest", log, "--bench", rig, "-o", tmp_path / "log.mcap").code == 0
     position = read_mcap(tmp_path / "log.mcap").main.signals["position"]
     assert np.ptp(position) == pytest.approx(float(speed) * position.size * PERIOD, rel=0.02)
@@ -156,7 +209,9 @@ def found(position: np.ndarray, cuts: list[int] | None = None) -> Wrap | None:
 
 
 @given(cuts=st.lists(st.integers(0, TIME.size), max_size=6), low=st.floats(-10.0, 10.0))
-@example(cuts=[], low=1.03125)  # the first wrap is the third sample's, before which there is one step only
+@example(
+    cuts=[], low=1.03125
+)  # the first wrap is the third sample's, before which there is one step only
 def test_it_does_not_matter_where_blocks_end(cuts: list[int], low: float):
     seen = shown(TRUE, TURN, low)
     wrap = found(seen, cuts)
@@ -164,7 +219,9 @@ def test_it_does_not_matter_where_blocks_end(cuts: list[int], low: float):
     assert wrap.period == TURN
     assert wrap == found(seen)
     one, whole = PeriodicSignal(TURN), PeriodicSignal(TURN).follow(seen)
-    assert np.array_equal(np.concatenate([one.follow(block) for block in np.split(seen, sorted(cuts))]), whole)
+    assert np.array_equal(
+        np.concatenate([one.follow(block) for block in np.split(seen, sorted(cuts))]), whole
+    )
     assert np.abs(whole - whole[0] - TRUE + TRUE[0]).max() < 1e-9
 
 
@@ -175,7 +232,9 @@ def test_it_does_not_matter_where_blocks_end(cuts: list[int], low: float):
     noise=st.floats(0.0, 0.05),
     kind=st.sampled_from(["sine", "triangle", "steps"]),
 )
-def test_motion_steps_and_glitches_are_no_wraps(seed: int, amplitude: float, glitches: int, noise: float, kind: str):
+def test_motion_steps_and_glitches_are_no_wraps(
+    seed: int, amplitude: float, glitches: int, noise: float, kind: str
+):
     """Steps of a slow log, dropouts to zero and single wild samples, over ranges of any length."""
     rng = np.random.default_rng(seed)
     phase = rng.uniform(3.0, 200.0) * TIME + rng.uniform(0.0, TURN)
@@ -186,7 +245,9 @@ def test_motion_steps_and_glitches_are_no_wraps(seed: int, amplitude: float, gli
     }
     position = amplitude * shape[kind] + rng.normal(0.0, noise, TIME.size)
     places = rng.integers(0, TIME.size, glitches)
-    position[places] = np.where(rng.integers(0, 2, glitches), 0.0, rng.uniform(-40.0, 40.0, glitches))
+    position[places] = np.where(
+        rng.integers(0, 2, glitches), 0.0, rng.uniform(-40.0, 40.0, glitches)
+    )
     assert found(position) is None
 
 
@@ -196,10 +257,19 @@ def test_a_fast_axis_that_was_unwrapped_before(amplitude: float):
     assert found(amplitude * np.sin(TIME / 0.05)) is None
 
 
-TURNING = 1.9 * TURN * np.sin(TIME / 0.9) + 0.1 * np.sin(TIME / 0.05) + 0.2  # rad, over almost four turns
+TURNING = (
+    1.9 * TURN * np.sin(TIME / 0.9) + 0.1 * np.sin(TIME / 0.05) + 0.2
+)  # rad, over almost four turns
 QUANTUM = TURN / COUNTS
-ANY_PERIOD = [  # unit, period of the sensor in the unit, lowest number, true position in the unit, advice
-    ("rad", 25.0, -12.5, 4.0 * TURNING, "wrap: {value: 25, unit: rad}"),  # as drivers of the MIT protocol show it
+# unit, period of the sensor in the unit, lowest number, true position in the unit, advice
+ANY_PERIOD = [
+    (
+        "rad",
+        25.0,
+        -12.5,
+        4.0 * TURNING,
+        "wrap: {value: 25, unit: rad}",
+    ),  # as drivers of the MIT protocol show it
     ("rad", 8.0, -4.0, TURNING, "wrap: {value: 8, unit: rad}"),
     ("deg", 360.0, 0.0, np.degrees(TURNING), "wrap: {value: 360, unit: deg}"),
     ("deg", 100.0, 0.0, np.degrees(TURNING), "wrap: {value: 100, unit: deg}"),
@@ -208,7 +278,13 @@ ANY_PERIOD = [  # unit, period of the sensor in the unit, lowest number, true po
     ("count", 4096.0, -2048.0, TURNING / QUANTUM, "wrap_bits: 12"),
     ("count", 3000.0, 0.0, TURNING / QUANTUM, "wrap: {value: 4.60194236366, unit: rad}"),
     ("rad", 25.0, -12.5, 12.5 + 2.0 * (TIME - 3.0), "wrap: {value: 25, unit: rad}"),  # once
-    ("rad", 25.0, -12.5, 25.0 * np.cumsum(0.3 + 0.05 * np.sin(5.0 * TIME)), "wrap: {value: 25, unit: rad}"),  # three samples a period
+    (
+        "rad",
+        25.0,
+        -12.5,
+        25.0 * np.cumsum(0.3 + 0.05 * np.sin(5.0 * TIME)),
+        "wrap: {value: 25, unit: rad}",
+    ),  # three samples a period
 ]
 
 
@@ -217,9 +293,19 @@ def test_any_period_is_refused_with_a_line_that_repairs_the_log(
     unit: str, period: float, low: float, true: np.ndarray, line: str, tmp_path: Path
 ) -> None:
     true = np.floor(true) if unit == "count" else true
-    given = written(tmp_path, unit, Encoder(counts_per_revolution=COUNTS), {"position": shown(true, period, low)})
+    given = written(
+        tmp_path,
+        unit,
+        Encoder(counts_per_revolution=COUNTS),
+        {"position": shown(true, period, low)},
+    )
     target, rig = tmp_path / "log.mcap", tmp_path / "bench.yaml"
-    refused(run("ingest", *given, "-o", target), 3, "column 'position': the position wraps", f"in the bench: {line}\n")
+    refused(
+        run("ingest", *given, "-o", target),
+        3,
+        "column 'position': the position wraps",
+        f"in the bench: {line}\n",
+    )
     rig.write_text(with_key(rig.read_text(), line))
     assert run("ingest", *given, "-o", target).code == 0
     si = {"rad": 1.0, "deg": np.pi / 180.0, "turn": TURN, "count": QUANTUM}[unit]
@@ -228,10 +314,14 @@ def test_any_period_is_refused_with_a_line_that_repairs_the_log(
 
 
 def jumps_that_are_no_wraps() -> list[np.ndarray]:
-    """Positions in rad: steps, a sensor at its stop, single wild samples, dropouts, lost counts, and an axis that is set to 0."""
+    """Positions in rad: steps, a sensor at its stop, single wild samples, dropouts, lost counts,
+    and an axis that is set to 0."""
     rng = np.random.default_rng(3)
     motion, wild = 2.0 * np.sin(TIME / 0.3), []
-    wild += [level * np.sign(np.sin(TIME / 0.2)) + rng.normal(0.0, 1e-3, TIME.size) for level in (0.3, 1.7, 4.0, 12.5)]
+    wild += [
+        level * np.sign(np.sin(TIME / 0.2)) + rng.normal(0.0, 1e-3, TIME.size)
+        for level in (0.3, 1.7, 4.0, 12.5)
+    ]
     wild += [np.clip(level * motion, -level, level) for level in (0.2, 1.0, 6.25)]
     for value in (0.0, -12.5, 12.5, 25.0, TURN):
         for length in (1, 4):
@@ -261,29 +351,50 @@ def test_a_return_that_the_drive_can_make_in_one_sample_is_no_wrap(tmp_path: Pat
     """The same numbers at 1 kHz and at 2 Hz: 100 N m move 1 kg m2 by 3 rad in half a second."""
     sawtooth = np.mod(0.37 * np.arange(200.0), 3.0)
     for period, code in ((PERIOD, 3), (0.5, 0)):
-        given = written(tmp_path, "rad", Encoder(counts_per_revolution=COUNTS), {"position": sawtooth})
+        given = written(
+            tmp_path, "rad", Encoder(counts_per_revolution=COUNTS), {"position": sawtooth}
+        )
         given[0].write_text("position\n" + "\n".join(map(repr, map(float, sawtooth))) + "\n")
         rig = tmp_path / "bench.yaml"
-        rig.write_text(to_yaml(bench({"position": Column("position", "rad")}, Encoder(counts_per_revolution=COUNTS), period)))
+        rig.write_text(
+            to_yaml(
+                bench(
+                    {"position": Column("position", "rad")},
+                    Encoder(counts_per_revolution=COUNTS),
+                    period,
+                )
+            )
+        )
         assert run("info", *given).code == code
 
 
 @pytest.mark.parametrize("amplitude", [0.4, 3.0])
 def test_one_turn_that_is_lost_is_not_called_a_counter(amplitude: float, tmp_path: Path) -> None:
-    """The lattice of the numbers makes one turn 2^13 counts, and the range of the position is wider than a turn."""
+    """The lattice of the numbers makes one turn 2^13 counts, and the range of the position is wider
+    than a turn."""
     position = amplitude * TRUE
     position[3000:] += TURN
     position = np.floor(position * 8192 / TURN) * TURN / 8192
-    result = run("info", *written(tmp_path, "rad", Encoder(counts_per_revolution=8192), {"position": position}))
+    result = run(
+        "info",
+        *written(tmp_path, "rad", Encoder(counts_per_revolution=8192), {"position": position}),
+    )
     assert result.code == 0
     assert "the position jumps once, at 3 s" in result.stdout
     assert "wrap_bits" not in result.stdout + result.stderr
 
 
 def test_a_jump_that_may_be_a_wrap_is_a_warning_with_the_line(tmp_path: Path) -> None:
-    """Once, from 5.3 rad to 0 while the axis moves on: a period of 5.3 rad, or an axis that was set to 0."""
+    """Once, from 5.3 rad to 0 while the axis moves on: a period of 5.3 rad, or an axis that was set
+    to 0."""
     position = np.mod(2.0 + 0.9 * TIME, 5.3)
-    result = run("info", *written(tmp_path, "rad", Encoder(counts_per_revolution=COUNTS), {"position": position}))
+    result = run(
+        "info",
+        *written(tmp_path, "rad", Encoder(counts_per_revolution=COUNTS), {"position": position}),
+    )
     assert result.code == 0
     assert "the position jumps once, at" in result.stderr
-    assert "if the sensor wraps, write under encoder in the bench: wrap: {value: 5.3, unit: rad}" in result.stderr
+    assert (
+        "if the sensor wraps, write under encoder in the bench: wrap: {value: 5.3, unit: rad}"
+        in result.stderr
+    )

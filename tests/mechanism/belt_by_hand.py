@@ -1,12 +1,17 @@
-"""Two pulleys and an elastic belt: the transfers of thesis 2.1.5, derived from the free bodies of figure 2.5.
+"""Two pulleys and an elastic belt: the transfers of thesis 2.1.5, derived from the free bodies of
+figure 2.5.
 
-    J_A w_A' = u - F        J_B w_B' = F        F = K_r (theta_A - theta_B) + K_v (w_A - w_B)         pulleys of radius 1
+    J_A w_A' = u - F        J_B w_B' = F        F = K_r (theta_A - theta_B) + K_v (w_A - w_B)
+                            pulleys of radius 1
 
-The second entry of the last row of (2.6) has the wrong sign, and the denominator of (2.7) does not follow from either. Rightly:
+The second entry of the last row of (2.6) has the wrong sign, and the denominator of (2.7) does not
+follow from either. Rightly:
 
     theta_B/u = (K_v s + K_r) / (s^2 (J_A J_B s^2 + (J_A + J_B) (K_v s + K_r)))                                           (2.7)
-    K_v -> 0:    1 / (J_A J_B/K_r s^4 + (J_A + J_B) s^2)                                                                  (2.8)
-    K_r -> oo:   1 / ((J_A + J_B) s^2)                                                                                    (2.9)
+    K_v -> 0:    1 / (J_A J_B/K_r s^4 + (J_A + J_B) s^2)
+                 (2.8)
+    K_r -> oo:   1 / ((J_A + J_B) s^2)
+                 (2.9)
 """
 
 from __future__ import annotations
@@ -32,24 +37,45 @@ class Belt:
     def transfer(self, s: Complex) -> Complex:
         """theta_B/u [rad/(N m)], (2.7) as it follows."""
         link = self.damping * s + self.stiffness
-        return np.asarray(link / (s**2 * (self.inertia_a * self.inertia_b * s**2 + (self.inertia_a + self.inertia_b) * link)))
+        return np.asarray(
+            link
+            / (
+                s**2
+                * (
+                    self.inertia_a * self.inertia_b * s**2
+                    + (self.inertia_a + self.inertia_b) * link
+                )
+            )
+        )
 
     def undamped(self, s: Complex) -> Complex:
         """(2.8)"""
-        return np.asarray(1.0 / (self.inertia_a * self.inertia_b / self.stiffness * s**4 + (self.inertia_a + self.inertia_b) * s**2))
+        return np.asarray(
+            1.0
+            / (
+                self.inertia_a * self.inertia_b / self.stiffness * s**4
+                + (self.inertia_a + self.inertia_b) * s**2
+            )
+        )
 
     def rigid(self, s: Complex) -> Complex:
         """(2.9)"""
         return np.asarray(1.0 / ((self.inertia_a + self.inertia_b) * s**2))
 
     def step(self, times: Vector) -> Vector:
-        """theta_B [rad] at `times` after a torque of 1 N m from rest: the rigid motion and the belt's decaying oscillation."""
+        """theta_B [rad] at `times` after a torque of 1 N m from rest: the rigid motion and the
+        belt's decaying oscillation."""
         whole = self.inertia_a + self.inertia_b
         # stretch e = theta_A - theta_B: e'' + c e' + k e = 1/J_A
-        c, k = (one * whole / (self.inertia_a * self.inertia_b) for one in (self.damping, self.stiffness))
+        c, k = (
+            one * whole / (self.inertia_a * self.inertia_b)
+            for one in (self.damping, self.stiffness)
+        )
         roots = np.roots([1.0, c, k]).astype(complex)
         rest = 1.0 / (self.inertia_a * k)
         first = rest * roots[1] / (roots[0] - roots[1])
         second = -rest - first
-        stretch = rest + np.real(first * np.exp(roots[0] * times) + second * np.exp(roots[1] * times))
+        stretch = rest + np.real(
+            first * np.exp(roots[0] * times) + second * np.exp(roots[1] * times)
+        )
         return 0.5 * times**2 / whole - self.inertia_a / whole * stretch

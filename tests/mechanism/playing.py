@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.machine import prepare
-from frictool.engine.mechanism.run import run
+from frictool.engine.mechanism.open_loop_run import run
+from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
-from frictool.plant.mechanism.assembly import Assembled, assemble
+from frictool.plant.mechanism.assembly import AssembledMechanism, assemble
 from tests.mechanism.writing import mechanism
 
 Vector = NDArray[np.float64]
@@ -21,7 +21,8 @@ HEAD = "format: mechanism/1\nname: test\n"
 
 @dataclass(frozen=True)
 class Played:
-    """time (t,) [s], positions and speeds (t, n) of the blocks [rad | m]: at the beginning and after each sample."""
+    """time (t,) [s], positions and speeds (t, n) of the blocks [rad | m]: at the beginning and
+    after each sample."""
 
     time: Vector
     positions: Vector
@@ -38,14 +39,23 @@ class Played:
 
 
 def play(text: str, samples: Sequence[Sequence[float]], period: float = 1e-3) -> Played:
-    """From rest at its start; `samples`: what each source is asked for, held for a period. The text may leave out its head."""
+    """From rest at its start; `samples`: what each source is asked for, held for a period. The text
+    may leave out its head."""
     assembled = assemble(mechanism(text if "format:" in text else HEAD + text))
     return moved(assembled, samples, period)
 
 
-def moved(assembled: Assembled, samples: Sequence[Sequence[float]], period: float) -> Played:
+def moved(
+    assembled: AssembledMechanism, samples: Sequence[Sequence[float]], period: float
+) -> Played:
     """The same of a mechanism that is put together."""
     machine = prepare(assembled.packed)
-    found = run(machine, rest(assembled.packed, machine, assembled.start), samples, period, room_for_events=1)
+    found = run(
+        machine,
+        rest(assembled.packed, machine, assembled.start),
+        samples,
+        period,
+        room_for_events=1,
+    )
     assert found.status == OK
     return Played(found.times, found.positions.T, found.speeds.T, assembled.blocks)

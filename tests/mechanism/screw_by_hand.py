@@ -1,16 +1,21 @@
-"""A screw and its nut against a spring, from its own free bodies, by scipy: what the engine is compared with (thesis 2.1.6).
+"""A screw and its nut against a spring, from its own free bodies, by scipy: what the engine is
+compared with (thesis 2.1.6).
 
-    J w' = u - rho f - s L        M v' = f - K x        x = rho theta, v = rho w, rho = r tan(alpha)                       (2.10)-(2.11)
+    J w' = u - rho f - s L        M v' = f - K x        x = rho theta, v = rho w, rho = r tan(alpha)
+                                  (2.10)-(2.11)
 
-f: what the thread gives the nut; s the direction of slip; L >= 0 what the thread loses, brought to the screw. Of a square thread, whose
-normal force follows from both free bodies (the textbook's raising and lowering torques):
+f: what the thread gives the nut; s the direction of slip; L >= 0 what the thread loses, brought to
+the screw. Of a square thread, whose normal force follows from both free bodies (the textbook's
+raising and lowering torques):
 
     L = r (tan(alpha + phi) - tan(alpha)) |f|   where the screw drives the nut (f s > 0)
-    L = r (tan(alpha) - tan(alpha - phi)) |f|   where the nut drives the screw                  phi = atan(mu)
+    L = r (tan(alpha) - tan(alpha - phi)) |f|   where the nut drives the screw                  phi
+                                                = atan(mu)
 
 As printed in (2.12): L = mu |r f - u tan(alpha)|.
 
-f holds M v' and L holds f, so that w' solves a piecewise linear equation; at rest it sticks where neither direction would start.
+f holds M v' and L holds f, so that w' solves a piecewise linear equation; at rest it sticks where
+neither direction would start.
 """
 
 from __future__ import annotations
@@ -29,7 +34,8 @@ Torque = Callable[[float], float]
 
 @dataclass(frozen=True)
 class Screw:
-    """J [kg m2], M [kg], r [m], tan(alpha), mu, K [N/m]; thesis: (2.12) in place of the square thread."""
+    """J [kg m2], M [kg], r [m], tan(alpha), mu, K [N/m]; thesis: (2.12) in place of the square
+    thread."""
 
     inertia: float
     mass: float
@@ -52,7 +58,8 @@ class Screw:
 
     @property
     def driven(self) -> float:
-        """Torque that a unit of the nut's force gives the screw [m]; below 0 the nut cannot drive it."""
+        """Torque that a unit of the nut's force gives the screw [m]; below 0 the nut cannot drive
+        it."""
         alpha, phi = math.atan(self.steep), math.atan(self.friction)
         return self.radius * math.tan(alpha - phi)
 
@@ -69,7 +76,9 @@ class Screw:
             # J w' = u - way f - direction (force f + push u), f = M way w' + K way theta
             taken = self.way + direction * force
             spring = self.stiffness * self.way * theta
-            rate = (torque * (1.0 - direction * push) - taken * spring) / (self.inertia + taken * self.mass * self.way)
+            rate = (torque * (1.0 - direction * push) - taken * spring) / (
+                self.inertia + taken * self.mass * self.way
+            )
             between = self._between(self.mass * self.way * rate + spring, torque)
             found.append((side * between, rate))
         return max(found)[1]
@@ -79,10 +88,15 @@ class Screw:
 
     def starts(self, theta: float, torque: float) -> int:
         """The direction in which it leaves rest, or 0."""
-        return next((way for way in (1, -1) if way * self.acceleration(theta, torque, way) > 0.0), 0)
+        return next(
+            (way for way in (1, -1) if way * self.acceleration(theta, torque, way) > 0.0), 0
+        )
 
-    def trajectory(self, torque: Torque, theta: float, times: Vector, breaks: tuple[float, ...] = ()) -> tuple[Vector, Vector]:
-        """theta [rad], w [rad/s] at `times` from rest at theta; `breaks`: where the torque jumps."""
+    def trajectory(
+        self, torque: Torque, theta: float, times: Vector, breaks: tuple[float, ...] = ()
+    ) -> tuple[Vector, Vector]:
+        """theta [rad], w [rad/s] at `times` from rest at theta; `breaks`: where the torque
+        jumps."""
         angle, speed = np.empty_like(times), np.empty_like(times)
         now, state, direction = float(times[0]), np.array([theta, 0.0]), 0
         cuts = [*sorted(one for one in breaks if one > now), float(times[-1])]
@@ -90,14 +104,20 @@ class Screw:
             end = next(one for one in cuts if one > now)
             if direction == 0:
                 direction = self.starts(state[0], torque(now))
-            part = self._slip(torque, now, end, state, direction) if direction else self._rest(torque, now, end, state)
+            part = (
+                self._slip(torque, now, end, state, direction)
+                if direction
+                else self._rest(torque, now, end, state)
+            )
             inside = (times >= now) & (times <= part.t[-1])
             if inside.any():
                 angle[inside], speed[inside] = part.sol(times[inside])
             now, state = float(part.t[-1]), part.y[:, -1].copy()
             if part.status == 1:  # stopped, or broke away
                 state[1] = 0.0
-                direction = self.starts(state[0], torque(now if direction else now + 1e-9))  # just past the breakaway
+                direction = self.starts(
+                    state[0], torque(now if direction else now + 1e-9)
+                )  # just past the breakaway
         return angle, speed
 
     def _slip(self, torque: Torque, now: float, end: float, state: Vector, direction: int):
@@ -108,7 +128,16 @@ class Screw:
             return y[1] * direction if t > now + 1e-9 else 1.0
 
         stops.terminal, stops.direction = True, -1
-        return solve_ivp(field, (now, end), state, events=stops, rtol=1e-10, atol=1e-12, max_step=2e-3, dense_output=True)
+        return solve_ivp(
+            field,
+            (now, end),
+            state,
+            events=stops,
+            rtol=1e-10,
+            atol=1e-12,
+            max_step=2e-3,
+            dense_output=True,
+        )
 
     def _rest(self, torque: Torque, now: float, end: float, state: Vector):
         def still(t: float, y: Vector) -> list[float]:
@@ -119,4 +148,13 @@ class Screw:
             return max(forward, backward)
 
         breaks_away.terminal, breaks_away.direction = True, 1
-        return solve_ivp(still, (now, end), state, events=breaks_away, rtol=1e-10, atol=1e-12, max_step=2e-3, dense_output=True)
+        return solve_ivp(
+            still,
+            (now, end),
+            state,
+            events=breaks_away,
+            rtol=1e-10,
+            atol=1e-12,
+            max_step=2e-3,
+            dense_output=True,
+        )

@@ -11,7 +11,8 @@ Vector = NDArray[np.float64]
 
 
 def second_order(time: Vector, damping: float, frequency: float) -> Vector:
-    """Unit step response at `time` of 1/(1 + 2 damping s/frequency + s^2/frequency^2), underdamped; 0 before time 0."""
+    """Unit step response at `time` of 1/(1 + 2 damping s/frequency + s^2/frequency^2), underdamped;
+    0 before time 0."""
     damped = frequency * math.sqrt(1.0 - damping**2)
     t = np.maximum(time, 0.0)
     decay = np.exp(-damping * frequency * t)

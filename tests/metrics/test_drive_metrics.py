@@ -12,15 +12,17 @@ from hypothesis import strategies as st
 from frictool.metrics.drive_peak import command_peak, drive_peak
 from frictool.metrics.drive_rms import drive_rms
 from frictool.metrics.energy import energy
-from frictool.metrics.noise import noise_deviation, noise_floor
-from frictool.metrics.rest import motion, remainder
+from frictool.metrics.rest_motion import late_samples, peak_to_peak
 from frictool.metrics.saturation_time import commanded_saturation, measured_saturation
 from frictool.metrics.tracking_error import tracking_error_peak, tracking_error_rms
+from frictool.metrics.white_noise import noise_deviation, noise_floor
 
 TIME = np.arange(5000) * 1e-3
 
 
-def noise(seed: int, deviation: float, count: int = 5000) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def noise(
+    seed: int, deviation: float, count: int = 5000
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     return deviation * np.random.default_rng(seed).standard_normal(count)
 
 
@@ -71,17 +73,21 @@ def test_energy_of_a_hold_shorter_than_the_window_is_not_known() -> None:
 
 
 def test_remainder_begins_behind_the_time_asked() -> None:
-    part = remainder(TIME + 7.0, 4.0)
+    part = late_samples(TIME + 7.0, 4.0)
     assert part is not None
     assert TIME[part][0] == pytest.approx(4.0)
-    assert remainder(TIME, 4.995) is None
-    assert motion(np.array([1.0, 1.5, 0.5])) == 1.0
+    assert late_samples(TIME, 4.995) is None
+    assert peak_to_peak(np.array([1.0, 1.5, 0.5])) == 1.0
 
 
 def test_rms_is_the_square_root_of_the_mean_square() -> None:
     """Exact: 3 for 1 s, -1 for 4 s."""
-    assert drive_rms(TIME, np.where(TIME < 1.0 - 1e-9, 3.0, -1.0)) == pytest.approx(math.sqrt((9.0 + 4.0) / 5.0), rel=1e-12)
-    assert drive_rms(TIME, 2.0 * np.sin(2 * math.pi * TIME)) == pytest.approx(math.sqrt(2.0), rel=1e-9)
+    assert drive_rms(TIME, np.where(TIME < 1.0 - 1e-9, 3.0, -1.0)) == pytest.approx(
+        math.sqrt((9.0 + 4.0) / 5.0), rel=1e-12
+    )
+    assert drive_rms(TIME, 2.0 * np.sin(2 * math.pi * TIME)) == pytest.approx(
+        math.sqrt(2.0), rel=1e-9
+    )
 
 
 def test_rms_does_not_depend_on_an_even_rate() -> None:
@@ -93,25 +99,35 @@ def test_rms_does_not_depend_on_an_even_rate() -> None:
 
 def test_rms_and_energy_over_the_same_time_are_one_quantity() -> None:
     drive = noise(11, 3.0)
-    assert drive_rms(TIME[:280], drive[:280]) ** 2 == pytest.approx(energy(TIME, drive, 0.28), rel=1e-12)
+    assert drive_rms(TIME[:280], drive[:280]) ** 2 == pytest.approx(
+        energy(TIME, drive, 0.28), rel=1e-12
+    )
 
 
 def test_saturation_counts_the_time_at_the_limit_on_either_side() -> None:
     command = np.select([TIME < 0.1 - 1e-9, TIME < 0.15 - 1e-9], [50.0, -50.0], 49.9)
     assert commanded_saturation(TIME, command, 50.0) == pytest.approx(0.15, rel=1e-9)
     assert commanded_saturation(TIME, command, 60.0) == 0.0
-    in_16_bits = np.round(command / 50.0 * 32767) / 32768 * 50.0  # the largest number of a target's fixed point is below 1
+    in_16_bits = (
+        np.round(command / 50.0 * 32767) / 32768 * 50.0
+    )  # the largest number of a target's fixed point is below 1
     assert commanded_saturation(TIME, in_16_bits, 50.0) == pytest.approx(0.15, rel=1e-9)
 
 
 @given(st.integers(0, 10**6), st.floats(0.01, 1.0))
 @settings(max_examples=20)
-def test_a_measured_drive_at_its_limit_is_found_beside_its_noise(seed: int, deviation: float) -> None:
+def test_a_measured_drive_at_its_limit_is_found_beside_its_noise(
+    seed: int, deviation: float
+) -> None:
     drive = np.where(TIME < 0.5 - 1e-9, 50.0, 20.0) + noise(seed, deviation)
     assert measured_saturation(TIME, drive, 50.0, deviation) == pytest.approx(0.5, rel=0.06)
 
 
 def test_tracking_error() -> None:
     reference = np.sin(TIME)
-    assert tracking_error_peak(reference, reference + 0.1 * np.cos(2 * math.pi * TIME)) == pytest.approx(0.1)
-    assert tracking_error_rms(reference, reference + 0.1 * np.cos(2 * math.pi * TIME)) == pytest.approx(0.1 / math.sqrt(2.0), rel=1e-9)
+    assert tracking_error_peak(
+        reference, reference + 0.1 * np.cos(2 * math.pi * TIME)
+    ) == pytest.approx(0.1)
+    assert tracking_error_rms(
+        reference, reference + 0.1 * np.cos(2 * math.pi * TIME)
+    ) == pytest.approx(0.1 / math.sqrt(2.0), rel=1e-9)

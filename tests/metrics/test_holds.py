@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.metrics.holds import MIN_SAMPLES, find_holds
+from frictool.metrics.reference_holds import MIN_SAMPLES, find_holds
 
 
 def test_a_sequence_of_steps_is_cut_at_its_jumps() -> None:
@@ -56,18 +56,35 @@ def test_a_short_record_has_no_hold() -> None:
     st.floats(0.01, 100.0),
     st.floats(-1e3, 1e3),
 )
-def test_holds_do_not_depend_on_units_nor_on_the_origin(pieces: list[tuple[int, int]], scale: float, offset: float) -> None:
+def test_holds_do_not_depend_on_units_nor_on_the_origin(
+    pieces: list[tuple[int, int]], scale: float, offset: float
+) -> None:
     reference = np.repeat([float(level) for level, _ in pieces], [count for _, count in pieces])
     position = np.concatenate((reference[:1] - 1.0, reference[:-1]))
     plain = find_holds(reference, position)
     changed = find_holds(scale * reference + offset, scale * position + offset)
-    assert [(h.start, h.stop, h.origin is None) for h in plain] == [(h.start, h.stop, h.origin is None) for h in changed]
-    assert all(np.ptp(h.of(reference)[-MIN_SAMPLES:]) == 0.0 and h.stop - h.start >= MIN_SAMPLES for h in plain)
+    assert [(h.start, h.stop, h.origin is None) for h in plain] == [
+        (h.start, h.stop, h.origin is None) for h in changed
+    ]
+    assert all(
+        np.ptp(h.of(reference)[-MIN_SAMPLES:]) == 0.0 and h.stop - h.start >= MIN_SAMPLES
+        for h in plain
+    )
 
 
 def test_counts_of_a_replayed_encoder_are_no_steps_and_larger_jumps_are() -> None:
     count = 0.1
     reference = count * np.repeat([100.0, 101.0, 102.0, 104.0, 103.0, 50.0], 30)
-    amplitudes = [None if h.origin is None else round((h.target - h.origin) / count) for h in find_holds(reference, reference, count)]
+    amplitudes = [
+        None if h.origin is None else round((h.target - h.origin) / count)
+        for h in find_holds(reference, reference, count)
+    ]
     assert amplitudes == [None, None, None, 2, None, -53]
-    assert [h.origin is not None for h in find_holds(reference, reference)] == [False, True, True, True, True, True]
+    assert [h.origin is not None for h in find_holds(reference, reference)] == [
+        False,
+        True,
+        True,
+        True,
+        True,
+        True,
+    ]

@@ -1,4 +1,5 @@
-"""Limit cycles: sustained, ended, too slow for the hold; nothing where the axis flickers or is noisy."""
+"""Limit cycles: sustained, ended, too slow for the hold; nothing where the axis flickers or is
+noisy."""
 
 from __future__ import annotations
 
@@ -20,16 +21,26 @@ def clock(held: float) -> Vector:
 
 
 def hunting(time: Vector, amplitude: float, period: float, phase: float = 0.3) -> Vector:
-    """Stuck on one side of the reference, then on the other: what an integral and a breakaway make (5.2.1)."""
+    """Stuck on one side of the reference, then on the other: what an integral and a breakaway make
+    (5.2.1)."""
     return amplitude * np.sign(np.sin(2 * math.pi * (time / period + phase)))
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.floats(0.01, 10.0), st.floats(0.05, 6.0), st.floats(0.0, 1.0), st.sampled_from(["sine", "hunting"]))
-def test_amplitude_and_period_of_a_sustained_oscillation(amplitude: float, period: float, phase: float, shape: str) -> None:
+@given(
+    st.floats(0.01, 10.0),
+    st.floats(0.05, 6.0),
+    st.floats(0.0, 1.0),
+    st.sampled_from(["sine", "hunting"]),
+)
+def test_amplitude_and_period_of_a_sustained_oscillation(
+    amplitude: float, period: float, phase: float, shape: str
+) -> None:
     time = clock(20.0)
     sine = amplitude * np.sin(2 * math.pi * (time / period + phase))
-    found = limit_cycle(time, 15.0 + (sine if shape == "sine" else hunting(time, amplitude, period, phase)))
+    found = limit_cycle(
+        time, 15.0 + (sine if shape == "sine" else hunting(time, amplitude, period, phase))
+    )
     assert found.amplitude == pytest.approx(amplitude, rel=2e-3)
     assert found.period == pytest.approx(period, abs=2.01 * PERIOD)
 

@@ -1,4 +1,5 @@
-"""The load behind the backlash: bounds hold the load of an axis that is played, and close once it has been taken along."""
+"""The load behind the backlash: bounds hold the load of an axis that is played, and close once it
+has been taken along."""
 
 from __future__ import annotations
 
@@ -30,7 +31,9 @@ def plain_load(position: list[float], half: float, gap: float) -> Vector:
     st.floats(-1.0, 1.0),
     st.integers(0, 10**6),
 )
-def test_the_bounds_hold_the_load_whatever_is_unknown(steps: list[float], backlash: float, gap: float, wider: float, seed: int) -> None:
+def test_the_bounds_hold_the_load_whatever_is_unknown(
+    steps: list[float], backlash: float, gap: float, wider: float, seed: int
+) -> None:
     """The place in the gap, the sensor's error and the backlash's interval."""
     true = np.cumsum(steps)
     measured = true + 0.1 * np.random.default_rng(seed).uniform(-1.0, 1.0, true.size)
@@ -46,7 +49,9 @@ def test_a_stroke_beyond_the_backlash_tells_where_the_load_is() -> None:
     low, high = load_bounds(position, 3.0, 0.05)
     assert (low[0], high[0]) == (pytest.approx(-1.55), pytest.approx(1.55))
     pushed = np.minimum(position[40:] - 1.5, 8.5)
-    pushed[position[40:].argmax() :] = 8.5  # the motor comes back by 2, less than the backlash: the load does not move
+    pushed[position[40:].argmax() :] = (
+        8.5  # the motor comes back by 2, less than the backlash: the load does not move
+    )
     np.testing.assert_allclose(low[40:], pushed - 0.05)
     np.testing.assert_allclose(high[40:] - low[40:], 0.1)
 

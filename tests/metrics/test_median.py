@@ -16,5 +16,12 @@ def test_it_is_that_of_numpy(values: list[float], broken: bool) -> None:
 
 
 def test_ties_and_infinities() -> None:
-    for values in ([1.0, 1.0], [np.inf, 1.0, 2.0], [np.inf, np.inf], [-np.inf, 0.0, 0.0, 3.0], [0.1, 0.2], [5.0]):
+    for values in (
+        [1.0, 1.0],
+        [np.inf, 1.0, 2.0],
+        [np.inf, np.inf],
+        [-np.inf, 0.0, 0.0, 3.0],
+        [0.1, 0.2],
+        [5.0],
+    ):
         assert median(np.array(values)) == np.median(values)

@@ -21,6 +21,8 @@ TIME = np.arange(8000) * 5e-4
 def test_step_figures_are_those_of_another_program(damping: float, frequency: float) -> None:
     position = second_order(TIME, damping, frequency)
     theirs = control.step_info(position, TIME, final_output=1.0, SettlingTimeThreshold=0.05)
-    assert response_time_95(TIME, position, 0.0, 1.0) == pytest.approx(theirs["SettlingTime"], abs=1.01e-3)
+    assert response_time_95(TIME, position, 0.0, 1.0) == pytest.approx(
+        theirs["SettlingTime"], abs=1.01e-3
+    )
     assert rise_time(TIME, position, 0.0, 1.0) == pytest.approx(theirs["RiseTime"], abs=1.01e-3)
     assert overshoot_percent(position, 0.0, 1.0) == pytest.approx(theirs["Overshoot"], abs=1e-6)

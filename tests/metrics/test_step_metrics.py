@@ -1,4 +1,5 @@
-"""Response time, overshoot, static error and oscillations against closed forms, and against a plain slow form."""
+"""Response time, overshoot, static error and oscillations against closed forms, and against a plain
+slow form."""
 
 from __future__ import annotations
 
@@ -23,7 +24,9 @@ TIME = np.arange(4000) * 1e-3
 
 def test_response_time_of_a_first_order_lag_is_three_time_constants() -> None:
     position = 5.0 + 50.0 * first_order(TIME, 0.1)
-    assert response_time_95(TIME, position, 5.0, 55.0) == pytest.approx(0.1 * math.log(20.0), abs=1.01e-3)
+    assert response_time_95(TIME, position, 5.0, 55.0) == pytest.approx(
+        0.1 * math.log(20.0), abs=1.01e-3
+    )
 
 
 def test_rise_time_of_a_first_order_lag() -> None:
@@ -32,7 +35,8 @@ def test_rise_time_of_a_first_order_lag() -> None:
 
 
 def test_rise_time_is_of_the_way_that_the_axis_goes() -> None:
-    """It stands 2 short of the old reference and stops 3 short of the new one: neither is on its way."""
+    """It stands 2 short of the old reference and stops 3 short of the new one: neither is on its
+    way."""
     position = 8.0 + 44.0 * first_order(TIME, 0.1)
     assert rise_time(TIME, position, 10.0, 55.0) == pytest.approx(0.1 * math.log(9.0), rel=1e-4)
 
@@ -42,7 +46,9 @@ def test_rise_time_ends_with_the_first_passage() -> None:
     fine = np.arange(0.0, 4.0, 1e-6)
     response = second_order(fine, 0.1, 20.0)
     exact = fine[np.argmax(response >= 0.9)] - fine[np.argmax(response >= 0.1)]
-    assert rise_time(TIME, second_order(TIME, 0.1, 20.0), 0.0, 1.0) == pytest.approx(exact, abs=1e-4)
+    assert rise_time(TIME, second_order(TIME, 0.1, 20.0), 0.0, 1.0) == pytest.approx(
+        exact, abs=1e-4
+    )
 
 
 @pytest.mark.parametrize("position", [np.zeros(4000), 0.49 * first_order(TIME, 0.1)])
@@ -56,18 +62,23 @@ def test_an_axis_that_stood_there_before_rises_in_no_time() -> None:
 
 
 def test_response_time_waits_for_the_last_swing() -> None:
-    """At damping 0.3 the first undershoot still leaves the zone: the last crossing is solved on a fine grid."""
+    """At damping 0.3 the first undershoot still leaves the zone: the last crossing is solved on a
+    fine grid."""
     fine = np.arange(0.0, 4.0, 1e-6)
     outside = np.flatnonzero(np.abs(second_order(fine, 0.3, 20.0) - 1.0) > 0.05)
     exact = fine[outside[-1]]
     assert exact > 0.4
-    assert response_time_95(TIME, second_order(TIME, 0.3, 20.0), 0.0, 1.0) == pytest.approx(exact, abs=1.01e-3)
+    assert response_time_95(TIME, second_order(TIME, 0.3, 20.0), 0.0, 1.0) == pytest.approx(
+        exact, abs=1.01e-3
+    )
 
 
 def test_response_is_around_the_final_value_and_not_the_reference() -> None:
     position = 0.9 * first_order(TIME, 0.1)
     zone = 0.05 / 0.9
-    assert response_time_95(TIME, position, 0.0, 1.0) == pytest.approx(-0.1 * math.log(zone), abs=1.01e-3)
+    assert response_time_95(TIME, position, 0.0, 1.0) == pytest.approx(
+        -0.1 * math.log(zone), abs=1.01e-3
+    )
 
 
 @pytest.mark.parametrize(
@@ -84,7 +95,8 @@ def test_what_does_not_settle_has_no_response_time(position: Vector) -> None:
 
 
 def test_zone_is_never_narrower_than_the_sensor() -> None:
-    """A step of four counts: its 5 % are a fifth of a count, and the axis flickers between two counts for ever."""
+    """A step of four counts: its 5 % are a fifth of a count, and the axis flickers between two
+    counts for ever."""
     flicker = np.where(np.arange(4000) % 2 == 0, 4.0, 3.0)
     position = np.where(TIME < 0.2, 0.0, flicker)
     assert response_time_95(TIME, position, 0.0, 4.0, resolution=1.0) == pytest.approx(0.2)
@@ -95,7 +107,9 @@ def test_zone_is_never_narrower_than_the_sensor() -> None:
 @pytest.mark.parametrize(("origin", "target"), [(5.0, 55.0), (55.0, 5.0)])
 def test_overshoot_of_a_second_order_response(damping: float, origin: float, target: float) -> None:
     position = origin + (target - origin) * second_order(TIME, damping, 30.0)
-    assert overshoot_percent(position, origin, target) == pytest.approx(overshoot_of(damping), rel=1e-3)
+    assert overshoot_percent(position, origin, target) == pytest.approx(
+        overshoot_of(damping), rel=1e-3
+    )
 
 
 def test_overshoot_is_beyond_the_reference_and_never_negative() -> None:
@@ -114,7 +128,9 @@ def test_static_error_counts_either_side() -> None:
 
 
 def test_final_value_is_the_mean_of_the_last_tenth() -> None:
-    assert final_value(np.concatenate((np.zeros(900), np.full(50, 1.0), np.full(50, 2.0)))) == pytest.approx(1.5)
+    assert final_value(
+        np.concatenate((np.zeros(900), np.full(50, 1.0), np.full(50, 2.0)))
+    ) == pytest.approx(1.5)
     assert final_value(np.arange(20.0)) == pytest.approx(14.5)
     assert final_value(np.array([3.0])) == 3.0
 
@@ -132,7 +148,9 @@ def test_final_value_is_the_mean_of_the_last_tenth() -> None:
     ],
 )
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_oscillations_of_drawn_responses(turns: list[float], expected: int, direction: float) -> None:
+def test_oscillations_of_drawn_responses(
+    turns: list[float], expected: int, direction: float
+) -> None:
     knots = [0.0, *turns, turns[-1]]
     times = [0.0, *(0.1 * (k + 1) for k in range(len(turns))), 4.0]
     position = direction * np.interp(TIME, times, knots)
@@ -157,7 +175,8 @@ def test_encoder_flicker_is_no_oscillation() -> None:
 
 
 def plain_reversals(position: list[float], threshold: float) -> int:
-    """Sample by sample: the running extreme, and a turn when the way back from it passes the threshold."""
+    """Sample by sample: the running extreme, and a turn when the way back from it passes the
+    threshold."""
     count, upward, extreme = 0, True, position[0]
     for value in position:
         if upward:
@@ -182,7 +201,9 @@ def test_turning_points_equal_the_plain_form(values: list[int], threshold: int) 
 
 
 @given(st.lists(st.integers(-30, 30), min_size=1, max_size=60), st.integers(0, 20))
-def test_where_the_first_move_tells_the_direction_the_turns_are_those_of_that_direction(values: list[int], threshold: int) -> None:
+def test_where_the_first_move_tells_the_direction_the_turns_are_those_of_that_direction(
+    values: list[int], threshold: int
+) -> None:
     position = np.array(values, dtype=float)
     found = turning_points(position, float(threshold))
     both = [turning_points(position, float(threshold), direction) for direction in (1.0, -1.0)]
@@ -204,8 +225,14 @@ def test_metrics_do_not_depend_on_units_origin_or_clock(
     position = second_order(TIME, damping, frequency)
     moved, origin, target = scale * (position + offset), scale * offset, scale * (1.0 + offset)
     response = response_time_95(TIME, position, 0.0, 1.0)
-    assert response_time_95(TIME + shift, moved, origin, target) == pytest.approx(response, abs=1.01e-3)
-    assert overshoot_percent(moved, origin, target) == pytest.approx(overshoot_percent(position, 0.0, 1.0), abs=1e-6)
-    assert static_error(moved, target) == pytest.approx(scale * static_error(position, 1.0), abs=1e-9 * scale * (1.0 + abs(offset)))
+    assert response_time_95(TIME + shift, moved, origin, target) == pytest.approx(
+        response, abs=1.01e-3
+    )
+    assert overshoot_percent(moved, origin, target) == pytest.approx(
+        overshoot_percent(position, 0.0, 1.0), abs=1e-6
+    )
+    assert static_error(moved, target) == pytest.approx(
+        scale * static_error(position, 1.0), abs=1e-9 * scale * (1.0 + abs(offset))
+    )
     mirrored = oscillations(-moved, -origin, -target)
     assert mirrored == oscillations(moved, origin, target)

@@ -1,10 +1,12 @@
 """Mutation testing of the numerical packages.
 
-    python -m tests.mutation build/mutation.json [--count N] [--seed TEXT] [--budget S] [--only FILE:LINE ...]
+    python -m tests.mutation build/mutation.json [--count N] [--seed TEXT] [--budget S] [--only
+    FILE:LINE ...]
 
-Draws N lines by the hash of the last commit, edits each once in a clone, and runs the tests that reach its module. Exit code 1 if an
-edit survives. A survivor is an edit that no test notices, or an equivalent program: a person decides which. The same command on the
-same commit goes on where it was interrupted.
+Draws N lines by the hash of the last commit, edits each once in a clone, and runs the tests that
+reach its module. Exit code 1 if an edit survives. A survivor is an edit that no test notices, or an
+equivalent program: a person decides which. The same command on the same commit goes on where it was
+interrupted.
 """
 
 from __future__ import annotations
@@ -20,20 +22,41 @@ from typing import Any
 from tests.mutation.mutants import Mutant, draw, mutants_of
 from tests.mutation.tree import Tree
 
-PACKAGES = ["engine", "friction", "control", "identify", "verify", "metrics", "observe", "lmi", "campaign/statistics"]
+PACKAGES = [
+    "engine",
+    "friction",
+    "control",
+    "identify",
+    "verify",
+    "metrics",
+    "observe",
+    "lmi",
+    "campaign/statistics",
+]
 ROOT = Path(__file__).parents[2]
 
 
 def main(arguments: list[str]) -> int:
     """Run the mutants, print a line each, write a table as JSON; return 1 if one survives."""
-    parser = argparse.ArgumentParser(prog="python -m tests.mutation", description="Mutation testing of the numerical packages.")
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.mutation", description="Mutation testing of the numerical packages."
+    )
     parser.add_argument("target", type=Path, help="the JSON file to write")
     parser.add_argument("--count", type=int, default=100, help="number of lines to draw")
     parser.add_argument("--seed", help="seed of the draw; the hash of the last commit by default")
-    parser.add_argument("--budget", type=float, default=600.0, help="time for the tests of one mutant [s]")
-    parser.add_argument("--only", nargs="*", metavar="FILE:LINE", help="every mutant of these lines instead of a draw")
+    parser.add_argument(
+        "--budget", type=float, default=600.0, help="time for the tests of one mutant [s]"
+    )
+    parser.add_argument(
+        "--only",
+        nargs="*",
+        metavar="FILE:LINE",
+        help="every mutant of these lines instead of a draw",
+    )
     options = parser.parse_args(arguments)
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    commit = subprocess.run(
+        ["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.strip()
     seed = options.seed or commit
     folders = [f"frictool/{package}" for package in PACKAGES]
     mutants = of_lines(options.only) if options.only else draw(ROOT, folders, options.count, seed)
@@ -46,8 +69,12 @@ def main(arguments: list[str]) -> int:
             continue
         outcome = tree.judge(mutant, options.budget)
         rows.append({**asdict(mutant), **asdict(outcome)})
-        print(f"{outcome.status:<11} {outcome.seconds:6.1f} s  {mutant}  {outcome.test}", flush=True)
-        options.target.write_text(json.dumps({"commit": commit, "seed": seed, "mutants": rows}, indent=2) + "\n")
+        print(
+            f"{outcome.status:<11} {outcome.seconds:6.1f} s  {mutant}  {outcome.test}", flush=True
+        )
+        options.target.write_text(
+            json.dumps({"commit": commit, "seed": seed, "mutants": rows}, indent=2) + "\n"
+        )
     killed = sum(row["status"] == "killed" for row in rows)
     print(f"{killed} of {len(rows)} mutants killed; figures in {options.target}")
     return 0 if killed == len(rows) else 1
@@ -64,7 +91,11 @@ def of_lines(places: list[str]) -> list[Mutant]:
     found = []
     for place in places:
         path, line = place.rsplit(":", 1)
-        found += [mutant for mutant in mutants_of(path, (ROOT / path).read_text()) if mutant.line == int(line)]
+        found += [
+            mutant
+            for mutant in mutants_of(path, (ROOT / path).read_text())
+            if mutant.line == int(line)
+        ]
     return found
 
 

@@ -1,4 +1,5 @@
-"""Mutants: single edits of an operator, a constant or a call, found in the syntax tree and drawn by a seed."""
+"""Mutants: single edits of an operator, a constant or a call, found in the syntax tree and drawn by
+a seed."""
 
 from __future__ import annotations
 
@@ -8,10 +9,33 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-ARITHMETIC = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.Pow: "*", ast.FloorDiv: "*", ast.Mod: "//"}
-COMPARISONS = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
+ARITHMETIC = {
+    ast.Add: "-",
+    ast.Sub: "+",
+    ast.Mult: "/",
+    ast.Div: "*",
+    ast.Pow: "*",
+    ast.FloorDiv: "*",
+    ast.Mod: "//",
+}
+COMPARISONS = {
+    ast.Lt: "<=",
+    ast.LtE: "<",
+    ast.Gt: ">=",
+    ast.GtE: ">",
+    ast.Eq: "!=",
+    ast.NotEq: "==",
+}
 SYMBOLS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
-OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**", ast.FloorDiv: "//", ast.Mod: "%"}
+OPERATORS = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.Pow: "**",
+    ast.FloorDiv: "//",
+    ast.Mod: "%",
+}
 OPPOSITES = (("min", "max"), ("minimum", "maximum"), ("floor", "ceil"), ("argmin", "argmax"))
 CALLS = {name: other for pair in OPPOSITES for name, other in (pair, pair[::-1])}
 
@@ -48,7 +72,8 @@ def draw(root: Path, folders: list[str], count: int, seed: str) -> list[Mutant]:
 
 
 def mutants_of(path: str, source: str) -> list[Mutant]:
-    """Return every mutant of a module, in the order of its text. Annotations and docstrings have none."""
+    """Return every mutant of a module, in the order of its text. Annotations and docstrings have
+    none."""
     lines = source.splitlines(keepends=True)
     starts = [0]
     for text in lines:
@@ -59,19 +84,30 @@ def mutants_of(path: str, source: str) -> list[Mutant]:
         return starts[line - 1] + len(encoded[line - 1][:column].decode())
 
     def between(left: ast.expr, right: ast.expr, symbol: str, replacement: str) -> Iterator[Mutant]:
-        low, high = offset(left.end_lineno or 0, left.end_col_offset or 0), offset(right.lineno, right.col_offset)
+        low, high = (
+            offset(left.end_lineno or 0, left.end_col_offset or 0),
+            offset(right.lineno, right.col_offset),
+        )
         at = source.find(symbol, low, high)
         if at >= 0 and "#" not in source[low:at]:
-            yield Mutant(path, source.count("\n", 0, at) + 1, at, at + len(symbol), symbol, replacement)
+            yield Mutant(
+                path, source.count("\n", 0, at) + 1, at, at + len(symbol), symbol, replacement
+            )
 
     found: list[Mutant] = []
     for node in _code(ast.parse(source)):
         if isinstance(node, ast.BinOp) and type(node.op) in ARITHMETIC:
-            found += between(node.left, node.right, OPERATORS[type(node.op)], ARITHMETIC[type(node.op)])
+            found += between(
+                node.left, node.right, OPERATORS[type(node.op)], ARITHMETIC[type(node.op)]
+            )
         elif isinstance(node, ast.Compare):
-            for left, operator, right in zip([node.left, *node.comparators], node.ops, node.comparators, strict=False):
+            for left, operator, right in zip(
+                [node.left, *node.comparators], node.ops, node.comparators, strict=False
+            ):
                 if type(operator) in COMPARISONS:
-                    found += between(left, right, SYMBOLS[type(operator)], COMPARISONS[type(operator)])
+                    found += between(
+                        left, right, SYMBOLS[type(operator)], COMPARISONS[type(operator)]
+                    )
         elif isinstance(node, ast.BoolOp):
             symbol, other = ("and", "or") if isinstance(node.op, ast.And) else ("or", "and")
             for left, right in zip(node.values, node.values[1:], strict=False):
@@ -81,14 +117,29 @@ def mutants_of(path: str, source: str) -> list[Mutant]:
             symbol = "-" if isinstance(node.op, ast.USub) else "not "
             if source.startswith(symbol, at):
                 found.append(Mutant(path, node.lineno, at, at + len(symbol), symbol, ""))
-        elif isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.end_lineno == node.lineno:
-            at, end = offset(node.lineno, node.col_offset), offset(node.lineno, node.end_col_offset or 0)
-            found.append(Mutant(path, node.lineno, at, end, source[at:end], f"({source[at:end]} + 1)"))
+        elif (
+            isinstance(node, ast.Constant)
+            and type(node.value) in (int, float)
+            and node.end_lineno == node.lineno
+        ):
+            at, end = (
+                offset(node.lineno, node.col_offset),
+                offset(node.lineno, node.end_col_offset or 0),
+            )
+            found.append(
+                Mutant(path, node.lineno, at, end, source[at:end], f"({source[at:end]} + 1)")
+            )
         elif isinstance(node, ast.Call):
-            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            name = (
+                node.func.attr
+                if isinstance(node.func, ast.Attribute)
+                else getattr(node.func, "id", "")
+            )
             if name in CALLS:
                 end = offset(node.func.end_lineno or 0, node.func.end_col_offset or 0)
-                found.append(Mutant(path, node.func.end_lineno or 0, end - len(name), end, name, CALLS[name]))
+                found.append(
+                    Mutant(path, node.func.end_lineno or 0, end - len(name), end, name, CALLS[name])
+                )
     return sorted(found, key=lambda mutant: mutant.start)
 
 

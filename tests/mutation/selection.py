@@ -6,15 +6,23 @@ import re
 from collections import deque
 from pathlib import Path
 
-FROM = re.compile(r"^\s*from ((?:frictool|tests)[\w.]*) import \(?([^#\n]*(?:\n    [^)]*)?)", re.MULTILINE)
+FROM = re.compile(
+    r"^\s*from ((?:frictool|tests)[\w.]*) import \(?([^#\n]*(?:\n    [^)]*)?)", re.MULTILINE
+)
 PLAIN = re.compile(r"^\s*import ((?:frictool|tests)[\w.]*)", re.MULTILINE)
-QUOTED = re.compile(r"\"(frictool\.[\w.]+)\"")  # a table of modules that are imported when they are used
+QUOTED = re.compile(
+    r"\"(frictool\.[\w.]+)\""
+)  # a table of modules that are imported when they are used
 OF_PACKAGE = re.compile(r"import_module\(f\"(frictool[\w.]*)\.\{")
 
 
 def import_graph(root: Path) -> dict[str, set[str]]:
     """Return what each module of `frictool` and `tests` imports, by dotted name."""
-    paths = {_dotted(path.relative_to(root)): path for top in ("frictool", "tests") for path in sorted((root / top).rglob("*.py"))}
+    paths = {
+        _dotted(path.relative_to(root)): path
+        for top in ("frictool", "tests")
+        for path in sorted((root / top).rglob("*.py"))
+    }
     graph = {}
     for name, path in paths.items():
         text = path.read_text()
@@ -44,7 +52,8 @@ def dependents(graph: dict[str, set[str]], module: str) -> dict[str, int]:
 
 
 def files_that_reach(graph: dict[str, set[str]], module: str) -> list[list[str]]:
-    """Return the test files that reach `module`, in groups of one distance, the nearest first; `tests/docs` is left out.
+    """Return the test files that reach `module`, in groups of one distance, the nearest first;
+    `tests/docs` is left out.
 
     Of one distance, files in the test folder of the module's own package come first.
     """

@@ -1,4 +1,5 @@
-"""The mutants are edits of running code, drawn alike by one seed; a test that imports the module comes before one that does not."""
+"""The mutants are edits of running code, drawn alike by one seed; a test that imports the module
+comes before one that does not."""
 
 from __future__ import annotations
 
@@ -16,13 +17,26 @@ def f(a: float | None, b: int = -3) -> float | None:
 
 def test_every_mutant_is_another_program_on_its_line():
     mutants = mutants_of("m.py", SOURCE)
-    assert {mutant.original for mutant in mutants} == {"-", "3", "max", "<=", "and", "not ", "*", "2.5"}
+    assert {mutant.original for mutant in mutants} == {
+        "-",
+        "3",
+        "max",
+        "<=",
+        "and",
+        "not ",
+        "*",
+        "2.5",
+    }
     trees = {ast.dump(ast.parse(mutant.apply(SOURCE))) for mutant in mutants}
     assert len(trees) == len(mutants)
     assert ast.dump(ast.parse(SOURCE)) not in trees
     for mutant in mutants:
         changed = [
-            i for i, (old, new) in enumerate(zip(SOURCE.split("\n"), mutant.apply(SOURCE).split("\n"), strict=True), 1) if old != new
+            i
+            for i, (old, new) in enumerate(
+                zip(SOURCE.split("\n"), mutant.apply(SOURCE).split("\n"), strict=True), 1
+            )
+            if old != new
         ]
         assert changed == [mutant.line]
 
@@ -45,4 +59,8 @@ def test_the_nearest_tests_come_first():
         "tests.docs.test_pages": {"frictool.a.x"},
         "tests.a.rig": {"frictool.a.x"},
     }
-    assert files_that_reach(graph, "frictool.a.x") == [["tests/a/test_x.py"], ["tests/c/test_x.py"], ["tests/b/test_y.py"]]
+    assert files_that_reach(graph, "frictool.a.x") == [
+        ["tests/a/test_x.py"],
+        ["tests/c/test_x.py"],
+        ["tests/b/test_y.py"],
+    ]

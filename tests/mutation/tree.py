@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from frictool import kernel_cache, kernels
+from frictool.runtime import kernel_cache, kernels
 from tests.mutation.mutants import Mutant
 from tests.mutation.selection import files_that_reach, import_graph
 
@@ -23,7 +23,8 @@ NO_TESTS = 5  # pytest's exit code
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a mutant: `killed`, `survived` or `out of time`; the test that failed; the wall time [s]."""
+    """Outcome of a mutant: `killed`, `survived` or `out of time`; the test that failed; the wall
+    time [s]."""
 
     status: str
     test: str
@@ -31,7 +32,8 @@ class Outcome:
 
 
 class Tree:
-    """A clone of the checkout `root` in `folder`, and beside it a copy of the kernels that are compiled."""
+    """A clone of the checkout `root` in `folder`, and beside it a copy of the kernels that are
+    compiled."""
 
     def __init__(self, root: Path, folder: Path) -> None:
         shutil.rmtree(folder, ignore_errors=True)
@@ -45,7 +47,8 @@ class Tree:
             shutil.copytree(kernels.FOLDER, self.places / kernels.FOLDER.name)
 
     def judge(self, mutant: Mutant, budget: float) -> Outcome:
-        """Return whether a test notices `mutant` within `budget` seconds. A test that fails without the edit is left out."""
+        """Return whether a test notices `mutant` within `budget` seconds. A test that fails without
+        the edit is left out."""
         before = self._states()
         try:
             return self._judge(mutant, budget)
@@ -64,7 +67,10 @@ class Tree:
                     return Outcome("out of time", "", budget)
                 with self._edited(mutant):
                     status, test = self._run(files, left)
-                if status == "failed" and self._run([test] if test else files, budget)[0] == "passed":
+                if (
+                    status == "failed"
+                    and self._run([test] if test else files, budget)[0] == "passed"
+                ):
                     return Outcome("killed", test, time.monotonic() - start)
                 if status == "failed" and not test:
                     raise RuntimeError(f"{' '.join(files)}: pytest fails on the unedited program")
@@ -74,11 +80,34 @@ class Tree:
 
     def _run(self, files: list[str], limit: float) -> tuple[str, str]:
         """Return (passed | failed | out of time, first test that failed)."""
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "-n", "2" if len(files) > 1 else "0", *files]
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-x",
+            "-q",
+            "-rfE",
+            "-n",
+            "2" if len(files) > 1 else "0",
+            *files,
+        ]
         command += [f"--deselect={test}" for test in self.excluded]
-        environment = {**os.environ, "PYTHONPATH": str(self.folder), "FRICTOOL_DATA": _data(self.root), "NUMBA_CACHE_DIR": str(self.places)}
+        environment = {
+            **os.environ,
+            "PYTHONPATH": str(self.folder),
+            "FRICTOOL_DATA": _data(self.root),
+            "NUMBA_CACHE_DIR": str(self.places),
+        }
         try:
-            done = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=limit, check=False)
+            done = subprocess.run(
+                command,
+                cwd=self.folder,
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=limit,
+                check=False,
+            )
         except subprocess.TimeoutExpired:
             return "out of time", ""
         if done.returncode in (0, NO_TESTS):
@@ -98,7 +127,9 @@ class Tree:
 
     def _states(self) -> set[Path]:
         """Return the folders of compiled kernels: those of a mutant are the ones that it adds."""
-        return {state.path for folder in self.places.glob("*/") for state in kernel_cache.states(folder)}
+        return {
+            state.path for folder in self.places.glob("*/") for state in kernel_cache.states(folder)
+        }
 
 
 def _data(root: Path) -> str:

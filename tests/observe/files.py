@@ -9,12 +9,12 @@ import numpy as np
 
 from frictool.documents.model import Model
 from frictool.documents.writing import to_yaml
-from frictool.logs.canonical.chunks import chunked
 from frictool.logs.canonical.mcap_format import write_mcap
-from frictool.logs.canonical.mcap_layout import Head
+from frictool.logs.canonical.mcap_layout import StreamHeader
 from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
-from frictool.logs.flow import Samples
+from frictool.logs.canonical.sample_chunks import chunked
 from frictool.logs.log import Log, Stream
+from frictool.logs.stream_source import SampleBlock
 from tests.observe.fleet import NOISE, Unit, believed, run, steps
 
 UNITS = {"position": "rad", "current": "A", "effort": "N m", "velocity": "rad/s"}
@@ -30,12 +30,21 @@ def model_file(folder: Path, model: Model | None = None) -> Path:
     return path
 
 
-def log_of(unit: Unit, seed: int, seconds: float = 8.0, noise: float = NOISE, **metadata: dict[str, str]) -> Log:
+def log_of(
+    unit: Unit, seed: int, seconds: float = 8.0, noise: float = NOISE, **metadata: dict[str, str]
+) -> Log:
     """What a clutch would have logged of `seconds` of steps, with what only a simulation knows."""
     played = run(unit, steps(seconds), seed, noise=noise)
     piece = played.pieces[0]
-    signals = {"position": piece.position, "current": piece.effort / CONSTANT, "effort": piece.effort, "velocity": played.velocity}
-    return Log((Stream("/axis", piece.time, signals, UNITS),), {"log": {"kind": "simulated"}, **metadata})
+    signals = {
+        "position": piece.position,
+        "current": piece.effort / CONSTANT,
+        "effort": piece.effort,
+        "velocity": played.velocity,
+    }
+    return Log(
+        (Stream("/axis", piece.time, signals, UNITS),), {"log": {"kind": "simulated"}, **metadata}
+    )
 
 
 def save(log: Log, path: Path) -> Path:
@@ -63,15 +72,16 @@ def repeated(log: Log, times: int, pause: float = 1.0) -> Log:
 
 
 def long_log(path: Path, minutes: int, hold: float, wear: float) -> None:
-    """Writes the log of a clutch at 1 kHz that makes a move each `hold` s, position and current; every minute as the first."""
+    """Writes the log of a clutch at 1 kHz that makes a move each `hold` s, position and current;
+    every minute as the first."""
     held = round(1e3 * hold)
     (piece,) = run(Unit(wear=wear), np.repeat(np.resize(PLACES, MINUTE // held), held), 0).pieces
     signals = (piece.position, piece.effort / CONSTANT)
 
-    def pieces() -> Iterator[Samples]:
+    def pieces() -> Iterator[SampleBlock]:
         for minute in range(minutes):
-            yield Samples((minute * MINUTE + np.arange(MINUTE)) * 1_000_000, signals)
+            yield SampleBlock((minute * MINUTE + np.arange(MINUTE)) * 1_000_000, signals)
 
     with path.open("wb") as stream:
-        head = Head("/axis", ("position", "current"), (UNITS["position"], UNITS["current"]))
+        head = StreamHeader("/axis", ("position", "current"), (UNITS["position"], UNITS["current"]))
         write_streams(CanonicalWriter(stream, (head,), {}), [chunked(pieces())])

@@ -1,12 +1,16 @@
-"""Runs of many clutches, each its own plant and wear, as the logs of a fleet would show them; quick, by the engine alone.
+"""Runs of many clutches, each its own plant and wear, as the logs of a fleet would show them;
+quick, by the engine alone.
 
     Unit ──axis──▶ engine/closed_loop.py, sample by sample ──encoder, current with noise──▶ Piece
 
-The plant is configs/clutch/nonlinear.yaml, the second test of thesis 6.3.2: encoder of 56 points, backlash, viscous friction beyond
-260 rad/s (4.4.2.2). What estimates it believes `believed()`, the same with the inertia 20 % low. The controllers in controllers/ are
-designs/speed.yaml and laws/linear.yaml (a PID) of configs/clutch, synthesised for nonlinear.yaml, without their certificates:
+The plant is configs/clutch/nonlinear.yaml, the second test of thesis 6.3.2: encoder of 56 points,
+backlash, viscous friction beyond 260 rad/s (4.4.2.2). What estimates it believes `believed()`, the
+same with the inertia 20 % low. The controllers in controllers/ are designs/speed.yaml and
+laws/linear.yaml (a PID) of configs/clutch, synthesised for nonlinear.yaml, without their
+certificates:
 
-    python -m tests.observe.fleet SPEED LINEAR      writes them again, from what `frictool synth` has made of the two designs
+    python -m tests.observe.fleet SPEED LINEAR      writes them again, from what `frictool synth`
+                                                    has made of the two designs
 """
 
 from __future__ import annotations
@@ -22,22 +26,43 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.composition import controller_program
-from frictool.control.machine import Machine, control_step, copied, machine, start_at
+from frictool.control.compiled_program import (
+    CompiledProgram,
+    compile_program,
+    control_step,
+    copy_program,
+    start_at,
+)
+from frictool.control.controller_composition import controller_program
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
-from frictool.engine.closed_loop import MEASURED, RECORD_SIZE, TRUE_DRIVE, TRUE_VELOCITY, answered, measure, seen
+from frictool.engine.closed_loop import (
+    MEASURED,
+    RECORD_SIZE,
+    TRUE_DRIVE,
+    TRUE_VELOCITY,
+    advance_sample,
+    encoder_reading,
+    measure,
+)
 from frictool.engine.conditions import FRICTION, neutral
 from frictool.engine.status import OK
-from frictool.friction.position_polynomial import normalised
-from frictool.kernels import kernel
+from frictool.friction.position_polynomial import normalise
 from frictool.observe.estimate import Kind
-from frictool.observe.samples import Piece
-from frictool.plant.axis import BACKLASH_BREAKAWAY_RATIO, ENCODER_STEP, POSITION, VELOCITY, AxisParameters, rest
-from frictool.plant.axis_laws import Levels, Shape
+from frictool.observe.motion_block import MotionBlock
+from frictool.plant.axis import (
+    BACKLASH_BREAKAWAY_RATIO,
+    ENCODER_STEP,
+    POSITION,
+    VELOCITY,
+    AxisParameters,
+    rest,
+)
+from frictool.plant.axis_friction_laws import AxisFrictionLevels, FrictionPositionShape
 from frictool.plant.axis_model import axis_of
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 Loop = Literal["speed", "linear"]
@@ -54,10 +79,12 @@ UNITS_STREAM, NOISE_STREAM, TARGETS_STREAM = 101, 102, 103  # beside the seed
 class Unit:
     """What one clutch is: factors on the parameters of nonlinear.yaml, and its wear.
 
-    wear: of all dry friction, that in the gap too. added [N m]: on top of it, in either direction, outside the gap. forward, backward: of
-    one direction, outside the gap. zone: of all dry friction beyond EDGE, where the motor is at a sample's beginning. `wear` and `zone`
-    begin at `since` [s], the others are there from the start. late: samples by which the logged current is late. plain_viscous
-    [N m s/rad]: at every speed. counts: of the encoder a turn, in place of the bench's.
+    wear: of all dry friction, that in the gap too. added [N m]: on top of it, in either direction,
+    outside the gap. forward, backward: of one direction, outside the gap. zone: of all dry friction
+    beyond EDGE, where the motor is at a sample's beginning. `wear` and `zone` begin at `since` [s],
+    the others are there from the start. late: samples by which the logged current is late.
+    plain_viscous [N m s/rad]: at every speed. counts: of the encoder a turn, in place of the
+    bench's.
     """
 
     wear: float = 1.0
@@ -89,10 +116,11 @@ class Unit:
 
 @dataclass(frozen=True)
 class Run:
-    """A unit's log in pieces, and what only the simulation knows: velocity (n,) [rad/s] at each sample."""
+    """A unit's log in pieces, and what only the simulation knows: velocity (n,) [rad/s] at each
+    sample."""
 
     unit: Unit
-    pieces: tuple[Piece, ...]
+    pieces: tuple[MotionBlock, ...]
     velocity: Vector
 
 
@@ -108,8 +136,12 @@ def believed() -> Model:
     model = clutch()
     inertia = model.parameters.inertia
     low, high = inertia.interval
-    wrong = msgspec.structs.replace(inertia, value=UNSURE * inertia.value, low=UNSURE * low, high=high)
-    return msgspec.structs.replace(model, parameters=msgspec.structs.replace(model.parameters, inertia=wrong))
+    wrong = msgspec.structs.replace(
+        inertia, value=UNSURE * inertia.value, low=UNSURE * low, high=high
+    )
+    return msgspec.structs.replace(
+        model, parameters=msgspec.structs.replace(model.parameters, inertia=wrong)
+    )
 
 
 def with_encoder(model: Model, counts: float | None) -> Model:
@@ -117,14 +149,21 @@ def with_encoder(model: Model, counts: float | None) -> Model:
     if counts is None:
         return model
     encoder = msgspec.structs.replace(model.bench.encoder, counts_per_revolution=counts)
-    return msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, encoder=encoder))
+    return msgspec.structs.replace(
+        model, bench=msgspec.structs.replace(model.bench, encoder=encoder)
+    )
 
 
 def spread(seed: int, **fields: float) -> Unit:
-    """A unit of the spread of numbers.md 9: viscous +-50 %, friction in the gap +-40 %, its width and the inertia +-20 %."""
+    """A unit of the spread of numbers.md 9: viscous +-50 %, friction in the gap +-40 %, its width
+    and the inertia +-20 %."""
     draw = np.random.Generator(np.random.PCG64([seed, UNITS_STREAM])).uniform(-1.0, 1.0, 4)
-    viscous, gap_friction, gap, inertia = (float(1.0 + width * part) for width, part in zip((0.5, 0.4, 0.2, 0.2), draw, strict=True))
-    return replace(Unit(viscous=viscous, gap_friction=gap_friction, gap=gap, inertia=inertia), **fields)
+    viscous, gap_friction, gap, inertia = (
+        float(1.0 + width * part) for width, part in zip((0.5, 0.4, 0.2, 0.2), draw, strict=True)
+    )
+    return replace(
+        Unit(viscous=viscous, gap_friction=gap_friction, gap=gap, inertia=inertia), **fields
+    )
 
 
 def axis(unit: Unit) -> AxisParameters:
@@ -135,17 +174,26 @@ def axis(unit: Unit) -> AxisParameters:
     assert laws.backward is not None
     ratio, low, high = plain.breakaway / plain.coulomb, laws.shape.low, laws.shape.high
     curves, levels = [], []
-    for own, terms, factor in zip((plain.coulomb, laws.backward.coulomb), laws.shape.coulomb, (unit.forward, unit.backward), strict=True):
-        curve = factor * own * normalised(np.array(terms), low, high)[0]
+    for own, terms, factor in zip(
+        (plain.coulomb, laws.backward.coulomb),
+        laws.shape.coulomb,
+        (unit.forward, unit.backward),
+        strict=True,
+    ):
+        curve = factor * own * normalise(np.array(terms), low, high)[0]
         curve[0] += unit.added
         curves.append(tuple(map(float, curve)))
-        levels.append(normalised(curve, low, high)[1])
+        levels.append(normalise(curve, low, high)[1])
     viscous = unit.plain_viscous
     laws = laws._replace(
-        backward=Levels(viscous, levels[1], ratio * levels[1]),
-        shape=Shape(low, high, (curves[0], curves[1]), (curves[0], curves[1])),
+        backward=AxisFrictionLevels(viscous, levels[1], ratio * levels[1]),
+        shape=FrictionPositionShape(low, high, (curves[0], curves[1]), (curves[0], curves[1])),
         regimes=tuple(
-            r._replace(forward=viscous + unit.viscous * r.forward, backward=viscous + unit.viscous * r.backward) for r in laws.regimes
+            r._replace(
+                forward=viscous + unit.viscous * r.forward,
+                backward=viscous + unit.viscous * r.backward,
+            )
+            for r in laws.regimes
         ),
     )
     return plain._replace(
@@ -163,12 +211,21 @@ def axis(unit: Unit) -> AxisParameters:
 
 @kernel
 def worn_loop(
-    own: Vector, state: Vector, running: Machine, reference: Vector, period: float, delay: int, worn: Vector, rows: Vector, record: Vector
+    own: Vector,
+    state: Vector,
+    running: CompiledProgram,
+    reference: Vector,
+    period: float,
+    delay: int,
+    worn: Vector,
+    rows: Vector,
+    record: Vector,
 ) -> int:
     """engine/closed_loop.py `run` of one axis that wears.
 
-    worn (3,): the sample from which it has worn, the factor everywhere, and that beyond EDGE. rows (n, 8): engine/conditions.py, filled in
-    with that. Fills record (n, 7), returns engine/status.py.
+    worn (3,): the sample from which it has worn, the factor everywhere, and that beyond EDGE. rows
+    (n, 8): engine/conditions.py, filled in with that. Fills record (n, 7), returns
+    engine/status.py.
     """
     p, waiting = own.copy(), np.zeros(delay + 1)
     measured = measure(state[POSITION], own[ENCODER_STEP])
@@ -178,9 +235,11 @@ def worn_loop(
         if k >= worn[0] and state[POSITION] > EDGE:
             factor *= worn[2]
         rows[k, FRICTION] = factor
-        measured = seen(own, state, measured, rows, k)
+        measured = encoder_reading(own, state, measured, rows, k)
         command = control_step(running, reference[k], measured, state[VELOCITY])
-        status = answered(own, state, p, waiting, k, measured, command, period, record[k], rows)
+        status = advance_sample(
+            own, state, p, waiting, k, measured, command, period, record[k], rows
+        )
         if status != OK:
             return int(status)
     return OK
@@ -193,16 +252,22 @@ def controller(loop: Loop) -> Controller:
 
 
 def steps(seconds: float = SECONDS) -> Vector:
-    """6.3.2: steps between 0 and 30 rad, from the middle on between 20 and 50 rad, held for HOLD [s] each."""
+    """6.3.2: steps between 0 and 30 rad, from the middle on between 20 and 50 rad, held for HOLD
+    [s] each."""
     period = clutch().bench.sample_period_s
     held = np.arange(round(seconds / period)) // round(HOLD / period)
     forth = held % 2 == 0
-    return np.where(held < round(seconds / HOLD) // 2, np.where(forth, 30.0, 0.0), np.where(forth, 50.0, 20.0))
+    return np.where(
+        held < round(seconds / HOLD) // 2, np.where(forth, 30.0, 0.0), np.where(forth, 50.0, 20.0)
+    )
 
 
 def targets(seed: int, seconds: float = SECONDS) -> Vector:
     """Steps to random places of the travel, 8 rad away at least, held for HOLD [s] each."""
-    period, draw = clutch().bench.sample_period_s, np.random.Generator(np.random.PCG64([seed, TARGETS_STREAM]))
+    period, draw = (
+        clutch().bench.sample_period_s,
+        np.random.Generator(np.random.PCG64([seed, TARGETS_STREAM])),
+    )
     places: list[float] = []
     last = 0.0
     while len(places) < round(seconds / HOLD):
@@ -213,31 +278,70 @@ def targets(seed: int, seconds: float = SECONDS) -> Vector:
     return np.repeat(places, round(HOLD / period))
 
 
-def run(unit: Unit, reference: Vector, seed: int, loop: Loop = "speed", noise: float = NOISE) -> Run:
-    """A unit's log along `reference` (n,) [rad] from rest at 0, the current's noise [A] drawn from `seed`."""
+def run(
+    unit: Unit, reference: Vector, seed: int, loop: Loop = "speed", noise: float = NOISE
+) -> Run:
+    """A unit's log along `reference` (n,) [rad] from rest at 0, the current's noise [A] drawn from
+    `seed`."""
     return runs([unit], [reference], [seed], loop, noise)[0]
 
 
 def runs(
-    units: Sequence[Unit], references: Sequence[Vector], seeds: Sequence[int], loop: Loop = "speed", noise: float = NOISE
+    units: Sequence[Unit],
+    references: Sequence[Vector],
+    seeds: Sequence[int],
+    loop: Loop = "speed",
+    noise: float = NOISE,
 ) -> list[Run]:
     """The same of many. Raises RuntimeError where one cannot be simulated."""
-    document, running = controller(loop), machine(controller_program(controller(loop)))
-    return [_one(*each, document, running, noise) for each in zip(units, references, seeds, strict=True)]
+    document, running = controller(loop), compile_program(controller_program(controller(loop)))
+    return [
+        _one(*each, document, running, noise) for each in zip(units, references, seeds, strict=True)
+    ]
 
 
-def _one(unit: Unit, reference: Vector, seed: int, document: Controller, running: Machine, noise: float) -> Run:
-    bench, period, record = clutch().bench, document.sample_period_s, np.empty((reference.size, RECORD_SIZE))
-    worn, rows = np.array([round(unit.since / period), unit.wear, unit.zone]), neutral(reference.size)
-    status = worn_loop(axis(unit).as_array(), rest(), copied(running), reference, period, document.delay_samples, worn, rows, record)
+def _one(
+    unit: Unit,
+    reference: Vector,
+    seed: int,
+    document: Controller,
+    running: CompiledProgram,
+    noise: float,
+) -> Run:
+    bench, period, record = (
+        clutch().bench,
+        document.sample_period_s,
+        np.empty((reference.size, RECORD_SIZE)),
+    )
+    worn, rows = (
+        np.array([round(unit.since / period), unit.wear, unit.zone]),
+        neutral(reference.size),
+    )
+    status = worn_loop(
+        axis(unit).as_array(),
+        rest(),
+        copy_program(running),
+        reference,
+        period,
+        document.delay_samples,
+        worn,
+        rows,
+        record,
+    )
     if status != OK:
         raise RuntimeError(f"{unit}: status {status}")
-    drive: Vector = np.concatenate([np.zeros(unit.late), record[: reference.size - unit.late, TRUE_DRIVE]])
-    drive += noise * np.random.Generator(np.random.PCG64([seed, NOISE_STREAM])).standard_normal(drive.size)
+    drive: Vector = np.concatenate(
+        [np.zeros(unit.late), record[: reference.size - unit.late, TRUE_DRIVE]]
+    )
+    drive += noise * np.random.Generator(np.random.PCG64([seed, NOISE_STREAM])).standard_normal(
+        drive.size
+    )
     effort: Vector = bench.actuator.constant.value * drive
     position, velocity = record[:, MEASURED].copy(), record[:, TRUE_VELOCITY].copy()
     time: Vector = period * np.arange(reference.size)
-    return Run(unit, (Piece(time, position, effort, follows=False, velocity=velocity),), velocity)
+    return Run(
+        unit, (MotionBlock(time, position, effort, follows=False, velocity=velocity),), velocity
+    )
 
 
 def main(arguments: list[str]) -> int:

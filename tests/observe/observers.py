@@ -1,4 +1,5 @@
-"""Observer documents for tests, their gains by hand or drawn: what runs is asked for, not whether it is any good."""
+"""Observer documents for tests, their gains by hand or drawn: what runs is asked for, not whether
+it is any good."""
 
 from __future__ import annotations
 
@@ -25,7 +26,12 @@ def clutch() -> Model:
 
 
 def drawn_observer(
-    seed: int, wear: Literal["multiplicative", "additive"], kept: float = 1.0, viscous: float = 0.0, offset: float = 0.0, cells: int = 3
+    seed: int,
+    wear: Literal["multiplicative", "additive"],
+    kept: float = 1.0,
+    viscous: float = 0.0,
+    offset: float = 0.0,
+    cells: int = 3,
 ) -> Observer:
     """Gains around (0.8, 300, +-0.5), drawn from `seed`; friction levels too."""
     draw = np.random.Generator(np.random.PCG64([seed, 77]))
@@ -33,7 +39,9 @@ def drawn_observer(
     for direction in (1, -1):
         edges = np.linspace(0.0, 63.0, cells + 1)
         for index in range(1, cells + 1) if wear == "multiplicative" else (1,):
-            over = (float(edges[index - 1]), float(edges[index])) if wear == "multiplicative" else None
+            over = (
+                (float(edges[index - 1]), float(edges[index])) if wear == "multiplicative" else None
+            )
             modes.append(_mode(direction * index, direction, draw, over))
     indices = [mode.index for mode in modes]
     switched = Switched(
@@ -52,14 +60,25 @@ def drawn_observer(
         axis="rotary",
         sample_period_s=bench.sample_period_s,
         inertia=Quantity(value=1.32e-5, unit="kg m^2"),
-        friction=FrictionMap(over=clutch().bench.mechanics.travel, forward=CURVES[0], backward=CURVES[1], viscous=viscous, offset=offset),
+        friction=FrictionMap(
+            over=clutch().bench.mechanics.travel,
+            forward=CURVES[0],
+            backward=CURVES[1],
+            viscous=viscous,
+            offset=offset,
+        ),
         bench=bench,
         provenance=Provenance(command="written for a test", frictool="0"),
         switched=switched,
     )
 
 
-def _mode(index: int, direction: Literal[-1, 0, 1], draw: np.random.Generator, over: tuple[float, float] | None = None) -> Mode:
+def _mode(
+    index: int,
+    direction: Literal[-1, 0, 1],
+    draw: np.random.Generator,
+    over: tuple[float, float] | None = None,
+) -> Mode:
     one, two, three = (float(value) for value in draw.uniform((0.6, 200.0, 0.2), (1.0, 400.0, 0.8)))
     gains = ((one,), (two,), (-direction * three,))
     if direction == 0:

@@ -1,4 +1,5 @@
-"""The switched observers once more, in plain Python, read beside (6.4) and (6.22): slow, and equal to the program bit by bit."""
+"""The switched observers once more, in plain Python, read beside (6.4) and (6.22): slow, and equal
+to the program bit by bit."""
 
 from __future__ import annotations
 
@@ -27,16 +28,25 @@ class PlainObserver:
             return 0.0, 3.0
         known = self.document.friction
         grid = np.linspace(known.over.low, known.over.high, 257)
-        largest = max(float(np.max(np.polynomial.Polynomial(curve)(grid))) for curve in (known.forward, known.backward))
+        largest = max(
+            float(np.max(np.polynomial.Polynomial(curve)(grid)))
+            for curve in (known.forward, known.backward)
+        )
         return -largest, 2.0 * largest
 
     def mode(self) -> Mode:
-        """Mode 0 below Sigma, else the cell of the direction; the outermost cells hold beyond the travel too."""
+        """Mode 0 below Sigma, else the cell of the direction; the outermost cells hold beyond the
+        travel too."""
         if abs(self.omega) < self.own.switch_speed.value:
             return next(mode for mode in self.own.modes if mode.direction == 0)
         direction = 1 if self.omega > 0.0 else -1
-        cells = sorted((mode for mode in self.own.modes if mode.direction == direction), key=lambda mode: mode.over or (0.0, 0.0))
-        inside = [mode for mode in cells[:-1] if mode.over is not None and self.theta < mode.over[1]]
+        cells = sorted(
+            (mode for mode in self.own.modes if mode.direction == direction),
+            key=lambda mode: mode.over or (0.0, 0.0),
+        )
+        inside = [
+            mode for mode in cells[:-1] if mode.over is not None and self.theta < mode.over[1]
+        ]
         return inside[0] if inside else cells[-1]
 
     def friction(self, mode: Mode) -> float:
@@ -74,4 +84,6 @@ class PlainObserver:
 
     def run(self, positions: Vector, efforts: Vector) -> Vector:
         """(n, 4) of positions and efforts (n,)."""
-        return np.array([self.step(float(y), float(u)) for y, u in zip(positions, efforts, strict=True)])
+        return np.array(
+            [self.step(float(y), float(u)) for y, u in zip(positions, efforts, strict=True)]
+        )

@@ -1,17 +1,21 @@
-"""The rows of the weak form written out sample by sample over a whole log: what frictool/observe/wear/rows.py is measured against."""
+"""Rows of the weak form, sample by sample over a whole log.
+
+The reference for frictool/observe/wear/weak_form_rows.py.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.observe.wear.layout import Layout
+from frictool.observe.wear.weak_form_layout import WeakFormLayout
 
 Vector = NDArray[np.float64]
 
 
 def carried(position: Vector, gap: float) -> list[int]:
-    """1 or -1 where, wherever in its backlash the axis began, the motor has pushed through all of it in that direction; else 0."""
+    """1 or -1 where, wherever in its backlash the axis began, the motor has pushed through all of
+    it in that direction; else 0."""
     out = [0] * position.size
     ends = np.array([-0.5 * gap, 0.5 * gap])
     for k in range(1, position.size):
@@ -21,7 +25,7 @@ def carried(position: Vector, gap: float) -> list[int]:
     return out
 
 
-def directions(position: Vector, layout: Layout) -> list[int]:
+def directions(position: Vector, layout: WeakFormLayout) -> list[int]:
     """Of each sample the direction in which it slips for certain, or 0."""
     n, reach = position.size, layout.reach
     start = layout.window + reach  # before it, nothing is known of the gap
@@ -38,7 +42,7 @@ def directions(position: Vector, layout: Layout) -> list[int]:
     return out
 
 
-def row(position: Vector, effort: Vector, last: int, side: int, layout: Layout) -> Vector:
+def row(position: Vector, effort: Vector, last: int, side: int, layout: WeakFormLayout) -> Vector:
     """The columns and the effort (p + 1,) of the window that ends at `last`."""
     window, reach, period = layout.window, layout.reach, layout.period
     total = dict.fromkeys((*layout.names, "effort"), 0.0)
@@ -49,7 +53,9 @@ def row(position: Vector, effort: Vector, last: int, side: int, layout: Layout) 
         velocity = (position[k + 1] - position[k - 1]) / (2.0 * period)
         zone = int(np.clip(np.searchsorted(layout.edges, x, side="right") - 1, 0, layout.zones - 1))
         name = "forward" if side > 0 else "backward"
-        friction = max(0.0, np.polynomial.Polynomial(layout.dry[int(side > 0)])(np.clip(x, *layout.mapped)))
+        friction = max(
+            0.0, np.polynomial.Polynomial(layout.dry[int(side > 0)])(np.clip(x, *layout.mapped))
+        )
         total["inertia"] += layout.second[j] * (position[k] - position[last])
         total["viscous"] += weight * velocity
         total["asymmetry"] += weight * side * velocity
@@ -62,15 +68,20 @@ def row(position: Vector, effort: Vector, last: int, side: int, layout: Layout) 
     return np.array(list(total.values()))
 
 
-def load(x: float, layout: Layout) -> float:
+def load(x: float, layout: WeakFormLayout) -> float:
     """Beside friction."""
     if layout.load.size == 0:
         return 0.0
     terms = layout.load[1:].reshape(-1, 3)
-    return float(layout.load[0] * x + np.sum(terms[:, 1] * np.sin(terms[:, 0] * x) + terms[:, 2] * np.cos(terms[:, 0] * x)))
+    return float(
+        layout.load[0] * x
+        + np.sum(terms[:, 1] * np.sin(terms[:, 0] * x) + terms[:, 2] * np.cos(terms[:, 0] * x))
+    )
 
 
-def grams(position: Vector, effort: Vector, layout: Layout, rest: float, most: int) -> list[tuple[Vector, int]]:
+def grams(
+    position: Vector, effort: Vector, layout: WeakFormLayout, rest: float, most: int
+) -> list[tuple[Vector, int]]:
     """The Gram matrix and the number of rows of each move."""
     out: list[tuple[Vector, int]] = []
     rows: list[Vector] = []
@@ -80,7 +91,9 @@ def grams(position: Vector, effort: Vector, layout: Layout, rest: float, most: i
         run = run + 1 if side != 0 and side == last else int(side != 0)
         idle = 0 if side else idle + 1
         last = side
-        if rows and ((side == 0 and idle >= rest * layout.window) or side == -moving or len(rows) >= most):
+        if rows and (
+            (side == 0 and idle >= rest * layout.window) or side == -moving or len(rows) >= most
+        ):
             out.append((np.transpose(rows) @ np.array(rows), len(rows)))
             rows = []
         if side and run >= layout.window and (run - layout.window) % layout.every == 0:

@@ -1,4 +1,5 @@
-"""The tracking observer once more, in plain Python with branches, read beside control/tracking_observer.py: slow."""
+"""The tracking observer once more, in plain Python with branches, read beside
+control/tracking_observer.py: slow."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.tracking_observer import LEAST_EDGE, LEAST_SPEED, TrackingFacts
+from frictool.control.tracking_observer import LEAST_EDGE, LEAST_SPEED, TrackingParameters
 
 Vector = NDArray[np.float64]
 
@@ -15,7 +16,7 @@ Vector = NDArray[np.float64]
 class PlainTracking:
     """From rest at a measured position, in the middle of the backlash."""
 
-    def __init__(self, facts: TrackingFacts, position: float) -> None:
+    def __init__(self, facts: TrackingParameters, position: float) -> None:
         self.facts, self.x, self.v, self.d, self.gap = facts, position, 0.0, 0.0, 0.0
         self.branches: set[str] = set()
 
@@ -41,15 +42,21 @@ class PlainTracking:
     def friction(self, x: float, gap: float) -> tuple[float, float]:
         """Forward and backward, loose inside the backlash."""
         f = self.facts
-        place = min(max(x, f.travel[0]), f.travel[1]) if max(len(f.forward), len(f.backward)) > 1 else x
+        place = (
+            min(max(x, f.travel[0]), f.travel[1]) if max(len(f.forward), len(f.backward)) > 1 else x
+        )
         up, down = max(_polynomial(f.forward, place), 0.0), max(_polynomial(f.backward, place), 0.0)
         if f.backlash == 0.0:
             return up, down
         edge = 0.5 * f.backlash - max(LEAST_EDGE * f.backlash, min(f.step, 0.25 * f.backlash))
         self.branches.add("carried" if abs(gap) >= edge else "loose")
-        return (up if gap >= edge else min(up, f.loose)), (down if gap <= -edge else min(down, f.loose))
+        return (up if gap >= edge else min(up, f.loose)), (
+            down if gap <= -edge else min(down, f.loose)
+        )
 
-    def move(self, x: float, v: float, d: float, gap: float, up: float, down: float, effort: float) -> None:
+    def move(
+        self, x: float, v: float, d: float, gap: float, up: float, down: float, effort: float
+    ) -> None:
         """By the model to the next sample."""
         f, rate = self.facts, self.facts.period / self.facts.inertia
         drive = effort - f.offset if f.offset != 0.0 else effort
@@ -73,7 +80,9 @@ class PlainTracking:
 
     def run(self, positions: Vector, efforts: Vector) -> Vector:
         """(n, 3)."""
-        return np.array([self.step(float(y), float(e)) for y, e in zip(positions, efforts, strict=True)])
+        return np.array(
+            [self.step(float(y), float(e)) for y, e in zip(positions, efforts, strict=True)]
+        )
 
 
 def _polynomial(powers: tuple[float, ...], x: float) -> float:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.control.composition import controller_program
-from frictool.control.machine import machine
+from frictool.control.compiled_program import compile_program
+from frictool.control.controller_composition import controller_program
 from frictool.engine.batch import closed_loops
 from frictool.engine.closed_loop import MEASURED, RECORD_SIZE, TRUE_DRIVE
 from frictool.engine.conditions import FRICTION, neutral
@@ -23,12 +23,25 @@ def test_a_log_is_the_run_of_the_engine() -> None:
     conditions[1000:, FRICTION] = 1.5
     record, status = np.zeros((1, reference.size, RECORD_SIZE)), np.zeros(1, dtype=np.int64)
     plain = axis_of(clutch()).as_array()
-    running = machine(controller_program(document))
+    running = compile_program(controller_program(document))
     states, delay = rest()[None, :], document.delay_samples
-    closed_loops(plain[None, :], states, running, reference[None, :], 1e-3, delay, record, status, np.empty(0), conditions)
+    closed_loops(
+        plain[None, :],
+        states,
+        running,
+        reference[None, :],
+        1e-3,
+        delay,
+        record,
+        status,
+        np.empty(0),
+        conditions,
+    )
     piece = run(Unit(wear=1.5, since=1.0), reference, 0, noise=0.0).pieces[0]
     np.testing.assert_allclose(piece.position, record[0, :, MEASURED], atol=1e-9)
-    np.testing.assert_allclose(piece.effort, 13.4e-3 * record[0, :, TRUE_DRIVE], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(
+        piece.effort, 13.4e-3 * record[0, :, TRUE_DRIVE], rtol=1e-6, atol=1e-9
+    )
 
 
 def test_wear_is_where_it_says() -> None:
@@ -42,7 +55,9 @@ def test_wear_is_where_it_says() -> None:
         new = [friction(Unit(), place, forward) for forward in (True, False)]
         added = [friction(Unit(added=0.03), place, forward) for forward in (True, False)]
         np.testing.assert_allclose(np.subtract(added, new), 0.03, rtol=1e-9)
-        sided = [friction(Unit(forward=1.3, backward=0.9), place, forward) for forward in (True, False)]
+        sided = [
+            friction(Unit(forward=1.3, backward=0.9), place, forward) for forward in (True, False)
+        ]
         np.testing.assert_allclose(np.divide(sided, new), [1.3, 0.9], rtol=1e-9)
 
 
@@ -60,7 +75,9 @@ def test_draws_are_repeated_and_late_current_is_late() -> None:
     assert spread(3, wear=1.2) == spread(3, wear=1.2)
     assert spread(3) != spread(4)
     reference = targets(5, SHORT)
-    first, again, late = (run(Unit(late=late), reference, 5, "linear", noise=0.0).pieces[0] for late in (0, 0, 1))
+    first, again, late = (
+        run(Unit(late=late), reference, 5, "linear", noise=0.0).pieces[0] for late in (0, 0, 1)
+    )
     np.testing.assert_array_equal(first.effort, again.effort)
     np.testing.assert_array_equal(first.effort[:-1], late.effort[1:])
     np.testing.assert_array_equal(first.position, late.position)

@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import pytest
 
-from frictool.observe.alarm import judge
-from frictool.observe.estimate import Estimate, Range
-from frictool.observe.plausible import implausible
+from frictool.observe.estimate import EstimateRange, WearEstimate
+from frictool.observe.rig_plausibility import implausible
+from frictool.observe.wear_limit import judge
 from tests.observe.fleet import clutch
 
 
-def told(inertia: float, wear: float = 1.0, moves: int = 8) -> Estimate:
-    one = Range(inertia, inertia - 0.01, inertia + 0.01)
-    return Estimate(1.0, moves, Range(wear, wear - 0.01, wear + 0.01), scale=Range(1.0, 0.955, 1.045), others={"inertia": one})
+def told(inertia: float, wear: float = 1.0, moves: int = 8) -> WearEstimate:
+    one = EstimateRange(inertia, inertia - 0.01, inertia + 0.01)
+    return WearEstimate(
+        1.0,
+        moves,
+        EstimateRange(wear, wear - 0.01, wear + 0.01),
+        scale=EstimateRange(1.0, 0.955, 1.045),
+        others={"inertia": one},
+    )
 
 
-@pytest.mark.parametrize("inertia", [0.8, 1.0, 1.25, 1.45])  # the bench: 0.84 to 1.16, and units differ
+@pytest.mark.parametrize(
+    "inertia", [0.8, 1.0, 1.25, 1.45]
+)  # the bench: 0.84 to 1.16, and units differ
 def test_what_units_differ_by_is_not_told(inertia: float) -> None:
     assert implausible(clutch(), told(inertia)) == ()
 

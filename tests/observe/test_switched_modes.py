@@ -1,4 +1,5 @@
-"""What a switched observer is made of: friction over position as intervals, its modes, their switches."""
+"""What a switched observer is made of: friction over position as intervals, its modes, their
+switches."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ from frictool.errors import NoSolutionError
 from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.friction_map import friction_at, friction_map
 from frictool.observe.design.intervals import intervals, turning_points
-from frictool.observe.design.matrices import Facts, subsystem
+from frictool.observe.design.matrices import ModeConstants, subsystem
 from frictool.observe.design.transitions import switches
 from frictool.plant.axis_model import axis_of
 from tests.accept.check_observer_design import drawn, seen
@@ -34,7 +35,9 @@ def _model() -> Model:
     return load(ROOT / "configs/clutch/nonlinear.yaml", Model)
 
 
-def _map(forward: tuple[float, ...], backward: tuple[float, ...] = (1.0,), high: float = 1.0) -> FrictionMap:
+def _map(
+    forward: tuple[float, ...], backward: tuple[float, ...] = (1.0,), high: float = 1.0
+) -> FrictionMap:
     return FrictionMap(Span(0.0, high, "rad"), forward, backward)
 
 
@@ -52,8 +55,12 @@ def test_friction_stays_between_the_ends_of_each_interval(powers: list[float], m
         assert np.max(np.abs(inside - one.friction)) <= one.deviation + 1e-9
     if len(found) > 1:
         assert len(found) == stretches + more
-    spread = float(np.sum(np.abs(np.diff(friction_at(friction, 1, np.array(turning_points(friction, 1)))))))
-    assert max(one.deviation for one in found) >= 0.5 * spread / len(found) - 1e-12  # no edges could bring it below
+    spread = float(
+        np.sum(np.abs(np.diff(friction_at(friction, 1, np.array(turning_points(friction, 1))))))
+    )
+    assert (
+        max(one.deviation for one in found) >= 0.5 * spread / len(found) - 1e-12
+    )  # no edges could bring it below
     more_of_them = intervals(friction, 1, stretches + more + 1)
     assert max(one.deviation for one in more_of_them) <= max(one.deviation for one in found) + 1e-12
 
@@ -66,7 +73,10 @@ def test_edges_are_at_the_clutchs_extrema_and_too_few_are_refused() -> None:
         assert slope(np.array(inner)) == pytest.approx(0.0, abs=1e-9)
         edges = [one.low for one in intervals(friction, direction, 10)]
         assert all(any(edge == turn for edge in edges) for turn in inner)
-    with pytest.raises(NoSolutionError, match=r"--intervals 2: the forward friction turns at 20\.\d+, 44\.\d+ rad.*at least 3"):
+    with pytest.raises(
+        NoSolutionError,
+        match=r"--intervals 2: the forward friction turns at 20\.\d+, 44\.\d+ rad.*at least 3",
+    ):
         intervals(friction, 1, 2)
 
 
@@ -97,7 +107,7 @@ def test_the_switches_of_figure_6_3() -> None:
 @pytest.mark.parametrize("wear", ["multiplicative", "additive"])
 @pytest.mark.parametrize("direction", [-1, 1])
 def test_friction_opposes_the_motion_and_rest_holds(wear: str, direction: int) -> None:
-    facts = Facts(wear, 1e-3, 2e-5, 1e-4, 1.0, (1.0, 100.0, 0.001))
+    facts = ModeConstants(wear, 1e-3, 2e-5, 1e-4, 1.0, (1.0, 100.0, 0.001))
     mode, rest = subsystem(facts, direction, 0.1, 0.01), subsystem(facts, 0, 0.0, 0.0)
     speed = 100.0 * direction
     before, worn = (mode.a @ np.array([0.0, speed, alpha]) for alpha in (1.0, 1.5))
@@ -112,5 +122,7 @@ def test_friction_opposes_the_motion_and_rest_holds(wear: str, direction: int) -
 def test_drawn_models_keep_their_gamma(number: int) -> None:
     """A part of the check `observers: designs of drawn models`."""
     model, asked, is_additive = drawn(number)
-    observer = (additive if is_additive else multiplicative).design(model, asked, Provenance("drawn", "0"))
+    observer = (additive if is_additive else multiplicative).design(
+        model, asked, Provenance("drawn", "0")
+    )
     assert 0.01 < seen(observer, sequences=4, samples=500) <= 1.0

@@ -1,4 +1,5 @@
-"""The switched observers as the program that runs: equal to a plain reference bit by bit, frozen where stuck, in whatever pieces."""
+"""The switched observers as the program that runs: equal to a plain reference bit by bit, frozen
+where stuck, in whatever pieces."""
 
 from __future__ import annotations
 
@@ -11,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from frictool.control.machine import machine, run_values
+from frictool.control.compiled_program import compile_program, run_values
 from frictool.control.observer_composition import observer_program, switched_facts
 from frictool.documents.observer import Observer
-from frictool.observe.along import Along, ObserverRun, run_along
-from frictool.observe.samples import Piece
+from frictool.observe.motion_block import MotionBlock
+from frictool.observe.observer_run import ObserverOutput, ObserverRun, run_along
 from tests.control.interpreted import InFloat
 from tests.observe.observers import drawn_observer
 from tests.observe.plain_observer import PlainObserver
@@ -34,24 +35,29 @@ observers = st.builds(
 
 
 def _moves(seed: int, samples: int) -> tuple[Vector, Vector]:
-    """Positions (n,) over the travel and somewhat beyond, in smooth strokes with rests, and efforts (n,) of either sign."""
+    """Positions (n,) over the travel and somewhat beyond, in smooth strokes with rests, and efforts
+    (n,) of either sign."""
     draw = np.random.Generator(np.random.PCG64([seed, 78]))
     t = np.arange(samples) * PERIOD
-    strokes = 31.5 + 36.0 * np.sin(2.0 * np.pi * float(draw.uniform(1.0, 4.0)) * t + float(draw.uniform(0.0, 6.0)))
+    strokes = 31.5 + 36.0 * np.sin(
+        2.0 * np.pi * float(draw.uniform(1.0, 4.0)) * t + float(draw.uniform(0.0, 6.0))
+    )
     resting = np.floor(t / 0.15).astype(int) % 3 == 0
-    positions = np.where(resting, strokes[np.maximum.accumulate(np.where(~resting, np.arange(samples), 0))], strokes)
+    positions = np.where(
+        resting, strokes[np.maximum.accumulate(np.where(~resting, np.arange(samples), 0))], strokes
+    )
     return positions, draw.uniform(-0.4, 0.4, samples)
 
 
-def _piece(positions: Vector, efforts: Vector, first: int = 0, follows: bool = True) -> Piece:
-    return Piece((first + np.arange(positions.size)) * PERIOD, positions, efforts, follows)
+def _piece(positions: Vector, efforts: Vector, first: int = 0, follows: bool = True) -> MotionBlock:
+    return MotionBlock((first + np.arange(positions.size)) * PERIOD, positions, efforts, follows)
 
 
-def _along(observer: Observer, positions: Vector, efforts: Vector) -> Along:
+def _along(observer: Observer, positions: Vector, efforts: Vector) -> ObserverOutput:
     return next(run_along(observer, [_piece(positions, efforts)]))
 
 
-def _columns(found: Along) -> Vector:
+def _columns(found: ObserverOutput) -> Vector:
     assert found.wear is not None
     return np.column_stack([found.position, found.velocity, found.friction, found.wear])
 
@@ -77,13 +83,19 @@ def test_every_mode_of_the_reference_is_visited() -> None:
 
 
 @settings(max_examples=15, deadline=None)
-@given(observers, st.integers(0, 999), st.lists(st.integers(1, 399), min_size=1, max_size=5, unique=True))
+@given(
+    observers,
+    st.integers(0, 999),
+    st.lists(st.integers(1, 399), min_size=1, max_size=5, unique=True),
+)
 def test_pieces_of_a_log_are_the_log(observer: Observer, seed: int, cuts: list[int]) -> None:
     positions, efforts = _moves(seed, 400)
     whole = _columns(_along(observer, positions, efforts))
     ends = [0, *sorted(cuts), 400]
     pieces = [_piece(positions[a:b], efforts[a:b], a) for a, b in pairwise(ends)]
-    assert np.array_equal(np.vstack([_columns(part) for part in run_along(observer, pieces)]), whole)
+    assert np.array_equal(
+        np.vstack([_columns(part) for part in run_along(observer, pieces)]), whole
+    )
 
 
 @settings(max_examples=15, deadline=None)
@@ -114,15 +126,23 @@ def test_stuck_it_freezes_the_wear_and_observes_no_friction(observer: Observer, 
     stuck = np.abs(found.velocity) < observer.switched.switch_speed.value
     assert np.array_equal(found.wear[1:][stuck[:-1]], found.wear[:-1][stuck[:-1]])
     assert not np.any(found.friction[stuck])
-    assert np.all(np.sign(found.velocity[~stuck]) * found.friction[~stuck] * np.sign(_size(observer, found)[~stuck]) >= 0.0)
+    assert np.all(
+        np.sign(found.velocity[~stuck])
+        * found.friction[~stuck]
+        * np.sign(_size(observer, found)[~stuck])
+        >= 0.0
+    )
 
 
-def _size(observer: Observer, found: Along) -> Vector:
+def _size(observer: Observer, found: ObserverOutput) -> Vector:
     """Of the estimated friction, whose sign an observer far off may have wrong."""
     assert found.wear is not None
     if observer.kind == "multiplicative":
         return found.wear
-    known, x = observer.friction, np.clip(found.position, observer.friction.over.low, observer.friction.over.high)
+    known, x = (
+        observer.friction,
+        np.clip(found.position, observer.friction.over.low, observer.friction.over.high),
+    )
     curves = [np.polynomial.Polynomial(curve)(x) for curve in (known.forward, known.backward)]
     return np.where(found.velocity > 0.0, *curves) + found.wear
 
@@ -132,7 +152,10 @@ def _size(observer: Observer, found: Along) -> Vector:
 def test_in_float_it_is_the_program_an_operation_at_a_time(observer: Observer, seed: int) -> None:
     positions, efforts = _moves(seed, 60)
     program = observer_program(observer).program
-    running, slow = machine(program, single=True), InFloat(program, float(np.float32(positions[0])))
+    running, slow = (
+        compile_program(program, single=True),
+        InFloat(program, float(np.float32(positions[0]))),
+    )
     for place in running.starts:
         running.single[place] = np.float32(positions[0])
     for position, effort in zip(positions, efforts, strict=True):

@@ -1,4 +1,5 @@
-"""The two tests of thesis 6.3.2 and 6.4.2 under the PID: what converges with a perfect encoder, and how the real one degrades it."""
+"""The two tests of thesis 6.3.2 and 6.4.2 under the PID: what converges with a perfect encoder, and
+how the real one degrades it."""
 
 from __future__ import annotations
 
@@ -18,12 +19,12 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
 from frictool.logs.log import Stream
-from frictool.observe.along import Along, run_along
 from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.friction_map import friction_at
-from frictool.observe.design.settings import Settings
-from frictool.observe.samples import Piece
-from frictool.simulate.step_test import step_test
+from frictool.observe.design.settings import SwitchedObserverSettings
+from frictool.observe.motion_block import MotionBlock
+from frictool.observe.observer_run import ObserverOutput, run_along
+from frictool.simulate.closed_loop import simulate_closed_loop
 from tests.observe.thesis_tests import First, Second, Truth, first, second, truth
 
 ROOT = Path(__file__).parents[2]
@@ -44,21 +45,23 @@ def log(test: str) -> Stream:
     """The test under the PID of laws/linear.yaml."""
     scenario = load(CLUTCH / f"observers/{test}.yaml", Scenario)
     controller = load(ROOT / "tests/observe/controllers/linear.yaml", Controller)
-    return step_test(plant(test), controller, scenario, PROVENANCE).streams[0]
+    return simulate_closed_loop(plant(test), controller, scenario, PROVENANCE).streams[0]
 
 
 @functools.cache
 def observer(test: str, kind: str, decay: float, quiet: float | None = None) -> Observer:
     """As the Makefile designs it."""
     model = plant(test)
-    settings = Settings(
+    settings = SwitchedObserverSettings(
         intervals=INTERVALS,
         decay=decay,
         quiet=quiet,
         switch_speed=10.0 if test == "first" else 100.0,
         inertia=None if test == "first" else LOW * model.parameters.inertia.value,
     )
-    return (multiplicative if kind == "multiplicative" else additive).design(model, settings, PROVENANCE)
+    return (multiplicative if kind == "multiplicative" else additive).design(
+        model, settings, PROVENANCE
+    )
 
 
 @functools.cache
@@ -66,9 +69,18 @@ def known(test: str) -> Truth:
     return truth(plant(test), log(test))
 
 
-def along(test: str, own: Observer) -> Along:
+def along(test: str, own: Observer) -> ObserverOutput:
     stream = log(test)
-    return next(run_along(own, [Piece(stream.time, stream.signals["position"], stream.signals["effort"], follows=False)]))
+    return next(
+        run_along(
+            own,
+            [
+                MotionBlock(
+                    stream.time, stream.signals["position"], stream.signals["effort"], follows=False
+                )
+            ],
+        )
+    )
 
 
 def figures(test: str, *design: object) -> First | Second:
@@ -85,20 +97,26 @@ def test_the_multiplicative_observer_finds_friction_that_has_grown_by_half() -> 
 
 
 def test_a_decay_alone_fails_with_the_real_encoder() -> None:
-    """Without noise in the problem the gains are for a perfect encoder: with the real one alpha drifts to its bound, f + alpha = 3 f."""
+    """Without noise in the problem the gains are for a perfect encoder: with the real one alpha
+    drifts to its bound, f + alpha = 3 f."""
     own = observer("second", "additive", 0.997)
     degraded = figures("second", "additive", 0.997)
     assert isinstance(degraded, Second)
     most = switched_facts(own).wear[1]
     assert degraded.high == pytest.approx(most, rel=1e-12)
     assert most == pytest.approx(
-        2.0 * max(np.max(friction_at(own.friction, side, np.linspace(0.0, 63.0, 999))) for side in (1, -1)), rel=1e-4
+        2.0
+        * max(
+            np.max(friction_at(own.friction, side, np.linspace(0.0, 63.0, 999))) for side in (1, -1)
+        ),
+        rel=1e-4,
     )
     assert degraded.friction > 100.0
 
 
 def test_the_additive_observer_finds_it_where_it_may_be_fast() -> None:
-    """As printed its alpha hardly moves; with a decay of 0.94 the friction over a period is within 5 %."""
+    """As printed its alpha hardly moves; with a decay of 0.94 the friction over a period is within
+    5 %."""
     printed, found = figures("first", "additive", 1.0), figures("first", "additive", 0.94, 4.0)
     assert isinstance(printed, First)
     assert isinstance(found, First)
@@ -109,9 +127,16 @@ def test_the_additive_observer_finds_it_where_it_may_be_fast() -> None:
 
 
 def test_the_real_encoder_degrades_both() -> None:
-    """Figures 6.6 to 6.10: more error of the speed, alpha off 1 and moving, an additive one between about -0.1 and 0.15 N m."""
-    factor, added = figures("second", "multiplicative", 0.997, 4.0), figures("second", "additive", 0.94, 4.0)
-    ideal, ideal_added = figures("first", "multiplicative", 0.997, 4.0), figures("first", "additive", 0.94, 4.0)
+    """Figures 6.6 to 6.10: more error of the speed, alpha off 1 and moving, an additive one between
+    about -0.1 and 0.15 N m."""
+    factor, added = (
+        figures("second", "multiplicative", 0.997, 4.0),
+        figures("second", "additive", 0.94, 4.0),
+    )
+    ideal, ideal_added = (
+        figures("first", "multiplicative", 0.997, 4.0),
+        figures("first", "additive", 0.94, 4.0),
+    )
     assert isinstance(factor, Second)
     assert isinstance(added, Second)
     assert factor.velocity > 2.0 * ideal.velocity
@@ -128,14 +153,29 @@ def test_the_figures_of_a_perfect_estimate_and_of_one_that_is_off() -> None:
     """The tool itself: nothing wrong where nothing is, and as wrong as it is made."""
     own, true = observer("first", "multiplicative", 0.997, 4.0), known("first")
     worn = np.where(true.time >= 5.0, 1.5, 1.0)
-    exact = Along(true.time, true.time, true.velocity, true.friction, worn)
+    exact = ObserverOutput(true.time, true.time, true.velocity, true.friction, worn)
     found = first(true, exact, own)
-    assert (found.settled, found.before, found.after, found.friction, found.within, found.velocity) == (0.0, 1.0, 1.5, 0.0, 1.0, 0.0)
-    off = Along(true.time, true.time, true.velocity + 3.0, 0.9 * true.friction, np.where(true.time >= 7.0, worn, 1.0))
+    assert (
+        found.settled,
+        found.before,
+        found.after,
+        found.friction,
+        found.within,
+        found.velocity,
+    ) == (0.0, 1.0, 1.5, 0.0, 1.0, 0.0)
+    off = ObserverOutput(
+        true.time,
+        true.time,
+        true.velocity + 3.0,
+        0.9 * true.friction,
+        np.where(true.time >= 7.0, worn, 1.0),
+    )
     found = first(true, off, own)
     assert found.settled == pytest.approx(2.0, abs=1e-9)
     assert found.friction == pytest.approx(10.0, abs=1e-9)
     assert found.velocity == pytest.approx(3.0, abs=1e-12)
     assert found.within == 0.0
-    late = msgspec.structs.replace(own, switched=msgspec.structs.replace(own.switched, wear="additive"))
+    late = msgspec.structs.replace(
+        own, switched=msgspec.structs.replace(own.switched, wear="additive")
+    )
     assert math.isinf(first(true, off, late).settled)

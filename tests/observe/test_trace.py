@@ -1,4 +1,5 @@
-"""Thinned signals: no peak is lost, however the samples come, in a number of columns that is bounded."""
+"""Thinned signals: no peak is lost, however the samples come, in a number of columns that is
+bounded."""
 
 from __future__ import annotations
 
@@ -6,15 +7,17 @@ import hypothesis.strategies as st
 import numpy as np
 from hypothesis import given, settings
 
-from frictool.observe.trace import MOST, Trace, zigzag
+from frictool.observe.streamed_decimation import MOST, DecimatedTrace, zigzag
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.integers(1, 7000), min_size=1, max_size=12), st.integers(0, 2**32 - 1))
-def test_columns_hold_the_lowest_and_highest_of_their_samples(lengths: list[int], seed: int) -> None:
+def test_columns_hold_the_lowest_and_highest_of_their_samples(
+    lengths: list[int], seed: int
+) -> None:
     count = sum(lengths)
     values, time = np.random.default_rng(seed).normal(size=(2, count)), np.arange(float(count))
-    trace, at = Trace(2), 0
+    trace, at = DecimatedTrace(2), 0
     for length in lengths:
         trace.take(time[at : at + length], values[:, at : at + length])
         at += length

@@ -1,4 +1,5 @@
-"""The tracking observer as the program that runs: a plain reference beside it, what it must never do, what its design promises."""
+"""The tracking observer as the program that runs: a plain reference beside it, what it must never
+do, what its design promises."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from frictool.control.machine import control_step, machine, start_at
+from frictool.control.compiled_program import compile_program, control_step, start_at
 from frictool.control.number_format import machine_in
 from frictool.control.observer_composition import observer_program, tracking_facts
 from frictool.documents.model import Model
@@ -21,10 +22,10 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
-from frictool.observe.along import ObserverRun
 from frictool.observe.design.friction_map import friction_at
 from frictool.observe.design.tracking import bandwidth_of, design_tracking, gains, spread
-from frictool.observe.samples import Piece
+from frictool.observe.motion_block import MotionBlock
+from frictool.observe.observer_run import ObserverRun
 from tests.observe.fleet import believed, clutch
 from tests.observe.plain_tracking import PlainTracking
 
@@ -35,15 +36,20 @@ EMPS = load(Path(__file__).parents[2] / "configs/emps/published.yaml", Model)
 
 
 def drawn(seed: int) -> Observer:
-    """An observer of another cell, bandwidth, backlash, viscous friction and offset than the clutch's."""
+    """An observer of another cell, bandwidth, backlash, viscous friction and offset than the
+    clutch's."""
     draw = np.random.Generator(np.random.PCG64([seed, 91]))
-    found = design_tracking(clutch(), FROM, float(draw.uniform(50.0, 900.0)), cell=float(draw.choice([0.0, 0.5, 1.0])))
+    found = design_tracking(
+        clutch(), FROM, float(draw.uniform(50.0, 900.0)), cell=float(draw.choice([0.0, 0.5, 1.0]))
+    )
     tracking = found.tracking
     assert tracking is not None
     gap = tracking.backlash if draw.random() < 0.7 else None
     viscous, offset = float(draw.choice([0.0, 4e-4])), float(draw.choice([0.0, 0.01]))
     friction = msgspec.structs.replace(found.friction, viscous=viscous, offset=offset)
-    return msgspec.structs.replace(found, friction=friction, tracking=msgspec.structs.replace(tracking, backlash=gap))
+    return msgspec.structs.replace(
+        found, friction=friction, tracking=msgspec.structs.replace(tracking, backlash=gap)
+    )
 
 
 def moves(seed: int, samples: int) -> tuple[Vector, Vector]:
@@ -52,14 +58,18 @@ def moves(seed: int, samples: int) -> tuple[Vector, Vector]:
     t = np.arange(samples) * PERIOD
     strokes = 31.5 + 20.0 * np.sin(2.0 * np.pi * float(draw.uniform(1.0, 3.0)) * t)
     resting = np.floor(t / 0.15).astype(int) % 2 == 0
-    held = np.where(resting, strokes[np.maximum.accumulate(np.where(~resting, np.arange(samples), 0))], strokes)
-    return np.floor(held / step) * step, draw.uniform(-0.4, 0.4, samples) * np.repeat(draw.integers(0, 2, samples // 20 + 1), 20)[:samples]
+    held = np.where(
+        resting, strokes[np.maximum.accumulate(np.where(~resting, np.arange(samples), 0))], strokes
+    )
+    return np.floor(held / step) * step, draw.uniform(-0.4, 0.4, samples) * np.repeat(
+        draw.integers(0, 2, samples // 20 + 1), 20
+    )[:samples]
 
 
 def along(observer: Observer, positions: Vector, efforts: Vector) -> Vector:
     """(n, 3) of position, velocity, friction."""
     time: Vector = PERIOD * np.arange(positions.size, dtype=np.float64)
-    found = ObserverRun(observer).take(Piece(time, positions, efforts, follows=False))
+    found = ObserverRun(observer).take(MotionBlock(time, positions, efforts, follows=False))
     return np.column_stack([found.position, found.velocity, found.friction])
 
 
@@ -74,7 +84,9 @@ def test_the_program_is_the_plain_observer(design: int, seed: int) -> None:
     observer, (positions, efforts) = drawn(design), moves(seed, 500)
     plain = facts_of(observer)
     plain.x = float(positions[0])
-    np.testing.assert_allclose(along(observer, positions, efforts), plain.run(positions, efforts), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        along(observer, positions, efforts), plain.run(positions, efforts), rtol=1e-9, atol=1e-9
+    )
 
 
 def test_every_branch_of_the_reference_is_taken() -> None:
@@ -89,7 +101,9 @@ def test_every_branch_of_the_reference_is_taken() -> None:
 
 @settings(max_examples=20, deadline=None)
 @given(st.floats(-0.99, 0.99), st.floats(5.0, 58.0))
-def test_an_axis_below_its_breakaway_that_shows_no_count_has_no_speed(part: float, place: float) -> None:
+def test_an_axis_below_its_breakaway_that_shows_no_count_has_no_speed(
+    part: float, place: float
+) -> None:
     """Exactly, for as long as it lasts."""
     observer = design_tracking(clutch(), FROM)
     assert observer.tracking is not None
@@ -109,10 +123,14 @@ def test_a_drive_beyond_the_model_s_breakaway_without_a_count_is_held_by_the_dis
 
 @settings(max_examples=20, deadline=None)
 @given(st.floats(-300.0, 300.0).filter(lambda v: abs(v) > 20.0), st.floats(0.0, 1.0))
-def test_a_constant_speed_is_found_within_what_a_count_in_the_observer_s_time_is(speed: float, phase: float) -> None:
+def test_a_constant_speed_is_found_within_what_a_count_in_the_observer_s_time_is(
+    speed: float, phase: float
+) -> None:
     observer, step = design_tracking(clutch(), FROM), clutch().bench.encoder.resolution
     assert observer.tracking is not None
-    place = 30.0 + np.cumsum(np.full(400, speed * PERIOD)) * (1.0 if abs(speed) * 0.4 < 30.0 else 30.0 / (abs(speed) * 0.4))
+    place = 30.0 + np.cumsum(np.full(400, speed * PERIOD)) * (
+        1.0 if abs(speed) * 0.4 < 30.0 else 30.0 / (abs(speed) * 0.4)
+    )
     true = (place[1] - place[0]) / PERIOD
     positions = np.floor(place / step + phase) * step
     efforts = np.sign(speed) * friction_at(observer.friction, 1 if speed > 0.0 else -1, place)
@@ -120,13 +138,20 @@ def test_a_constant_speed_is_found_within_what_a_count_in_the_observer_s_time_is
     found = along(observer, positions, efforts)
     rms = float(np.sqrt(np.mean((found[200:, 1] - true) ** 2)))
     assert rms < 0.3 * step * observer.tracking.bandwidth_rad_s
-    assert abs(float(np.mean(found[200:, 1])) - true) < 0.05 * step * observer.tracking.bandwidth_rad_s
+    assert (
+        abs(float(np.mean(found[200:, 1])) - true) < 0.05 * step * observer.tracking.bandwidth_rad_s
+    )
 
 
 def test_a_perfect_encoder_and_the_true_model_leave_no_error() -> None:
-    """An axis without backlash that the observer's own equations move; the cell as fine as the encoder."""
-    encoder = msgspec.structs.replace(EMPS.bench.encoder, step=msgspec.structs.replace(EMPS.bench.encoder.step, value=1e-12))
-    model = msgspec.structs.replace(EMPS, bench=msgspec.structs.replace(EMPS.bench, encoder=encoder))
+    """An axis without backlash that the observer's own equations move; the cell as fine as the
+    encoder."""
+    encoder = msgspec.structs.replace(
+        EMPS.bench.encoder, step=msgspec.structs.replace(EMPS.bench.encoder.step, value=1e-12)
+    )
+    model = msgspec.structs.replace(
+        EMPS, bench=msgspec.structs.replace(EMPS.bench, encoder=encoder)
+    )
     observer = design_tracking(model, FROM, 300.0)
     plain = facts_of(observer)
     efforts, positions, speeds = 200.0 * np.sin(np.arange(2000) * 0.01), [], []
@@ -143,18 +168,25 @@ def test_a_perfect_encoder_and_the_true_model_leave_no_error() -> None:
 def test_other_number_formats_find_the_same_speed_but_for_rounding(number: str) -> None:
     observer = design_tracking(clutch(), FROM)
     program, (positions, _) = observer_program(observer).program, moves(3, 500)
-    double, other = machine(program), machine_in(program, number)
+    double, other = compile_program(program), machine_in(program, number)
     for one in (double, other):
         start_at(one, float(positions[0]))
-    apart = [abs(control_step(double, 0.0, float(y), 0.0) - control_step(other, 0.0, float(y), 0.0)) for y in positions]
+    apart = [
+        abs(control_step(double, 0.0, float(y), 0.0) - control_step(other, 0.0, float(y), 0.0))
+        for y in positions
+    ]
     assert max(apart) < {"float": 0.01, "q31": 0.01, "q15": 1.0}[number]
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.floats(1.0, 999.0), st.floats(1e-5, 1e3))
-def test_the_error_in_slip_has_three_poles_where_the_bandwidth_says(bandwidth: float, inertia: float) -> None:
+def test_the_error_in_slip_has_three_poles_where_the_bandwidth_says(
+    bandwidth: float, inertia: float
+) -> None:
     one, two, three = gains(bandwidth, PERIOD, inertia)
-    a = np.array([[1.0, PERIOD, 0.5 * PERIOD**2 / inertia], [0.0, 1.0, PERIOD / inertia], [0.0, 0.0, 1.0]])
+    a = np.array(
+        [[1.0, PERIOD, 0.5 * PERIOD**2 / inertia], [0.0, 1.0, PERIOD / inertia], [0.0, 0.0, 1.0]]
+    )
     corrected = a @ (np.eye(3) - np.outer([one, two, three], [1.0, 0.0, 0.0]))
     pole = math.exp(-bandwidth * PERIOD)
     np.testing.assert_allclose(np.poly(corrected), np.poly([pole] * 3), atol=1e-9)

@@ -1,4 +1,5 @@
-"""The velocity along logs of spread clutches: beside (5.70) at its best, in whatever pieces, from nothing that comes later, covered."""
+"""The velocity along logs of spread clutches: beside (5.70) at its best, in whatever pieces, from
+nothing that comes later, covered."""
 
 from __future__ import annotations
 
@@ -20,10 +21,21 @@ from scipy.signal import butter, lfilter, sosfiltfilt
 from frictool.errors import NoSolutionError
 from frictool.observe.design.error_gains import error_gains
 from frictool.observe.design.tracking import gains
-from frictool.observe.samples import Piece
+from frictool.observe.motion_block import MotionBlock
 from frictool.observe.velocity import VelocityEstimator
-from frictool.observe.velocity_figures import ORDER, VelocityFigures
-from tests.observe.fleet import Loop, Run, Unit, believed, clutch, run, spread, steps, targets, with_encoder
+from frictool.observe.velocity_errors import ORDER, VelocityErrors
+from tests.observe.fleet import (
+    Loop,
+    Run,
+    Unit,
+    believed,
+    clutch,
+    run,
+    spread,
+    steps,
+    targets,
+    with_encoder,
+)
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -38,14 +50,16 @@ def log_of(seed: int, loop: Loop) -> Run:
     return run(spread(seed, wear=1.0 + 0.25 * (seed % 3)), reference, seed, loop)
 
 
-def cut(piece: Piece, ends: list[int]) -> Iterator[Piece]:
+def cut(piece: MotionBlock, ends: list[int]) -> Iterator[MotionBlock]:
     for low, high in pairwise([0, *ends, piece.time.size]):
         part = slice(low, high)
         velocity = None if piece.velocity is None else piece.velocity[part]
-        yield Piece(piece.time[part], piece.position[part], piece.effort[part], low > 0, velocity)
+        yield MotionBlock(
+            piece.time[part], piece.position[part], piece.effort[part], low > 0, velocity
+        )
 
 
-def taken(pieces: Iterator[Piece], **given: Any) -> tuple[Matrix, dict[str, Any]]:
+def taken(pieces: Iterator[MotionBlock], **given: Any) -> tuple[Matrix, dict[str, Any]]:
     """(3, n) and the figures."""
     estimator = VelocityEstimator(believed(), **given)
     found = np.concatenate([estimator.take(piece) for piece in pieces], axis=1)
@@ -54,13 +68,17 @@ def taken(pieces: Iterator[Piece], **given: Any) -> tuple[Matrix, dict[str, Any]
 
 @pytest.mark.parametrize("loop", ["speed", "linear"])
 @pytest.mark.parametrize("seed", [0, 1, 2])
-def test_it_is_twice_as_near_as_the_low_pass_that_is_best_for_the_log(seed: int, loop: Loop) -> None:
+def test_it_is_twice_as_near_as_the_low_pass_that_is_best_for_the_log(
+    seed: int, loop: Loop
+) -> None:
     """With the inertia, the friction and the gap off, and noise on the drive."""
     log = log_of(seed, loop)
     found, figures = taken(iter(log.pieces))
     assert figures["velocity_rms_true"] < 0.5 * figures["velocity_rms_filter_true"]
     assert figures["velocity_rms"] < 0.5 * figures["velocity_rms_filter"]
-    assert figures["velocity_rms_true"] == pytest.approx(float(np.sqrt(np.mean((found[0] - log.velocity) ** 2))), rel=1e-9)
+    assert figures["velocity_rms_true"] == pytest.approx(
+        float(np.sqrt(np.mean((found[0] - log.velocity) ** 2))), rel=1e-9
+    )
 
 
 def test_the_intervals_cover_the_true_velocity() -> None:
@@ -82,8 +100,11 @@ def test_the_intervals_cover_the_true_velocity() -> None:
 @pytest.mark.parametrize("inertia", [0.9, 1.0])
 @pytest.mark.parametrize("noise", [0.0, 0.5])
 @pytest.mark.parametrize("counts", [256.0, 4096.0, 1e5])
-def test_the_intervals_cover_whatever_encoder_and_drive_noise(counts: float, noise: float, inertia: float) -> None:
-    """The noise is nowhere stated: how far the positions miss the predicted ones shows it. No interval is wider than a count needs."""
+def test_the_intervals_cover_whatever_encoder_and_drive_noise(
+    counts: float, noise: float, inertia: float
+) -> None:
+    """The noise is nowhere stated: how far the positions miss the predicted ones shows it. No
+    interval is wider than a count needs."""
     model, unit = with_encoder(clutch(), counts), Unit(inertia=inertia, counts=counts)
     inside, wide, off = [], [], []
     for seed, loop in ((0, "speed"), (1, "linear")):
@@ -99,7 +120,8 @@ def test_the_intervals_cover_whatever_encoder_and_drive_noise(counts: float, noi
 
 
 def test_the_gains_of_the_error_are_those_of_a_simulated_error() -> None:
-    """White rounding and white acceleration through the observer's linear error, one sample after another."""
+    """White rounding and white acceleration through the observer's linear error, one sample after
+    another."""
     period, inertia, draw = 1e-3, 2e-5, np.random.default_rng(4)
     for bandwidth in (50.0, 400.0, 1000.0):
         one, two, three = gains(bandwidth, period, inertia)
@@ -166,36 +188,51 @@ def test_another_confidence_is_another_width_of_the_same_velocity() -> None:
 
 
 def test_the_figures_are_those_of_the_whole_log_at_once() -> None:
-    """Blocks with what the filter remembers beside them against scipy over everything, and the bank against lfilter."""
+    """Blocks with what the filter remembers beside them against scipy over everything, and the bank
+    against lfilter."""
     log, step = log_of(0, "linear"), 5
-    position, velocity = np.tile(log.pieces[0].position, 4), np.tile(log.velocity, 4)  # longer than a block
+    position, velocity = (
+        np.tile(log.pieces[0].position, 4),
+        np.tile(log.velocity, 4),
+    )  # longer than a block
     estimate = velocity + 1.0
-    figures = VelocityFigures(40.0, PERIOD)
+    figures = VelocityErrors(40.0, PERIOD)
     for low in range(0, position.size, position.size // step):
         part = slice(low, low + position.size // step)
         figures.take(position[part], estimate[part], velocity[part], low > 0)
     found = figures.figures()
-    reference = sosfiltfilt(butter(ORDER, 40.0, fs=1.0 / PERIOD, output="sos"), np.gradient(position, PERIOD), padlen=figures.overlap)
-    assert found["velocity_rms"] == pytest.approx(float(np.sqrt(np.mean((estimate - reference) ** 2))), rel=1e-6)
+    reference = sosfiltfilt(
+        butter(ORDER, 40.0, fs=1.0 / PERIOD, output="sos"),
+        np.gradient(position, PERIOD),
+        padlen=figures.overlap,
+    )
+    assert found["velocity_rms"] == pytest.approx(
+        float(np.sqrt(np.mean((estimate - reference) ** 2))), rel=1e-6
+    )
     assert found["velocity_rms_true"] == pytest.approx(1.0)
     x = 2.0 * math.pi * found["filter_cutoff_hz"] * PERIOD
     shown = np.diff(position, prepend=position[0]) / PERIOD
     for _ in range(found["filter_order"]):
         shown = lfilter([x / (2.0 + x), x / (2.0 + x)], [1.0, -(2.0 - x) / (2.0 + x)], shown)
-    assert found["velocity_rms_filter"] == pytest.approx(float(np.sqrt(np.mean((shown - reference) ** 2))), rel=1e-6)
+    assert found["velocity_rms_filter"] == pytest.approx(
+        float(np.sqrt(np.mean((shown - reference) ** 2))), rel=1e-6
+    )
 
 
 def test_a_log_too_short_to_compare_has_no_figures() -> None:
     estimator = VelocityEstimator(believed())
-    estimator.take(Piece(PERIOD * np.arange(4.0), np.zeros(4), np.zeros(4), follows=False))
+    estimator.take(MotionBlock(PERIOD * np.arange(4.0), np.zeros(4), np.zeros(4), follows=False))
     assert estimator.figures()["velocity_rms"] is None
 
 
 def test_a_drive_without_a_lag_is_held_from_its_sample_on() -> None:
-    """The same efforts are then another motion: half a sample is not taken off a drive that jumps."""
+    """The same efforts are then another motion: half a sample is not taken off a drive that
+    jumps."""
     model = believed()
     actuator = msgspec.structs.replace(model.bench.actuator, loop_time_constant_s=0.0)
-    held = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, actuator=actuator))
+    held = msgspec.structs.replace(
+        model, bench=msgspec.structs.replace(model.bench, actuator=actuator)
+    )
     piece = log_of(0, "speed").pieces[0]
     mean = VelocityEstimator(model).take(replace(piece, effort=piece.effort))
     shifted = 0.5 * (piece.effort + np.append(piece.effort[1:], piece.effort[-1]))

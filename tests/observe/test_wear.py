@@ -1,4 +1,5 @@
-"""Wear from logs: the second test of 6.3.2 on some seeds, friction that changes, and actuators that are not the clutch."""
+"""Wear from logs: the second test of 6.3.2 on some seeds, friction that changes, and actuators that
+are not the clutch."""
 
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ from numpy.typing import NDArray
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate as Known
 from frictool.documents.registry import load
-from frictool.observe.estimate import Estimate
-from frictool.observe.samples import Piece
+from frictool.observe.estimate import WearEstimate
+from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.estimator import WearEstimator, prior
 from frictool.plant.axis_model import load_of
 from tests.accept.check_wear import LOOPS, WEARS, Runs, drawn, estimates
@@ -24,7 +25,7 @@ Vector = NDArray[np.float64]
 SEEDS = range(300, 304)
 
 
-def taken(model: Model, piece: Piece) -> list[Estimate]:
+def taken(model: Model, piece: MotionBlock) -> list[WearEstimate]:
     estimator = WearEstimator(model)
     return [*estimator.take(piece), *estimator.finish()]
 
@@ -64,7 +65,9 @@ def test_most_intervals_hold_wear_that_goes_on_fast_and_no_estimate_is_far_behin
     estimator, held = WearEstimator(clutch()), []
     for part in range(20):
         wear = 1.0 + 0.025 * part  # 25 % in 20 moves
-        found = estimator.take(run(Unit(wear=wear), targets(100 + part, 1.0), 100 + part, "speed").pieces[0])
+        found = estimator.take(
+            run(Unit(wear=wear), targets(100 + part, 1.0), 100 + part, "speed").pieces[0]
+        )
         held += [one.wear.low <= wear <= one.wear.high for one in found]
         assert all(abs(one.wear.value / wear - 1.0) < 0.1 for one in found)
     assert len(held) >= 36
@@ -74,31 +77,46 @@ def test_most_intervals_hold_wear_that_goes_on_fast_and_no_estimate_is_far_behin
 def test_before_any_move_it_is_what_the_model_says() -> None:
     first = WearEstimator(clutch()).estimate
     assert (first.moves, first.wear.value) == (0, 1.0)
-    assert (first.wear.low, first.wear.high) == pytest.approx((0.018 / 0.099, 0.18 / 0.099))  # the bench's range
+    assert (first.wear.low, first.wear.high) == pytest.approx(
+        (0.018 / 0.099, 0.18 / 0.099)
+    )  # the bench's range
     sure = msgspec.structs.replace(clutch().parameters.coulomb, low=0.11, high=0.13)
-    own = msgspec.structs.replace(clutch(), parameters=msgspec.structs.replace(clutch().parameters, coulomb=sure))
-    assert prior(own) == first.wear  # of the day on which it was identified: friction has worn since
-    mechanics = msgspec.structs.replace(
-        own.bench.mechanics, coulomb=msgspec.structs.replace(own.bench.mechanics.coulomb, low=None, high=None)
+    own = msgspec.structs.replace(
+        clutch(), parameters=msgspec.structs.replace(clutch().parameters, coulomb=sure)
     )
-    unknown = msgspec.structs.replace(own, bench=msgspec.structs.replace(own.bench, mechanics=mechanics))
+    assert (
+        prior(own) == first.wear
+    )  # of the day on which it was identified: friction has worn since
+    mechanics = msgspec.structs.replace(
+        own.bench.mechanics,
+        coulomb=msgspec.structs.replace(own.bench.mechanics.coulomb, low=None, high=None),
+    )
+    unknown = msgspec.structs.replace(
+        own, bench=msgspec.structs.replace(own.bench, mechanics=mechanics)
+    )
     assert prior(unknown).low == pytest.approx(0.11 / 0.12192)
 
 
 def test_rest_tells_nothing() -> None:
     estimator, time = WearEstimator(clutch()), 1e-3 * np.arange(5000)
-    assert estimator.take(Piece(time, np.full(5000, 20.0), np.full(5000, 0.05), False)) == []
+    assert estimator.take(MotionBlock(time, np.full(5000, 20.0), np.full(5000, 0.05), False)) == []
     assert estimator.finish() == []
     assert estimator.estimate.moves == 0
 
 
-def exact(model: Model, wear: float, period: float, seconds: float, inertia: float = 1.0) -> Piece:
-    """A log of sines over the travel whose effort follows from the model by the equation of motion; friction times `wear`."""
+def exact(
+    model: Model, wear: float, period: float, seconds: float, inertia: float = 1.0
+) -> MotionBlock:
+    """A log of sines over the travel whose effort follows from the model by the equation of motion;
+    friction times `wear`."""
     time: Vector = period * np.arange(round(seconds / period))
     mechanics, today = model.bench.mechanics, model.parameters
     assert mechanics.travel is not None
     assert mechanics.top_speed is not None
-    middle, reach = 0.5 * (mechanics.travel.low + mechanics.travel.high), 0.4 * (mechanics.travel.high - mechanics.travel.low)
+    middle, reach = (
+        0.5 * (mechanics.travel.low + mechanics.travel.high),
+        0.4 * (mechanics.travel.high - mechanics.travel.low),
+    )
     rates = mechanics.top_speed.value / reach * np.array([0.5, 0.31])
     parts = [(0.7 * reach, rates[0]), (0.3 * reach, rates[1])]
     x = middle + sum(a * np.sin(w * time) for a, w in parts)
@@ -106,17 +124,25 @@ def exact(model: Model, wear: float, period: float, seconds: float, inertia: flo
     acceleration = sum(-a * w**2 * np.sin(w * time) for a, w in parts)
     dry = today.coulomb.value * np.ones(time.size)
     if today.stribeck_velocity is not None:
-        dry += (today.breakaway.value - today.coulomb.value) * np.exp(-((v / today.stribeck_velocity.value) ** 2))
-    effort = inertia * today.inertia.value * acceleration + today.viscous.value * v + wear * dry * np.sign(v)
+        dry += (today.breakaway.value - today.coulomb.value) * np.exp(
+            -((v / today.stribeck_velocity.value) ** 2)
+        )
+    effort = (
+        inertia * today.inertia.value * acceleration
+        + today.viscous.value * v
+        + wear * dry * np.sign(v)
+    )
     effort += today.offset.value + load_of(model).at(x)
     step = model.bench.encoder.resolution
-    return Piece(time, np.floor(x / step) * step, effort, False)
+    return MotionBlock(time, np.floor(x / step) * step, effort, False)
 
 
 def slow_drive(model: Model) -> Model:
     """With a lag of the drive, so that a logged effort is a measured one and not held."""
     actuator = msgspec.structs.replace(model.bench.actuator, loop_time_constant_s=0.1)
-    return msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, actuator=actuator))
+    return msgspec.structs.replace(
+        model, bench=msgspec.structs.replace(model.bench, actuator=actuator)
+    )
 
 
 @pytest.mark.parametrize("period", [1e-3, 5e-4])

@@ -1,4 +1,5 @@
-"""The filters of a bank against least squares and densities written out, what tells a change, and how weights follow the moves."""
+"""The filters of a bank against least squares and densities written out, what tells a change, and
+how weights follow the moves."""
 
 from __future__ import annotations
 
@@ -11,11 +12,17 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
-from frictool.observe.wear.bank import BEFOREHAND, EVIDENCE, PRIOR_ROWS, UNMODELLED, Bank
-from frictool.observe.wear.change import MEMORIES, SURPRISE, Change
-from frictool.observe.wear.layout import layout_of
+from frictool.observe.wear.change_detection import MEMORIES, SURPRISE, ChangeDetector
+from frictool.observe.wear.filter_bank import (
+    BEFOREHAND,
+    EVIDENCE,
+    PRIOR_ROWS,
+    UNMODELLED,
+    FilterBank,
+)
 from frictool.observe.wear.moves import Move
-from frictool.observe.wear.restriction import Restriction, multiplicative
+from frictool.observe.wear.restriction import ParameterRestriction, multiplicative
+from frictool.observe.wear.weak_form_layout import layout_of
 from tests.observe.fleet import clutch
 
 Vector = NDArray[np.float64]
@@ -23,13 +30,16 @@ NAMES = ("a", "b", "wear")
 COUNT = len(BEFOREHAND)
 
 
-def restrictions(draw: np.random.Generator) -> list[Restriction]:
+def restrictions(draw: np.random.Generator) -> list[ParameterRestriction]:
     """Of five columns to three parameters; they differ in what is known beforehand."""
     matrix, fixed = draw.normal(size=(5, 3)), draw.normal(size=5)
-    return [Restriction(NAMES, matrix, fixed, draw.normal(size=3), draw.uniform(0.5, 2.0, 3)) for _ in range(COUNT)]
+    return [
+        ParameterRestriction(NAMES, matrix, fixed, draw.normal(size=3), draw.uniform(0.5, 2.0, 3))
+        for _ in range(COUNT)
+    ]
 
 
-class Still(Change):
+class Still(ChangeDetector):
     """Tells of no change, and notes what it is given."""
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
@@ -37,8 +47,8 @@ class Still(Change):
         return np.zeros_like(step)
 
 
-def unchanging(known: list[Restriction], variance: float, inflation: float) -> Bank:
-    bank = Bank(known, variance, inflation, "wear", 0.0)
+def unchanging(known: list[ParameterRestriction], variance: float, inflation: float) -> FilterBank:
+    bank = FilterBank(known, variance, inflation, "wear", 0.0)
     bank._changes = Still(bank.means.shape, 2)
     return bank
 
@@ -63,10 +73,19 @@ def test_a_filter_is_least_squares_with_what_is_known(seed: int) -> None:
     for index, one in enumerate(known):
         design, weight = rows @ one.matrix, np.diag(one.deviation**-2.0)
         precision = design.T @ design / noise + weight
-        found = np.linalg.solve(precision, design.T @ (effort - rows @ one.fixed) / noise + weight @ one.mean)
-        np.testing.assert_allclose(bank.means[index] + bank.deviations[index] * bank.states[index], found, rtol=1e-8, atol=1e-8)
+        found = np.linalg.solve(
+            precision, design.T @ (effort - rows @ one.fixed) / noise + weight @ one.mean
+        )
+        np.testing.assert_allclose(
+            bank.means[index] + bank.deviations[index] * bank.states[index],
+            found,
+            rtol=1e-8,
+            atol=1e-8,
+        )
         scale = np.outer(one.deviation, one.deviation)
-        np.testing.assert_allclose(bank.spreads[index] * scale, np.linalg.inv(precision), rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(
+            bank.spreads[index] * scale, np.linalg.inv(precision), rtol=1e-7, atol=1e-9
+        )
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
@@ -82,9 +101,16 @@ def test_weights_are_the_densities_of_what_was_not_foreseen(seed: int) -> None:
     for one in known:
         design = rows @ one.matrix
         spread = design @ np.diag(one.deviation**2) @ design.T + noise * np.eye(9)
-        density.append(multivariate_normal.logpdf(effort, rows @ (one.fixed + one.matrix @ one.mean), spread))
+        density.append(
+            multivariate_normal.logpdf(effort, rows @ (one.fixed + one.matrix @ one.mean), spread)
+        )
     likely = EVIDENCE * np.array(density) + np.array(BEFOREHAND)
-    np.testing.assert_allclose(bank.weights, np.exp(likely - likely.max()) / np.exp(likely - likely.max()).sum(), rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(
+        bank.weights,
+        np.exp(likely - likely.max()) / np.exp(likely - likely.max()).sum(),
+        rtol=1e-6,
+        atol=1e-12,
+    )
     values = np.array([one.mean for one in known]) + bank.deviations * bank.states
     mean, deviation = bank.value("b")
     assert mean == pytest.approx(bank.weights @ values[:, 1])
@@ -104,7 +130,8 @@ def test_the_variance_of_a_row_is_learned() -> None:
 
 
 def test_a_step_is_found_by_generalised_least_squares() -> None:
-    """The numerators and denominators that Change is given, against S written out over rows."""
+    """The numerators and denominators that ChangeDetector is given, against S written out over
+    rows."""
     draw = np.random.Generator(np.random.PCG64(11))
     known = [dataclasses.replace(one, deviation=np.full(3, 0.1)) for one in restrictions(draw)]
     bank = unchanging(known, 1.0, 1.0)
@@ -126,7 +153,7 @@ def test_changes_are_told_at_the_stated_rate_and_drifts_before_any_single_move_s
     moves, trials = 50, 400
     false, found, single = 0, 0, 0
     for _ in range(trials):
-        quiet, drifting = Change((1, 2), 0), Change((1, 2), 0)
+        quiet, drifting = ChangeDetector((1, 2), 0), ChangeDetector((1, 2), 0)
         for _ in range(moves):
             z = draw.normal(size=(1, 2))
             false += bool(np.any(quiet.seen(z, np.ones((1, 2))) > 0.0))
@@ -135,24 +162,29 @@ def test_changes_are_told_at_the_stated_rate_and_drifts_before_any_single_move_s
             if drifting.seen(lagging, np.ones((1, 2)))[0, 0] > 0.0:
                 found += 1
                 break
-    assert false / (trials * moves) < 2.0 * MEMORIES.size * 2.0 * 6.4e-5  # two-sided 4 deviations, two parameters
+    assert (
+        false / (trials * moves) < 2.0 * MEMORIES.size * 2.0 * 6.4e-5
+    )  # two-sided 4 deviations, two parameters
     assert found == trials
     assert single < 0.5 * trials
 
 
 def test_the_wear_is_told_before_another_parameter_that_explains_as_much() -> None:
-    change = Change((1, 3), 2)
+    change = ChangeDetector((1, 3), 2)
     walked = change.seen(np.array([[0.0, 6.1, 6.0]]), np.ones((1, 3)))
     assert walked[0, :2].tolist() == [0.0, 0.0]
     assert walked[0, 2] == pytest.approx(np.sqrt(9.0 - 1.0))  # what is left is 2 deviations
-    other = Change((1, 3), 2).seen(np.array([[0.0, 9.0, 6.0]]), np.ones((1, 3)))
+    other = ChangeDetector((1, 3), 2).seen(np.array([[0.0, 9.0, 6.0]]), np.ones((1, 3)))
     assert other[0].tolist() == pytest.approx([0.0, np.sqrt(4.5**2 - 1.0), 0.0])
-    assert np.all(Change((1, 3), 2).seen(np.zeros((1, 3)), np.zeros((1, 3))) == 0.0)
+    assert np.all(ChangeDetector((1, 3), 2).seen(np.zeros((1, 3)), np.zeros((1, 3))) == 0.0)
 
 
 def test_what_a_model_lets_its_unit_be() -> None:
     model, layout = clutch(), layout_of(clutch())
-    tight, loose = multiplicative(model, layout, UNMODELLED[0]), multiplicative(model, layout, UNMODELLED[-1])
+    tight, loose = (
+        multiplicative(model, layout, UNMODELLED[0]),
+        multiplicative(model, layout, UNMODELLED[-1]),
+    )
     inertia, wear, knee = (tight.place(name) for name in ("inertia", "wear", "bend_2"))
     assert tight.mean[inertia] == model.parameters.inertia.value
     assert tight.deviation[inertia] >= 0.3 * model.parameters.inertia.value
@@ -163,7 +195,9 @@ def test_what_a_model_lets_its_unit_be() -> None:
     assert top is not None
     slope = loose.mean[loose.place("viscous")] * top.value / layout.friction
     assert slope == pytest.approx(1.0)
-    assert tight.mean[tight.place("viscous")] == pytest.approx(0.003 * loose.mean[loose.place("viscous")])
+    assert tight.mean[tight.place("viscous")] == pytest.approx(
+        0.003 * loose.mean[loose.place("viscous")]
+    )
     dry = np.array([name.startswith("dry") for name in layout.names])
     np.testing.assert_array_equal(tight.matrix[:, wear], dry.astype(float))
 

@@ -1,4 +1,5 @@
-"""Kinds of wear: the evidence against its definition, each kind told on the clutch with its values, and what cannot be told."""
+"""Kinds of wear: the evidence against its definition, each kind told on the clutch with its values,
+and what cannot be told."""
 
 from __future__ import annotations
 
@@ -14,18 +15,18 @@ from scipy.stats import multivariate_normal
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from frictool.observe.estimate import Estimate, Kind, Range
-from frictool.observe.feed import feed
-from frictool.observe.samples import Piece
+from frictool.observe.estimate import EstimateRange, Kind, WearEstimate
+from frictool.observe.motion_block import MotionBlock
+from frictool.observe.sample_stream import open_stream
+from frictool.observe.wear.bayesian_evidence import best_fit, evidences, mixture, posterior
+from frictool.observe.wear.constant_error import scale_of
 from frictool.observe.wear.estimator import WearEstimator
-from frictool.observe.wear.evidence import evidences, fitted, mixture, posterior
-from frictool.observe.wear.kinds import KINDS, Kinds
-from frictool.observe.wear.layout import layout_of
 from frictool.observe.wear.moves import Move
-from frictool.observe.wear.repeats import Repeats
+from frictool.observe.wear.repeated_moves import MoveRepeats
 from frictool.observe.wear.restriction import dry_columns, level_columns
-from frictool.observe.wear.scale import scale_of
-from frictool.observe.wear.shares import friction_share
+from frictool.observe.wear.weak_form_layout import layout_of
+from frictool.observe.wear.wear_kinds import KINDS, WearClassifier
+from frictool.observe.wear.zone_weights import friction_share
 from tests.identify.benches import data
 from tests.observe.fleet import EDGE, Loop, Unit, believed, clutch, run, spread, steps, targets
 
@@ -33,7 +34,7 @@ ROOT = Path(__file__).parents[2]
 Vector = NDArray[np.float64]
 
 
-def estimated(unit: Unit, reference: Vector, seed: int, loop: Loop) -> Estimate:
+def estimated(unit: Unit, reference: Vector, seed: int, loop: Loop) -> WearEstimate:
     estimator = WearEstimator(believed())
     for piece in run(unit, reference, seed, loop).pieces:
         estimator.take(piece)
@@ -49,9 +50,12 @@ def test_evidence_and_posterior_are_those_of_the_rows(seed: int, rank: int, coun
     half, mean = draw.normal(size=(5, rank)), draw.normal(size=5)
     beliefs = [half @ half.T, 2.0 * half @ half.T, np.zeros((5, 5))]
     gram, right = rows.T @ rows, rows.T @ effort
-    best = fitted(gram, right)
+    best = best_fit(gram, right)
     found = evidences(gram, best, np.stack([mean] * 3), np.stack(beliefs))
-    dense = [multivariate_normal.logpdf(effort, rows @ mean, rows @ belief @ rows.T + np.eye(count)) for belief in beliefs]
+    dense = [
+        multivariate_normal.logpdf(effort, rows @ mean, rows @ belief @ rows.T + np.eye(count))
+        for belief in beliefs
+    ]
     np.testing.assert_allclose(found - found[2], np.array(dense) - dense[2], rtol=1e-6, atol=1e-6)
     theta, covariance = posterior(gram, right, mean, beliefs[0] + np.eye(5))
     precision = np.linalg.inv(beliefs[0] + np.eye(5)) + gram
@@ -59,12 +63,19 @@ def test_evidence_and_posterior_are_those_of_the_rows(seed: int, rank: int, coun
     np.testing.assert_allclose(precision @ (theta - mean), right - gram @ mean, atol=1e-7)
     # one belief alone is its posterior; two that are the same are one
     for same in (1, 2):
-        both = mixture(gram, right, best, np.stack([mean] * same), np.stack([beliefs[0]] * same), np.zeros(same))
+        both = mixture(
+            gram,
+            right,
+            best,
+            np.stack([mean] * same),
+            np.stack([beliefs[0]] * same),
+            np.zeros(same),
+        )
         for one, other in zip(both, posterior(gram, right, mean, beliefs[0]), strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
 
 
-def holds(found: Range | None, truth: float) -> bool:
+def holds(found: EstimateRange | None, truth: float) -> bool:
     return found is not None and found.low <= truth <= found.high
 
 
@@ -129,7 +140,11 @@ def test_a_wrong_constant_is_a_scale_and_no_wear() -> None:
         assert found.wear.value == pytest.approx(1.0 / constant, rel=0.02)
         assert scale.low * 0.999 <= 1.0 / constant <= scale.high * 1.001
         # inertia is scaled alike: their ratio is that of the unit
-        inertia = found.others["inertia"].value * believed().parameters.inertia.value / clutch().parameters.inertia.value
+        inertia = (
+            found.others["inertia"].value
+            * believed().parameters.inertia.value
+            / clutch().parameters.inertia.value
+        )
         assert inertia / found.wear.value == pytest.approx(1.0, rel=0.03)
 
 
@@ -137,7 +152,9 @@ def test_a_bench_that_gives_no_range_of_the_constant_has_no_scale() -> None:
     model = believed()
     constant = msgspec.structs.replace(model.bench.actuator.constant, low=None, high=None)
     actuator = msgspec.structs.replace(model.bench.actuator, constant=constant)
-    known = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, actuator=actuator))
+    known = msgspec.structs.replace(
+        model, bench=msgspec.structs.replace(model.bench, actuator=actuator)
+    )
     assert scale_of(known) is None
 
 
@@ -145,17 +162,21 @@ def test_where_friction_is_the_same_everywhere_a_factor_is_told_and_not_an_addit
     model = believed()
     flat = msgspec.structs.replace(model, laws=None)
     layout = layout_of(flat)
-    kinds, draw = Kinds(flat, layout), np.random.Generator(np.random.PCG64(8))
+    kinds, draw = WearClassifier(flat, layout), np.random.Generator(np.random.PCG64(8))
     names = list(layout.names)
     for index in range(12):
         kinds.take(drawn(draw, names, 1.0 if index % 2 else -1.0, layout.friction, wear=1.4))
     assert kinds.told is not None
     assert kinds.told.kind == "multiplicative"
-    assert kinds.told.evidence["additive"] == pytest.approx(kinds.told.evidence["multiplicative"], abs=0.5)
+    assert kinds.told.evidence["additive"] == pytest.approx(
+        kinds.told.evidence["multiplicative"], abs=0.5
+    )
     assert kinds.told.wear.value == pytest.approx(1.4, abs=0.03)
 
 
-def drawn(draw: np.random.Generator, names: list[str], direction: float, friction: float, wear: float) -> Move:
+def drawn(
+    draw: np.random.Generator, names: list[str], direction: float, friction: float, wear: float
+) -> Move:
     """Rows of one move in zone 2 of a friction that is the same everywhere."""
     side, count = "forward" if direction > 0.0 else "backward", 60
     columns = np.zeros((count, len(names) + 1))
@@ -163,7 +184,9 @@ def drawn(draw: np.random.Generator, names: list[str], direction: float, frictio
     columns[:, names.index("viscous")] = direction * draw.uniform(50.0, 200.0, count)
     columns[:, names.index(f"dry_{side}_2")] = direction * friction
     columns[:, names.index(f"level_{side}")] = direction
-    columns[:, -1] = 1.056e-5 * columns[:, 0] + wear * direction * friction + draw.normal(0.0, 0.002, count)
+    columns[:, -1] = (
+        1.056e-5 * columns[:, 0] + wear * direction * friction + draw.normal(0.0, 0.002, count)
+    )
     return Move(columns.T @ columns, count, 1.0, int(direction), 100.0)
 
 
@@ -176,9 +199,13 @@ def test_shares_are_the_friction_over_the_models() -> None:
             assert share @ dry_columns(layout) == pytest.approx(1.0)
             assert share @ (1.3 * dry_columns(layout)) == pytest.approx(1.3)
     both = friction_share(layout, everywhere)
-    assert both @ level_columns(layout, layout.friction, layout.friction) == pytest.approx(1.0, rel=1e-6)
+    assert both @ level_columns(layout, layout.friction, layout.friction) == pytest.approx(
+        1.0, rel=1e-6
+    )
     for side in (None, "forward", "backward"):
-        assert friction_share(layout, everywhere, side) @ level_columns(layout, -1.0, 1.0) == pytest.approx(0.0)  # an offset is no friction
+        assert friction_share(layout, everywhere, side) @ level_columns(
+            layout, -1.0, 1.0
+        ) == pytest.approx(0.0)  # an offset is no friction
     sides = [both @ dry_columns(layout, side) for side in ("forward", "backward")]
     assert sum(sides) == pytest.approx(1.0)
     assert friction_share(layout, everywhere, "forward") @ dry_columns(layout, "backward") == 0.0
@@ -192,22 +219,29 @@ def test_too_few_moves_tell_no_kind() -> None:
 
 
 def test_coulomb_friction_along_emps() -> None:
-    """Measured: within 10 % of the identified value from the first move back on, before it the interval holds it."""
+    """Measured: within 10 % of the identified value from the first move back on, before it the
+    interval holds it."""
     model = load(ROOT / "configs" / "emps" / "published.yaml", Model)
     estimator = WearEstimator(model)
-    moves = [move for piece in feed(data("emps", "DATA_EMPS.mat"), model.bench).pieces() for move in estimator.moves.take(piece)]
+    moves = [
+        move
+        for piece in open_stream(data("emps", "DATA_EMPS.mat"), model.bench).pieces()
+        for move in estimator.moves.take(piece)
+    ]
     found = [estimator.learn(move) for move in moves]
     turned = next(index for index, move in enumerate(moves) if move.direction < 0)
     assert all(holds(one.wear, 1.0) for one in found[:turned])
     assert all(0.9 <= one.wear.value <= 1.1 for one in found[turned:])
-    assert found[-1].kind == "zones"  # the record's friction varies along its travel, which the published model has not
+    assert (
+        found[-1].kind == "zones"
+    )  # the record's friction varies along its travel, which the published model has not
 
 
 def test_directions_keep_up_with_wear_that_goes_on() -> None:
     estimator, time = WearEstimator(believed()), 0.0
     for index, wear in enumerate(np.linspace(1.0, 1.5, 11)):
         (piece,) = run(Unit(wear=float(wear)), targets(index, 3.0), index, "speed").pieces
-        estimator.take(Piece(piece.time + time, piece.position, piece.effort, follows=False))
+        estimator.take(MotionBlock(piece.time + time, piece.position, piece.effort, follows=False))
         time += 3.0
     found = estimator.estimate
     assert found.wear.value == pytest.approx(1.5, abs=0.03)
@@ -216,7 +250,7 @@ def test_directions_keep_up_with_wear_that_goes_on() -> None:
 
 
 def test_moves_that_are_alike_count_as_one() -> None:
-    repeats = Repeats()
+    repeats = MoveRepeats()
     assert repeats.each == 1.0
     forth, back = np.diag([4.0, 1.0, 0.0, 0.0]), np.diag([0.0, 0.0, 1.0, 4.0])
     for part in (1.0, 1.05, 0.95):

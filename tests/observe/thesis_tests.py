@@ -1,13 +1,18 @@
-"""The two tests of thesis 6.3.2 and 6.4.2 in figures: what a switched observer finds along a simulated log, beside what the log knows.
+"""The two tests of thesis 6.3.2 and 6.4.2 in figures: what a switched observer finds along a
+simulated log, beside what the log knows.
 
-    python -m tests.observe.thesis_tests BUILD         BUILD/first, BUILD/second: make -C configs/clutch observers
+    python -m tests.observe.thesis_tests BUILD         BUILD/first, BUILD/second: make -C
+                                                       configs/clutch observers
 
-first    friction x 1.5 at 5 s. settled: from when on after that alpha, or of an additive observer the friction over a period of the sine,
+first    friction x 1.5 at 5 s. settled: from when on after that alpha, or of an additive observer
+         the friction over a period of the sine,
          is within 5 % for good. The other figures: of the last 5 s.
-second   alpha from 2 s on; its mean in the second half of either series of steps, for it depends on the trajectory.
+second   alpha from 2 s on; its mean in the second half of either series of steps, for it depends on
+         the trajectory.
 
-Friction is compared where the axis and the observer both slip, root mean square over that of the true one; the true one is the model's map
-at the true position, times its wear. Velocity error: root mean square over all samples.
+Friction is compared where the axis and the observer both slip, root mean square over that of the
+true one; the true one is the model's map at the true position, times its wear. Velocity error: root
+mean square over all samples.
 """
 
 from __future__ import annotations
@@ -25,9 +30,9 @@ from frictool.documents.observer import Observer
 from frictool.documents.registry import load
 from frictool.logs.log import Log, Stream
 from frictool.logs.reading import read_log
-from frictool.observe.along import Along
-from frictool.observe.beside import TOPIC
 from frictool.observe.design.friction_map import friction_at, friction_map
+from frictool.observe.observer_run import ObserverOutput
+from frictool.observe.second_observer import TOPIC
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -42,7 +47,8 @@ HEADS = {
 
 @dataclass(frozen=True)
 class Truth:
-    """What a simulated log knows, (n,) each: time [s], velocity [rad/s], dry friction [N m] of the velocity's sign."""
+    """What a simulated log knows, (n,) each: time [s], velocity [rad/s], dry friction [N m] of the
+    velocity's sign."""
 
     time: Vector
     velocity: Vector
@@ -51,8 +57,9 @@ class Truth:
 
 @dataclass(frozen=True)
 class First:
-    """settled [s], infinite where never; alpha's means before the onset and over the last 5 s [1 | N m]; friction: error [%]; within: part
-    of the samples whose friction is within 5 % of what it is there; velocity: error [rad/s]."""
+    """settled [s], infinite where never; alpha's means before the onset and over the last 5 s [1 |
+    N m]; friction: error [%]; within: part of the samples whose friction is within 5 % of what it
+    is there; velocity: error [rad/s]."""
 
     settled: float
     before: float
@@ -64,7 +71,8 @@ class First:
 
 @dataclass(frozen=True)
 class Second:
-    """alpha's range, and its mean in the second half of either series of steps [1 | N m]; errors as above."""
+    """alpha's range, and its mean in the second half of either series of steps [1 | N m]; errors as
+    above."""
 
     low: float
     high: float
@@ -82,7 +90,7 @@ def truth(model: Model, main: Stream) -> Truth:
     return Truth(main.time, velocity, np.sign(velocity) * np.where(velocity > 0.0, *sides) * factor)
 
 
-def slipping(known: Truth, found: Along, observer: Observer) -> Mask:
+def slipping(known: Truth, found: ObserverOutput, observer: Observer) -> Mask:
     """Where axis and observer both slip."""
     assert observer.switched is not None
     sigma = observer.switched.switch_speed.value
@@ -90,7 +98,7 @@ def slipping(known: Truth, found: Along, observer: Observer) -> Mask:
     return both
 
 
-def first(known: Truth, found: Along, observer: Observer) -> First:
+def first(known: Truth, found: ObserverOutput, observer: Observer) -> First:
     """The figures of the first test."""
     assert found.wear is not None
     time, last = known.time, known.time >= known.time[-1] - 5.0
@@ -111,7 +119,7 @@ def first(known: Truth, found: Along, observer: Observer) -> First:
     )
 
 
-def second(known: Truth, found: Along, observer: Observer) -> Second:
+def second(known: Truth, found: ObserverOutput, observer: Observer) -> Second:
     """The figures of the second test."""
     assert found.wear is not None
     time, both = known.time, slipping(known, found, observer) & (known.time >= SETTLED_AFTER)
@@ -127,7 +135,8 @@ def second(known: Truth, found: Along, observer: Observer) -> Second:
 
 
 def _over_a_period(known: Truth, error: Vector, both: Mask) -> Vector:
-    """Friction's error over what of the period that ends at a sample is in `both` (n,), relative."""
+    """Friction's error over what of the period that ends at a sample is in `both` (n,),
+    relative."""
     samples = round(PERIOD / float(known.time[1] - known.time[0]))
 
     def summed(values: Vector) -> Vector:
@@ -135,7 +144,9 @@ def _over_a_period(known: Truth, error: Vector, both: Mask) -> Vector:
         return np.asarray(total - np.concatenate([np.zeros(samples), total[:-samples]]))
 
     there = summed(known.friction**2)
-    return np.sqrt(summed(error**2) / np.where(there > 0.0, there, math.inf)) + np.where(there > 0.0, 0.0, math.inf)
+    return np.sqrt(summed(error**2) / np.where(there > 0.0, there, math.inf)) + np.where(
+        there > 0.0, 0.0, math.inf
+    )
 
 
 def _settled(time: Vector, inside: Mask) -> float:
@@ -156,12 +167,14 @@ def _rms(values: Vector) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def found_in(log: Log) -> Along:
+def found_in(log: Log) -> ObserverOutput:
     """The estimates of `observe run --observer`, from its log."""
     stream = next(stream for stream in log.streams if stream.topic == TOPIC)
     signals = stream.signals
     wear = signals.get("wear", signals.get("added"))
-    return Along(stream.time, signals["position"], signals["velocity"], signals["friction"], wear)
+    return ObserverOutput(
+        stream.time, signals["position"], signals["velocity"], signals["friction"], wear
+    )
 
 
 def line(figures: First | Second) -> tuple[str, ...]:
@@ -169,13 +182,25 @@ def line(figures: First | Second) -> tuple[str, ...]:
     if isinstance(figures, First):
         settled = "never" if math.isinf(figures.settled) else f"{figures.settled:.3f}"
         alphas = f"{figures.before:.3f}", f"{figures.after:.3f}"
-        return settled, *alphas, f"{figures.friction:.1f}", f"{100 * figures.within:.0f} %", f"{figures.velocity:.1f}"
+        return (
+            settled,
+            *alphas,
+            f"{figures.friction:.1f}",
+            f"{100 * figures.within:.0f} %",
+            f"{figures.velocity:.1f}",
+        )
     alphas = f"{figures.low:.3f}", f"{figures.high:.3f}"
-    return *alphas, *(f"{mean:.3f}" for mean in figures.series), f"{figures.friction:.1f}", f"{figures.velocity:.1f}"
+    return (
+        *alphas,
+        *(f"{mean:.3f}" for mean in figures.series),
+        f"{figures.friction:.1f}",
+        f"{figures.velocity:.1f}",
+    )
 
 
 def figures(folder: Path, test: str, loop: str, name: str) -> First | Second:
-    """Of one observer in one loop: folder/test/LOOP/run.mcap, folder/test/NAME.yaml, folder/test/LOOP/NAME.mcap."""
+    """Of one observer in one loop: folder/test/LOOP/run.mcap, folder/test/NAME.yaml,
+    folder/test/LOOP/NAME.mcap."""
     observer = load(folder / test / f"{name}.yaml", Observer)
     model = load(folder / test / "model.yaml", Model)
     known = truth(model, read_log(folder / test / loop / "run.mcap").streams[0])
@@ -187,10 +212,18 @@ def table(folder: Path, test: str) -> list[str]:
     """Every observer of a test in every loop."""
     rows = [("loop", "observer", *HEADS[test])]
     for loop in sorted(path.parent.name for path in (folder / test).glob("*/run.mcap")):
-        names = sorted(path.stem for path in (folder / test / loop).glob("*.mcap") if path.name != "run.mcap")
+        names = sorted(
+            path.stem for path in (folder / test / loop).glob("*.mcap") if path.name != "run.mcap"
+        )
         rows += [(loop, name, *line(figures(folder, test, loop, name))) for name in names]
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    return [f"{test} test", *("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)]
+    return [
+        f"{test} test",
+        *(
+            "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
+            for row in rows
+        ),
+    ]
 
 
 def main(arguments: list[str]) -> int:
@@ -200,7 +233,10 @@ def main(arguments: list[str]) -> int:
     for test in HEADS:
         lines = table(Path(arguments[0]), test)
         if len(lines) < 3:
-            print(f"{Path(arguments[0]) / test}: no run.mcap with estimates in a folder of it", file=sys.stderr)
+            print(
+                f"{Path(arguments[0]) / test}: no run.mcap with estimates in a folder of it",
+                file=sys.stderr,
+            )
             return 1
         print("\n".join(lines) + "\n")
     return 0

@@ -1,4 +1,5 @@
-"""The axis parameters: order of the array, breakaway never below Coulomb friction, what is out of range is named."""
+"""The axis parameters: order of the array, breakaway never below Coulomb friction, what is out of
+range is named."""
 
 from __future__ import annotations
 
@@ -31,7 +32,14 @@ def test_breakaway_is_lifted_to_the_coulomb_friction() -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("inertia", 0.0), ("inertia", -1.0), ("viscous", -0.1), ("lag", math.inf), ("constant", math.nan), ("drive_limit", 0.0)],
+    [
+        ("inertia", 0.0),
+        ("inertia", -1.0),
+        ("viscous", -0.1),
+        ("lag", math.inf),
+        ("constant", math.nan),
+        ("drive_limit", 0.0),
+    ],
 )
 def test_out_of_range_is_named(name: str, value: float) -> None:
     with pytest.raises(ValueError, match=name):
@@ -41,4 +49,9 @@ def test_out_of_range_is_named(name: str, value: float) -> None:
 def test_rest_state() -> None:
     state = rest(2.0, 0.5)
     assert state.shape == (STATE_SIZE,)
-    assert (state[axis.POSITION], state[axis.LOAD_POSITION], state[axis.DRIVE], state[axis.GAP]) == (2.0, 2.0, 0.5, 0.0)
+    assert (
+        state[axis.POSITION],
+        state[axis.LOAD_POSITION],
+        state[axis.DRIVE],
+        state[axis.GAP],
+    ) == (2.0, 2.0, 0.5, 0.0)

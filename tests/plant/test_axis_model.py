@@ -15,7 +15,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
-from frictool.plant.axis_laws import PLAIN_SIZE
+from frictool.plant.axis_friction_laws import PLAIN_SIZE
 from frictool.plant.axis_model import axis_of
 from frictool.plant.friction_levels import coulomb_level, viscous_level
 from frictool.plant.polytope import intervals
@@ -27,7 +27,9 @@ NONLINEAR = ROOT / "configs/clutch/nonlinear.yaml"
 def _with_mechanics(**fields: Quantity | None) -> Model:
     model = clutch_model()
     mechanics = msgspec.structs.replace(model.bench.mechanics, **fields)
-    return msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, mechanics=mechanics))
+    return msgspec.structs.replace(
+        model, bench=msgspec.structs.replace(model.bench, mechanics=mechanics)
+    )
 
 
 def test_takes_every_parameter_from_model_and_bench() -> None:
@@ -67,7 +69,9 @@ def test_out_of_range_is_named() -> None:
 def test_the_end_stops_are_those_of_the_travel() -> None:
     assert axis_of(clutch_model()).laws.stops == (0.0, 63.0)
     model = clutch_model()
-    without = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, mechanics=_without_travel(model)))
+    without = msgspec.structs.replace(
+        model, bench=msgspec.structs.replace(model.bench, mechanics=_without_travel(model))
+    )
     assert axis_of(without).as_array().shape == (PLAIN_SIZE,)
 
 
@@ -75,10 +79,15 @@ def _without_travel(model: Model) -> Mechanics:
     return msgspec.structs.replace(model.bench.mechanics, travel=None)
 
 
-@pytest.mark.parametrize(("direction", "x"), [(1.0, 0.0), (1.0, 30.0), (1.0, 63.0), (-1.0, 6.24), (-1.0, 35.7)])
+@pytest.mark.parametrize(
+    ("direction", "x"), [(1.0, 0.0), (1.0, 30.0), (1.0, 63.0), (-1.0, 6.24), (-1.0, 35.7)]
+)
 def test_the_published_clutch_has_the_published_breakaway(direction: float, x: float) -> None:
     """Table 4.7, and C_r = C_s/1.1 (4.42), to the digits of the file."""
-    published = {1.0: (0.0794, 0.0077, -2.7773e-4, 2.8731e-6), -1.0: (0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7)}[direction]
+    published = {
+        1.0: (0.0794, 0.0077, -2.7773e-4, 2.8731e-6),
+        -1.0: (0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7),
+    }[direction]
     expected = sum(b * x**k for k, b in enumerate(published))
     array = axis_of(load(NONLINEAR, Model)).as_array()
     assert breakaway_at(array, direction, x, 0.0) == pytest.approx(expected, rel=1e-4)
@@ -90,7 +99,9 @@ def test_a_vertex_scales_the_map_and_keeps_its_knees() -> None:
     today, vertex = axis_of(model), axis_of(model, coulomb=0.18, viscous=7.62e-4)
     assert 0.5 * (vertex.coulomb + vertex.laws.backward.coulomb) == pytest.approx(0.18, rel=1e-12)
     scale = vertex.coulomb / today.coulomb
-    assert vertex.laws.backward.breakaway == pytest.approx(scale * today.laws.backward.breakaway, rel=1e-12)
+    assert vertex.laws.backward.breakaway == pytest.approx(
+        scale * today.laws.backward.breakaway, rel=1e-12
+    )
     assert vertex.breakaway == pytest.approx(scale * today.breakaway, rel=1e-12)
     assert (vertex.viscous, vertex.laws.backward.viscous) == (0.0, 0.0)
     assert vertex.laws.regimes == ((260.0, 7.62e-4, 7.62e-4),)
@@ -108,13 +119,25 @@ def test_a_vertex_with_the_models_own_numbers_is_the_model(own: float) -> None:
     laws = msgspec.structs.replace(
         model.laws,
         backward=msgspec.structs.replace(model.laws.backward, viscous=_viscous(1e-4)),
-        regimes=(Regime(Quantity(value=90.0, unit="rad/s"), _viscous(5e-4), _viscous(3e-4)), *model.laws.regimes),
+        regimes=(
+            Regime(Quantity(value=90.0, unit="rad/s"), _viscous(5e-4), _viscous(3e-4)),
+            *model.laws.regimes,
+        ),
         position=msgspec.structs.replace(model.laws.position, over=Span(10.0, 40.0, "rad")),
     )
-    changed = msgspec.structs.replace(model, laws=laws, parameters=msgspec.structs.replace(model.parameters, viscous=_viscous(own)))
+    changed = msgspec.structs.replace(
+        model,
+        laws=laws,
+        parameters=msgspec.structs.replace(model.parameters, viscous=_viscous(own)),
+    )
     for plant in (clutch_model(), model, changed):
-        coulomb, viscous = _middle(plant.parameters.coulomb, plant, coulomb_level), _middle(plant.parameters.viscous, plant, viscous_level)
-        again = axis_of(plant, coulomb=coulomb, viscous=viscous, inertia=1.32e-5, constant=13.4e-3).as_array()
+        coulomb, viscous = (
+            _middle(plant.parameters.coulomb, plant, coulomb_level),
+            _middle(plant.parameters.viscous, plant, viscous_level),
+        )
+        again = axis_of(
+            plant, coulomb=coulomb, viscous=viscous, inertia=1.32e-5, constant=13.4e-3
+        ).as_array()
         np.testing.assert_allclose(again, axis_of(plant).as_array(), rtol=1e-12)
 
 
@@ -126,34 +149,55 @@ def _middle(own: Quantity, plant: Model, level: Callable[[Model], tuple[float, f
 
 def test_without_any_viscous_friction_a_vertex_has_it_at_every_speed() -> None:
     model = load(NONLINEAR, Model)
-    regimes = tuple(msgspec.structs.replace(regime, viscous=_viscous(0.0)) for regime in model.laws.regimes)
+    regimes = tuple(
+        msgspec.structs.replace(regime, viscous=_viscous(0.0)) for regime in model.laws.regimes
+    )
     dry = msgspec.structs.replace(model, laws=msgspec.structs.replace(model.laws, regimes=regimes))
     vertex = axis_of(dry, viscous=7.62e-4)
-    assert (vertex.viscous, vertex.laws.backward.viscous, vertex.laws.regimes[0][1:]) == (7.62e-4, 7.62e-4, (7.62e-4, 7.62e-4))
+    assert (vertex.viscous, vertex.laws.backward.viscous, vertex.laws.regimes[0][1:]) == (
+        7.62e-4,
+        7.62e-4,
+        (7.62e-4, 7.62e-4),
+    )
 
 
 def test_everything_dry_scales_with_a_vertex_to_the_mean_of_its_map() -> None:
-    """Read off the engine's own friction, by a sum over the travel; the map is given over a part of it, and is constant beyond."""
+    """Read off the engine's own friction, by a sum over the travel; the map is given over a part of
+    it, and is constant beyond."""
     model = load(NONLINEAR, Model)
     position = msgspec.structs.replace(model.laws.position, over=Span(10.0, 40.0, "rad"))
     for law in (model.laws.position, position):
-        mapped = msgspec.structs.replace(model, laws=msgspec.structs.replace(model.laws, position=law))
+        mapped = msgspec.structs.replace(
+            model, laws=msgspec.structs.replace(model.laws, position=law)
+        )
         today, vertex = axis_of(mapped), axis_of(mapped, coulomb=0.05)
         arrays, places = (today.as_array(), vertex.as_array()), (np.arange(6300) + 0.5) * 0.01
-        mean = [np.mean([coulomb_at(array, side, x) for side in (-1.0, 1.0) for x in places]) for array in arrays]
+        mean = [
+            np.mean([coulomb_at(array, side, x) for side in (-1.0, 1.0) for x in places])
+            for array in arrays
+        ]
         assert mean[1] == pytest.approx(0.05, rel=1e-6)
         scale = mean[1] / mean[0]
         for side in (-1.0, 1.0):
             for x in (0.0, 20.0, 63.0):
-                assert coulomb_at(arrays[1], side, x) == pytest.approx(scale * coulomb_at(arrays[0], side, x), rel=1e-6)
-                assert breakaway_at(arrays[1], side, x, 0.0) == pytest.approx(scale * breakaway_at(arrays[0], side, x, 0.0), rel=1e-6)
+                assert coulomb_at(arrays[1], side, x) == pytest.approx(
+                    scale * coulomb_at(arrays[0], side, x), rel=1e-6
+                )
+                assert breakaway_at(arrays[1], side, x, 0.0) == pytest.approx(
+                    scale * breakaway_at(arrays[0], side, x, 0.0), rel=1e-6
+                )
         assert vertex.backlash_coulomb == pytest.approx(scale * today.backlash_coulomb, rel=1e-6)
-        assert vertex.backlash_breakaway == pytest.approx(scale * today.backlash_breakaway, rel=1e-6)
+        assert vertex.backlash_breakaway == pytest.approx(
+            scale * today.backlash_breakaway, rel=1e-6
+        )
 
 
 def test_the_polytope_holds_each_direction_and_regime() -> None:
     model = load(NONLINEAR, Model)
     assert intervals(model)["viscous"] == (0.0, 7.62e-4)
     strong = msgspec.structs.replace(model.laws.backward.coulomb, high=0.25)
-    wider = msgspec.structs.replace(model, laws=msgspec.structs.replace(model.laws, backward=Backward(coulomb=strong), position=None))
+    wider = msgspec.structs.replace(
+        model,
+        laws=msgspec.structs.replace(model.laws, backward=Backward(coulomb=strong), position=None),
+    )
     assert intervals(wider)["coulomb"] == (0.018, 0.25)

@@ -11,7 +11,9 @@ from tests.synth.example import clutch_model
 def test_sixteen_vertices_of_table_5_2() -> None:
     box = polytope(clutch_model())
     corners = {(v.inertia, v.viscous, v.coulomb, v.constant) for v in box.vertices}
-    expected = itertools.product((1.11e-5, 1.53e-5), (0.0, 7.62e-4), (0.018, 0.180), (12.8e-3, 14.0e-3))
+    expected = itertools.product(
+        (1.11e-5, 1.53e-5), (0.0, 7.62e-4), (0.018, 0.180), (12.8e-3, 14.0e-3)
+    )
     assert corners == set(expected)
     assert len({v.name for v in box.vertices}) == 16
     assert box.centre.inertia == 0.5 * (1.11e-5 + 1.53e-5)

@@ -10,13 +10,21 @@ from frictool.documents.registry import load
 from frictool.plant.polytope import intervals
 from tests.identify.benches import ROOT
 
-FORWARD, BACKWARD = [0.0794, 0.0077, -2.7773e-4, 2.8731e-6], [0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7]
+FORWARD, BACKWARD = (
+    [0.0794, 0.0077, -2.7773e-4, 2.8731e-6],
+    [0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7],
+)
 
 
 def test_the_hull_holds_table_4_7_in_either_direction() -> None:
     model = load(ROOT / "configs" / "clutch" / "nonlinear.yaml", Model)
     places = np.linspace(0.0, 63.0, 500)
-    slip = np.concatenate([np.polynomial.polynomial.polyval(places, np.array(side)) / 1.1 for side in (FORWARD, BACKWARD)])
+    slip = np.concatenate(
+        [
+            np.polynomial.polynomial.polyval(places, np.array(side)) / 1.1
+            for side in (FORWARD, BACKWARD)
+        ]
+    )
     low, high = intervals(model)["coulomb"]
     assert low <= slip.min()
     assert high >= slip.max() * (1.0 - 1e-3)  # levels of the document have five digits

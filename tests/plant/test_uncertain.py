@@ -8,7 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.plant.polytope import PlantPoint, intervals, polytope
-from frictool.plant.uncertain import default_unit, half_widths, uncertain_centre, uncertain_polytope, with_channel
+from frictool.plant.uncertainty_channel import (
+    default_unit,
+    half_widths,
+    uncertain_centre,
+    uncertain_polytope,
+    with_channel,
+)
 from tests.synth.annex import annex_model
 from tests.synth.example import clutch_model
 
@@ -16,23 +22,47 @@ CENTRE = PlantPoint("centre", 1.32e-5, 3.8e-4, 0.1, 0.0134)
 
 
 @settings(max_examples=50, deadline=None)
-@given(share=st.floats(-1.0, 1.0), unit=st.floats(1e-3, 10.0), widths=st.tuples(*[st.floats(0.0, 0.3)] * 4))
-def test_closing_the_channel_moves_the_plant_to_first_order(share: float, unit: float, widths: tuple[float, ...]) -> None:
-    """w_d = Delta z_d is the plant with every parameter moved by Delta times its half-width, but for products of deviations (20)-(21)."""
+@given(
+    share=st.floats(-1.0, 1.0),
+    unit=st.floats(1e-3, 10.0),
+    widths=st.tuples(*[st.floats(0.0, 0.3)] * 4),
+)
+def test_closing_the_channel_moves_the_plant_to_first_order(
+    share: float, unit: float, widths: tuple[float, ...]
+) -> None:
+    """w_d = Delta z_d is the plant with every parameter moved by Delta times its half-width, but
+    for products of deviations (20)-(21)."""
     values = (CENTRE.inertia, CENTRE.viscous, CENTRE.coulomb, CENTRE.constant)
     small = 1e-4
-    wide = {name: small * w * v for name, w, v in zip(("inertia", "viscous", "coulomb", "constant"), widths, values, strict=True)}
+    wide = {
+        name: small * w * v
+        for name, w, v in zip(
+            ("inertia", "viscous", "coulomb", "constant"), widths, values, strict=True
+        )
+    }
     found = with_channel(CENTRE, wide, unit)
-    moved = PlantPoint("p", *(v + share * w for v, w in zip(values, wide.values(), strict=True))).rates
+    moved = PlantPoint(
+        "p", *(v + share * w for v, w in zip(values, wide.values(), strict=True))
+    ).rates
     closed = share * found.rates.push
-    assert found.rates.drive + closed * found.uncertainty.drive == pytest.approx(moved.drive, rel=1e-7)
-    assert -found.rates.viscous + closed * found.uncertainty.viscous == pytest.approx(-moved.viscous, rel=1e-7)
-    assert -found.rates.friction + closed * found.uncertainty.friction == pytest.approx(-moved.friction, rel=1e-7)
+    assert found.rates.drive + closed * found.uncertainty.drive == pytest.approx(
+        moved.drive, rel=1e-7
+    )
+    assert -found.rates.viscous + closed * found.uncertainty.viscous == pytest.approx(
+        -moved.viscous, rel=1e-7
+    )
+    assert -found.rates.friction + closed * found.uncertainty.friction == pytest.approx(
+        -moved.friction, rel=1e-7
+    )
 
 
 def test_the_unit_does_not_change_what_the_channel_does() -> None:
-    one, other = (with_channel(CENTRE, {"inertia": 2e-6, "coulomb": 0.027}, unit) for unit in (0.0318, 0.027))
-    assert one.rates.push * one.uncertainty.drive == pytest.approx(other.rates.push * other.uncertainty.drive)
+    one, other = (
+        with_channel(CENTRE, {"inertia": 2e-6, "coulomb": 0.027}, unit) for unit in (0.0318, 0.027)
+    )
+    assert one.rates.push * one.uncertainty.drive == pytest.approx(
+        other.rates.push * other.uncertainty.drive
+    )
     assert one.uncertainty.drive != other.uncertainty.drive
 
 
@@ -47,7 +77,9 @@ def test_annex_22_and_29_with_the_numbers_of_table_2() -> None:
     assert box.vertices == (slow.point, fast.point)
     assert slow.uncertainty.viscous == 0.0
     assert slow.uncertainty.friction == pytest.approx(2.1e-6 * 0.127 / 1.32e-5 / 0.027)
-    assert fast.uncertainty.friction == pytest.approx(2.1e-6 * (0.127 - 7.6e-4 * 260.0) / 1.32e-5 / 0.027)
+    assert fast.uncertainty.friction == pytest.approx(
+        2.1e-6 * (0.127 - 7.6e-4 * 260.0) / 1.32e-5 / 0.027
+    )
 
 
 def test_what_is_scheduled_leaves_the_channel() -> None:
@@ -55,7 +87,10 @@ def test_what_is_scheduled_leaves_the_channel() -> None:
     _, plants = uncertain_polytope(model, ("inertia", "constant"))
     assert len(plants) == 4
     assert all(plant.uncertainty.drive == 0.0 for plant in plants)
-    assert all(plant.uncertainty.viscous * plant.unit == pytest.approx(-half_widths(model)["viscous"]) for plant in plants)
+    assert all(
+        plant.uncertainty.viscous * plant.unit == pytest.approx(-half_widths(model)["viscous"])
+        for plant in plants
+    )
 
 
 def test_the_unit_where_the_coulomb_friction_is_certain() -> None:

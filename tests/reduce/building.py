@@ -42,7 +42,11 @@ def coulomb(on: str, level: float, unit: str = "N m") -> FrictionOf:
 
 
 def mechanism(
-    blocks: dict[str, Block], links: dict[str, Link], source: str, sensor: str, travel: tuple[float, float] | None = None
+    blocks: dict[str, Block],
+    links: dict[str, Link],
+    source: str,
+    sensor: str,
+    travel: tuple[float, float] | None = None,
 ) -> Mechanism:
     """One motor on `source`, an encoder on `sensor`; travel of the sensor's block."""
     unit = "rad" if blocks[sensor].inertia is not None else "m"
@@ -58,20 +62,35 @@ def mechanism(
     )
 
 
-def screw(coefficient: float, lead: float = 4e-3, radius: float = 6e-3, stiffness: float = 2e4, form: str = "angle") -> Mechanism:
+def screw(
+    coefficient: float,
+    lead: float = 4e-3,
+    radius: float = 6e-3,
+    stiffness: float = 2e4,
+    form: str = "angle",
+) -> Mechanism:
     """Figure 2.6: motor and screw, nut, spring; the spring is pressed from 0 on."""
     links: dict[str, Link] = {
         "thread": Screw(
-            ("screw", "nut"), Q(radius, unit="m"), lead=Q(lead, unit="m"), friction_coefficient=coefficient, friction_form=form
+            ("screw", "nut"),
+            Q(radius, unit="m"),
+            lead=Q(lead, unit="m"),
+            friction_coefficient=coefficient,
+            friction_form=form,
         ),
         "spring": Spring(("nut", "ground"), stiffness=Q(stiffness, unit="N/m")),
     }
-    return mechanism({"screw": rotor(2e-5), "nut": slide(1.0)}, links, "screw", "screw", travel=(0.0, 12.0))
+    return mechanism(
+        {"screw": rotor(2e-5), "nut": slide(1.0)}, links, "screw", "screw", travel=(0.0, 12.0)
+    )
 
 
 def belt(stiffness: float = 2e5, damping: float = 20.0) -> Mechanism:
-    """Figure 2.5 with two radii: a motor's pulley, a belt that yields, the load's pulley with the encoder and friction on both."""
-    compliance = Compliance(Q(stiffness, 0.9 * stiffness, 1.1 * stiffness, "N/m"), Q(damping, unit="N s/m"))
+    """Figure 2.5 with two radii: a motor's pulley, a belt that yields, the load's pulley with the
+    encoder and friction on both."""
+    compliance = Compliance(
+        Q(stiffness, 0.9 * stiffness, 1.1 * stiffness, "N/m"), Q(damping, unit="N s/m")
+    )
     links: dict[str, Link] = {
         "belt": Belt(("a", "b"), Q(0.02, unit="m"), Q(0.04, unit="m"), compliance=compliance),
         "bearing_a": coulomb("a", 0.01),
@@ -81,7 +100,8 @@ def belt(stiffness: float = 2e5, damping: float = 20.0) -> Mechanism:
 
 
 def two_plays(first: float = 0.02, second: float = 1e-4) -> Mechanism:
-    """Motor, external gear of ratio 1/5 with play at its second wheel, shaft, rack of 10 mm with play at the rack; friction everywhere."""
+    """Motor, external gear of ratio 1/5 with play at its second wheel, shaft, rack of 10 mm with
+    play at the rack; friction everywhere."""
     links: dict[str, Link] = {
         "gear": Gear(("motor", "shaft"), 0.2, backlash=Backlash(Q(first, unit="rad"))),
         "rack": Rack(("shaft", "table"), Q(0.01, unit="m"), backlash=Backlash(Q(second, unit="m"))),
@@ -94,14 +114,21 @@ def two_plays(first: float = 0.02, second: float = 1e-4) -> Mechanism:
 
 
 def lossy_train(efficiency: float = 0.9) -> Mechanism:
-    """Motor, external gear of ratio 1/4 that loses, table on a rack with friction; the encoder on the wheel, which turns the other way."""
+    """Motor, external gear of ratio 1/4 that loses, table on a rack with friction; the encoder on
+    the wheel, which turns the other way."""
     links: dict[str, Link] = {
         "gear": Gear(("motor", "wheel"), 0.25, efficiency=efficiency),
         "rack": Rack(("wheel", "table"), Q(0.02, unit="m")),
         "brushes": coulomb("motor", 0.01),
         "slideway": coulomb("table", 6.0, "N"),
     }
-    return mechanism({"motor": rotor(3e-5), "wheel": rotor(2e-4), "table": slide(0.4)}, links, "motor", "wheel", travel=(-10.0, 10.0))
+    return mechanism(
+        {"motor": rotor(3e-5), "wheel": rotor(2e-4), "table": slide(0.4)},
+        links,
+        "motor",
+        "wheel",
+        travel=(-10.0, 10.0),
+    )
 
 
 def shaft(first: str, second: str) -> Coupling:
@@ -109,8 +136,14 @@ def shaft(first: str, second: str) -> Coupling:
 
 
 def lift(weight: float = 20.0, friction: float = 8.0) -> Mechanism:
-    """Motor, rack of 10 mm, table that hangs: its weight is a constant effort that pulls it down."""
-    links: dict[str, Link] = {"rack": Rack(("motor", "table"), Q(0.01, unit="m")), "slideway": coulomb("table", friction, "N")}
-    found = mechanism({"motor": rotor(2e-5), "table": slide(2.0)}, links, "motor", "motor", travel=(-30.0, 30.0))
+    """Motor, rack of 10 mm, table that hangs: its weight is a constant effort that pulls it
+    down."""
+    links: dict[str, Link] = {
+        "rack": Rack(("motor", "table"), Q(0.01, unit="m")),
+        "slideway": coulomb("table", friction, "N"),
+    }
+    found = mechanism(
+        {"motor": rotor(2e-5), "table": slide(2.0)}, links, "motor", "motor", travel=(-30.0, 30.0)
+    )
     pull = Source("table", "effort", effort=Q(-weight, unit="N"))
     return msgspec.structs.replace(found, sources={**found.sources, "weight": pull})

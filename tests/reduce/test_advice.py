@@ -15,15 +15,19 @@ from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.assembly import assemble
-from frictool.reduce.advice import parts_at_ends, passing_bandwidth
+from frictool.reduce.advice import parts_of_travel, passing_bandwidth
 from frictool.reduce.chain import chain
-from frictool.reduce.part import over
+from frictool.reduce.partial_travel import restrict_travel
 from tests.cli.run import run
 from tests.reduce.building import belt, coulomb, lossy_train, mechanism, rotor
 
 
 def _error(bandwidth: float) -> float:
-    return next(step.told.predicted for step in chain(belt(), bandwidth).steps if step.told.step == "compliance")
+    return next(
+        step.told.predicted
+        for step in chain(belt(), bandwidth).steps
+        if step.told.step == "compliance"
+    )
 
 
 @pytest.mark.parametrize("tolerance", [0.01, 0.05, 0.2])
@@ -53,24 +57,36 @@ def test_a_kink_is_refused_with_both_sides_of_it_that_pass() -> None:
     assert (low, high) == (-1.0, 2.0)
     assert 0.0 <= below <= 0.19 < 0.21 <= above <= 0.4  # the curve is smooth between its points
     for ends, load_, at in (((low, below), -0.6, low), ((above, high), 0.7, high)):
-        part = chain(over(returned(-1.0, 2.0), ends), None).one
-        assert part.beside.at(np.array([at]))[0] == pytest.approx(load_, abs=0.05)  # but for what friction holds of it
+        part = chain(restrict_travel(returned(-1.0, 2.0), ends), None).one
+        assert part.beside.at(np.array([at]))[0] == pytest.approx(
+            load_, abs=0.05
+        )  # but for what friction holds of it
         assert part.travel == ends
     with pytest.raises(NoSolutionError):
-        chain(over(returned(-1.0, 2.0), (0.0, high)), None)
+        chain(restrict_travel(returned(-1.0, 2.0), (0.0, high)), None)
 
 
 def test_a_part_that_is_little_of_the_travel_is_not_told() -> None:
     x = np.linspace(0.0, 1.0, 101)
-    assert parts_at_ends(x, lambda part: x[part][-1] - x[part][0] < 0.05) == []
+    assert parts_of_travel(x, lambda part: x[part][-1] - x[part][0] < 0.05) == []
 
 
 def test_steps_before_the_one_that_cannot_be_made_are_told_and_written(tmp_path: Path) -> None:
     (tmp_path / "mechanism.yaml").write_text(to_yaml(returned(-1.0, 2.0)))
-    result = run("reduce", tmp_path / "mechanism.yaml", "--reduced", tmp_path / "reduced.yaml", "-o", tmp_path / "model.yaml")
+    result = run(
+        "reduce",
+        tmp_path / "mechanism.yaml",
+        "--reduced",
+        tmp_path / "reduced.yaml",
+        "-o",
+        tmp_path / "model.yaml",
+    )
     assert result.code == 4
     assert "resisting curve" in result.stdout
-    assert "the mechanism after the step 'resisting curve', not checked by simulation; no model is written" in result.stderr
+    assert (
+        "the mechanism after the step 'resisting curve', not checked by simulation; no model is written"
+        in result.stderr
+    )
     assert not (tmp_path / "model.yaml").exists()
     assert list(assemble(load(tmp_path / "reduced.yaml", Mechanism)).blocks) == ["plate"]
 
@@ -91,4 +107,7 @@ def test_a_link_that_yields_is_told_the_bandwidth_at_which_it_may_be_rigid(tmp_p
     (tmp_path / "mechanism.yaml").write_text(to_yaml(belt()))
     result = run("reduce", tmp_path / "mechanism.yaml")
     assert result.code == 2
-    assert f"up to --bandwidth {passing_bandwidth(belt(), 0.05):g} all of it rigid is within 5 % of the gain" in result.stderr
+    assert (
+        f"up to --bandwidth {passing_bandwidth(belt(), 0.05):g} all of it rigid is within 5 % of the gain"
+        in result.stderr
+    )

@@ -17,7 +17,9 @@ from tests.reduce.building import two_plays
 CLUTCH = Path(__file__).parents[2] / "configs" / "clutch" / "mechanism.yaml"
 
 
-def test_the_clutch_has_three_radians_at_the_rotor_and_less_than_seven_tenths_of_a_millimetre_at_the_cart() -> None:
+def test_the_clutch_has_three_radians_at_the_rotor_and_less_than_seven_tenths_of_a_millimetre_at_the_cart() -> (
+    None
+):
     figures = {figure.name: figure for figure in chain(load(CLUTCH, Mechanism), None).play}
     assert figures["rack: at the actuator"].value == pytest.approx(3.0, rel=1e-12)
     assert figures["rack: at the sensor"].value == pytest.approx(3.0, rel=1e-12)
@@ -33,13 +35,21 @@ def test_plays_in_a_chain_add_by_their_ratios() -> None:
     assert [link.name for link in found.play.chain] == ["gear", "rack"]
     # inside it the brushes alone; closed, the friction of all three by their ratios
     np.testing.assert_allclose(found.inside, 0.02, rtol=1e-12)
-    np.testing.assert_allclose(found.forward.curve, 0.02 + 0.05 * 0.2 + 8.0 * 0.01 * 0.2, rtol=1e-12)
+    np.testing.assert_allclose(
+        found.forward.curve, 0.02 + 0.05 * 0.2 + 8.0 * 0.01 * 0.2, rtol=1e-12
+    )
     np.testing.assert_allclose(found.inner, 2e-5, rtol=1e-12)
-    np.testing.assert_allclose(found.inertia, 2e-5 + 1e-4 * 0.2**2 + 0.5 * (0.01 * 0.2) ** 2, rtol=1e-12)
+    np.testing.assert_allclose(
+        found.inertia, 2e-5 + 1e-4 * 0.2**2 + 0.5 * (0.01 * 0.2) ** 2, rtol=1e-12
+    )
 
 
 def test_a_sensor_behind_a_play_is_refused_with_its_width() -> None:
     whole = two_plays()
-    behind = msgspec.structs.replace(whole, sensors={"encoder": msgspec.structs.replace(whole.sensors["encoder"], on="shaft")}, travel=None)
+    behind = msgspec.structs.replace(
+        whole,
+        sensors={"encoder": msgspec.structs.replace(whole.sensors["encoder"], on="shaft")},
+        travel=None,
+    )
     with pytest.raises(NoSolutionError, match=r"sensors\.encoder: 0\.02 rad of play \(gear\)"):
         chain(behind, None)

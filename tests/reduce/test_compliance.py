@@ -1,4 +1,5 @@
-"""A belt between two pulleys (2.6)-(2.9): its resonance by hand, kept below the bandwidth and dropped above it."""
+"""A belt between two pulleys (2.6)-(2.9): its resonance by hand, kept below the bandwidth and
+dropped above it."""
 
 from __future__ import annotations
 
@@ -7,12 +8,12 @@ import pytest
 
 from frictool.documents.resonances import Oscillation, Resonances
 from frictool.errors import NoSolutionError
-from frictool.plant.linear_axis import Rates, linear_axis
-from frictool.plant.mechanism.linear import linearise
-from frictool.plant.resonance import resonance_filters
-from frictool.reduce.assembling import put_together
-from frictool.reduce.chain import Chain, chain
-from frictool.reduce.told import Told
+from frictool.plant.linear_axis import AxisRates, linear_axis
+from frictool.plant.mechanism.linearisation import linearise
+from frictool.plant.resonance_filter import resonance_filters
+from frictool.reduce.assembly_cache import assemble_cached
+from frictool.reduce.chain import ReductionChain, chain
+from frictool.reduce.step_report import StepReport
 from tests.reduce.building import belt
 
 STIFFNESS, DAMPING, NEAR, FAR = 2e5, 20.0, 2e-4, 6e-4 * 0.5**2  # inertias at the motor
@@ -20,7 +21,7 @@ AT_MOTOR = 0.02**2  # of the belt's stiffness and damping
 RESONANCE = np.sqrt(STIFFNESS * AT_MOTOR * (1.0 / NEAR + 1.0 / FAR))
 
 
-def _told(found: Chain) -> Told:
+def _told(found: ReductionChain) -> StepReport:
     return next(step.told for step in found.steps if step.told.step == "compliance")
 
 
@@ -36,7 +37,9 @@ def test_above_the_bandwidth_the_belt_is_rigid_and_the_error_that_of_the_two_ine
     assert _told(found).predicted == pytest.approx(abs(abs(rigid / yielding) - 1.0), rel=1e-6)
     assert found.kept == ()
     assert found.one.resonances is None
-    assert found.one.inertia == pytest.approx((NEAR + FAR) / 0.5**2, rel=1e-12)  # at the encoder's pulley
+    assert found.one.inertia == pytest.approx(
+        (NEAR + FAR) / 0.5**2, rel=1e-12
+    )  # at the encoder's pulley
 
 
 def test_below_it_is_kept_as_a_pair_of_poles_and_a_zero() -> None:
@@ -58,10 +61,17 @@ def test_the_axis_with_its_resonance_is_the_free_mechanism() -> None:
     free = {name: link for name, link in found.last.links.items() if not name.startswith("bearing")}
     import msgspec
 
-    system = linearise(put_together(msgspec.structs.replace(found.last, links=free))).transfer("motor", "encoder")
+    system = linearise(assemble_cached(msgspec.structs.replace(found.last, links=free))).transfer(
+        "motor", "encoder"
+    )
     w = np.geomspace(10.0, 5000.0, 60)
     constant = 0.05 / 0.5
-    axis = linear_axis(Rates(constant / found.one.inertia, 0.0, 0.0), 0.0, 0.0, resonance_filters(found.one.resonances)[0]).system
+    axis = linear_axis(
+        AxisRates(constant / found.one.inertia, 0.0, 0.0),
+        0.0,
+        0.0,
+        resonance_filters(found.one.resonances)[0],
+    ).system
     position = -axis.response(w)[:, 2, 0]  # eta is minus the position
     np.testing.assert_allclose(position, system.response(w)[:, 0, 0], rtol=1e-6)
 
@@ -80,7 +90,11 @@ def test_a_filter_has_the_response_of_its_poles_and_zeros() -> None:
 
     above = pair(500.0, 0.03) * (1.0 + s / 2000.0) * (1.0 - s / 3000.0)
     for w, filtered in zip((300.0, 280.0, 320.0), resonance_filters(given), strict=True):
-        np.testing.assert_allclose(filtered.response(s.imag)[:, 0, 0], above / (pair(w, 0.02) * pair(900.0, 0.1)), rtol=1e-9)
+        np.testing.assert_allclose(
+            filtered.response(s.imag)[:, 0, 0],
+            above / (pair(w, 0.02) * pair(900.0, 0.1)),
+            rtol=1e-9,
+        )
 
 
 def test_a_mechanism_that_yields_needs_a_bandwidth() -> None:

@@ -1,4 +1,5 @@
-"""Two logs of one scenario compared: what counts as the same response, and what does not. And the clutch's own, in the loop."""
+"""Two logs of one scenario compared: what counts as the same response, and what does not. And the
+clutch's own, in the loop."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ import pytest
 
 from frictool.documents.writing import to_yaml
 from frictool.logs.log import Stream
-from frictool.reduce.in_loop import in_loop
+from frictool.reduce.loop_comparison import in_loop
 from tests.cli.run import run
 from tests.synth.example import ROOT, clutch_model
 
@@ -22,7 +23,12 @@ def log(lag: float, offset: float = 0.0) -> Stream:
     """A step of 10 rad at 0.5 s, answered by a first-order lag."""
     reference = np.where(TIME < 0.5, 0.0, 10.0)
     position = np.where(TIME < 0.5, 0.0, 10.0 * -np.expm1(-(TIME - 0.5) / lag) + offset)
-    return Stream("/axis", TIME, {"reference": reference, "position_true": position}, {"reference": "rad", "position_true": "rad"})
+    return Stream(
+        "/axis",
+        TIME,
+        {"reference": reference, "position_true": position},
+        {"reference": "rad", "position_true": "rad"},
+    )
 
 
 def test_response_times_are_those_of_each() -> None:
@@ -36,7 +42,11 @@ def test_response_times_are_those_of_each() -> None:
 
 @pytest.mark.parametrize(
     ("other", "words"),
-    [(log(0.1, 1.2), "1.2 from the whole mechanism; allowed: 1"), (log(0.107), "response time"), (log(100.0), "from the whole mechanism")],
+    [
+        (log(0.1, 1.2), "1.2 from the whole mechanism; allowed: 1"),
+        (log(0.107), "response time"),
+        (log(100.0), "from the whole mechanism"),
+    ],
 )
 def test_what_is_beyond_is_refused_with_the_step(other: Stream, words: str) -> None:
     refused = in_loop(log(0.1), other, resolution=0.1, play=0.5, tolerance=0.05).refused
@@ -46,9 +56,18 @@ def test_what_is_beyond_is_refused_with_the_step(other: Stream, words: str) -> N
 
 
 def test_the_exhaustive_clutch_and_its_one_inertia_take_a_step_alike(tmp_path: Path) -> None:
-    """Two steps of 5.4 under the design of the speed loop: rotors within the backlash, response times within 5 %."""
+    """Two steps of 5.4 under the design of the speed loop: rotors within the backlash, response
+    times within 5 %."""
     (tmp_path / "model.yaml").write_text(to_yaml(clutch_model()))
-    arguments = ["--spec", RIG / "spec.yaml", "--design", RIG / "designs/speed.yaml", "--vertices-only", "-o", tmp_path / "controller.yaml"]
+    arguments = [
+        "--spec",
+        RIG / "spec.yaml",
+        "--design",
+        RIG / "designs/speed.yaml",
+        "--vertices-only",
+        "-o",
+        tmp_path / "controller.yaml",
+    ]
     assert run("synth", tmp_path / "model.yaml", *arguments).code == 0
     scenario = "\n".join(
         [

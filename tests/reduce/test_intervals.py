@@ -1,4 +1,5 @@
-"""Intervals of a mechanism's quantities through a reduction: every plant that the file allows lies within."""
+"""Intervals of a mechanism's quantities through a reduction: every plant that the file allows lies
+within."""
 
 from __future__ import annotations
 
@@ -8,13 +9,14 @@ import pytest
 
 from frictool.documents.mechanism import Block, FrictionOf, Mechanism, Source
 from frictool.documents.quantity import Quantity
-from frictool.reduce.intervals import at, propagated
+from frictool.reduce.interval_propagation import at, propagated
 
 BRUSHES = ("links", "brushes", "parameters")
 
 
 def described(count: int) -> Mechanism:
-    """One friction whose intervals of slip and of rest cross, and `count` inertias that are uncertain too."""
+    """One friction whose intervals of slip and of rest cross, and `count` inertias that are
+    uncertain too."""
     parameters = {
         "coulomb": Quantity(50.0, 30.0, 70.0, "mN m"),
         "breakaway": Quantity(0.055, 0.033, 0.077, "N m"),
@@ -22,16 +24,25 @@ def described(count: int) -> Mechanism:
     }
     blocks = {f"b{k}": Block(inertia=Quantity(2.0, 1.0, 3.0, "kg m^2")) for k in range(count)}
     return Mechanism(
-        "mechanism/1", "crossing", blocks, links={"brushes": FrictionOf("b0", "svc", parameters)}, sources={"push": Source("b0", "effort")}
+        "mechanism/1",
+        "crossing",
+        blocks,
+        links={"brushes": FrictionOf("b0", "svc", parameters)},
+        sources={"push": Source("b0", "effort")},
     )
 
 
 def numbers(mechanism: Mechanism) -> dict[str, float]:
     brushes = mechanism.links["brushes"]
     assert isinstance(brushes, FrictionOf)
-    of = {name: one.value * (1e-3 if one.unit == "mN m" else 1.0) for name, one in brushes.parameters.items()}
+    of = {
+        name: one.value * (1e-3 if one.unit == "mN m" else 1.0)
+        for name, one in brushes.parameters.items()
+    }
     assert of["breakaway"] >= of["coulomb"]
-    inertia = sum(block.inertia.value for block in mechanism.blocks.values() if block.inertia is not None)
+    inertia = sum(
+        block.inertia.value for block in mechanism.blocks.values() if block.inertia is not None
+    )
     return {"inertia": inertia, "coulomb": of["coulomb"], "breakaway": of["breakaway"]}
 
 

@@ -1,4 +1,5 @@
-"""The screw and nut of 2.1.6: reversible or not by mu against tan(alpha), and (2.15) in place of (2.14)."""
+"""The screw and nut of 2.1.6: reversible or not by mu against tan(alpha), and (2.15) in place of
+(2.14)."""
 
 from __future__ import annotations
 
@@ -9,14 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.reduce.chain import Chain, chain
+from frictool.reduce.chain import ReductionChain, chain
 from tests.reduce.building import screw
 
 RADIUS, LEAD, STIFFNESS = 6e-3, 4e-3, 2e4
 STEEP = LEAD / (2.0 * math.pi * RADIUS)
 
 
-def _note(found: Chain) -> str:
+def _note(found: ReductionChain) -> str:
     return next(step.told.notes[0] for step in found.steps if step.told.step == "losses")
 
 
@@ -28,8 +29,12 @@ def test_the_resisting_torque_is_that_of_the_thread(mu: float) -> None:
     force = STIFFNESS * RADIUS * STEEP * x
     alpha, phi = math.atan(STEEP), math.atan(mu)
     load = found.beside.at(x)
-    np.testing.assert_allclose(load + found.forward.curve, RADIUS * math.tan(alpha + phi) * force, rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose(load - found.backward.curve, RADIUS * math.tan(alpha - phi) * force, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(
+        load + found.forward.curve, RADIUS * math.tan(alpha + phi) * force, rtol=1e-6, atol=1e-9
+    )
+    np.testing.assert_allclose(
+        load - found.backward.curve, RADIUS * math.tan(alpha - phi) * force, rtol=1e-6, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize(("mu", "holds"), [(0.99 * STEEP, False), (1.01 * STEEP, True)])
@@ -48,19 +53,28 @@ def test_the_thesis_form_is_that_of_2_15_at_a_steady_speed() -> None:
     up = found.beside.at(x) + found.forward.curve
     down = found.beside.at(x) - found.backward.curve
     # (2.15) at rest of accelerations: u = r tan(a) f ± mu |r f - u tan(a)|
-    np.testing.assert_allclose(up, RADIUS * STEEP * force + mu * np.abs(RADIUS * force - up * STEEP), atol=1e-9)
-    np.testing.assert_allclose(down, RADIUS * STEEP * force - mu * np.abs(RADIUS * force - down * STEEP), atol=1e-9)
+    np.testing.assert_allclose(
+        up, RADIUS * STEEP * force + mu * np.abs(RADIUS * force - up * STEEP), atol=1e-9
+    )
+    np.testing.assert_allclose(
+        down, RADIUS * STEEP * force - mu * np.abs(RADIUS * force - down * STEEP), atol=1e-9
+    )
 
 
 def test_an_efficiency_alone_is_nowhere_left() -> None:
     found = chain(screw(0.5 * STEEP), None)
     assert "(2.14) would oscillate" in _note(found)
-    assert all("efficiency" not in str(link) or getattr(link, "efficiency", 1.0) == 1.0 for link in found.last.links.values())
+    assert all(
+        "efficiency" not in str(link) or getattr(link, "efficiency", 1.0) == 1.0
+        for link in found.last.links.values()
+    )
     assert np.max(found.one.forward.curve) > 0.0
     assert np.max(found.one.backward.curve) > 0.0
 
 
 def test_a_thread_in_the_thesis_form_tells_that_it_is_taken_at_a_steady_speed() -> None:
-    told = [chain(screw(0.05, form=form), None).steps[0].told.neglects for form in ("angle", "thesis")]
+    told = [
+        chain(screw(0.05, form=form), None).steps[0].told.neglects for form in ("angle", "thesis")
+    ]
     assert told[0] == "nothing"
     assert "(2.12) of thread" in told[1]

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from frictool.documents.mechanism import Block, Gear, Link, Mechanism, Rack, Spring
 from frictool.documents.quantity import Quantity
 from frictool.plant.mechanism.assembly import assemble
+from frictool.reduce.block_resistance import resisting
 from frictool.reduce.connections import connections, seen_from
-from frictool.reduce.efforts import resisting
-from frictool.reduce.rigid import lumped
-from frictool.reduce.seen import from_source
+from frictool.reduce.coordinate_change import from_source
+from frictool.reduce.rigid_lumping import lump_rigid_links
 from tests.reduce.building import coulomb, mechanism, rotor, slide
 
 Q = Quantity
@@ -21,7 +21,8 @@ sizes = st.floats(0.1, 10.0)
 
 @st.composite
 def trees(draw: st.DrawFn) -> Mechanism:
-    """2 to 6 blocks, each hung on an earlier one that turns by a gear or a rack; springs and friction on some."""
+    """2 to 6 blocks, each hung on an earlier one that turns by a gear or a rack; springs and
+    friction on some."""
     blocks: dict[str, Block] = {"b0": rotor(draw(sizes))}
     links: dict[str, Link] = {}
     for k in range(1, draw(st.integers(2, 6))):
@@ -33,21 +34,29 @@ def trees(draw: st.DrawFn) -> Mechanism:
             links[f"l{k}"] = Gear((parent, name), draw(sizes), internal=draw(st.booleans()))
         else:
             blocks[name] = Block(mass=Q(draw(sizes), unit="kg"), start=Q(start, unit="m"))
-            links[f"l{k}"] = Rack((parent, name), Q(draw(sizes), unit="m"), reversed=draw(st.booleans()))
+            links[f"l{k}"] = Rack(
+                (parent, name), Q(draw(sizes), unit="m"), reversed=draw(st.booleans())
+            )
         turns = blocks[name].inertia is not None
-        links[f"s{k}"] = Spring((name, "ground"), stiffness=Q(draw(sizes), unit="N m/rad" if turns else "N/m"))
+        links[f"s{k}"] = Spring(
+            (name, "ground"), stiffness=Q(draw(sizes), unit="N m/rad" if turns else "N/m")
+        )
         links[f"f{k}"] = coulomb(name, draw(sizes), "N m" if turns else "N")
     return mechanism(blocks, links, "b0", "b0", travel=(-1.0, 1.0))
 
 
 @settings(max_examples=40, deadline=None)
 @given(trees(), st.floats(-2.0, 2.0), st.floats(-1.0, 1.0))
-def test_a_lumped_tree_has_the_energy_and_the_efforts_of_the_whole(whole: Mechanism, speed: float, place: float) -> None:
-    one, _ = lumped(from_source(whole, "motor")[0], "b0")
+def test_a_lumped_tree_has_the_energy_and_the_efforts_of_the_whole(
+    whole: Mechanism, speed: float, place: float
+) -> None:
+    one, _ = lump_rigid_links(from_source(whole, "motor")[0], "b0")
     assert list(one.blocks) == ["b0"]
     before, after = assemble(whole), assemble(one)
     seen = seen_from(0, connections(before), before.blocks)
-    kinetic = sum(0.5 * mass * (seen[k].ratio * speed) ** 2 for k, mass in enumerate(before.packed.inertia))
+    kinetic = sum(
+        0.5 * mass * (seen[k].ratio * speed) ** 2 for k, mass in enumerate(before.packed.inertia)
+    )
     np.testing.assert_allclose(0.5 * after.packed.inertia[0] * speed**2, kinetic, rtol=1e-12)
     # virtual work: the effort at the root is that of every part times its ratio
     at = np.array([place])
@@ -62,8 +71,17 @@ def test_a_lumped_tree_has_the_energy_and_the_efforts_of_the_whole(whole: Mechan
 
 def test_a_gear_train_is_j_plus_r_squared_m() -> None:
     blocks = {"motor": rotor(3e-5), "wheel": rotor(2e-4), "table": slide(0.4)}
-    links: dict[str, Link] = {"gear": Gear(("motor", "wheel"), 0.25), "rack": Rack(("wheel", "table"), Q(0.02, unit="m"))}
-    one, told = lumped(from_source(mechanism(blocks, links, "motor", "motor", (-1.0, 1.0)), "motor")[0], "motor")
+    links: dict[str, Link] = {
+        "gear": Gear(("motor", "wheel"), 0.25),
+        "rack": Rack(("wheel", "table"), Q(0.02, unit="m")),
+    }
+    one, told = lump_rigid_links(
+        from_source(mechanism(blocks, links, "motor", "motor", (-1.0, 1.0)), "motor")[0], "motor"
+    )
     assert one.blocks["motor"].inertia is not None
-    np.testing.assert_allclose(one.blocks["motor"].inertia.value, 3e-5 + 0.25**2 * 2e-4 + (0.25 * 0.02) ** 2 * 0.4, rtol=1e-14)
+    np.testing.assert_allclose(
+        one.blocks["motor"].inertia.value,
+        3e-5 + 0.25**2 * 2e-4 + (0.25 * 0.02) ** 2 * 0.4,
+        rtol=1e-14,
+    )
     assert told.neglects == "nothing"

@@ -1,4 +1,5 @@
-"""What an installation is asked to bring along is what the package imports, and the other way round."""
+"""What an installation is asked to bring along is what the package imports, and the other way
+round."""
 
 from __future__ import annotations
 
@@ -35,11 +36,21 @@ def imported() -> set[str]:
             elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
                 modules.add(node.module.partition(".")[0])
     of = metadata.packages_distributions()
-    return {normal(of[name][0]) for name in modules - set(sys.stdlib_module_names) - {"frictool"} if name in of}
+    return {
+        normal(of[name][0])
+        for name in modules - set(sys.stdlib_module_names) - {"frictool"}
+        if name in of
+    }
 
 
 def test_every_dependency_is_imported_and_every_import_is_asked_for() -> None:
     needed = asked_for(PROJECT["dependencies"])
-    optional = set().union(*(asked_for(found) for name, found in PROJECT["optional-dependencies"].items() if name not in ("dev", "bench")))
+    optional = set().union(
+        *(
+            asked_for(found)
+            for name, found in PROJECT["optional-dependencies"].items()
+            if name not in ("dev", "bench")
+        )
+    )
     assert needed <= imported(), "asked for, and imported by nothing"
     assert imported() <= needed | optional | BROUGHT_ALONG, "imported, and asked for by nothing"

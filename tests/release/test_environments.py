@@ -30,7 +30,9 @@ def test_the_chain_uses_every_command() -> None:
     assert {line.split()[1] for line in lines if line.startswith("frictool")} == set(COMMANDS)
 
 
-def test_a_processor_s_kernels_are_skipped_where_it_lacks_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_processor_s_kernels_are_skipped_where_it_lacks_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     cpuinfo = tmp_path / "cpuinfo"
     cpuinfo.write_text("processor : 0\nflags\t\t: fpu pni avx2\n")
     assert processors.flags(cpuinfo) == {"fpu", "pni", "avx2"}
@@ -41,13 +43,22 @@ def test_a_processor_s_kernels_are_skipped_where_it_lacks_them(tmp_path: Path, m
     assert set(processors.NEEDS) == set(processors.THREADS)
 
 
-def test_an_environment_that_fails_is_exit_1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setitem(dependencies.ENVIRONMENTS, "lowest", lambda: {"passed": False, "failed": ["frictool assess ended with 1, not 0"]})
+def test_an_environment_that_fails_is_exit_1(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(
+        dependencies.ENVIRONMENTS,
+        "lowest",
+        lambda: {"passed": False, "failed": ["frictool assess ended with 1, not 0"]},
+    )
     monkeypatch.setitem(dependencies.ENVIRONMENTS, "newest", lambda: {"passed": True})
     target = tmp_path / "envs.json"
     assert envs.main([str(target), "newest"]) == 0
     assert envs.main([str(target), "newest", "lowest"]) == 1
-    assert "FAILED  lowest     failed ['frictool assess ended with 1, not 0']" in capsys.readouterr().out
+    assert (
+        "FAILED  lowest     failed ['frictool assess ended with 1, not 0']"
+        in capsys.readouterr().out
+    )
     assert json.loads(target.read_text())["newest"]["passed"]
     with pytest.raises(SystemExit):
         envs.main([str(target), "pentium"])
@@ -55,5 +66,7 @@ def test_an_environment_that_fails_is_exit_1(tmp_path: Path, monkeypatch: pytest
 
 def test_commands_load_where_click_has_no_generic_parameter_types() -> None:
     """click 8.1.8 to 8.3: `click.ParamType[...]` raises TypeError there."""
-    sources = [path for path in (ROOT / "frictool").rglob("*.py") if "click.ParamType[" in path.read_text()]
+    sources = [
+        path for path in (ROOT / "frictool").rglob("*.py") if "click.ParamType[" in path.read_text()
+    ]
     assert sources == []

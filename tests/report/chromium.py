@@ -1,4 +1,5 @@
-"""A headless Chromium driven over its debugging pipe: pages are measured as a reader sees them, and what they ask for is recorded."""
+"""A headless Chromium driven over its debugging pipe: pages are measured as a reader sees them, and
+what they ask for is recorded."""
 
 from __future__ import annotations
 
@@ -15,7 +16,14 @@ from typing import Any
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome", "headless-shell")
 WAIT = 60.0  # s for one answer; the first start on a busy machine is slow
-QUIET = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-extensions", "--disable-background-networking")
+QUIET = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--no-first-run",
+    "--disable-extensions",
+    "--disable-background-networking",
+)
 
 
 def find() -> str | None:
@@ -25,7 +33,8 @@ def find() -> str | None:
 
 @dataclass
 class Seen:
-    """What happened while a page was open: addresses asked for, dialogs opened, errors and messages on its console."""
+    """What happened while a page was open: addresses asked for, dialogs opened, errors and messages
+    on its console."""
 
     requests: list[str] = field(default_factory=list)
     dialogs: list[str] = field(default_factory=list)
@@ -54,7 +63,11 @@ class Browser:
     def _send(self, method: str, **parameters: Any) -> int:
         self.number += 1
         message = {"id": self.number, "method": method, "params": parameters}
-        os.write(self.write, json.dumps(message | ({"sessionId": self.session} if self.session else {})).encode() + b"\0")
+        os.write(
+            self.write,
+            json.dumps(message | ({"sessionId": self.session} if self.session else {})).encode()
+            + b"\0",
+        )
         return self.number
 
     def _arrived(self) -> list[dict[str, Any]]:
@@ -86,11 +99,19 @@ class Browser:
         """Loads a page in a window of this width; on a phone's with its pixel ratio."""
         self.session = None
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
-        self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)[
+            "sessionId"
+        ]
         for domain in ("Page", "Network", "Runtime", "Log"):
             self.call(f"{domain}.enable")
         phone = width < 720
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=2 if phone else 1, mobile=phone)
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=2 if phone else 1,
+            mobile=phone,
+        )
         self.seen = Seen()
         self.call("Page.navigate", url=page.as_uri())
         until = time.monotonic() + WAIT
@@ -122,7 +143,13 @@ def browser(folder: Path) -> Iterator[Browser]:
         os.dup2(high_out, 4)
 
     words = [path, *QUIET, "--remote-debugging-pipe", f"--user-data-dir={folder}", "about:blank"]
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=pipes, close_fds=False)
+    process = subprocess.Popen(
+        words,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        preexec_fn=pipes,
+        close_fds=False,
+    )
     os.close(theirs_in)
     os.close(theirs_out)
     try:

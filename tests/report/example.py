@@ -9,7 +9,15 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.controller import Controller, DelayCheck, LinearController, PositionLaw, StateSpace, Verified, Vertex
+from frictool.documents.controller import (
+    Controller,
+    DelayCheck,
+    LinearController,
+    PositionLaw,
+    StateSpace,
+    Verified,
+    Vertex,
+)
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
@@ -20,7 +28,14 @@ ROOT = Path(__file__).parents[2]
 PERIOD = 1e-3
 ENCODER_STEP = 2 * math.pi / 56
 REFERENCES = ((55.0, 1.1), (5.0, 1.1), (35.0, 1.1), (15.0, 20.0))
-UNITS = {"position": "rad", "reference": "rad", "velocity": "rad/s", "current": "A", "command": "A", "load_position": "rad"}
+UNITS = {
+    "position": "rad",
+    "reference": "rad",
+    "velocity": "rad/s",
+    "current": "A",
+    "command": "A",
+    "load_position": "rad",
+}
 HOSTILE = '<script>document.title="run";alert("x")</script><img src="http://127.0.0.1:9/x.png" onerror="alert(1)">'
 
 
@@ -40,7 +55,8 @@ def stream(
     encoder_step: float = ENCODER_STEP,
     without: tuple[str, ...] = (),
 ) -> Stream:
-    """Second-order answers to a sequence of (reference, duration), through an encoder that rounds down; drive 0 once settled."""
+    """Second-order answers to a sequence of (reference, duration), through an encoder that rounds
+    down; drive 0 once settled."""
     counts = [round(duration / PERIOD) for _, duration in references]
     time = np.arange(sum(counts)) * PERIOD
     reference = np.repeat([target for target, _ in references], counts)
@@ -49,7 +65,11 @@ def stream(
         part = slice(begin, begin + count)
         local = np.arange(count) * PERIOD
         position[part] = origin + (target - origin) * second_order(local, damping, frequency)
-        command[part] = np.where(local < 0.5, np.clip((target - origin) * np.exp(-local / 0.05) * np.cos(local * 20), -50, 50), 0.0)
+        command[part] = np.where(
+            local < 0.5,
+            np.clip((target - origin) * np.exp(-local / 0.05) * np.cos(local * 20), -50, 50),
+            0.0,
+        )
         begin, origin = begin + count, float(position[part][-1])
     noisy = command + noise * np.random.default_rng(7).standard_normal(time.size)
     measured = np.floor(position / encoder_step) * encoder_step if encoder_step else position
@@ -66,14 +86,27 @@ def stream(
 
 def clutch_log(variants: int = 0, **options: object) -> Log:
     """A log with the nominal stream and `variants` more, each a little slower and less damped."""
-    slower = [{"topic": f"/axis/v{k:02d}", "damping": 0.8 - 0.01 * k, "frequency": 25.0 - 0.3 * k} for k in range(variants)]
+    slower = [
+        {"topic": f"/axis/v{k:02d}", "damping": 0.8 - 0.01 * k, "frequency": 25.0 - 0.3 * k}
+        for k in range(variants)
+    ]
     streams = [stream(**{**options, **change}) for change in [{}, *slower]]
-    return Log(tuple(streams), {"provenance": {"command": "frictool simulate model.yaml", "frictool": "0.1.0"}}, "run.mcap")
+    return Log(
+        tuple(streams),
+        {"provenance": {"command": "frictool simulate model.yaml", "frictool": "0.1.0"}},
+        "run.mcap",
+    )
 
 
 def hostile_log() -> Log:
-    """A log whose name, streams, channels and metadata would run a script and fetch an image, if a page let them."""
-    named = Stream(f"/axis/{HOSTILE}", stream().time, {**stream(damping=0.5).signals, HOSTILE: stream().time}, {**UNITS, HOSTILE: HOSTILE})
+    """A log whose name, streams, channels and metadata would run a script and fetch an image, if a
+    page let them."""
+    named = Stream(
+        f"/axis/{HOSTILE}",
+        stream().time,
+        {**stream(damping=0.5).signals, HOSTILE: stream().time},
+        {**UNITS, HOSTILE: HOSTILE},
+    )
     return Log((stream(), named), {HOSTILE: {HOSTILE: HOSTILE}}, f"{HOSTILE}.mcap")
 
 
@@ -81,15 +114,34 @@ def smooth_log() -> Log:
     """A measured log with a smooth reference: no hold, no step."""
     time = np.arange(4000) * PERIOD
     reference: Vector = 10.0 * np.sin(2.0 * time)
-    signals = {"position": np.round(reference / 0.1) * 0.1, "reference": reference, "current": 3.0 * np.cos(2.0 * time)}
-    return Log((Stream("/axis", time, signals, {name: UNITS[name] for name in signals}),), {}, "sines.mcap")
+    signals = {
+        "position": np.round(reference / 0.1) * 0.1,
+        "reference": reference,
+        "current": 3.0 * np.cos(2.0 * time),
+    }
+    return Log(
+        (Stream("/axis", time, signals, {name: UNITS[name] for name in signals}),), {}, "sines.mcap"
+    )
 
 
-def controller(margins: tuple[float, ...] = (0.73, 0.62, 0.68), unstable: int | None = None) -> Controller:
+def controller(
+    margins: tuple[float, ...] = (0.73, 0.62, 0.68), unstable: int | None = None
+) -> Controller:
     """A controller whose loop has these margins at its vertices."""
     space = StateSpace(((0.5,),), ((1.0,),), ((0.1,),), ((0.2,),))
     vertices = tuple(
-        Vertex(f"v{k:02d}", 1.3e-5, 3.8e-4, 0.1, 0.0134, 1.0 / m, 1.0 / m, m, k != unstable, (DelayCheck(1, 0.98, m),))
+        Vertex(
+            f"v{k:02d}",
+            1.3e-5,
+            3.8e-4,
+            0.1,
+            0.0134,
+            1.0 / m,
+            1.0 / m,
+            m,
+            k != unstable,
+            (DelayCheck(1, 0.98, m),),
+        )
         for k, m in enumerate(margins)
     )
     bench = load(ROOT / "configs/clutch/bench.yaml", Bench)
@@ -106,7 +158,9 @@ def controller(margins: tuple[float, ...] = (0.73, 0.62, 0.68), unstable: int | 
         drive_limit=50.0,
         sign_convention="drive = H (integral of the speed reference - position)",
         linear=LinearController(space, space, ((0.1, 0.0, 0.0, 1.0, -0.5, 0.0),), (0.0,)),
-        position_law=PositionLaw(gain=81.1, formula="sqrt(F/J)", band=2.0, action="cut", settled_speed=5.0),
+        position_law=PositionLaw(
+            gain=81.1, formula="sqrt(F/J)", band=2.0, action="cut", settled_speed=5.0
+        ),
         verified=Verified(1.1, 1.05, 0.5, vertices),
         bench=bench,
         provenance=Provenance("frictool synth", "0.1.0"),

@@ -6,13 +6,20 @@ import msgspec
 import pytest
 
 from frictool.documents.bench import Winding
-from frictool.documents.controller import Controller, FrictionCompensation, Limiter, PositionLaw, Prefilter, Velocity
-from frictool.report.controller_blocks import blocks
+from frictool.documents.controller import (
+    Controller,
+    FrictionCompensation,
+    Limiter,
+    PositionLaw,
+    Prefilter,
+    Velocity,
+)
+from frictool.report.controller_blocks import block_descriptions
 from tests.report.example import controller
 
 
 def told(**changes: object) -> dict[str, str]:
-    return dict(blocks(msgspec.structs.replace(controller(), **changes)))
+    return dict(block_descriptions(msgspec.structs.replace(controller(), **changes)))
 
 
 def position_loop() -> Controller:
@@ -21,11 +28,18 @@ def position_loop() -> Controller:
 
 def test_a_plain_cascade_has_its_law_and_its_linear_part() -> None:
     found = told()
-    assert list(found) == ["Position law", "Linear", "Drive"]  # a law that only cuts sees no velocity
+    assert list(found) == [
+        "Position law",
+        "Linear",
+        "Drive",
+    ]  # a law that only cuts sees no velocity
     assert found["Position law"] == (
         "square root (5.19), gain 81.1 by sqrt(F/J); inside the band of 2 rad: drive 0, once the prefilter is slower than 5 rad/s"
     )
-    assert found["Linear"] == "order 1 from eta, the integral of the speed reference less the position, runs as state space"
+    assert (
+        found["Linear"]
+        == "order 1 from eta, the integral of the speed reference less the position, runs as state space"
+    )
     assert found["Drive"] == "current limited to 50 A"
 
 
@@ -33,8 +47,14 @@ def test_a_plain_cascade_has_its_law_and_its_linear_part() -> None:
     ("velocity", "words"),
     [
         (Velocity(), "the encoder's difference itself"),
-        (Velocity(bandwidth_rad_s=150.0), "the encoder's difference through a first-order low-pass at 150 rad/s"),
-        (Velocity(bandwidth_rad_s=300.0, order=2), "the encoder's difference through a second-order low-pass at 300 rad/s"),
+        (
+            Velocity(bandwidth_rad_s=150.0),
+            "the encoder's difference through a first-order low-pass at 150 rad/s",
+        ),
+        (
+            Velocity(bandwidth_rad_s=300.0, order=2),
+            "the encoder's difference through a second-order low-pass at 300 rad/s",
+        ),
         (Velocity(source="measured"), "of a sensor of its own"),
     ],
 )
@@ -45,19 +65,31 @@ def test_velocity_where_a_block_sees_it(velocity: Velocity, words: str) -> None:
     assert told(velocity=velocity, position_law=brake)["Velocity"] == words
     assert told(velocity=velocity, linear=by_speed)["Velocity"] == words
     assert (
-        told(velocity=velocity, friction_compensation=FrictionCompensation("observer", observer_rad_s=50.0, inertia=1e-5))["Velocity"]
+        told(
+            velocity=velocity,
+            friction_compensation=FrictionCompensation(
+                "observer", observer_rad_s=50.0, inertia=1e-5
+            ),
+        )["Velocity"]
         == words
     )
-    limited = msgspec.structs.replace(position_loop(), velocity=velocity, limiter=Limiter("error", 2.0))
-    assert dict(blocks(limited))["Velocity"] == words
+    limited = msgspec.structs.replace(
+        position_loop(), velocity=velocity, limiter=Limiter("error", 2.0)
+    )
+    assert dict(block_descriptions(limited))["Velocity"] == words
 
 
 @pytest.mark.parametrize(
     ("law", "words"),
     [
-        (PositionLaw(gain=10.0, kind="proportional"), "proportional, gain 10; the loop stays closed everywhere"),
         (
-            PositionLaw(gain=160.0, formula="sqrt(2F/J)", band=1.1, action="brake", rest_speed=40.0),
+            PositionLaw(gain=10.0, kind="proportional"),
+            "proportional, gain 10; the loop stays closed everywhere",
+        ),
+        (
+            PositionLaw(
+                gain=160.0, formula="sqrt(2F/J)", band=1.1, action="brake", rest_speed=40.0
+            ),
             "square root (5.19), gain 160 by sqrt(2F/J); inside the band of 1.1 rad: speed reference 0, drive 0 below 40 rad/s",
         ),
     ],
@@ -73,16 +105,27 @@ def test_position_laws(law: PositionLaw, words: str) -> None:
             Limiter("energy", 2.0, inertia=1e-5, coulomb=0.1),
             "drive released where ||e| - J v²/2F| < 2 rad (5.7), the integral frozen",
         ),
-        (Limiter("error", 2.0), "drive released where |e| < 2 rad (the usual cut-off, 5.2.1), the integral frozen"),
         (
-            Limiter("energy", 2.0, inertia=1e-5, coulomb=0.1, virtual_coulomb=1.0, virtual_speed=0.01, settled_speed=5.0),
+            Limiter("error", 2.0),
+            "drive released where |e| < 2 rad (the usual cut-off, 5.2.1), the integral frozen",
+        ),
+        (
+            Limiter(
+                "energy",
+                2.0,
+                inertia=1e-5,
+                coulomb=0.1,
+                virtual_coulomb=1.0,
+                virtual_speed=0.01,
+                settled_speed=5.0,
+            ),
             "drive released where ||e| - J v²/2F| < 2 rad (5.7), the integral frozen, virtual friction 1 brakes there (5.41), "
             "once the prefilter is slower than 5 rad/s",
         ),
     ],
 )
 def test_limiters(limiter: Limiter, words: str) -> None:
-    found = dict(blocks(msgspec.structs.replace(position_loop(), limiter=limiter)))
+    found = dict(block_descriptions(msgspec.structs.replace(position_loop(), limiter=limiter)))
     assert found["Limit-cycle limiter"] == words
     assert found["Linear"].startswith("order 1 from the position's error")
 
@@ -106,9 +149,17 @@ def test_friction_compensation(block: FrictionCompensation, words: str) -> None:
 
 def test_prefilter_form_and_winding() -> None:
     bench = controller().bench
-    wound = msgspec.structs.replace(bench, actuator=msgspec.structs.replace(bench.actuator, winding=Winding(0.2, 12.0)))
-    linear = msgspec.structs.replace(controller().linear, form="sos", sos_anti_windup=(0.0, 0.0), conditional=True)
+    wound = msgspec.structs.replace(
+        bench, actuator=msgspec.structs.replace(bench.actuator, winding=Winding(0.2, 12.0))
+    )
+    linear = msgspec.structs.replace(
+        controller().linear, form="sos", sos_anti_windup=(0.0, 0.0), conditional=True
+    )
     found = told(prefilter=Prefilter(30.0, 0.8), bench=wound, linear=linear)
-    assert found["Prefilter (5.69)"] == "second-order low-pass of the reference, 30 rad/s, damping 0.8"
+    assert (
+        found["Prefilter (5.69)"] == "second-order low-pass of the reference, 30 rad/s, damping 0.8"
+    )
     assert found["Drive"] == "current limited to 50 A, and by 12 V over 0.2 Ω and the back-EMF"
-    assert found["Linear"].endswith("runs as second-order sections, integrators held while the drive is limited")
+    assert found["Linear"].endswith(
+        "runs as second-order sections, integrators held while the drive is limited"
+    )

@@ -13,14 +13,14 @@ from frictool.documents.certificate import CertifiedWeights, Filter
 from frictool.documents.quantity import Quantity
 from frictool.documents.spec import Energy
 from frictool.logs.log import Log
-from frictool.report.junit import junit
-from frictool.report.machine import as_json
-from frictool.report.markdown import markdown
+from frictool.report.json_view import as_json
+from frictool.report.junit_view import junit
+from frictool.report.markdown_view import markdown
 from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS
 from frictool.report.requirement import Verdict
-from frictool.report.text import lines
+from frictool.report.text_view import lines
 from frictool.report.verdict import judge
-from frictool.verify.sensitivity import sensitivities
+from frictool.verify.vertex_transfers import sensitivities
 from tests.report.example import clutch_log, clutch_spec, controller, smooth_log, stream
 
 HOSTILE = "/axis/<script>alert(1)</script>|`x`\x1b[31m"
@@ -65,14 +65,29 @@ def test_json_carries_each_requirement_and_each_hold(mixed: Verdict) -> None:
 def test_json_has_every_metric_of_every_hold_and_stream_or_says_why_not() -> None:
     """Of logs with a load and without, of a smooth one, and of one that has next to nothing."""
     bare = Log((stream(without=("load_position", "current", "command")),), {}, "bare.mcap")
-    for log in (clutch_log(1), bare, smooth_log(), Log((stream(references=((55.0, 0.1), (5.0, 0.1))),), {}, "short.mcap")):
+    for log in (
+        clutch_log(1),
+        bare,
+        smooth_log(),
+        Log((stream(references=((55.0, 0.1), (5.0, 0.1))),), {}, "short.mcap"),
+    ):
         for controlled in (None, controller()):
-            view = json.loads(json.dumps(as_json(judge(clutch_spec(), [log], controlled), clutch_spec()), allow_nan=False))
+            view = json.loads(
+                json.dumps(
+                    as_json(judge(clutch_spec(), [log], controlled), clutch_spec()), allow_nan=False
+                )
+            )
             for found in view["streams"]:
-                assert all(found[name] is not None or found["missing"][name] for name in STREAM_METRICS)
+                assert all(
+                    found[name] is not None or found["missing"][name] for name in STREAM_METRICS
+                )
                 for hold in found["holds"]:
                     for name in HOLD_METRICS:
-                        told = (hold[name] is not None, name in hold["bounds"], bool(hold["missing"].get(name)))
+                        told = (
+                            hold[name] is not None,
+                            name in hold["bounds"],
+                            bool(hold["missing"].get(name)),
+                        )
                         assert sum(told) == 1, name
     assert set(view["units"]) == {*HOLD_METRICS, *STREAM_METRICS}
 
@@ -81,14 +96,18 @@ def test_json_tells_a_response_that_never_comes_as_null_with_the_reason() -> Non
     stalled = stream()
     stalled.signals["position"][:] = 31.0
     stalled.signals["position"][:40] = np.linspace(5.0, 31.0, 40)
-    hold = as_json(judge(clutch_spec(), [Log((stalled,), {}, "run.mcap")]), clutch_spec())["streams"][0]["holds"][1]
+    hold = as_json(judge(clutch_spec(), [Log((stalled,), {}, "run.mcap")]), clutch_spec())[
+        "streams"
+    ][0]["holds"][1]
     assert hold["response_time_95"] is None
     assert "stops short of half" in hold["missing"]["response_time_95"]
     assert hold["static_error"] == pytest.approx(26.0)
 
 
 def test_json_tells_how_far_each_transfer_is_into_its_template() -> None:
-    controlled = msgspec.structs.replace(controller(), weights=CertifiedWeights(Filter(31.5, 40.0, 0.63), 0.03, 0.5))
+    controlled = msgspec.structs.replace(
+        controller(), weights=CertifiedWeights(Filter(31.5, 40.0, 0.63), 0.03, 0.5)
+    )
     verdict = judge(clutch_spec(), [clutch_log()], controlled)
     view = as_json(verdict, clutch_spec(), sensitivities(controlled))["sensitivity"]
     assert list(view["transfers"]) == ["error", "drive", "disturbance", "output"]
@@ -126,13 +145,22 @@ def test_junit_has_one_case_for_each_requirement_that_can_be_asked() -> None:
         "rest",
         "energy",
     ]
-    assert [row.split(" | ")[0].strip("| ").replace(" ", "_") for row in markdown(verdict).splitlines()[4:]] == cases
+    assert [
+        row.split(" | ")[0].strip("| ").replace(" ", "_")
+        for row in markdown(verdict).splitlines()[4:]
+    ] == cases
 
 
 def test_json_says_pass_only_if_every_requirement_is_met() -> None:
-    assert as_json(judge(clutch_spec(), [clutch_log()], controller()), clutch_spec())["verdict"] == "pass"
+    assert (
+        as_json(judge(clutch_spec(), [clutch_log()], controller()), clutch_spec())["verdict"]
+        == "pass"
+    )
     assert as_json(judge(clutch_spec(), [clutch_log()]), clutch_spec())["verdict"] == "undecided"
-    assert as_json(judge(clutch_spec(drive_peak=None), [smooth_log()]), clutch_spec())["verdict"] == "undecided"
+    assert (
+        as_json(judge(clutch_spec(drive_peak=None), [smooth_log()]), clutch_spec())["verdict"]
+        == "undecided"
+    )
 
 
 def test_junit_counts_its_cases(mixed: Verdict) -> None:
@@ -150,15 +178,25 @@ def test_junit_counts_its_cases(mixed: Verdict) -> None:
 
 
 def test_junit_of_an_undecided_verdict_is_no_success() -> None:
-    suite = ET.fromstring(junit(judge(clutch_spec(drive_peak=None), [smooth_log()]))).find("testsuite")
+    suite = ET.fromstring(junit(judge(clutch_spec(drive_peak=None), [smooth_log()]))).find(
+        "testsuite"
+    )
     assert suite is not None
-    assert suite.get("errors") == suite.get("tests") == str(len(suite.findall("testcase/error"))) == "6"
+    assert (
+        suite.get("errors")
+        == suite.get("tests")
+        == str(len(suite.findall("testcase/error")))
+        == "6"
+    )
     assert suite.get("tests") == str(len(suite.findall("testcase")))
 
 
 def test_markdown_is_one_table_row_for_each_requirement(mixed: Verdict) -> None:
     rows = markdown(mixed).splitlines()
-    assert rows[0] == "### clutch: FAIL: 5 of 7 requirements met, 1 broken, 1 undecided, on 1 recorded stream"
+    assert (
+        rows[0]
+        == "### clutch: FAIL: 5 of 7 requirements met, 1 broken, 1 undecided, on 1 recorded stream"
+    )
     assert len(rows) == 4 + 7
     assert all(row.count(" | ") == 4 for row in rows[4:])
 

@@ -16,10 +16,20 @@ from frictool.logs.log import Log, Stream
 from frictool.report.metric_table import HOLD_METRICS
 from frictool.report.page import page
 from frictool.report.verdict import judge
-from frictool.verify.sensitivity import sensitivities
-from tests.report.example import HOSTILE, clutch_log, clutch_spec, controller, hostile_log, smooth_log, stream
+from frictool.verify.vertex_transfers import sensitivities
+from tests.report.example import (
+    HOSTILE,
+    clutch_log,
+    clutch_spec,
+    controller,
+    hostile_log,
+    smooth_log,
+    stream,
+)
 
-MADE = Provenance("frictool report run.mcap --spec spec.yaml", "0.1.0", (Input("run.mcap", "ab" * 32),))
+MADE = Provenance(
+    "frictool report run.mcap --spec spec.yaml", "0.1.0", (Input("run.mcap", "ab" * 32),)
+)
 SVG_NAMESPACES = ("http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink")
 
 
@@ -76,7 +86,10 @@ def test_every_plot_is_there(full: str) -> None:
         "velocity over position",
         *(f"step {k} enlarged" for k in (1, 2, 3, 4)),
         "modulus margin of each vertex",
-        *(f"transfer of the {name} at every vertex" for name in ("error", "drive", "disturbance", "output")),
+        *(
+            f"transfer of the {name} at every vertex"
+            for name in ("error", "drive", "disturbance", "output")
+        ),
     ]
 
 
@@ -102,7 +115,15 @@ def test_ids_do_not_clash(full: str) -> None:
 
 def test_the_vertices_and_the_provenance_are_listed(full: str) -> None:
     text = Page(full).text
-    for part in ("v00", "v01", "v02", "0.45", "ab" * 32, MADE.command, "frictool simulate model.yaml"):
+    for part in (
+        "v00",
+        "v01",
+        "v02",
+        "0.45",
+        "ab" * 32,
+        MADE.command,
+        "frictool simulate model.yaml",
+    ):
         assert part in text
     headings = re.search(r"<th[^>]*>no\.</th>.*?</tr>", full)
     assert headings is not None
@@ -116,7 +137,9 @@ def test_text_from_logs_is_escaped() -> None:
 
 
 def test_dollars_in_a_name_are_no_formula() -> None:
-    assert "/axis/$x^{$" in made(Log((stream(), stream("/axis/$x^{$", damping=0.5)), {}, "run.mcap"))
+    assert "/axis/$x^{$" in made(
+        Log((stream(), stream("/axis/$x^{$", damping=0.5)), {}, "run.mcap")
+    )
 
 
 def test_a_log_without_steps_has_a_page_with_reasons() -> None:
@@ -129,8 +152,13 @@ def test_a_log_without_steps_has_a_page_with_reasons() -> None:
 def test_logs_laid_over_each_other_have_their_own_colours() -> None:
     html = made(clutch_log(), Log((stream(damping=0.6),), {}, "bench.mcap"))
     table = html[html.index("The logs side by side") :]
-    assert re.search(r"<td>streams that meet all</td><td class=\"n\">1 of 1</td><td class=\"n\">0 of 1</td>", table)
-    assert re.search(r"<td>overshoot \[%\]</td><td class=\"n\">[12]\.\d+</td><td class=\"n\">9\.\d+</td>", table)
+    assert re.search(
+        r"<td>streams that meet all</td><td class=\"n\">1 of 1</td><td class=\"n\">0 of 1</td>",
+        table,
+    )
+    assert re.search(
+        r"<td>overshoot \[%\]</td><td class=\"n\">[12]\.\d+</td><td class=\"n\">9\.\d+</td>", table
+    )
     legend = re.findall(r'stroke="(#[0-9a-f]{6})" stroke-width="2.4"/></svg>([^<]*)<', html)
     assert [name for _, name in legend] == ["run.mcap", "bench.mcap"]
     colours = {colour for colour, _ in legend}
@@ -151,7 +179,12 @@ def test_a_pass_with_something_undecided_is_not_shown_as_a_plain_pass() -> None:
 @pytest.mark.parametrize("samples", [1, 2, 30])
 def test_the_shortest_logs_have_a_page(samples: int) -> None:
     whole = stream()
-    cut = Stream("/axis", whole.time[:samples], {n: v[:samples] for n, v in whole.signals.items() if n != "velocity"}, whole.units)
+    cut = Stream(
+        "/axis",
+        whole.time[:samples],
+        {n: v[:samples] for n, v in whole.signals.items() if n != "velocity"},
+        whole.units,
+    )
     assert made(Log((cut,), {}, "short.mcap")).count('<svg role="img"') >= 2
 
 
@@ -165,7 +198,9 @@ def test_broken_samples_do_not_break_the_page(value: float) -> None:
 
 def test_a_broken_requirement_is_said_under_the_verdict_with_its_place() -> None:
     text = " ".join(Page(made(Log((stream(damping=0.5),), {}, "run.mcap"))).text.split())
-    assert re.search(r"overshoot 16\.\d+ % where ≤ 5 % is asked: run\.mcap /axis, step \d at [\d.]+ s", text)
+    assert re.search(
+        r"overshoot 16\.\d+ % where ≤ 5 % is asked: run\.mcap /axis, step \d at [\d.]+ s", text
+    )
     assert "Undecided: modulus margin; the table says why" in text
 
 
@@ -183,15 +218,26 @@ def test_every_metric_that_is_shown_is_defined() -> None:
     for metric in HOLD_METRICS.values():
         assert (metric.title in text) == (metric.definition in text)
     assert text.count("half the peak to peak of an oscillation that is kept up") == 1
-    assert "energy in 0.22 s [A²]" in text  # t_int: the response time allowed, where the specification has no energy
+    assert (
+        "energy in 0.22 s [A²]" in text
+    )  # t_int: the response time allowed, where the specification has no energy
 
 
 def test_what_one_count_asks_for_and_what_the_certificate_states_are_shown() -> None:
     box = Box(inertia=(1e-5, 2e-5), viscous=(0.0, 1e-3), coulomb=(0.1, 0.1), constant=(0.01, 0.02))
-    bounds = tuple(Bound(of, below, 20, ((1.0,),), ()) for of, below in (("norm", 1.98), ("sensitivity", 1.6)))
+    bounds = tuple(
+        Bound(of, below, 20, ((1.0,),), ()) for of, below in (("norm", 1.98), ("sensitivity", 1.6))
+    )
     certificate = Certificate(1, box, CertifiedWeights(Filter(1.0), 0.0, 0.0), bounds)
-    verified = msgspec.structs.replace(controller().verified, count_drive=17.5, margins=Margins(small_gain=100.0, phase_deg=50.0))
-    html = made(clutch_log(), controlled=msgspec.structs.replace(controller(), verified=verified, certificate=certificate))
+    verified = msgspec.structs.replace(
+        controller().verified, count_drive=17.5, margins=Margins(small_gain=100.0, phase_deg=50.0)
+    )
+    html = made(
+        clutch_log(),
+        controlled=msgspec.structs.replace(
+            controller(), verified=verified, certificate=certificate
+        ),
+    )
     assert "one count asks for 17.5 A, 35 % of the limit" in html
     assert "gain × 0 to any, phase 50°" in html
     assert "states norm &lt; 1.98, modulus margin &gt; 0.625, for every constant plant" in html

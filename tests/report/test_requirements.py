@@ -1,4 +1,5 @@
-"""The requirements that the specification may ask beside those of 5.4.1: met, broken and undecided, each with its reason."""
+"""The requirements that the specification may ask beside those of 5.4.1: met, broken and undecided,
+each with its reason."""
 
 from __future__ import annotations
 
@@ -21,7 +22,11 @@ BACKLASH = 3.0  # of the clutch's bench (table 4.8)
 
 def only(key: str, value: object) -> Spec:
     """The specification with this requirement alone."""
-    unset = {name: None for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive", "examples")}
+    unset = {
+        name: None
+        for name in Spec.__struct_fields__
+        if name not in ("format", "name", "axis", "drive", "examples")
+    }
     return clutch_spec(**(unset | {key: value}))
 
 
@@ -43,7 +48,9 @@ def test_rise_time_of_a_second_order_response() -> None:
     """0.8 of damping, 25 rad/s: from 10 to 90 % on a fine grid."""
     fine = np.arange(0.0, 0.5, 1e-6)
     damped = 25.0 * math.sqrt(1.0 - 0.8**2)
-    response = 1.0 - np.exp(-20.0 * fine) * (np.cos(damped * fine) + 20.0 / damped * np.sin(damped * fine))
+    response = 1.0 - np.exp(-20.0 * fine) * (
+        np.cos(damped * fine) + 20.0 / damped * np.sin(damped * fine)
+    )
     exact = fine[np.argmax(response >= 0.9)] - fine[np.argmax(response >= 0.1)]
     found = asked("rise_time_s", 0.2, one(encoder_step=0.0))
     assert found.value == pytest.approx(exact, rel=1e-3)
@@ -94,7 +101,9 @@ def saturated(samples: int, *, without: tuple[str, ...] = ()) -> Log:
 
 
 @pytest.mark.parametrize("without", [(), ("command",)])
-def test_saturation_is_the_time_at_the_drive_s_limit_in_the_worst_hold(without: tuple[str, ...]) -> None:
+def test_saturation_is_the_time_at_the_drive_s_limit_in_the_worst_hold(
+    without: tuple[str, ...],
+) -> None:
     found = asked("saturation_time_s", 0.05, saturated(80, without=without))
     assert found.value == pytest.approx(0.08)
     assert found.met is False
@@ -118,38 +127,62 @@ def test_a_record_that_is_never_held_counts_as_a_whole_for_saturation() -> None:
 
 
 def taken_along(log: Log, *, gap: float = 0.0, keep: bool = True) -> Log:
-    """The log's position as a motor's, with the load that it takes along behind the clutch's backlash."""
+    """The log's position as a motor's, with the load that it takes along behind the clutch's
+    backlash."""
     whole = log.streams[0]
     load, behind = float(whole.signals["position"][0]) + gap, []
     for value in whole.signals["position"]:
         load = min(max(load, value - BACKLASH / 2), value + BACKLASH / 2)
         behind.append(load)
     signals = {**whole.signals, "load_position": np.array(behind)} if keep else whole.signals
-    return Log((Stream(whole.topic, whole.time, signals, {**whole.units, "load_position": "rad"}),), log.metadata, log.source)
+    return Log(
+        (Stream(whole.topic, whole.time, signals, {**whole.units, "load_position": "rad"}),),
+        log.metadata,
+        log.source,
+    )
 
 
 @pytest.mark.parametrize("gap", [-1.5, 0.0, 1.4])
-def test_the_load_s_static_error_is_exact_where_it_was_logged_and_within_its_bounds_where_not(gap: float) -> None:
+def test_the_load_s_static_error_is_exact_where_it_was_logged_and_within_its_bounds_where_not(
+    gap: float,
+) -> None:
     exact = asked("load_static_error", rad(2.0), taken_along(one(), gap=gap))
-    overshot = overshoot_of(0.8) / 100.0 * 20.0  # the load stays where the motor has pushed it, 20 rad being the smallest step
+    overshot = (
+        overshoot_of(0.8) / 100.0 * 20.0
+    )  # the load stays where the motor has pushed it, 20 rad being the smallest step
     assert exact.value == pytest.approx(BACKLASH / 2 - overshot, abs=ENCODER_STEP)
     assert exact.met is True
-    (bounded,) = judge(only("load_static_error", rad(2.0)), [taken_along(one(), keep=False)], controller()).evidence
+    (bounded,) = judge(
+        only("load_static_error", rad(2.0)), [taken_along(one(), keep=False)], controller()
+    ).evidence
     evidence, holds = bounded
-    (_, known) = judge(only("load_static_error", rad(2.0)), [taken_along(one(), gap=gap)], controller()).evidence[0]
+    (_, known) = judge(
+        only("load_static_error", rad(2.0)), [taken_along(one(), gap=gap)], controller()
+    ).evidence[0]
     assert evidence.load_is_bounded
     for measured, true in zip(holds, known, strict=True):
         for name in ("load_static_error", "load_overshoot"):
             low, high = measured.bounds[name]
             assert low - 1e-9 <= true.values[name] <= high + 1e-9
-            assert high - low <= 2.0 * evidence.resolution * (1.0 if name == "load_static_error" else 100.0 / 20.0) + 1e-9
+            assert (
+                high - low
+                <= 2.0
+                * evidence.resolution
+                * (1.0 if name == "load_static_error" else 100.0 / 20.0)
+                + 1e-9
+            )
 
 
 def test_a_bounded_load_is_met_broken_or_open() -> None:
     log = taken_along(one(), keep=False)
-    met, broken, undecided = (asked("load_static_error", rad(limit), log) for limit in (2.0, 0.5, 1.2))
+    met, broken, undecided = (
+        asked("load_static_error", rad(limit), log) for limit in (2.0, 0.5, 1.2)
+    )
     assert (met.met, met.reason) == (True, "upper bound from the motor's position and the backlash")
-    assert (broken.met, broken.reason) == (False, "lower bound from the motor's position and the backlash")
+    assert (broken.met, broken.reason) == (
+        False,
+        "lower bound from the motor's position and the backlash",
+    )
     assert broken.value is not None
     assert met.value is not None
     assert broken.value < 1.2 < met.value
@@ -162,14 +195,20 @@ def test_the_load_cannot_be_told_without_a_backlash() -> None:
     without = asked("load_static_error", rad(2.0), log, bench=False)
     assert without.met is None
     assert "no load_position, and no bench tells the backlash" in without.reason
-    bench = msgspec.structs.replace(controller().bench, mechanics=msgspec.structs.replace(controller().bench.mechanics, backlash=None))
+    bench = msgspec.structs.replace(
+        controller().bench,
+        mechanics=msgspec.structs.replace(controller().bench.mechanics, backlash=None),
+    )
     (found,) = judge(only("load_static_error", rad(2.0)), [log], None, bench).requirements
     assert found.reason.endswith("the bench gives no backlash")
 
 
 def test_a_bench_that_is_given_stands_before_the_controller_s_own() -> None:
     bench = controller().bench
-    limited = msgspec.structs.replace(bench, actuator=msgspec.structs.replace(bench.actuator, limit=Quantity(value=30.0, unit="A")))
+    limited = msgspec.structs.replace(
+        bench,
+        actuator=msgspec.structs.replace(bench.actuator, limit=Quantity(value=30.0, unit="A")),
+    )
     log = saturated(80)
     log.streams[0].signals["command"][1100:1180] = 30.0
     (found,) = judge(only("saturation_time_s", 0.05), [log], controller(), limited).requirements

@@ -1,4 +1,5 @@
-"""Logs as the simulation writes them: the limit cycle that friction makes of a PID, and the load behind the clutch's backlash."""
+"""Logs as the simulation writes them: the limit cycle that friction makes of a PID, and the load
+behind the clutch's backlash."""
 
 from __future__ import annotations
 
@@ -15,6 +16,8 @@ def test_limit_cycles_of_table_5_1_are_told_with_amplitude_and_period(name: str)
 
 
 def test_the_bounds_of_the_load_hold_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(check_report, "RANDOM", msgspec.structs.replace(check_report.RANDOM, plants=10))
+    monkeypatch.setattr(
+        check_report, "RANDOM", msgspec.structs.replace(check_report.RANDOM, plants=10)
+    )
     found = check_report.load_behind_the_backlash()
     assert found["passed"], found

@@ -10,12 +10,21 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.spec import Energy, Rest, Spec
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
-from frictool.report.machine import as_json
+from frictool.report.json_view import as_json
 from frictool.report.requirement import Requirement, Verdict
-from frictool.report.text import lines
+from frictool.report.text_view import lines
 from frictool.report.verdict import JUDGES, judge
 from tests.metrics.responses import overshoot_of
-from tests.report.example import ENCODER_STEP, PERIOD, REFERENCES, clutch_log, clutch_spec, controller, smooth_log, stream
+from tests.report.example import (
+    ENCODER_STEP,
+    PERIOD,
+    REFERENCES,
+    clutch_log,
+    clutch_spec,
+    controller,
+    smooth_log,
+    stream,
+)
 
 
 def named(verdict: Verdict, name: str) -> Requirement:
@@ -27,7 +36,11 @@ def one(**options: object) -> Log:
 
 
 def test_every_key_of_the_specification_has_its_judge_in_order() -> None:
-    assert list(JUDGES) == [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive", "examples")]
+    assert list(JUDGES) == [
+        name
+        for name in Spec.__struct_fields__
+        if name not in ("format", "name", "axis", "drive", "examples")
+    ]
     full = clutch_spec(
         energy=Energy(0.28, 400.0),
         rise_time_s=0.2,
@@ -54,7 +67,10 @@ def simulated(*topics: str) -> Log:
         ([simulated("/axis", *(f"/axis/v{k:02d}" for k in range(16)))], "17 plants"),
         ([simulated("/axis/v00")], "1 plant"),
         ([simulated("/axis"), simulated("/axis")], "1 plant (the nominal one)"),
-        ([Log((stream(), stream("/axis/ramp")), {"log": {"kind": "measured"}}, "bench.mcap")], "2 recorded streams"),
+        (
+            [Log((stream(), stream("/axis/ramp")), {"log": {"kind": "measured"}}, "bench.mcap")],
+            "2 recorded streams",
+        ),
         ([simulated("/axis", "/axis/v00"), clutch_log()], "2 plants and 1 recorded stream"),
     ],
 )
@@ -62,7 +78,9 @@ def test_the_verdict_says_on_what_it_was_found(logs: list[Log], told: str) -> No
     verdict = judge(clutch_spec(modulus_margin=None), logs)
     assert verdict.headline == f"PASS: 6 of 6 requirements met, on {told}"
     assert lines(verdict)[-1] == verdict.headline
-    assert as_json(verdict, clutch_spec())["plants"] == (int(told.partition(" ")[0]) if "plant" in told else 0)
+    assert as_json(verdict, clutch_spec())["plants"] == (
+        int(told.partition(" ")[0]) if "plant" in told else 0
+    )
 
 
 def test_only_what_is_asked_is_judged() -> None:
@@ -71,10 +89,16 @@ def test_only_what_is_asked_is_judged() -> None:
 
 
 def test_the_worst_step_of_the_worst_variant_counts_and_is_named() -> None:
-    log = Log((stream(), stream("/axis/soft", damping=0.5), stream("/axis/stiff", damping=0.9)), {}, "bench/run.mcap")
+    log = Log(
+        (stream(), stream("/axis/soft", damping=0.5), stream("/axis/stiff", damping=0.9)),
+        {},
+        "bench/run.mcap",
+    )
     overshoot = named(judge(clutch_spec(), [log]), "overshoot")
     assert overshoot.met is False
-    assert overshoot.value == pytest.approx(overshoot_of(0.5), abs=0.6)  # the encoder rounds by 0.56 % of the smallest step
+    assert overshoot.value == pytest.approx(
+        overshoot_of(0.5), abs=0.6
+    )  # the encoder rounds by 0.56 % of the smallest step
     assert overshoot.where is not None
     assert (overshoot.where.log, overshoot.where.stream) == ("run.mcap", "/axis/soft")
     assert str(overshoot.where).startswith("run.mcap /axis/soft, step ")
@@ -92,7 +116,10 @@ def test_values_are_those_of_the_response() -> None:
 def test_a_value_at_its_limit_is_met() -> None:
     verdict = judge(clutch_spec(drive_peak=Quantity(value=50.0, unit="A")), [clutch_log()])
     assert named(verdict, "drive_peak").met is True
-    assert named(judge(clutch_spec(), [clutch_log()], controller((0.5,))), "modulus_margin").met is True
+    assert (
+        named(judge(clutch_spec(), [clutch_log()], controller((0.5,))), "modulus_margin").met
+        is True
+    )
 
 
 def test_without_a_controller_the_margin_is_undecided_and_so_is_the_verdict() -> None:
@@ -103,13 +130,20 @@ def test_without_a_controller_the_margin_is_undecided_and_so_is_the_verdict() ->
     assert not verdict.passed
     assert verdict.state == "undecided"
     assert verdict.undecided == ("modulus_margin",)
-    assert verdict.headline == "UNDECIDED: 6 of 7 requirements met, 1 undecided, on 1 recorded stream"
+    assert (
+        verdict.headline == "UNDECIDED: 6 of 7 requirements met, 1 undecided, on 1 recorded stream"
+    )
 
 
 def test_the_worst_vertex_gives_the_margin_and_an_unstable_one_is_worse_than_any() -> None:
-    margin = named(judge(clutch_spec(), [clutch_log()], controller((0.7, 0.45, 0.6))), "modulus_margin")
+    margin = named(
+        judge(clutch_spec(), [clutch_log()], controller((0.7, 0.45, 0.6))), "modulus_margin"
+    )
     assert (margin.value, margin.met, str(margin.where)) == (0.45, False, "vertex v01")
-    margin = named(judge(clutch_spec(), [clutch_log()], controller((0.7, 0.6, 0.9), unstable=2)), "modulus_margin")
+    margin = named(
+        judge(clutch_spec(), [clutch_log()], controller((0.7, 0.6, 0.9), unstable=2)),
+        "modulus_margin",
+    )
     assert (margin.met, str(margin.where)) == (False, "vertex v02")
     assert "unstable" in margin.reason
 
@@ -133,11 +167,35 @@ def test_where_nothing_is_decided_it_is_no_pass() -> None:
     ("without", "undecided", "words"),
     [
         (("current", "command"), {"drive_peak", "rest", "modulus_margin"}, "no current"),
-        (("reference",), {"response_time_95", "overshoot", "static_error", "oscillations", "rest", "modulus_margin"}, "no reference"),
-        (("position",), {"response_time_95", "overshoot", "static_error", "oscillations", "rest", "modulus_margin"}, "no position"),
+        (
+            ("reference",),
+            {
+                "response_time_95",
+                "overshoot",
+                "static_error",
+                "oscillations",
+                "rest",
+                "modulus_margin",
+            },
+            "no reference",
+        ),
+        (
+            ("position",),
+            {
+                "response_time_95",
+                "overshoot",
+                "static_error",
+                "oscillations",
+                "rest",
+                "modulus_margin",
+            },
+            "no position",
+        ),
     ],
 )
-def test_a_missing_channel_leaves_what_needs_it_undecided(without: tuple[str, ...], undecided: set[str], words: str) -> None:
+def test_a_missing_channel_leaves_what_needs_it_undecided(
+    without: tuple[str, ...], undecided: set[str], words: str
+) -> None:
     verdict = judge(clutch_spec(), [one(without=without)])
     assert set(verdict.undecided) == undecided
     assert any(words in r.reason for r in verdict.requirements if r.met is None)
@@ -173,7 +231,9 @@ def test_a_limit_cycle_in_the_hold_breaks_rest_though_the_drive_is_silent() -> N
 
 def test_a_moving_axis_is_told_with_its_own_drive_and_not_with_another_s() -> None:
     cycling, live = stream(), stream("/axis/v00")
-    cycling.signals["position"][cycling.time > 20.0] += 0.3 * np.sin(10.0 * cycling.time[cycling.time > 20.0])
+    cycling.signals["position"][cycling.time > 20.0] += 0.3 * np.sin(
+        10.0 * cycling.time[cycling.time > 20.0]
+    )
     live.signals["command"][-100:] = 0.2
     rest = named(judge(clutch_spec(), [Log((cycling, live), {}, "run.mcap")]), "rest")
     assert rest.where is not None
@@ -220,7 +280,10 @@ def test_energy_is_judged_over_its_window_in_the_unit_of_the_drive() -> None:
     energy = named(judge(spec, [log]), "energy")
     count = round(0.28 / PERIOD)
     drive = log.streams[0].signals["current"]
-    starts = [round(sum(duration for _, duration in REFERENCES[:k]) / PERIOD) for k in range(len(REFERENCES))]
+    starts = [
+        round(sum(duration for _, duration in REFERENCES[:k]) / PERIOD)
+        for k in range(len(REFERENCES))
+    ]
     expected = max(float(np.mean(drive[start : start + count] ** 2)) for start in starts)
     assert energy.value == pytest.approx(expected, rel=1e-6)
     assert (energy.unit, energy.met) == ("A^2", False)
@@ -258,7 +321,15 @@ def test_a_resting_axis_may_flicker_between_two_counts() -> None:
 def test_a_hold_alone_shows_no_lattice_and_the_bench_tells_the_encoder() -> None:
     time = np.arange(16_000) * PERIOD
     position = np.where(np.arange(time.size) % 50 == 0, 131 * ENCODER_STEP, 130 * ENCODER_STEP)
-    signals = {"position": position, "reference": np.full(time.size, 15.0), "command": np.zeros(time.size)}
-    log = Log((Stream("/axis", time, signals, {"position": "rad", "reference": "rad", "command": "A"}),), {}, "hold.mcap")
+    signals = {
+        "position": position,
+        "reference": np.full(time.size, 15.0),
+        "command": np.zeros(time.size),
+    }
+    log = Log(
+        (Stream("/axis", time, signals, {"position": "rad", "reference": "rad", "command": "A"}),),
+        {},
+        "hold.mcap",
+    )
     assert named(judge(clutch_spec(), [log]), "rest").met is False
     assert named(judge(clutch_spec(), [log], controller()), "rest").met is True

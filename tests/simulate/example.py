@@ -15,25 +15,46 @@ from tests.synth.example import clutch_model
 
 
 def controller() -> Controller:
-    """The example's PI without anti-windup, and two vertices at opposite corners of the clutch model's ranges."""
-    made = clutch_controller(speed=msgspec.structs.replace(speed_controller(), anti_windup=(0.0, 0.0)))
+    """The example's PI without anti-windup, and two vertices at opposite corners of the clutch
+    model's ranges."""
+    made = clutch_controller(
+        speed=msgspec.structs.replace(speed_controller(), anti_windup=(0.0, 0.0))
+    )
     light = made.verified.vertices[0]
-    heavy = msgspec.structs.replace(light, name="heavy", inertia=1.53e-5, viscous=7.62e-4, coulomb=0.18, constant=12.8e-3)
-    light = msgspec.structs.replace(light, name="light", inertia=1.11e-5, viscous=0.0, coulomb=0.018, constant=14.0e-3)
+    heavy = msgspec.structs.replace(
+        light, name="heavy", inertia=1.53e-5, viscous=7.62e-4, coulomb=0.18, constant=12.8e-3
+    )
+    light = msgspec.structs.replace(
+        light, name="light", inertia=1.11e-5, viscous=0.0, coulomb=0.018, constant=14.0e-3
+    )
     verified = msgspec.structs.replace(made.verified, vertices=(light, heavy))
     return msgspec.structs.replace(made, verified=verified)
 
 
-def scenario(*targets: float, seconds: float = 0.6, start: float = 5.0, **fields: object) -> Scenario:
+def scenario(
+    *targets: float, seconds: float = 0.6, start: float = 5.0, **fields: object
+) -> Scenario:
     """Steps to `targets` [rad] of equal duration."""
-    steps = tuple(Step(Quantity(value=target, unit="rad"), seconds) for target in targets or (40.0, 10.0))
-    made = Scenario(format="scenario/1", name="steps", axis="rotary", start=Quantity(value=start, unit="rad"), steps=steps)
+    steps = tuple(
+        Step(Quantity(value=target, unit="rad"), seconds) for target in targets or (40.0, 10.0)
+    )
+    made = Scenario(
+        format="scenario/1",
+        name="steps",
+        axis="rotary",
+        start=Quantity(value=start, unit="rad"),
+        steps=steps,
+    )
     return msgspec.structs.replace(made, **fields)
 
 
 def write_rig(folder: Path) -> dict[str, Path]:
     """model.yaml, controller.yaml and scenario.yaml in `folder`."""
-    documents = {"model": clutch_model(), "controller": controller(), "scenario": scenario(variants="vertices", drive_noise=0.05)}
+    documents = {
+        "model": clutch_model(),
+        "controller": controller(),
+        "scenario": scenario(variants="vertices", drive_noise=0.05),
+    }
     paths = {name: folder / f"{name}.yaml" for name in documents}
     for name, document in documents.items():
         paths[name].write_text(to_yaml(document))

@@ -1,4 +1,5 @@
-"""Mechanisms for tests of `simulate`: the clutch's one inertia as a single block, and a motor with a geared load behind a backlash."""
+"""Mechanisms for tests of `simulate`: the clutch's one inertia as a single block, and a motor with
+a geared load behind a backlash."""
 
 from __future__ import annotations
 
@@ -96,7 +97,9 @@ def one_axis() -> Model:
     """The model of ONE_BLOCK: no backlash."""
     model = clutch_model()
     mechanics = msgspec.structs.replace(model.bench.mechanics, backlash=None, backlash_coulomb=None)
-    return msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, mechanics=mechanics))
+    return msgspec.structs.replace(
+        model, bench=msgspec.structs.replace(model.bench, mechanics=mechanics)
+    )
 
 
 def write_text(folder: Path, name: str, text: str) -> Path:

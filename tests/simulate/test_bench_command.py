@@ -1,4 +1,5 @@
-"""`frictool simulate --excitation`: a bench's log of what `excite` proposes, the chain that it feeds, and what is refused."""
+"""`frictool simulate --excitation`: a bench's log of what `excite` proposes, the chain that it
+feeds, and what is refused."""
 
 from __future__ import annotations
 
@@ -21,7 +22,18 @@ def tests(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with steps.mcap and ramps.mcap, of `excite`."""
     folder = tmp_path_factory.mktemp("excitation")
     for name, kind in (("steps", "steps"), ("ramps", "breakaway")):
-        assert run("excite", "--bench", CLUTCH / "bench.yaml", "--kind", kind, "-o", folder / f"{name}.mcap").code == 0
+        assert (
+            run(
+                "excite",
+                "--bench",
+                CLUTCH / "bench.yaml",
+                "--kind",
+                kind,
+                "-o",
+                folder / f"{name}.mcap",
+            ).code
+            == 0
+        )
     return folder
 
 
@@ -29,17 +41,27 @@ def play(test: Path, output: Path, *more: str) -> Result:
     return run("simulate", CLUTCH / "nonlinear.yaml", "--excitation", test, "-o", output, *more)
 
 
-def test_a_reference_gives_what_the_bench_would_log_and_no_more(tests: Path, tmp_path: Path) -> None:
-    result = play(tests / "steps.mcap", tmp_path / "log.mcap", *GAINS, "--drive-noise", "0.1", "--seed", "7")
+def test_a_reference_gives_what_the_bench_would_log_and_no_more(
+    tests: Path, tmp_path: Path
+) -> None:
+    result = play(
+        tests / "steps.mcap", tmp_path / "log.mcap", *GAINS, "--drive-noise", "0.1", "--seed", "7"
+    )
     assert result.code == 0, result.stderr
-    assert result.stdout.startswith("steps: 4455 samples, 4.455 s; position, current, effort, reference")
+    assert result.stdout.startswith(
+        "steps: 4455 samples, 4.455 s; position, current, effort, reference"
+    )
     log = read_mcap(tmp_path / "log.mcap")
     assert set(log.main.signals) == {"position", "current", "effort", "reference"}
-    np.testing.assert_allclose(log.main.signals["position"] / STEP, np.rint(log.main.signals["position"] / STEP), atol=1e-9)
+    np.testing.assert_allclose(
+        log.main.signals["position"] / STEP, np.rint(log.main.signals["position"] / STEP), atol=1e-9
+    )
     assert "--seed 7" in log.metadata["provenance"]["command"]
 
 
-def test_the_same_seed_gives_the_same_bytes_and_another_seed_another_log(tests: Path, tmp_path: Path) -> None:
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_another_log(
+    tests: Path, tmp_path: Path
+) -> None:
     for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
         play(tests / "steps.mcap", tmp_path / name, *GAINS, "--drive-noise", "0.1", "--seed", seed)
     logs = [(tmp_path / name).read_bytes() for name in "abc"]
@@ -62,10 +84,16 @@ def test_ramps_give_the_breakaway_that_the_model_has(tests: Path, tmp_path: Path
         ("steps", [], "--position-gain and --speed-gain"),
         ("steps", ["--position-gain", "30"], "--speed-gain"),
         ("ramps", [*GAINS], "leave them out"),
-        ("steps", [*GAINS, "--scenario", str(CLUTCH / "scenarios" / "steps.yaml")], "leave out --controller, --scenario"),
+        (
+            "steps",
+            [*GAINS, "--scenario", str(CLUTCH / "scenarios" / "steps.yaml")],
+            "leave out --controller, --scenario",
+        ),
     ],
 )
-def test_a_command_line_that_makes_no_sense_is_refused(tests: Path, tmp_path: Path, test: str, more: list[str], words: str) -> None:
+def test_a_command_line_that_makes_no_sense_is_refused(
+    tests: Path, tmp_path: Path, test: str, more: list[str], words: str
+) -> None:
     result = play(tests / f"{test}.mcap", tmp_path / "log.mcap", *more)
     assert result.code == 2
     assert words in result.stderr
@@ -79,15 +107,41 @@ def test_a_log_that_is_no_test_is_refused(tests: Path, tmp_path: Path) -> None:
 
 
 def test_a_test_of_another_kind_of_axis_is_refused(tmp_path: Path) -> None:
-    assert run("excite", "--bench", ROOT / "configs" / "emps" / "bench.yaml", "--kind", "steps", "-o", tmp_path / "emps.mcap").code == 0
-    refused(play(tmp_path / "emps.mcap", tmp_path / "log.mcap", *GAINS), 3, "reference in 'm'", "rotary")
+    assert (
+        run(
+            "excite",
+            "--bench",
+            ROOT / "configs" / "emps" / "bench.yaml",
+            "--kind",
+            "steps",
+            "-o",
+            tmp_path / "emps.mcap",
+        ).code
+        == 0
+    )
+    refused(
+        play(tmp_path / "emps.mcap", tmp_path / "log.mcap", *GAINS), 3, "reference in 'm'", "rotary"
+    )
 
 
 def test_a_test_of_another_period_is_refused(tests: Path, tmp_path: Path) -> None:
     text = (CLUTCH / "nonlinear.yaml").read_text()
     slow = tmp_path / "slow.yaml"
     slow.write_text(text.replace("sample_period_s: 0.001", "sample_period_s: 0.002"))
-    refused(run("simulate", slow, "--excitation", tests / "steps.mcap", *GAINS, "-o", tmp_path / "log.mcap"), 3, "0.001 s", "0.002 s")
+    refused(
+        run(
+            "simulate",
+            slow,
+            "--excitation",
+            tests / "steps.mcap",
+            *GAINS,
+            "-o",
+            tmp_path / "log.mcap",
+        ),
+        3,
+        "0.001 s",
+        "0.002 s",
+    )
 
 
 def test_a_loop_that_runs_into_the_end_of_the_travel_is_told(tests: Path, tmp_path: Path) -> None:
@@ -104,7 +158,18 @@ def test_a_load_acts_on_the_bench_too(tests: Path, tmp_path: Path) -> None:
     sprung.write_text(text.replace("laws:\n", spring, 1))
     efforts = []
     for model in (CLUTCH / "nonlinear.yaml", sprung):
-        assert run("simulate", model, "--excitation", tests / "steps.mcap", *GAINS, "-o", tmp_path / "log.mcap").code == 0
+        assert (
+            run(
+                "simulate",
+                model,
+                "--excitation",
+                tests / "steps.mcap",
+                *GAINS,
+                "-o",
+                tmp_path / "log.mcap",
+            ).code
+            == 0
+        )
         log = read_mcap(tmp_path / "log.mcap").main.signals
         efforts.append(float(np.mean(log["effort"][log["position"] > 50.0])))
     assert efforts[1] > efforts[0] + 0.03

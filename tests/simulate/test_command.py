@@ -1,4 +1,5 @@
-"""`frictool simulate` on a command line: the log that it writes, the same bytes again, and one line for each kind of bad input."""
+"""`frictool simulate` on a command line: the log that it writes, the same bytes again, and one line
+for each kind of bad input."""
 
 from __future__ import annotations
 
@@ -28,7 +29,17 @@ def rig(tmp_path: Path) -> dict[str, Path]:
 
 
 def simulate(rig: dict[str, Path], output: Path | str, *more: str) -> Result:
-    return run("simulate", rig["model"], "--controller", rig["controller"], "--scenario", rig["scenario"], "-o", output, *more)
+    return run(
+        "simulate",
+        rig["model"],
+        "--controller",
+        rig["controller"],
+        "--scenario",
+        rig["scenario"],
+        "-o",
+        output,
+        *more,
+    )
 
 
 def test_writes_a_log_that_reads_back(rig: dict[str, Path], tmp_path: Path) -> None:
@@ -39,12 +50,18 @@ def test_writes_a_log_that_reads_back(rig: dict[str, Path], tmp_path: Path) -> N
     assert [stream.topic for stream in log.streams] == TOPICS
     assert log.main.units["current"] == "A"
     assert log.metadata["log"]["kind"] == "simulated"
-    assert log.metadata["provenance"]["command"] == "frictool simulate model.yaml --controller controller.yaml --scenario scenario.yaml"
+    assert (
+        log.metadata["provenance"]["command"]
+        == "frictool simulate model.yaml --controller controller.yaml --scenario scenario.yaml"
+    )
     assert np.all(np.isfinite(log.main.signals["position"]))
 
 
-def test_springs_gravity_and_ripple_are_integrated_with_the_motion(rig: dict[str, Path], tmp_path: Path) -> None:
-    """The logged commands, played to the model by scipy from the start of the run, give the logged positions to 1e-7 rad."""
+def test_springs_gravity_and_ripple_are_integrated_with_the_motion(
+    rig: dict[str, Path], tmp_path: Path
+) -> None:
+    """The logged commands, played to the model by scipy from the start of the run, give the logged
+    positions to 1e-7 rad."""
     load = """laws:
   load:
     stiffness: {value: 0.002, unit: N m/rad, source: assumed}
@@ -68,7 +85,9 @@ def test_springs_gravity_and_ripple_are_integrated_with_the_motion(rig: dict[str
     assert np.ptp(log["position_true"]) > 20.0
 
 
-def test_the_same_inputs_give_the_same_bytes_and_stdout_is_one_of_the_outputs(rig: dict[str, Path], tmp_path: Path) -> None:
+def test_the_same_inputs_give_the_same_bytes_and_stdout_is_one_of_the_outputs(
+    rig: dict[str, Path], tmp_path: Path
+) -> None:
     simulate(rig, tmp_path / "a.mcap")
     piped = simulate(rig, "-")
     assert piped.out == (tmp_path / "a.mcap").read_bytes()
@@ -87,7 +106,9 @@ def test_json(rig: dict[str, Path], tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("which", ["model", "controller", "scenario"])
 @pytest.mark.parametrize("content", [None, b"", b"\x00\xff\x89MCAP0\r\n", b"format: nothing/1\n"])
-def test_an_unusable_document_is_one_line_and_no_output(rig: dict[str, Path], tmp_path: Path, which: str, content: bytes | None) -> None:
+def test_an_unusable_document_is_one_line_and_no_output(
+    rig: dict[str, Path], tmp_path: Path, which: str, content: bytes | None
+) -> None:
     rig[which].unlink() if content is None else rig[which].write_bytes(content)
     refused(simulate(rig, tmp_path / "run.mcap"), 3, f"{which}.yaml")
     assert not (tmp_path / "run.mcap").exists()
@@ -103,7 +124,12 @@ def test_a_misspelt_key_names_the_nearest(rig: dict[str, Path], tmp_path: Path) 
 def test_documents_that_do_not_agree_name_the_file(rig: dict[str, Path], tmp_path: Path) -> None:
     text = rig["controller"].read_text()
     rig["controller"].write_text(text.replace("delay_samples: 1\n", "delay_samples: 2\n", 1))
-    refused(simulate(rig, tmp_path / "run.mcap"), 3, "controller.yaml:8: delay_samples: found 2", "model.yaml has 1")
+    refused(
+        simulate(rig, tmp_path / "run.mcap"),
+        3,
+        "controller.yaml:8: delay_samples: found 2",
+        "model.yaml has 1",
+    )
     assert not (tmp_path / "run.mcap").exists()
 
 
@@ -120,20 +146,38 @@ def test_help_opens_with_an_example() -> None:
 
 
 @pytest.mark.parametrize("number", ["double", "q31"])
-def test_a_lost_encoder_is_bridged_or_sets_the_fault(rig: dict[str, Path], tmp_path: Path, number: str) -> None:
-    """Three samples without a position change little; a fourth ends the drive for the rest of the run, and the command says so."""
+def test_a_lost_encoder_is_bridged_or_sets_the_fault(
+    rig: dict[str, Path], tmp_path: Path, number: str
+) -> None:
+    """Three samples without a position change little; a fourth ends the drive for the rest of the
+    run, and the command says so."""
     scenario = rig["scenario"].read_text()
     drives = []
     for samples in (0, 3, 4):
-        lost = f"sensor_faults:\n  - {{kind: encoder_invalid, at_s: 0.1, until_s: {0.1 + 1e-3 * samples:g}}}\n" if samples else ""
+        lost = (
+            f"sensor_faults:\n  - {{kind: encoder_invalid, at_s: 0.1, until_s: {0.1 + 1e-3 * samples:g}}}\n"
+            if samples
+            else ""
+        )
         rig["scenario"].write_text(scenario + lost)
         result = simulate(rig, tmp_path / f"{samples}.mcap", "--number", number)
         assert result.code == 0, result.stderr
-        assert ("the controller sets its fault at 0.103 s, more than 3 samples" in result.stdout + result.stderr) == (samples == 4)
+        assert (
+            "the controller sets its fault at 0.103 s, more than 3 samples"
+            in result.stdout + result.stderr
+        ) == (samples == 4)
         log = read_mcap(tmp_path / f"{samples}.mcap")
         assert all(np.all(np.isfinite(values)) for values in log.main.signals.values())
         drives.append(log.main.signals["command"])
-        judged = json.loads(run("report", tmp_path / f"{samples}.mcap", "--spec", ROOT / "configs/clutch/spec.yaml", "--json").stdout)
+        judged = json.loads(
+            run(
+                "report",
+                tmp_path / f"{samples}.mcap",
+                "--spec",
+                ROOT / "configs/clutch/spec.yaml",
+                "--json",
+            ).stdout
+        )
         (overshoot,) = (row for row in judged["requirements"] if row["name"] == "overshoot")
         assert (overshoot["met"] is None) == (samples == 4)
         assert ("sets its fault at 0.103 s" in (overshoot["reason"] or "")) == (samples == 4)

@@ -1,4 +1,5 @@
-"""One plant by its parameters: the one that was drawn, the model where nothing is given, and what is refused."""
+"""One plant by its parameters: the one that was drawn, the model where nothing is given, and what
+is refused."""
 
 from __future__ import annotations
 
@@ -18,10 +19,15 @@ from frictool.logs.log import Log
 from frictool.plant.axis_model import axis_of
 from frictool.plant.mechanism.assembly import assemble
 from frictool.plant.polytope import PARAMETERS
-from frictool.simulate.agreement import Names
+from frictool.simulate.axis_variants import (
+    AxisVariant,
+    parameters_of,
+    scheduled_values,
+    variants_of,
+)
+from frictool.simulate.closed_loop import simulate_closed_loop
+from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.mechanism_plant import MechanismPlant
-from frictool.simulate.step_test import step_test
-from frictool.simulate.variants import Variant, known, parameters_of, variants_of
 from tests.cli.run import refused, run
 from tests.simulate.example import controller, scenario, write_rig
 from tests.simulate.mechanism_example import GEARED
@@ -34,14 +40,18 @@ HERE = Provenance("a test", "0")
 def given(**values: float) -> Log:
     """The run of the clutch with these parameters [SI]."""
     quantities = {name: Quantity(value=value, unit=UNITS[name]) for name, value in values.items()}
-    return step_test(clutch_model(), controller(), scenario(variants="given", given=quantities), HERE)
+    return simulate_closed_loop(
+        clutch_model(), controller(), scenario(variants="given", given=quantities), HERE
+    )
 
 
 def test_a_drawn_plant_that_is_given_runs_as_among_the_others() -> None:
     """Alone and without threads, to the last bit."""
     plants = scenario(variants="random", plants=5, seed=2)
-    log = step_test(clutch_model(), controller(), plants, HERE)
-    for variant, stream in zip(variants_of(clutch_model(), plants)[1:], log.streams[1:], strict=True):
+    log = simulate_closed_loop(clutch_model(), controller(), plants, HERE)
+    for variant, stream in zip(
+        variants_of(clutch_model(), plants)[1:], log.streams[1:], strict=True
+    ):
         (alone,) = given(**variant.values).streams
         assert alone.topic == "/axis/given"
         for name in ("position", "command", "velocity", "load_position"):
@@ -50,7 +60,10 @@ def test_a_drawn_plant_that_is_given_runs_as_among_the_others() -> None:
 
 def test_what_is_not_given_is_the_model_s() -> None:
     model = clutch_model()
-    nothing, itself = given().streams[0], step_test(model, controller(), scenario(), HERE).streams[0]
+    nothing, itself = (
+        given().streams[0],
+        simulate_closed_loop(model, controller(), scenario(), HERE).streams[0],
+    )
     np.testing.assert_array_equal(nothing.signals["position_true"], itself.signals["position_true"])
     parameters = parameters_of(model)
     for name in ("breakaway", "offset", "backlash"):
@@ -63,8 +76,10 @@ def test_what_is_not_given_is_the_model_s() -> None:
 
 def test_a_scheduled_controller_is_told_what_is_given_and_else_the_middle() -> None:
     model = clutch_model()
-    middle = known(model, Variant("", axis_of(model)))
-    assert known(model, Variant("given", axis_of(model), {"coulomb": 0.05, "offset": 1e-3})) == middle | {"coulomb": 0.05}
+    middle = scheduled_values(model, AxisVariant("", axis_of(model)))
+    assert scheduled_values(
+        model, AxisVariant("given", axis_of(model), {"coulomb": 0.05, "offset": 1e-3})
+    ) == middle | {"coulomb": 0.05}
     assert set(middle) == set(PARAMETERS)
 
 
@@ -74,17 +89,32 @@ def test_units_are_converted_and_what_is_wrong_is_named(tmp_path: Path) -> None:
     assert found.values == {"coulomb": pytest.approx(0.05)}
     rig = write_rig(tmp_path)
     for quantity, words in (
-        ("coulom: {value: 0.1, unit: N m}", ("given.coulom", "did you mean 'coulomb'?", "allowed: inertia, viscous")),
+        (
+            "coulom: {value: 0.1, unit: N m}",
+            ("given.coulom", "did you mean 'coulomb'?", "allowed: inertia, viscous"),
+        ),
         ("coulomb: {value: 0.1, unit: kg}", ("given.coulomb.unit", "allowed: N m")),
         ("inertia: {value: -1, unit: kg m^2}", ("as given", "inertia is -1; allowed: >= 0")),
         (
             "coulomb: {value: 0.1, unit: N m}, breakaway: {value: 50, unit: mN m}",
-            ("given.breakaway: found 0.05 N m, below Coulomb friction of 0.1 N m; allowed: at least that; left out, it goes with Coulomb",),
+            (
+                "given.breakaway: found 0.05 N m, below Coulomb friction of 0.1 N m; "
+                "allowed: at least that; left out, it goes with Coulomb",
+            ),
         ),
     ):
-        text = to_yaml(scenario()).replace("name: steps", f"name: steps\nvariants: given\ngiven: {{{quantity}}}")
+        text = to_yaml(scenario()).replace(
+            "name: steps", f"name: steps\nvariants: given\ngiven: {{{quantity}}}"
+        )
         rig["scenario"].write_text(text)
-        words_of = ["--controller", rig["controller"], "--scenario", rig["scenario"], "-o", tmp_path / "run.mcap"]
+        words_of = [
+            "--controller",
+            rig["controller"],
+            "--scenario",
+            rig["scenario"],
+            "-o",
+            tmp_path / "run.mcap",
+        ]
         refused(run("simulate", rig["model"], *words_of), 3, *words)
 
 
@@ -105,15 +135,34 @@ def test_a_mechanism_s_values_are_held_to_what_its_keys_allow(tmp_path: Path) ->
     document = load(tmp_path / "geared.yaml", Mechanism)
     plant = MechanismPlant(document, assemble(document))
     key = "links.bearing.parameters.coulomb"
-    (found,) = plant.variants(controller(), scenario(variants="given", given={key: Quantity(value=45.0, unit="mN m")}), "geared")
+    (found,) = plant.variants(
+        controller(),
+        scenario(variants="given", given={key: Quantity(value=45.0, unit="mN m")}),
+        "geared",
+    )
     assert found.document.links["bearing"].parameters["coulomb"].value == pytest.approx(0.045)
     assert found.document.blocks == document.blocks
-    assert found.document.links["bearing"].parameters["breakaway"].value == pytest.approx(1.1 * 0.045)  # of which it is a multiple
-    both = {key: Quantity(value=0.045, unit="N m"), key.replace("coulomb", "breakaway"): Quantity(value=44.0, unit="mN m")}
-    with pytest.raises(DocumentError, match=r"breakaway: found 0.044 N m, below links.bearing.parameters.coulomb of 0.045 N m"):
-        plant.check(None, scenario(variants="given", given=both), Names("geared"))
+    assert found.document.links["bearing"].parameters["breakaway"].value == pytest.approx(
+        1.1 * 0.045
+    )  # of which it is a multiple
+    both = {
+        key: Quantity(value=0.045, unit="N m"),
+        key.replace("coulomb", "breakaway"): Quantity(value=44.0, unit="mN m"),
+    }
+    with pytest.raises(
+        DocumentError,
+        match=r"breakaway: found 0.044 N m, below links.bearing.parameters.coulomb of 0.045 N m",
+    ):
+        plant.check(None, scenario(variants="given", given=both), DocumentNames("geared"))
     wrong = scenario(variants="given", given={key: Quantity(value=-0.01, unit="N m")})
-    with pytest.raises(FrictoolError, match=r"geared as given: .*coulomb is -0.01 N m; allowed: a finite number >= 0"):
+    with pytest.raises(
+        FrictoolError,
+        match=r"geared as given: .*coulomb is -0.01 N m; allowed: a finite number >= 0",
+    ):
         plant.variants(controller(), wrong, "geared")
     with pytest.raises(DocumentError, match="geared has no such parameter, did you mean"):
-        plant.check(None, scenario(variants="given", given={key + "b": Quantity(value=0.01, unit="N m")}), Names("geared"))
+        plant.check(
+            None,
+            scenario(variants="given", given={key + "b": Quantity(value=0.01, unit="N m")}),
+            DocumentNames("geared"),
+        )

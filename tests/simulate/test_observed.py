@@ -1,4 +1,5 @@
-"""`simulate --observer`, `observe loop`: the speed that a controller uses, in the log, in the exported C, and what is refused."""
+"""`simulate --observer`, `observe loop`: the speed that a controller uses, in the log, in the
+exported C, and what is refused."""
 
 from __future__ import annotations
 
@@ -15,11 +16,11 @@ from frictool.documents.controller import Controller
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
-from frictool.simulate.target import COMPILERS
-from frictool.verify.controller import check_feedback
-from frictool.verify.effective import feedbacks_of
+from frictool.simulate.compiled_target import COMPILERS
+from frictool.verify.document_check import check_feedback
+from frictool.verify.feedback_loops import feedbacks_of
+from frictool.verify.logged_plant import RECORD, LoggedPlant
 from frictool.verify.plant_margins import PlantMargins
-from frictool.verify.played_plant import RECORD, PlayedPlant
 from tests.cli.run import Result, refused, run
 from tests.control.example import clutch_controller
 from tests.simulate.example import scenario
@@ -31,14 +32,28 @@ Vector = NDArray[np.float64]
 @pytest.fixture
 def rig(tmp_path: Path) -> Path:
     """model.yaml, controller.yaml, observer.yaml, scenario.yaml."""
-    documents = {"model": CLUTCH, "controller": by_speed(), "observer": tracking(), "scenario": scenario(40.0, 15.0, drive_noise=0.5)}
+    documents = {
+        "model": CLUTCH,
+        "controller": by_speed(),
+        "observer": tracking(),
+        "scenario": scenario(40.0, 15.0, drive_noise=0.5),
+    }
     for name, document in documents.items():
         (tmp_path / f"{name}.yaml").write_text(to_yaml(document))
     return tmp_path
 
 
-def simulate(rig: Path, name: str, *more: str | Path, controller: str = "controller.yaml") -> Result:
-    words: list[str | Path] = ["simulate", rig / "model.yaml", "--controller", rig / controller, "--scenario", rig / "scenario.yaml"]
+def simulate(
+    rig: Path, name: str, *more: str | Path, controller: str = "controller.yaml"
+) -> Result:
+    words: list[str | Path] = [
+        "simulate",
+        rig / "model.yaml",
+        "--controller",
+        rig / controller,
+        "--scenario",
+        rig / "scenario.yaml",
+    ]
     return run(*words, *more, "-o", rig / f"{name}.mcap")
 
 
@@ -62,7 +77,9 @@ def test_the_loop_runs_on_the_observer_s_speed_and_the_log_has_it(rig: Path) -> 
     assert not other["command"][-100:].any()
 
 
-def test_what_the_log_holds_without_an_observer_is_the_low_pass_of_the_difference(rig: Path) -> None:
+def test_what_the_log_holds_without_an_observer_is_the_low_pass_of_the_difference(
+    rig: Path,
+) -> None:
     assert simulate(rig, "difference").code == 0
     found = signals(rig, "difference")
     shown, x = 0.0, 1000.0 * 1e-3
@@ -74,11 +91,22 @@ def test_what_the_log_holds_without_an_observer_is_the_low_pass_of_the_differenc
 
 def test_the_merged_document_runs_to_the_same_log(rig: Path) -> None:
     merged = rig / "merged.yaml"
-    made = run("observe", "loop", rig / "controller.yaml", "--observer", rig / "observer.yaml", "-o", merged)
+    made = run(
+        "observe",
+        "loop",
+        rig / "controller.yaml",
+        "--observer",
+        rig / "observer.yaml",
+        "-o",
+        merged,
+    )
     assert made.code == 0, made.stderr
     document = load(merged, Controller)
     assert document.velocity.observer == tracking()
-    assert [item.name for item in document.provenance.inputs] == ["controller.yaml", "observer.yaml"]
+    assert [item.name for item in document.provenance.inputs] == [
+        "controller.yaml",
+        "observer.yaml",
+    ]
     assert simulate(rig, "one", "--observer", rig / "observer.yaml").code == 0
     assert simulate(rig, "other", controller="merged.yaml").code == 0
     one, other = signals(rig, "one"), signals(rig, "other")
@@ -87,9 +115,24 @@ def test_the_merged_document_runs_to_the_same_log(rig: Path) -> None:
 
 @pytest.mark.skipif(not any(map(shutil.which, COMPILERS)), reason="no C compiler on the PATH")
 @pytest.mark.parametrize("number", ["double", "float", "q31"])
-def test_the_exported_code_in_the_loop_gives_the_same_log_bit_by_bit(rig: Path, number: str) -> None:
-    assert run("observe", "loop", rig / "controller.yaml", "--observer", rig / "observer.yaml", "-o", rig / "merged.yaml").code == 0
-    exported = run("export", rig / "merged.yaml", "--lang", "c", "--number", number, "-o", rig / "c")
+def test_the_exported_code_in_the_loop_gives_the_same_log_bit_by_bit(
+    rig: Path, number: str
+) -> None:
+    assert (
+        run(
+            "observe",
+            "loop",
+            rig / "controller.yaml",
+            "--observer",
+            rig / "observer.yaml",
+            "-o",
+            rig / "merged.yaml",
+        ).code
+        == 0
+    )
+    exported = run(
+        "export", rig / "merged.yaml", "--lang", "c", "--number", number, "-o", rig / "c"
+    )
     assert exported.code == 0, exported.stderr
     assert simulate(rig, "here", "--number", number, controller="merged.yaml").code == 0
     assert simulate(rig, "there", "--target", rig / "c", controller="merged.yaml").code == 0
@@ -98,16 +141,32 @@ def test_the_exported_code_in_the_loop_gives_the_same_log_bit_by_bit(rig: Path, 
     assert here["velocity_estimated"].any()
 
 
-def test_a_margin_below_the_specified_one_is_told_by_simulate_and_refused_as_a_document(rig: Path) -> None:
+def test_a_margin_below_the_specified_one_is_told_by_simulate_and_refused_as_a_document(
+    rig: Path,
+) -> None:
     controller = by_speed()
     verified = msgspec.structs.replace(controller.verified, modulus_margin_specified=0.55)
-    (rig / "controller.yaml").write_text(to_yaml(msgspec.structs.replace(controller, verified=verified)))
+    (rig / "controller.yaml").write_text(
+        to_yaml(msgspec.structs.replace(controller, verified=verified))
+    )
     (rig / "observer.yaml").write_text(to_yaml(tracking(70.0)))
     told = simulate(rig, "slow", "--observer", rig / "observer.yaml")
     assert told.code == 0
     assert "below the 0.55 that was specified" in told.stderr
-    command: list[str | Path] = ["observe", "loop", rig / "controller.yaml", "--observer", rig / "observer.yaml"]
-    refused(run(*command, "-o", rig / "merged.yaml"), 4, "controller.yaml", "modulus margin", "--modulus-margin")
+    command: list[str | Path] = [
+        "observe",
+        "loop",
+        rig / "controller.yaml",
+        "--observer",
+        rig / "observer.yaml",
+    ]
+    refused(
+        run(*command, "-o", rig / "merged.yaml"),
+        4,
+        "controller.yaml",
+        "modulus margin",
+        "--modulus-margin",
+    )
     assert not (rig / "merged.yaml").exists()
     assert run(*command, "--modulus-margin", "0.1", "-o", rig / "merged.yaml").code == 0
     assert load(rig / "merged.yaml", Controller).verified.modulus_margin_specified == 0.1
@@ -116,7 +175,9 @@ def test_a_margin_below_the_specified_one_is_told_by_simulate_and_refused_as_a_d
 def test_an_unstable_loop_ends_with_exit_code_4_and_no_log(rig: Path) -> None:
     (rig / "controller.yaml").write_text(to_yaml(by_speed(gain=8e-3, integral_time=0.02)))
     (rig / "observer.yaml").write_text(to_yaml(tracking(40.0)))
-    refused(simulate(rig, "never", "--observer", rig / "observer.yaml"), 4, "unstable at vertex light")
+    refused(
+        simulate(rig, "never", "--observer", rig / "observer.yaml"), 4, "unstable at vertex light"
+    )
     assert not (rig / "never.mcap").exists()
 
 
@@ -132,28 +193,53 @@ def test_options_that_exclude_each_other(rig: Path) -> None:
 
 
 def test_report_claims_no_margin_of_another_loop(rig: Path) -> None:
-    (rig / "spec.yaml").write_text("format: spec/1\nname: clutch\naxis: rotary\ndrive: current\nmodulus_margin: 0.3\n")
+    (rig / "spec.yaml").write_text(
+        "format: spec/1\nname: clutch\naxis: rotary\ndrive: current\nmodulus_margin: 0.3\n"
+    )
     assert simulate(rig, "observed", "--observer", rig / "observer.yaml").code == 0
-    command: list[str | Path] = ["report", rig / "observed.mcap", "--spec", rig / "spec.yaml", "--controller"]
+    command: list[str | Path] = [
+        "report",
+        rig / "observed.mcap",
+        "--spec",
+        rig / "spec.yaml",
+        "--controller",
+    ]
     refused(run(*command, rig / "controller.yaml"), 3, "tracking observer", "observe loop")
     merged = rig / "merged.yaml"
-    assert run("observe", "loop", rig / "controller.yaml", "--observer", rig / "observer.yaml", "-o", merged).code == 0
+    assert (
+        run(
+            "observe",
+            "loop",
+            rig / "controller.yaml",
+            "--observer",
+            rig / "observer.yaml",
+            "-o",
+            merged,
+        ).code
+        == 0
+    )
     assert simulate(rig, "observed", controller="merged.yaml").code == 0
     shown = run(*command, merged, "--json", "-o", rig / "page.html")
-    (margin,) = [one for one in json.loads(shown.stdout)["requirements"] if one["name"] == "modulus_margin"]
+    (margin,) = [
+        one for one in json.loads(shown.stdout)["requirements"] if one["name"] == "modulus_margin"
+    ]
     document = load(merged, Controller)
     log, lag = read_mcap(rig / "observed.mcap"), document.bench.actuator.loop_time_constant_s
-    plant = PlayedPlant.of_text(log.metadata[RECORD]["/axis"])
+    plant = LoggedPlant.of_text(log.metadata[RECORD]["/axis"])
     assert plant is not None
     pairs = [(loop, point.rates) for loop in feedbacks_of(document) for point in plant.points()]
     checks = [check_feedback(loop, rates, lag, document.delay_samples) for loop, rates in pairs]
     assert margin["value"] == pytest.approx(min(one.modulus_margin for one in checks), rel=1e-5)
-    assert margin["value"] != pytest.approx(PlantMargins(load(rig / "controller.yaml", Controller))(plant), rel=1e-2)
+    assert margin["value"] != pytest.approx(
+        PlantMargins(load(rig / "controller.yaml", Controller))(plant), rel=1e-2
+    )
     assert "tracking observer of" in (rig / "page.html").read_text()
 
 
 def test_report_lays_both_speeds_side_by_side(rig: Path) -> None:
-    (rig / "spec.yaml").write_text("format: spec/1\nname: clutch\naxis: rotary\ndrive: current\nresponse_time_95_s: 0.6\n")
+    (rig / "spec.yaml").write_text(
+        "format: spec/1\nname: clutch\naxis: rotary\ndrive: current\nresponse_time_95_s: 0.6\n"
+    )
     assert simulate(rig, "difference").code == 0
     assert simulate(rig, "observed", "--observer", rig / "observer.yaml").code == 0
     logs = [rig / "difference.mcap", rig / "observed.mcap"]
@@ -163,4 +249,6 @@ def test_report_lays_both_speeds_side_by_side(rig: Path) -> None:
     assert "rms error of the speed used [rad/s]" in page
     assert "Error of the speed used" in page
     errors = [stream["velocity_error_rms"] for stream in json.loads(shown.stdout)["streams"]]
-    assert errors == pytest.approx([rms_error(signals(rig, name)) for name in ("difference", "observed")], rel=1e-9)
+    assert errors == pytest.approx(
+        [rms_error(signals(rig, name)) for name in ("difference", "observed")], rel=1e-9
+    )

@@ -16,15 +16,15 @@ from frictool.documents.scenario import Scenario
 from frictool.errors import InputFileError
 from frictool.logs.log import Log
 from frictool.plant.mechanism.assembly import assemble
-from frictool.simulate.agreement import Names
+from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.mechanism_channels import field_names
 from frictool.simulate.mechanism_inputs import inputs_of, mean_over
-from frictool.simulate.open_test import open_test
+from frictool.simulate.open_loop import simulate_open_loop
 from tests.mechanism.writing import mechanism
 from tests.simulate.mechanism_example import FREE_MASS, GEARED
 from tests.simulate.test_step_test import HERE
 
-NAMES = Names("mechanism.yaml", scenario="scenario.yaml")
+NAMES = DocumentNames("mechanism.yaml", scenario="scenario.yaml")
 MASS = 2.0
 
 
@@ -32,10 +32,20 @@ def signal(kind: str, level: float, unit: str = "N", **keys: float) -> Signal:
     return Signal(kind, Quantity(value=level, unit=unit), **keys)
 
 
-def played(text: str, sources: dict[str, tuple[Signal, ...]], seconds: float = 0.1, axis: str = "linear", **keys: object) -> Log:
-    made = Scenario(format="scenario/1", name="torques", axis=axis, sources=sources, duration_s=seconds)
+def played(
+    text: str,
+    sources: dict[str, tuple[Signal, ...]],
+    seconds: float = 0.1,
+    axis: str = "linear",
+    **keys: object,
+) -> Log:
+    made = Scenario(
+        format="scenario/1", name="torques", axis=axis, sources=sources, duration_s=seconds
+    )
     document = mechanism(text)
-    return open_test(document, assemble(document), msgspec.structs.replace(made, **keys), HERE, NAMES)
+    return simulate_open_loop(
+        document, assemble(document), msgspec.structs.replace(made, **keys), HERE, NAMES
+    )
 
 
 @given(at=st.floats(0.0, 0.0999), level=st.floats(-50.0, 50.0))
@@ -43,12 +53,15 @@ def test_a_step_within_a_sample_acts_from_its_instant(at: float, level: float) -
     log = played(FREE_MASS, {"push": (signal("step", level, at_s=at),)})
     time, sled = log.main.time, log.streams[1].signals
     since = np.maximum(time - at, 0.0)
-    np.testing.assert_allclose(sled["sled_position"], 0.5 * level / MASS * since**2, atol=1e-12, rtol=1e-9)
+    np.testing.assert_allclose(
+        sled["sled_position"], 0.5 * level / MASS * since**2, atol=1e-12, rtol=1e-9
+    )
     np.testing.assert_allclose(sled["sled_velocity"], level / MASS * since, atol=1e-12, rtol=1e-9)
 
 
 def test_ramp_pulse_and_sine_add_up() -> None:
-    """The speed is the integral of the force, at every sample; the position's error is of second order in the period."""
+    """The speed is the integral of the force, at every sample; the position's error is of second
+    order in the period."""
     parts = (
         signal("ramp", 3.0, at_s=0.01, duration_s=0.0303),
         signal("pulse", -8.0, at_s=0.02, duration_s=0.0101),
@@ -58,7 +71,11 @@ def test_ramp_pulse_and_sine_add_up() -> None:
     fine = np.linspace(0.0, 0.1, 1_000_001)
     ramp = 3.0 * np.clip((fine - 0.01) / 0.0303, 0.0, 1.0)
     pulse = np.where((fine >= 0.02) & (fine < 0.0301), -8.0, 0.0)
-    sine = np.where(fine >= 0.0333, 5.0 * np.sin(2.0 * math.pi * 40.0 * (fine - 0.0333) + math.radians(30.0)), 0.0)
+    sine = np.where(
+        fine >= 0.0333,
+        5.0 * np.sin(2.0 * math.pi * 40.0 * (fine - 0.0333) + math.radians(30.0)),
+        0.0,
+    )
     force = ramp + pulse + sine
     speed = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]))]) * 1e-7 / MASS
     place = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]))]) * 1e-7
@@ -73,7 +90,9 @@ def test_ramp_pulse_and_sine_add_up() -> None:
     frequency=st.floats(1.0, 400.0),
     phase=st.floats(0.0, 360.0),
 )
-def test_parts_keep_the_impulse_of_every_course(kind: str, at: float, lasts: float, frequency: float, phase: float) -> None:
+def test_parts_keep_the_impulse_of_every_course(
+    kind: str, at: float, lasts: float, frequency: float, phase: float
+) -> None:
     """Wherever a course begins and ends: the sum over the parts is its integral."""
     keys = {"at_s": at}
     keys |= {"duration_s": lasts} if kind != "step" else {}
@@ -107,15 +126,24 @@ def test_means_of_a_step_are_whole_on_either_side() -> None:
 def test_what_is_not_determined_is_not_logged_as_an_axis() -> None:
     """Two sources and no `control`: all blocks, and no /axis; what would need one is refused."""
     text = GEARED.replace("control: {source: motor, sensor: encoder}\n", "")
-    sources = {"motor": (signal("step", 8.0, "A"),), "hand": (signal("pulse", -0.2, "N m", at_s=0.02, duration_s=0.01),)}
+    sources = {
+        "motor": (signal("step", 8.0, "A"),),
+        "hand": (signal("pulse", -0.2, "N m", at_s=0.02, duration_s=0.01),),
+    }
     log = played(text, sources, axis="rotary")
     assert [stream.topic for stream in log.streams] == ["/mechanism"]
     blocks = log.main.signals
     assert blocks["rotor_position"][-1] > 1.0
     assert blocks["hand_effort"][[19, 25, 31]] == pytest.approx([0.0, -0.2, 0.0])
     for keys, words in (
-        ({"start": Quantity(value=1.0, unit="rad")}, "start: belongs to the controlled axis, and mechanism.yaml does not say which"),
-        ({"disturbances": (Disturbance("step", Quantity(value=0.1, unit="N m"), 0.0),)}, r"disturbances\[0\]: names no block"),
+        (
+            {"start": Quantity(value=1.0, unit="rad")},
+            "start: belongs to the controlled axis, and mechanism.yaml does not say which",
+        ),
+        (
+            {"disturbances": (Disturbance("step", Quantity(value=0.1, unit="N m"), 0.0),)},
+            r"disturbances\[0\]: names no block",
+        ),
     ):
         with pytest.raises(InputFileError, match=words):
             played(text, sources, axis="rotary", **keys)
@@ -125,7 +153,9 @@ def test_a_held_effort_on_a_named_block_is_logged_there() -> None:
     push = Disturbance("step", Quantity(value=0.2, unit="N m"), 0.0305, on="Load")
     log = played(GEARED, {}, axis="rotary", disturbances=(push,))
     assert "disturbance" not in log.main.signals
-    np.testing.assert_allclose(log.streams[1].signals["load_disturbance"][29:33], [0.0, 0.1, 0.2, 0.2])
+    np.testing.assert_allclose(
+        log.streams[1].signals["load_disturbance"][29:33], [0.0, 0.1, 0.2, 0.2]
+    )
     assert log.streams[1].signals["load_position"][-1] > 0.1
     energy = {name: float(value) for name, value in log.metadata["energy/mechanism"].items()}
     assert energy["input"] > 0.0
@@ -133,33 +163,92 @@ def test_a_held_effort_on_a_named_block_is_logged_there() -> None:
 
 
 def test_names_of_signals_are_those_that_ros_takes() -> None:
-    assert field_names(["M6", "a__b_", "m6"], ["a_b"]) == {"M6": "m6", "a__b_": "a_b_2", "m6": "m6_2"}
+    assert field_names(["M6", "a__b_", "m6"], ["a_b"]) == {
+        "M6": "m6",
+        "a__b_": "a_b_2",
+        "m6": "m6_2",
+    }
 
 
 @pytest.mark.parametrize(
     ("sources", "keys", "words"),
     [
-        ({"pull": (signal("step", 1.0),)}, {}, "sources.pull: mechanism.yaml has no such source; allowed: push"),
-        ({"push": (signal("step", 1.0, "A"),)}, {}, r"sources.push\[0\].level.unit: found a multiple of A; allowed: N"),
-        ({"push": (signal("sine", 1.0, frequency_hz=500.0),)}, {}, r"sources.push\[0\].frequency_hz: found 500; allowed: below half"),
-        ({"push": (signal("step", 1.0, at_s=0.2),)}, {}, r"sources.push\[0\].at_s: found 0.2, after the end"),
-        ({"push": (signal("pulse", 1.0, at_s=0.05, duration_s=0.1),)}, {}, r"sources.push\[0\].duration_s: ends at 0.15 s, after the end"),
+        (
+            {"pull": (signal("step", 1.0),)},
+            {},
+            "sources.pull: mechanism.yaml has no such source; allowed: push",
+        ),
+        (
+            {"push": (signal("step", 1.0, "A"),)},
+            {},
+            r"sources.push\[0\].level.unit: found a multiple of A; allowed: N",
+        ),
+        (
+            {"push": (signal("sine", 1.0, frequency_hz=500.0),)},
+            {},
+            r"sources.push\[0\].frequency_hz: found 500; allowed: below half",
+        ),
+        (
+            {"push": (signal("step", 1.0, at_s=0.2),)},
+            {},
+            r"sources.push\[0\].at_s: found 0.2, after the end",
+        ),
+        (
+            {"push": (signal("pulse", 1.0, at_s=0.05, duration_s=0.1),)},
+            {},
+            r"sources.push\[0\].duration_s: ends at 0.15 s, after the end",
+        ),
         ({}, {"duration_s": 1e-5}, "duration_s: found 1e-05; allowed: one sample"),
         ({}, {"duration_s": 1e9}, r"duration_s: asks for 1e\+12 samples"),
         ({}, {"variants": "vertices"}, "variants: found vertices, which are numbers of one axis"),
-        ({}, {"axis": "rotary"}, "axis: found rotary, but the sensor's block of mechanism.yaml is linear"),
-        ({}, {"disturbances": (Disturbance("step", Quantity(value=1.0, unit="N m"), 0.0),)}, "effort.unit: unit 'N m' does not measure"),
-        ({}, {"disturbances": (Disturbance("step", Quantity(value=1.0, unit="N"), 0.0, on="sledge"),)}, "has no block 'sledge'"),
-        ({}, {"disturbances": (Disturbance("step", Quantity(value=1.0, unit="N m"), 0.0, on="sled"),)}, "allowed: N and its multiples"),
+        (
+            {},
+            {"axis": "rotary"},
+            "axis: found rotary, but the sensor's block of mechanism.yaml is linear",
+        ),
+        (
+            {},
+            {"disturbances": (Disturbance("step", Quantity(value=1.0, unit="N m"), 0.0),)},
+            "effort.unit: unit 'N m' does not measure",
+        ),
+        (
+            {},
+            {
+                "disturbances": (
+                    Disturbance("step", Quantity(value=1.0, unit="N"), 0.0, on="sledge"),
+                )
+            },
+            "has no block 'sledge'",
+        ),
+        (
+            {},
+            {
+                "disturbances": (
+                    Disturbance("step", Quantity(value=1.0, unit="N m"), 0.0, on="sled"),
+                )
+            },
+            "allowed: N and its multiples",
+        ),
     ],
 )
-def test_what_does_not_fit_is_refused(sources: dict[str, tuple[Signal, ...]], keys: dict[str, object], words: str) -> None:
+def test_what_does_not_fit_is_refused(
+    sources: dict[str, tuple[Signal, ...]], keys: dict[str, object], words: str
+) -> None:
     with pytest.raises(InputFileError, match=f"scenario.yaml: .*{words}"):
         played(FREE_MASS, sources, **keys)
 
 
 def test_a_link_that_would_take_steps_without_end_is_refused() -> None:
-    held = "  spring: {kind: spring, between: [sled, ground], stiffness: {value: 1.0e15, unit: N/m}}\n"
-    text = FREE_MASS.replace("links:\n", "links:\n" + held) if "links:" in FREE_MASS else FREE_MASS + "links:\n" + held
-    with pytest.raises(InputFileError, match=r"mechanism.yaml: links.spring: is so stiff.*2.24e\+07 rad/s; allowed: at most 1e\+07 rad/s"):
+    held = (
+        "  spring: {kind: spring, between: [sled, ground], stiffness: {value: 1.0e15, unit: N/m}}\n"
+    )
+    text = (
+        FREE_MASS.replace("links:\n", "links:\n" + held)
+        if "links:" in FREE_MASS
+        else FREE_MASS + "links:\n" + held
+    )
+    with pytest.raises(
+        InputFileError,
+        match=r"mechanism.yaml: links.spring: is so stiff.*2.24e\+07 rad/s; allowed: at most 1e\+07 rad/s",
+    ):
         played(text, {"push": (signal("step", 1.0),)})

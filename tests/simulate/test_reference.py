@@ -34,8 +34,12 @@ def test_a_ramp_goes_from_the_start_at_constant_speed_and_arrives_with_its_last_
 
 
 def test_a_sine_is_about_where_the_part_before_it_ended() -> None:
-    held, wave, still = of(Step(rad(20.0), 0.1), Step(sine=Sine(rad(3.0), 2.0), duration_s=0.625), Step(hold_s=15.0))
-    np.testing.assert_allclose(wave, 20.0 + 3.0 * np.sin(2.0 * np.pi * 2.0 * T * np.arange(625)), rtol=0, atol=1e-12)
+    held, wave, still = of(
+        Step(rad(20.0), 0.1), Step(sine=Sine(rad(3.0), 2.0), duration_s=0.625), Step(hold_s=15.0)
+    )
+    np.testing.assert_allclose(
+        wave, 20.0 + 3.0 * np.sin(2.0 * np.pi * 2.0 * T * np.arange(625)), rtol=0, atol=1e-12
+    )
     assert held[-1] == wave[0]
     assert still.size == 15_000
     assert np.all(still == wave[-1])
@@ -55,12 +59,17 @@ def test_a_long_hold_may_come_first() -> None:
     ("fields", "words"),
     [
         ({}, "found none of them; allowed: exactly one of reference, ramp_to, sine, hold_s"),
-        ({"reference": rad(1.0), "ramp_to": rad(2.0), "duration_s": 1.0}, "found reference and ramp_to"),
+        (
+            {"reference": rad(1.0), "ramp_to": rad(2.0), "duration_s": 1.0},
+            "found reference and ramp_to",
+        ),
         ({"reference": rad(1.0)}, "duration_s belongs to"),
         ({"hold_s": 20.0, "duration_s": 1.0}, "duration_s belongs to"),
     ],
 )
-def test_a_step_that_says_too_much_or_too_little_is_refused(fields: dict[str, object], words: str) -> None:
+def test_a_step_that_says_too_much_or_too_little_is_refused(
+    fields: dict[str, object], words: str
+) -> None:
     with pytest.raises(ValueError, match=words):
         Step(**fields)
 
@@ -74,7 +83,15 @@ def test_a_step_that_says_too_much_or_too_little_is_refused(fields: dict[str, ob
         ({"variants": "random"}, "plants, how many, belongs to variants: random"),
     ],
 )
-def test_a_scenario_that_says_too_much_or_too_little_is_refused(fields: dict[str, object], words: str) -> None:
-    made = {"format": "scenario/1", "name": "s", "axis": "rotary", "start": rad(1.0), "steps": (Step(rad(1.0), 1.0),)}
+def test_a_scenario_that_says_too_much_or_too_little_is_refused(
+    fields: dict[str, object], words: str
+) -> None:
+    made = {
+        "format": "scenario/1",
+        "name": "s",
+        "axis": "rotary",
+        "start": rad(1.0),
+        "steps": (Step(rad(1.0), 1.0),),
+    }
     with pytest.raises(ValueError, match=words):
         Scenario(**(made | fields))

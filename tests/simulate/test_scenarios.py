@@ -1,4 +1,5 @@
-"""The ready scenarios of the clutch, each played to the published non-linear plant; and what may not be asked."""
+"""The ready scenarios of the clutch, each played to the published non-linear plant; and what may
+not be asked."""
 
 from __future__ import annotations
 
@@ -34,7 +35,17 @@ def braking(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def play(name: str | Path, controller: Path, folder: Path) -> tuple[Result, Log]:
     """A ready scenario, or one at a path, on the non-linear clutch."""
     path = name if isinstance(name, Path) else READY / f"{name}.yaml"
-    result = run("simulate", NONLINEAR, "--controller", controller, "--scenario", path, "-o", folder / "run.mcap", "--json")
+    result = run(
+        "simulate",
+        NONLINEAR,
+        "--controller",
+        controller,
+        "--scenario",
+        path,
+        "-o",
+        folder / "run.mcap",
+        "--json",
+    )
     assert result.code == 0, result.stderr
     return result, read_mcap(folder / "run.mcap")
 
@@ -63,8 +74,13 @@ def test_what_a_campaign_varies_is_left_out(braking: Path, tmp_path: Path) -> No
 @pytest.mark.parametrize("name", ["steps", "vertices"])
 def test_vertices(name: str, braking: Path, tmp_path: Path) -> None:
     result, log = play(name, braking, tmp_path)
-    assert [stream.topic for stream in log.streams] == ["/axis", *(f"/axis/v{k:02d}" for k in range(1, 17))]
-    assert log.metadata["plants"]["/axis/v01"].startswith("inertia 1.11e-05 kg m^2, viscous 0 N m s/rad, coulomb 0.018 N m")
+    assert [stream.topic for stream in log.streams] == [
+        "/axis",
+        *(f"/axis/v{k:02d}" for k in range(1, 17)),
+    ]
+    assert log.metadata["plants"]["/axis/v01"].startswith(
+        "inertia 1.11e-05 kg m^2, viscous 0 N m s/rad, coulomb 0.018 N m"
+    )
     assert json.loads(result.stdout)["streams"][1]["plant"] == log.metadata["plants"]["/axis/v01"]
     assert log.main.signals["velocity"][-1] == 0.0
     assert abs(log.main.signals["position"][-1] - 15.0) < 2.0
@@ -75,9 +91,14 @@ def test_random(braking: Path, tmp_path: Path) -> None:
     text = (READY / "random.yaml").read_text()
     assert "plants: 1000\n" in text
     few = tmp_path / "few.yaml"
-    few.write_text(text.replace("plants: 1000\n", "plants: 6\n").replace("duration_s: 16", "duration_s: 1.1"))
+    few.write_text(
+        text.replace("plants: 1000\n", "plants: 6\n").replace("duration_s: 16", "duration_s: 1.1")
+    )
     _, log = play(few, braking, tmp_path)
-    assert [stream.topic for stream in log.streams] == ["/axis", *(f"/axis/p{k}" for k in range(1, 7))]
+    assert [stream.topic for stream in log.streams] == [
+        "/axis",
+        *(f"/axis/p{k}" for k in range(1, 7)),
+    ]
     assert len({stream.signals["velocity"].tobytes() for stream in log.streams}) == 7
     assert len(set(log.metadata["plants"].values())) == 6
 
@@ -91,11 +112,16 @@ def test_hold_of_ten_minutes(braking: Path, tmp_path: Path) -> None:
 
 
 def test_wear_and_warmth(braking: Path, tmp_path: Path) -> None:
-    """The same step takes more current when the friction has grown by half and the constant has fallen."""
+    """The same step takes more current when the friction has grown by half and the constant has
+    fallen."""
     _, log = play("wear", braking, tmp_path)
     signals, time = log.main.signals, log.main.time
-    assert (signals["friction_factor"][0], signals["friction_factor"][-1]) == pytest.approx((1.0, 1.5), abs=1e-5)
-    assert (signals["constant_factor"][-1], signals["viscous_factor"][-1]) == pytest.approx((0.955, 0.8), abs=1e-5)
+    assert (signals["friction_factor"][0], signals["friction_factor"][-1]) == pytest.approx(
+        (1.0, 1.5), abs=1e-5
+    )
+    assert (signals["constant_factor"][-1], signals["viscous_factor"][-1]) == pytest.approx(
+        (0.955, 0.8), abs=1e-5
+    )
     assert log.main.units["friction_factor"] == "1"
     charge = []
     for begin in (15.0, 75.0):  # 55 to 5 rad, fresh and worn
@@ -125,14 +151,18 @@ def test_faults(braking: Path, tmp_path: Path) -> None:
     for begin, gain in ((10.0, 1.0), (12.0, 1.1), (16.0, 1.0)):
         there = spans(begin, begin + 2.0)
         assert np.mean(shown[there] - gain * true[there]) == pytest.approx(0.5, abs=0.01)
-    assert signals["current_true"][-1] == pytest.approx(-0.5)  # the offset is there at rest: i = command - offset, the command 0
+    assert signals["current_true"][-1] == pytest.approx(
+        -0.5
+    )  # the offset is there at rest: i = command - offset, the command 0
 
 
 def test_replay_of_a_raw_log(braking: Path, tmp_path: Path) -> None:
     _, log = play("replay", braking, tmp_path)
     assert log.metadata["provenance"]["input_4"].startswith("steps.csv sha256:")
     counts = np.loadtxt(ROOT / "sample_logs/steps.csv", delimiter=",", skiprows=1, usecols=1)
-    np.testing.assert_allclose(log.main.signals["reference"][: counts.size], counts * STEP, rtol=1e-9)
+    np.testing.assert_allclose(
+        log.main.signals["reference"][: counts.size], counts * STEP, rtol=1e-9
+    )
     assert log.main.signals["reference"].size == counts.size + 15_000
     assert abs(log.main.signals["position"][-1] - counts[-1] * STEP) < 2.0
 
@@ -142,7 +172,9 @@ def test_replay_of_a_reference(braking: Path, tmp_path: Path) -> None:
     _, first = play("faults", braking, tmp_path)
     shutil.copy(tmp_path / "run.mcap", tmp_path / "bench.mcap")
     again = tmp_path / "again.yaml"
-    again.write_text("format: scenario/1\nname: again\naxis: rotary\nreference: {log: bench.mcap, to_s: 0.999}\n")
+    again.write_text(
+        "format: scenario/1\nname: again\naxis: rotary\nreference: {log: bench.mcap, to_s: 0.999}\n"
+    )
     start = "start: {value: 5, unit: rad}\n"
     again.write_text(again.read_text().replace("reference:", start + "reference:"))
     _, second = play(again, braking, tmp_path)
@@ -151,7 +183,12 @@ def test_replay_of_a_reference(braking: Path, tmp_path: Path) -> None:
 
 
 def test_the_same_scenario_gives_the_same_bytes(braking: Path, tmp_path: Path) -> None:
-    text = (READY / "random.yaml").read_text().replace("plants: 1000\n", "plants: 9\n").replace("duration_s: 16", "duration_s: 0.5")
+    text = (
+        (READY / "random.yaml")
+        .read_text()
+        .replace("plants: 1000\n", "plants: 9\n")
+        .replace("duration_s: 16", "duration_s: 0.5")
+    )
     few = tmp_path / "few.yaml"
     few.write_text(text)
     outputs = []
@@ -177,27 +214,50 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
             "steps[1].ramp_to: found a path from 40.03 to 70 rad",
         ),
         (
-            STEPS + "  - {sine: {amplitude: {value: 41, unit: rad}, frequency_hz: 1}, duration_s: 1}\n",
+            STEPS
+            + "  - {sine: {amplitude: {value: 41, unit: rad}, frequency_hz: 1}, duration_s: 1}\n",
             7,
             "steps[1].sine: found a path from -1",
         ),
         (
-            STEPS + "  - {sine: {amplitude: {value: 1, unit: rad}, frequency_hz: 500}, duration_s: 1}\n",
+            STEPS
+            + "  - {sine: {amplitude: {value: 1, unit: rad}, frequency_hz: 500}, duration_s: 1}\n",
             7,
             "frequency_hz: found 500; allowed: below",
         ),
-        (STEPS + "  - {sine: {amplitude: {value: 1, unit: m}, frequency_hz: 5}, duration_s: 1}\n", 7, "unit 'm' does not measure position"),
-        (STEPS + "  - {duration_s: 1}\n", 7, "steps[1]: found none of them; allowed: exactly one of reference, ramp_to, sine, hold_s"),
-        (STEPS + "variants: random\nplants: 0\n", 8, "plants: found 0; allowed: a whole number >= 1"),
+        (
+            STEPS
+            + "  - {sine: {amplitude: {value: 1, unit: m}, frequency_hz: 5}, duration_s: 1}\n",
+            7,
+            "unit 'm' does not measure position",
+        ),
+        (
+            STEPS + "  - {duration_s: 1}\n",
+            7,
+            "steps[1]: found none of them; allowed: exactly one of reference, ramp_to, sine, hold_s",
+        ),
+        (
+            STEPS + "variants: random\nplants: 0\n",
+            8,
+            "plants: found 0; allowed: a whole number >= 1",
+        ),
         (STEPS + "plants: 10\n", 1, "plants, how many, belongs to variants: random"),
-        (STEPS + "variants: random\nplants: 100000\n", 5, "steps: asks for 1e+08 samples in 100001 runs;"),
+        (
+            STEPS + "variants: random\nplants: 100000\n",
+            5,
+            "steps: asks for 1e+08 samples in 100001 runs;",
+        ),
         (
             LOAD + "step, effort: ONE, at_s: 1}\n",
             8,
             "at_s: found 1, after the end; allowed: below 1",
         ),
         (LOAD + "pulse, effort: ONE, at_s: 0.5}\n", 8, "a pulse needs duration_s"),
-        (LOAD + "step, effort: {value: 1, unit: N}, at_s: 0}\n", 8, "does not measure effort of a rotary axis"),
+        (
+            LOAD + "step, effort: {value: 1, unit: N}, at_s: 0}\n",
+            8,
+            "does not measure effort of a rotary axis",
+        ),
         (LOAD + "puls, effort: ONE, at_s: 0}\n", 8, "did you mean 'pulse'?"),
         (
             LOAD + "sine, effort: ONE, at_s: 0}\n",
@@ -209,21 +269,37 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
             8,
             "disturbances[0].duration_s: ends at 1.1 s, after the end; allowed: 1 s",
         ),
-        (FAULT + "lost_counts, at_s: 2, counts: 3}\n", 8, "sensor_faults[0].at_s: found 2, after the end"),
+        (
+            FAULT + "lost_counts, at_s: 2, counts: 3}\n",
+            8,
+            "sensor_faults[0].at_s: found 2, after the end",
+        ),
         (
             FAULT + "lost_counts, at_s: 0.2, counts: 0}\n",
             8,
             "counts: found 0; allowed: a whole number other than 0",
         ),
-        (FAULT + "lost_counts, at_s: 0.2}\n", 8, "counts belongs to kind lost_counts, which needs it"),
+        (
+            FAULT + "lost_counts, at_s: 0.2}\n",
+            8,
+            "counts belongs to kind lost_counts, which needs it",
+        ),
         (FAULT + "encoder_stuck, at_s: 0.2}\n", 8, "encoder_stuck needs until_s"),
-        (FAULT + "encoder_stuck, at_s: 0.2, until_s: 0.1}\n", 8, "until_s: found 0.1; allowed: after at_s, 0.2"),
+        (
+            FAULT + "encoder_stuck, at_s: 0.2, until_s: 0.1}\n",
+            8,
+            "until_s: found 0.1; allowed: after at_s, 0.2",
+        ),
         (
             FAULT + "encoder_stuck, at_s: 0.2, until_s: 0.2001}\n",
             8,
             "until_s: lasts for 0.0001 s; allowed: one sample",
         ),
-        (FAULT + "drive_gain, at_s: 0.2, gain_error: -1}\n", 8, "gain_error: found -1; allowed: a number > -1"),
+        (
+            FAULT + "drive_gain, at_s: 0.2, gain_error: -1}\n",
+            8,
+            "gain_error: found -1; allowed: a number > -1",
+        ),
         (
             FAULT + "drive_offset, at_s: 0.2, offset: {value: 1, unit: V}}\n",
             8,
@@ -234,23 +310,50 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
             7,
             "drive: found voltage; allowed: drive: current",
         ),
-        (STEPS + "drifts: {friction: [{at_s: 0, factor: 0}]}\n", 7, "drifts.friction[0].factor: found 0; allowed: a number > 0 and <= 100"),
-        (STEPS + "drifts: {friction: [{at_s: 3, factor: 1}]}\n", 7, "drifts.friction[0].at_s: found 3, after the end"),
-        (STEPS + "drifts: {wear: [{at_s: 3, factor: 1}]}\n", 7, "drifts.wear: unknown key; allowed: friction, viscous, constant"),
+        (
+            STEPS + "drifts: {friction: [{at_s: 0, factor: 0}]}\n",
+            7,
+            "drifts.friction[0].factor: found 0; allowed: a number > 0 and <= 100",
+        ),
+        (
+            STEPS + "drifts: {friction: [{at_s: 3, factor: 1}]}\n",
+            7,
+            "drifts.friction[0].at_s: found 3, after the end",
+        ),
+        (
+            STEPS + "drifts: {wear: [{at_s: 3, factor: 1}]}\n",
+            7,
+            "drifts.wear: unknown key; allowed: friction, viscous, constant",
+        ),
         (
             STEPS + "drifts: {viscous: [{at_s: 0.3, factor: 1}, {at_s: 0.3, factor: 2}]}\n",
             7,
             "drifts: viscous: found at_s 0.3 after 0.3; allowed: rising times",
         ),
         ("reference: {log: nothing.mcap}\n", 5, "reference.log: found"),
-        ("reference: {log: x.csv, from_s: 3, to_s: 2}\n", 5, "reference: to_s: found 2; allowed: after from_s, 3"),
+        (
+            "reference: {log: x.csv, from_s: 3, to_s: 2}\n",
+            5,
+            "reference: to_s: found 2; allowed: after from_s, 3",
+        ),
         (STEPS + "reference: {log: x.csv}\n", 1, "found steps and reference; allowed: one of them"),
     ],
 )
-def test_what_may_not_be_asked_names_line_and_key(text: str, line: int, words: str, tmp_path: Path) -> None:
+def test_what_may_not_be_asked_names_line_and_key(
+    text: str, line: int, words: str, tmp_path: Path
+) -> None:
     rig = write_rig(tmp_path)
     rig["scenario"].write_text(HEAD + text.replace("ONE", ONE))
-    result = run("simulate", rig["model"], "--controller", rig["controller"], "--scenario", rig["scenario"], "-o", tmp_path / "run.mcap")
+    result = run(
+        "simulate",
+        rig["model"],
+        "--controller",
+        rig["controller"],
+        "--scenario",
+        rig["scenario"],
+        "-o",
+        tmp_path / "run.mcap",
+    )
     refused(result, 3, f"scenario.yaml:{line}: ", words)
     assert not (tmp_path / "run.mcap").exists()
 
@@ -261,14 +364,30 @@ def test_a_replayed_path_beyond_the_travel_is_refused(tmp_path: Path) -> None:
     rig["scenario"].write_text(
         "format: scenario/1\nname: s\naxis: rotary\nreference: {log: steps.csv, channel: position, shift: {value: 20, unit: rad}}\n"
     )
-    result = run("simulate", rig["model"], "--controller", rig["controller"], "--scenario", rig["scenario"], "-o", tmp_path / "run.mcap")
-    refused(result, 3, "scenario.yaml:4: reference: found a path from", "allowed: the travel of the bench, 0 to 63 rad")
+    result = run(
+        "simulate",
+        rig["model"],
+        "--controller",
+        rig["controller"],
+        "--scenario",
+        rig["scenario"],
+        "-o",
+        tmp_path / "run.mcap",
+    )
+    refused(
+        result,
+        3,
+        "scenario.yaml:4: reference: found a path from",
+        "allowed: the travel of the bench, 0 to 63 rad",
+    )
 
 
 def test_the_log_that_is_replayed_is_an_input(tmp_path: Path) -> None:
     rig = write_rig(tmp_path)
     shutil.copy(ROOT / "sample_logs/steps.csv", tmp_path)
-    rig["scenario"].write_text("format: scenario/1\nname: s\naxis: rotary\nreference: {log: steps.csv, channel: position}\n")
+    rig["scenario"].write_text(
+        "format: scenario/1\nname: s\naxis: rotary\nreference: {log: steps.csv, channel: position}\n"
+    )
     result = run(
         "simulate",
         rig["model"],
@@ -289,13 +408,27 @@ def test_every_key_of_a_scenario_is_in_the_help() -> None:
 
 
 def test_the_scenario_of_the_formats_page_is_one(tmp_path: Path) -> None:
-    """Its examples have every key; a replay and a test without a controller stand in place of the steps."""
-    page = (ROOT / "docs/formats.md").read_text().partition("### What a scenario plays")[2].partition("\n### ")[0]
-    whole, replay, torques, given, spread = (block.partition("\n```")[0] for block in page.split("```yaml\n")[1:])
-    example, other, played = tmp_path / "example.yaml", tmp_path / "replay.yaml", tmp_path / "torques.yaml"
+    """Its examples have every key; a replay and a test without a controller stand in place of the
+    steps."""
+    page = (
+        (ROOT / "docs/formats.md")
+        .read_text()
+        .partition("### What a scenario plays")[2]
+        .partition("\n### ")[0]
+    )
+    whole, replay, torques, given, spread = (
+        block.partition("\n```")[0] for block in page.split("```yaml\n")[1:]
+    )
+    example, other, played = (
+        tmp_path / "example.yaml",
+        tmp_path / "replay.yaml",
+        tmp_path / "torques.yaml",
+    )
     example.write_text(whole)
     varied = tmp_path / "varied.yaml"
-    varied.write_text(f"{whole}\n{given}\n{spread}".replace("variants: random", "").replace("plants: 1000", ""))
+    varied.write_text(
+        f"{whole}\n{given}\n{spread}".replace("variants: random", "").replace("plants: 1000", "")
+    )
     other.write_text("format: scenario/1\nname: replay\naxis: rotary\n" + replay)
     played.write_text("format: scenario/1\nname: torques\naxis: rotary\n" + torques)
     found = load(example, Scenario)
@@ -305,8 +438,15 @@ def test_the_scenario_of_the_formats_page_is_one(tmp_path: Path) -> None:
     assert drawn.given["coulomb"].value == 0.1
     assert all(f"\n  {name}:" in spread for name in Spread.__struct_fields__)
     assert drawn.spread.parameters["coulomb"].high == 60.0
-    assert {fault.kind for fault in drawn.spread.sensor_faults} == {fault.kind for fault in found.sensor_faults}
-    assert [signal.kind for signal in load(played, Scenario).sources["motor"]] == ["step", "pulse", "ramp", "sine"]
+    assert {fault.kind for fault in drawn.spread.sensor_faults} == {
+        fault.kind for fault in found.sensor_faults
+    }
+    assert [signal.kind for signal in load(played, Scenario).sources["motor"]] == [
+        "step",
+        "pulse",
+        "ramp",
+        "sine",
+    ]
     assert len(found.steps) == 4
     assert {fault.kind for fault in found.sensor_faults} == {
         "lost_counts",

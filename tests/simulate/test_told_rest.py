@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.cli.simulate_told import _rests
+from frictool.cli.simulate_summary import _rests
 
 
 def test_what_rounding_leaves_of_an_oscillation_is_rest() -> None:

@@ -1,4 +1,5 @@
-"""Plants drawn at random: from the bench's ranges, the same for a seed however many, and what their friction map is."""
+"""Plants drawn at random: from the bench's ranges, the same for a seed however many, and what their
+friction map is."""
 
 from __future__ import annotations
 
@@ -13,24 +14,33 @@ from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.errors import FrictoolError
 from frictool.plant.polytope import PARAMETERS, intervals, polytope, ranges
-from frictool.simulate.variants import Variant, parameters_of, variants_of
+from frictool.simulate.axis_variants import AxisVariant, parameters_of, variants_of
 from tests.simulate.example import scenario
 from tests.synth.example import ROOT, clutch_model
 
-TABLE_5_2 = {"inertia": (1.11e-5, 1.53e-5), "viscous": (0.0, 7.62e-4), "coulomb": (0.018, 0.180), "constant": (12.8e-3, 14.0e-3)}
+TABLE_5_2 = {
+    "inertia": (1.11e-5, 1.53e-5),
+    "viscous": (0.0, 7.62e-4),
+    "coulomb": (0.018, 0.180),
+    "constant": (12.8e-3, 14.0e-3),
+}
 
 
 def nonlinear() -> Model:
     return load(ROOT / "configs/clutch/nonlinear.yaml", Model)
 
 
-def drawn(plants: int, seed: int = 1, model: Model | None = None) -> list[Variant]:
-    return variants_of(model or clutch_model(), scenario(variants="random", plants=plants, seed=seed))
+def drawn(plants: int, seed: int = 1, model: Model | None = None) -> list[AxisVariant]:
+    return variants_of(
+        model or clutch_model(), scenario(variants="random", plants=plants, seed=seed)
+    )
 
 
 def test_plants_fill_the_ranges_of_the_bench_independently() -> None:
     assert ranges(nonlinear()) == ranges(clutch_model()) == TABLE_5_2
-    values = np.array([[variant.values[name] for name in PARAMETERS] for variant in drawn(1000)[1:]])
+    values = np.array(
+        [[variant.values[name] for name in PARAMETERS] for variant in drawn(1000)[1:]]
+    )
     lows, highs = (np.array([TABLE_5_2[name][side] for name in PARAMETERS]) for side in (0, 1))
     parts = (values - lows) / (highs - lows)
     assert parts.min() >= 0.0
@@ -59,19 +69,30 @@ def test_a_plant_has_what_was_drawn_and_the_map_scaled_to_it() -> None:
     arrays = [variant.axis.as_array() for variant in drawn(20, model=today)]
     places = (np.arange(630) + 0.5) * 0.1
     for variant, array in zip(drawn(20, model=today)[1:], arrays[1:], strict=True):
-        assert (variant.axis.inertia, variant.axis.constant) == (variant.values["inertia"], variant.values["constant"])
+        assert (variant.axis.inertia, variant.axis.constant) == (
+            variant.values["inertia"],
+            variant.values["constant"],
+        )
         mean = np.mean([coulomb_at(array, side, x) for side in (-1.0, 1.0) for x in places])
         assert mean == pytest.approx(variant.values["coulomb"], rel=1e-4)
-        assert breakaway_at(array, 1.0, 31.0, 0.0) == pytest.approx(1.1 * coulomb_at(array, 1.0, 31.0), rel=1e-4)
+        assert breakaway_at(array, 1.0, 31.0, 0.0) == pytest.approx(
+            1.1 * coulomb_at(array, 1.0, 31.0), rel=1e-4
+        )
 
 
-def test_a_value_of_the_bench_without_a_range_widens_what_is_drawn_as_it_widens_what_is_certified() -> None:
+def test_a_value_of_the_bench_without_a_range_widens_what_is_drawn_as_it_widens_what_is_certified() -> (
+    None
+):
     """Each direction's friction is in the range, which is that of the controller's vertices."""
     model = nonlinear()
     mechanics = msgspec.structs.replace(
-        model.bench.mechanics, coulomb=Quantity(value=0.1, unit="N m"), inertia=Quantity(value=2e-5, unit="kg m^2")
+        model.bench.mechanics,
+        coulomb=Quantity(value=0.1, unit="N m"),
+        inertia=Quantity(value=2e-5, unit="kg m^2"),
     )
-    bare = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, mechanics=mechanics))
+    bare = msgspec.structs.replace(
+        model, bench=msgspec.structs.replace(model.bench, mechanics=mechanics)
+    )
     found = parameters_of(bare)
     assert found["inertia"][:2] == (1.11e-5, 2e-5)
     assert {name: found[name][:2] for name in PARAMETERS} == ranges(bare)
@@ -86,20 +107,32 @@ def test_vertices_of_a_model_with_friction_by_direction_are_those_of_its_control
     weak = msgspec.structs.replace(model.parameters.coulomb, value=0.25, low=0.24, high=0.27)
     two = msgspec.structs.replace(model, laws=Laws(backward=Backward(coulomb=weak)))
     vertices = variants_of(two, scenario(variants="vertices"))[1:]
-    assert [one.values for one in vertices] == [{name: getattr(v, name) for name in PARAMETERS} for v in polytope(two).vertices]
+    assert [one.values for one in vertices] == [
+        {name: getattr(v, name) for name in PARAMETERS} for v in polytope(two).vertices
+    ]
     assert max(one.values["coulomb"] for one in vertices) == 0.27
 
 
 def test_no_range_to_draw_from_is_refused() -> None:
     model = clutch_model(coulomb=(0.1, 0.1, 0.1), constant=(0.0134, 0.0134, 0.0134))
     one = {
-        name: Quantity(value=getattr(model.parameters, name).value, unit=getattr(model.bench.mechanics, name).unit)
+        name: Quantity(
+            value=getattr(model.parameters, name).value,
+            unit=getattr(model.bench.mechanics, name).unit,
+        )
         for name in PARAMETERS[:3]
     }
-    bench = msgspec.structs.replace(model.bench, mechanics=msgspec.structs.replace(model.bench.mechanics, **one))
+    bench = msgspec.structs.replace(
+        model.bench, mechanics=msgspec.structs.replace(model.bench.mechanics, **one)
+    )
     fixed = {
-        name: msgspec.structs.replace(getattr(model.parameters, name), low=None, high=None) for name in ("inertia", "viscous", "coulomb")
+        name: msgspec.structs.replace(getattr(model.parameters, name), low=None, high=None)
+        for name in ("inertia", "viscous", "coulomb")
     }
-    bare = msgspec.structs.replace(model, bench=bench, parameters=msgspec.structs.replace(model.parameters, **fixed))
-    with pytest.raises(FrictoolError, match=r"model: variants: random draws from ranges.*give low and high"):
+    bare = msgspec.structs.replace(
+        model, bench=bench, parameters=msgspec.structs.replace(model.parameters, **fixed)
+    )
+    with pytest.raises(
+        FrictoolError, match=r"model: variants: random draws from ranges.*give low and high"
+    ):
         drawn(3, model=bare)

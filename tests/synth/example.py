@@ -16,11 +16,15 @@ ROOT = Path(__file__).parents[2]
 Triple = tuple[float, float, float]
 
 
-def clutch_model(*, coulomb: Triple = (0.018, 0.099, 0.180), constant: Triple = (12.8e-3, 13.4e-3, 14.0e-3)) -> Model:
+def clutch_model(
+    *, coulomb: Triple = (0.018, 0.099, 0.180), constant: Triple = (12.8e-3, 13.4e-3, 14.0e-3)
+) -> Model:
     """The clutch with its a-priori intervals; (low, value, high) of two of them may be given."""
     bench = load(ROOT / "configs/clutch/bench.yaml", Bench)
     k = Quantity(low=constant[0], value=constant[1], high=constant[2], unit="N m/A")
-    bench = msgspec.structs.replace(bench, actuator=msgspec.structs.replace(bench.actuator, constant=k))
+    bench = msgspec.structs.replace(
+        bench, actuator=msgspec.structs.replace(bench.actuator, constant=k)
+    )
 
     def estimate(low: float, value: float, high: float, unit: str) -> Estimate:
         return Estimate(value=value, low=low, high=high, unit=unit, source="bench")

@@ -1,4 +1,5 @@
-"""The synthesised controller of the clutch: verified at every vertex, equal in all its stored forms, refused when it must be."""
+"""The synthesised controller of the clutch: verified at every vertex, equal in all its stored
+forms, refused when it must be."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from scipy import signal
 
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
-from frictool.documents.design_blocks import PositionLaw
+from frictool.documents.design_blocks import PositionLawDesign
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
@@ -19,7 +20,7 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
-from frictool.synth.design import design_controller, designed
+from frictool.synth.design import design_controller, synthesise_verified
 from frictool.verify.speed_loop import check_loop
 from tests.synth.example import ROOT, clutch_model
 
@@ -44,9 +45,13 @@ def test_margin_and_stability_at_all_sixteen_vertices_with_either_delay() -> Non
     controller = clutch_controller()
     assert len(controller.verified.vertices) == 16
     for vertex in controller.verified.vertices:
-        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
+        point = PlantPoint(
+            vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
+        )
         for stored in vertex.checks:
-            check = check_loop(Lti.of(controller.linear.discrete, 1e-3), point.rates, 0.003, stored.delay_samples)
+            check = check_loop(
+                Lti.of(controller.linear.discrete, 1e-3), point.rates, 0.003, stored.delay_samples
+            )
             assert check.stable
             assert check.modulus_margin == stored.modulus_margin
         assert {check.delay_samples for check in vertex.checks} >= {0, 1}
@@ -55,16 +60,30 @@ def test_margin_and_stability_at_all_sixteen_vertices_with_either_delay() -> Non
 
 def test_gamma_is_near_the_optimum_of_the_recipe() -> None:
     # the trial of this recipe: optimum 2.27, recentred at 1.1 times it
-    weights = msgspec.structs.replace(_design().weights, bandwidth_rad_s=40.0, modulus_margin=0.5, disturbance=0.03, command=0.5)
-    found = design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights, recentring=1.1), HERE)
+    weights = msgspec.structs.replace(
+        _design().weights, bandwidth_rad_s=40.0, modulus_margin=0.5, disturbance=0.03, command=0.5
+    )
+    found = design_controller(
+        clutch_model(),
+        _spec(),
+        msgspec.structs.replace(_design(), weights=weights, recentring=1.1),
+        HERE,
+    )
     assert found.verified.gamma_asked == pytest.approx(1.1 * 2.27, rel=0.01)
 
 
 def test_a_controller_at_ease_has_more_margin_and_claims_less() -> None:
-    weights = msgspec.structs.replace(_design().weights, bandwidth_rad_s=40.0, modulus_margin=0.5, disturbance=0.03, command=0.5)
+    weights = msgspec.structs.replace(
+        _design().weights, bandwidth_rad_s=40.0, modulus_margin=0.5, disturbance=0.03, command=0.5
+    )
     design = msgspec.structs.replace(_design(), weights=weights, recentring=1.1)
-    tight, easy = (design_controller(clutch_model(), _spec(), msgspec.structs.replace(design, ease=ease), HERE) for ease in (1.0, 2.0))
-    margins = [min(vertex.modulus_margin for vertex in found.verified.vertices) for found in (tight, easy)]
+    tight, easy = (
+        design_controller(clutch_model(), _spec(), msgspec.structs.replace(design, ease=ease), HERE)
+        for ease in (1.0, 2.0)
+    )
+    margins = [
+        min(vertex.modulus_margin for vertex in found.verified.vertices) for found in (tight, easy)
+    ]
     assert margins[1] > 0.6 > margins[0]
     assert easy.verified.gamma_asked == pytest.approx(2.0 * tight.verified.gamma_asked)
 
@@ -75,8 +94,12 @@ def test_every_stored_form_is_the_same_controller() -> None:
     direct = Lti.of(stored.discrete, 1e-3).response(angles / 1e-3)[:, 0, 0]
     _, sections = signal.sosfreqz(np.array(stored.sos), worN=angles)
     assert sections == pytest.approx(direct, rel=1e-6)
-    warped = 2.0 / 1e-3 * np.tan(0.5 * angles)  # Tustin maps the unit circle to this part of the imaginary axis
-    assert Lti.of(stored.continuous, 0.0).response(warped)[:, 0, 0] == pytest.approx(direct, rel=1e-6)
+    warped = (
+        2.0 / 1e-3 * np.tan(0.5 * angles)
+    )  # Tustin maps the unit circle to this part of the imaginary axis
+    assert Lti.of(stored.continuous, 0.0).response(warped)[:, 0, 0] == pytest.approx(
+        direct, rel=1e-6
+    )
 
 
 def test_the_anti_windup_observer_is_stable() -> None:
@@ -86,22 +109,34 @@ def test_the_anti_windup_observer_is_stable() -> None:
 
 
 def test_a_proportional_law_is_verified_with_the_loop_inside_it() -> None:
-    """Slow it costs little margin; as fast as the speed loop it is refused, and the vertex named."""
-    law = PositionLaw("none", kind="proportional", gain_per_s=5.0)
+    """Slow it costs little margin; as fast as the speed loop it is refused, and the vertex
+    named."""
+    law = PositionLawDesign("none", kind="proportional", gain_per_s=5.0)
     design = msgspec.structs.replace(_design(), position_law=law)
     slow = design_controller(clutch_model(), _spec(), design, HERE)
-    assert slow.verified.vertices[0].modulus_margin < clutch_controller().verified.vertices[0].modulus_margin
-    certain = designed(pinned(clutch_model(constant=(13.4e-3,) * 3)), _spec(), design, HERE)
+    assert (
+        slow.verified.vertices[0].modulus_margin
+        < clutch_controller().verified.vertices[0].modulus_margin
+    )
+    certain = synthesise_verified(
+        pinned(clutch_model(constant=(13.4e-3,) * 3)), _spec(), design, HERE
+    )
     assert any("proportional law around it" in note for note in certain.notes)
     fast = msgspec.structs.replace(law, gain_per_s=60.0)
-    with pytest.raises(NoSolutionError, match=r"(modulus margin 0\.\d+ < 0.5|unstable) at vertex v\d+"):
-        design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), position_law=fast), HERE)
+    with pytest.raises(
+        NoSolutionError, match=r"(modulus margin 0\.\d+ < 0.5|unstable) at vertex v\d+"
+    ):
+        design_controller(
+            clutch_model(), _spec(), msgspec.structs.replace(_design(), position_law=fast), HERE
+        )
 
 
 @pytest.mark.parametrize(("formula", "factor"), [("sqrt(F/J)", 1.0), ("sqrt(2F/J)", np.sqrt(2.0))])
 def test_the_gain_is_that_of_the_named_formula(formula: str, factor: float) -> None:
     law = msgspec.structs.replace(_design().position_law, formula=formula)
-    controller = design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), position_law=law), HERE)
+    controller = design_controller(
+        clutch_model(), _spec(), msgspec.structs.replace(_design(), position_law=law), HERE
+    )
     assert controller.position_law.gain == pytest.approx(factor * np.sqrt(0.099 / 1.32e-5))
     assert controller.position_law.formula == formula
 
@@ -109,8 +144,12 @@ def test_the_gain_is_that_of_the_named_formula(formula: str, factor: float) -> N
 def test_a_margin_that_is_not_reached_is_refused_and_the_vertex_named() -> None:
     spec = msgspec.structs.replace(_spec(), modulus_margin=0.9)
     weights = msgspec.structs.replace(_design().weights, modulus_margin=0.5)
-    with pytest.raises(NoSolutionError, match=r"modulus margin 0\.\d+ < 0.9 at vertex v\d+ .*inertia") as caught:
-        design_controller(clutch_model(), spec, msgspec.structs.replace(_design(), weights=weights), HERE)
+    with pytest.raises(
+        NoSolutionError, match=r"modulus margin 0\.\d+ < 0.9 at vertex v\d+ .*inertia"
+    ) as caught:
+        design_controller(
+            clutch_model(), spec, msgspec.structs.replace(_design(), weights=weights), HERE
+        )
     assert caught.value.exit_code == 4
 
 
@@ -126,28 +165,36 @@ def test_a_wide_polytope_has_no_controller() -> None:
 
 def test_a_bench_without_delay_gets_a_controller_too() -> None:
     model = clutch_model()
-    without = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, delay_samples=0))
+    without = msgspec.structs.replace(
+        model, bench=msgspec.structs.replace(model.bench, delay_samples=0)
+    )
     controller = design_controller(without, _spec(), _design(), HERE)
     assert controller.delay_samples == 0
     assert controller.linear.discrete.d == ((0.0,),)  # the register is the controller's own
-    assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in controller.verified.vertices)
+    assert all(
+        vertex.stable and vertex.modulus_margin >= 0.5 for vertex in controller.verified.vertices
+    )
     # with the register outside, it is the loop of the bench with one sample of delay
     pairs = zip(controller.verified.vertices, clutch_controller().verified.vertices, strict=True)
     assert all(a.modulus_margin == pytest.approx(b.modulus_margin, rel=1e-6) for a, b in pairs)
 
 
 def test_weights_at_the_edge_of_the_numbers_give_nothing_that_is_not_verified() -> None:
-    """The last weight is at the edge: whether the solver comes to an end depends on the processor's rounding. The others are solved."""
+    """The last weight is at the edge: whether the solver comes to an end depends on the processor's
+    rounding. The others are solved."""
     solved = 0
     for drive in (0.5, 0.6, 0.5e6):
         weights = msgspec.structs.replace(_design().weights, drive=drive)
         try:
-            found = design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights), HERE).verified
+            found = design_controller(
+                clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights), HERE
+            ).verified
         except NoSolutionError:
             continue
         solved += 1
         assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in found.vertices)
-        # a frozen controller is not promised gamma at every vertex, but with this weight only the plant's own answer counts
+        # a frozen controller is not promised gamma at every vertex, but with this weight only the
+        # plant's own answer counts
         assert drive < 1e3 or all(vertex.norm <= found.gamma_asked for vertex in found.vertices)
     assert solved >= 2
 
@@ -156,40 +203,61 @@ def test_weights_at_the_edge_of_the_numbers_give_nothing_that_is_not_verified() 
 def test_absurd_weights_are_refused_and_not_a_traceback(factor: float) -> None:
     weights = msgspec.structs.replace(_design().weights, drive=0.5 * factor)
     with pytest.raises(NoSolutionError):
-        design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights), HERE)
+        design_controller(
+            clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights), HERE
+        )
 
 
 def test_a_specification_without_margin_is_a_fault_of_the_documents() -> None:
     spec = msgspec.structs.replace(_spec(), modulus_margin=None)
     weights = msgspec.structs.replace(_design().weights, modulus_margin=None)
     with pytest.raises(FrictoolError, match="modulus_margin: missing") as caught:
-        design_controller(clutch_model(), spec, msgspec.structs.replace(_design(), weights=weights), HERE)
+        design_controller(
+            clutch_model(), spec, msgspec.structs.replace(_design(), weights=weights), HERE
+        )
     assert caught.value.exit_code == 3
 
 
 @pytest.mark.parametrize("frequency", [3141.6, 1e5])
 def test_a_prewarping_frequency_that_sampling_does_not_reach_is_refused(frequency: float) -> None:
     design = msgspec.structs.replace(_design(), domain="continuous", prewarp_rad_s=frequency)
-    with pytest.raises(FrictoolError, match=r"prewarp_rad_s: found .* allowed: below half the sampling frequency .* 3141.59 rad/s"):
+    with pytest.raises(
+        FrictoolError,
+        match=r"prewarp_rad_s: found .* allowed: below half the sampling frequency .* 3141.59 rad/s",
+    ):
         design_controller(clutch_model(), _spec(), design, HERE)
 
 
 def test_a_plant_known_exactly_is_bounded_and_proved_as_any_other() -> None:
     certain = pinned(clutch_model(constant=(13.4e-3,) * 3))
-    found = designed(certain, _spec(), _design(), HERE).controller
+    found = synthesise_verified(certain, _spec(), _design(), HERE).controller
     assert len(found.verified.vertices) == 1
     robustness, norm = found.verified.robustness, found.verified.gamma_verified
     assert robustness is not None
-    assert [robustness.structured, robustness.parameter_dependent, robustness.common] == pytest.approx([norm] * 3, rel=5e-3)
+    assert [
+        robustness.structured,
+        robustness.parameter_dependent,
+        robustness.common,
+    ] == pytest.approx([norm] * 3, rel=5e-3)
     assert found.certificate is not None
     assert {bound.of for bound in found.certificate.bounds} == {"norm", "sensitivity"}
 
 
 def pinned(model: Model) -> Model:
-    """With the intervals of inertia and friction at their values, in the log's result and in the bench."""
+    """With the intervals of inertia and friction at their values, in the log's result and in the
+    bench."""
     replace, mechanics = msgspec.structs.replace, model.bench.mechanics
     at = {name: getattr(model.parameters, name) for name in ("inertia", "viscous", "coulomb")}
-    today = replace(model.parameters, **{name: replace(found, low=found.value, high=found.value) for name, found in at.items()})
+    today = replace(
+        model.parameters,
+        **{name: replace(found, low=found.value, high=found.value) for name, found in at.items()},
+    )
     beside = {name: getattr(mechanics, name) for name in at}
-    exact = replace(mechanics, **{name: replace(found, low=found.value, high=found.value) for name, found in beside.items()})
+    exact = replace(
+        mechanics,
+        **{
+            name: replace(found, low=found.value, high=found.value)
+            for name, found in beside.items()
+        },
+    )
     return replace(model, parameters=today, bench=replace(model.bench, mechanics=exact))

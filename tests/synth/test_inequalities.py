@@ -11,13 +11,15 @@ from frictool.documents.design import Design
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.synth.design import problem
-from frictool.synth.inequalities import slow_weight
+from frictool.synth.lmi_synthesis import slow_weight
 from tests.synth.example import ROOT, clutch_model
 
 
 def told(static_error: float) -> str:
     design = load(ROOT / "configs/clutch/designs/speed.yaml", Design)
-    slow = msgspec.structs.replace(design, weights=msgspec.structs.replace(design.weights, static_error=static_error))
+    slow = msgspec.structs.replace(
+        design, weights=msgspec.structs.replace(design.weights, static_error=static_error)
+    )
     return slow_weight(problem(clutch_model(), load(ROOT / "configs/clutch/spec.yaml", Spec), slow))
 
 
@@ -26,8 +28,13 @@ def test_a_weight_that_is_no_integrator_is_not_blamed() -> None:
 
 
 @pytest.mark.parametrize("static_error", [1e-3, 1e-5])
-def test_one_that_nearly_is_is_named_with_a_static_error_for_which_it_is_none(static_error: float) -> None:
-    found = re.search(r"a static error of (\S+) by a pole at .* try weights.static_error (\S+)$", told(static_error))
+def test_one_that_nearly_is_is_named_with_a_static_error_for_which_it_is_none(
+    static_error: float,
+) -> None:
+    found = re.search(
+        r"a static error of (\S+) by a pole at .* try weights.static_error (\S+)$",
+        told(static_error),
+    )
     assert found is not None
     assert float(found[1]) == pytest.approx(static_error, rel=0.05)
     assert told(float(found[2])) == ""

@@ -1,4 +1,5 @@
-"""Method lpv_grid on the clutch's speed loop: what it claims holds at its plants, and it asks no more than lpv."""
+"""Method lpv_grid on the clutch's speed loop: what it claims holds at its plants, and it asks no
+more than lpv."""
 
 from __future__ import annotations
 
@@ -14,16 +15,18 @@ from frictool.plant.polytope import PlantPoint
 from frictool.synth.design import problem
 from frictool.synth.lpv import lpv
 from frictool.synth.lpv_grid import lpv_grid
-from frictool.synth.problem import Problem
-from frictool.verify.norms import norm
+from frictool.synth.synthesis_problem import SynthesisProblem
+from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 
 
-def _problem(**changes: object) -> Problem:
-    design = msgspec.structs.replace(load(RIG / "designs/speed.yaml", Design), method="lpv_grid", **changes)
+def _problem(**changes: object) -> SynthesisProblem:
+    design = msgspec.structs.replace(
+        load(RIG / "designs/speed.yaml", Design), method="lpv_grid", **changes
+    )
     return problem(clutch_model(), load(RIG / "spec.yaml", Spec), design)
 
 
@@ -37,7 +40,9 @@ def test_it_asks_no_more_than_the_polytope_and_keeps_what_it_claims(domain: str)
     assert found.optimum <= polytopic.optimum * (1.0 + 2e-3)
     assert found.gamma == pytest.approx(posed.design.recentring * found.optimum)
     centre = posed.box.centre
-    plant = posed.plant(PlantPoint("frozen", centre.inertia, centre.viscous, 0.18, centre.constant).rates)
+    plant = posed.plant(
+        PlantPoint("frozen", centre.inertia, centre.viscous, 0.18, centre.constant).rates
+    )
     assert norm(plant.closed(found.designed))[0] <= 1.01 * found.gamma
     assert "viscous" in found.notes[0]
     assert "nothing is proved" in found.notes[0]
@@ -49,11 +54,18 @@ def test_the_frozen_controller_of_the_identified_plant_is_another_one() -> None:
     model = clutch_model(constant=(12.8e-3, 13.9e-3, 14.0e-3))
     design = msgspec.structs.replace(posed.design, frozen_at="identified")
     identified = lpv_grid(problem(model, posed.spec, design))
-    assert not np.allclose(identified.controller.response([30.0]), centre.controller.response([30.0]), rtol=1e-3)
+    assert not np.allclose(
+        identified.controller.response([30.0]), centre.controller.response([30.0]), rtol=1e-3
+    )
 
 
 def test_scheduled_controllers_keep_gamma_at_their_corners() -> None:
-    posed = _problem(schedule=("constant", "coulomb"), domain="continuous", scheduled=True, grid=Grid(speed_per_s=0.5))
+    posed = _problem(
+        schedule=("constant", "coulomb"),
+        domain="continuous",
+        scheduled=True,
+        grid=Grid(speed_per_s=0.5),
+    )
     found = lpv_grid(posed)
     assert found.gamma is not None
     assert found.over is not None

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frictool.lmi.hinf import minimise, scheduled
+from frictool.lmi.hinf_synthesis import minimise, vertex_controllers
 from frictool.plant.lti import tustin
-from frictool.plant.uncertain import uncertain_polytope
-from frictool.verify.norms import norm
+from frictool.plant.uncertainty_channel import uncertain_polytope
+from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
 from tests.synth.annex import annex_model
 from tests.synth.published import LAG, READINGS, annex_lft, annex_mixed, position
@@ -21,16 +21,20 @@ def test_annex_c_within_one_per_cent(name: str) -> None:
     assert minimise(annex_mixed(reading), 1.05).optimum == pytest.approx(reading.mixed, rel=0.01)
 
 
-@pytest.mark.parametrize(("disturbance", "drive", "known"), [(1.0, 1.26, 27.15), (0.1, 0.05, 0.912)])
+@pytest.mark.parametrize(
+    ("disturbance", "drive", "known"), [(1.0, 1.26, 27.15), (0.1, 0.05, 0.912)]
+)
 def test_position_within_one_per_cent(disturbance: float, drive: float, known: float) -> None:
-    assert minimise(position(20.0, disturbance, drive), 1.05).optimum == pytest.approx(known, rel=0.01)
+    assert minimise(position(20.0, disturbance, drive), 1.05).optimum == pytest.approx(
+        known, rel=0.01
+    )
 
 
 def test_the_annex_controllers_agree_below_1_khz_and_are_unstable_sampled() -> None:
     reading = READINGS["W4 = G4, W5 = 1, d = half-width of F_c"]
     plants = annex_mixed(reading)
     lyapunov = minimise(plants, 1.1)
-    slow, fast = scheduled(plants, lyapunov)
+    slow, fast = vertex_controllers(plants, lyapunov)
     frequencies = 2.0 * np.pi * np.geomspace(1e-2, 1e3, 300)
     assert np.max(np.abs(fast.response(frequencies) / slow.response(frequencies) - 1.0)) < 0.04
     _, uncertain = uncertain_polytope(annex_model(), ("regime",), reading.unit)

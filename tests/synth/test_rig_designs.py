@@ -1,4 +1,5 @@
-"""Every design of the clutch's rig synthesises; every one under refused/ is refused, for the reason that its first lines give."""
+"""Every design of the clutch's rig synthesises; every one under refused/ is refused, for the reason
+that its first lines give."""
 
 from __future__ import annotations
 
@@ -25,16 +26,29 @@ WHY = {
 QUICK = ("annex", "fast", "speed", "rst")  # `make accept` takes all of them
 
 
-@pytest.mark.parametrize("path", [RIG / f"designs/{name}.yaml" for name in QUICK], ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", [RIG / f"designs/{name}.yaml" for name in QUICK], ids=lambda path: path.stem
+)
 def test_what_is_offered_synthesises(path: Path) -> None:
-    controller = design_controller(clutch_model(), load(RIG / "spec.yaml", Spec), load(path, Design), Provenance("a test", "0"))
-    assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in controller.verified.vertices)
+    controller = design_controller(
+        clutch_model(), load(RIG / "spec.yaml", Spec), load(path, Design), Provenance("a test", "0")
+    )
+    assert all(
+        vertex.stable and vertex.modulus_margin >= 0.5 for vertex in controller.verified.vertices
+    )
 
 
-@pytest.mark.parametrize("path", sorted((RIG / "refused").glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", sorted((RIG / "refused").glob("*.yaml")), ids=lambda path: path.stem
+)
 def test_what_must_be_refused_is(path: Path) -> None:
     with pytest.raises(NoSolutionError, match=WHY[path.stem]):
-        design_controller(clutch_model(), load(RIG / "spec.yaml", Spec), load(path, Design), Provenance("a test", "0"))
+        design_controller(
+            clutch_model(),
+            load(RIG / "spec.yaml", Spec),
+            load(path, Design),
+            Provenance("a test", "0"),
+        )
 
 
 def test_every_refused_design_has_its_reason() -> None:

@@ -1,4 +1,5 @@
-"""What is claimed of the vertices has to hold inside the box: a plant there that is worse ends the synthesis."""
+"""What is claimed of the vertices has to hold inside the box: a plant there that is worse ends the
+synthesis."""
 
 from __future__ import annotations
 
@@ -13,22 +14,28 @@ from frictool.errors import NoSolutionError
 from frictool.synth import robustness as beyond
 from frictool.synth.design import problem
 from frictool.synth.lpv import lpv
-from frictool.verify import interior
-from frictool.verify.interior import Worst, searched
+from frictool.verify import interior_search
+from frictool.verify.interior_search import WorstPlant, searched
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 
 
-@pytest.mark.parametrize(("factor", "told"), [(1.02, "where .* is claimed"), (float("inf"), "unstable inside the box")])
-def test_a_worse_plant_inside_is_refused(factor: float, told: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    posed = problem(clutch_model(), load(RIG / "spec.yaml", Spec), load(RIG / "designs/speed.yaml", Design))
+@pytest.mark.parametrize(
+    ("factor", "told"), [(1.02, "where .* is claimed"), (float("inf"), "unstable inside the box")]
+)
+def test_a_worse_plant_inside_is_refused(
+    factor: float, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    posed = problem(
+        clutch_model(), load(RIG / "spec.yaml", Spec), load(RIG / "designs/speed.yaml", Design)
+    )
 
-    def worse(*given: object) -> Worst:
+    def worse(*given: object) -> WorstPlant:
         found = searched(*given)
         return replace(found, norm=factor * found.norm)
 
-    monkeypatch.setattr(interior, "searched", worse)
-    monkeypatch.setattr(interior, "POINTS", 4)
+    monkeypatch.setattr(interior_search, "searched", worse)
+    monkeypatch.setattr(interior_search, "POINTS", 4)
     with pytest.raises(NoSolutionError, match=told):
         beyond.robustness(posed, lpv(posed).controller)

@@ -1,4 +1,5 @@
-"""The scheduled controller: its weights are barycentric, and what is stored was verified between the corners too."""
+"""The scheduled controller: its weights are barycentric, and what is stored was verified between
+the corners too."""
 
 from __future__ import annotations
 
@@ -19,10 +20,10 @@ from frictool.documents.writing import to_yaml
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint, polytope
+from frictool.synth.controller_schedule import verified_schedule
 from frictool.synth.design import design_controller, problem
 from frictool.synth.methods import METHODS
-from frictool.synth.schedule import verified_schedule
-from frictool.verify.scheduled import at, weights
+from frictool.verify.scheduled_loop import interpolate_controller, weights
 from tests.synth.example import ROOT, clutch_model
 
 RIG, HERE = ROOT / "configs/clutch", Provenance("a test", "0")
@@ -32,7 +33,10 @@ SHARES = st.tuples(*[st.floats(0.0, 1.0)] * 4)
 def inside(share: tuple[float, ...]) -> PlantPoint:
     box = polytope(clutch_model()).vertices
     low, high = box[0], box[-1]
-    values = [getattr(low, n) + x * (getattr(high, n) - getattr(low, n)) for x, n in zip(share, NAMES, strict=True)]
+    values = [
+        getattr(low, n) + x * (getattr(high, n) - getattr(low, n))
+        for x, n in zip(share, NAMES, strict=True)
+    ]
     return PlantPoint("p", *values)
 
 
@@ -46,7 +50,9 @@ def test_the_weights_are_barycentric(share: tuple[float, ...]) -> None:
     assert np.all(alpha >= 0.0)
     assert np.sum(alpha) == pytest.approx(1.0)
     for name in NAMES:
-        assert alpha @ [getattr(corner, name) for corner in corners] == pytest.approx(getattr(point, name), rel=1e-9, abs=1e-12)
+        assert alpha @ [getattr(corner, name) for corner in corners] == pytest.approx(
+            getattr(point, name), rel=1e-9, abs=1e-12
+        )
 
 
 def test_outside_its_interval_a_parameter_counts_as_at_its_end() -> None:
@@ -59,8 +65,11 @@ def test_outside_its_interval_a_parameter_counts_as_at_its_end() -> None:
 @given(st.integers(0, 1000), st.integers(0, 3))
 def test_a_sum_with_one_weight_is_that_controller(seed: int, which: int) -> None:
     random = np.random.default_rng(seed)
-    controllers = [Lti(*(random.normal(size=shape) for shape in ((3, 3), (3, 1), (1, 3), (1, 1))), 1e-3) for _ in range(4)]
-    found = at(controllers, np.eye(4)[which])
+    controllers = [
+        Lti(*(random.normal(size=shape) for shape in ((3, 3), (3, 1), (1, 3), (1, 1))), 1e-3)
+        for _ in range(4)
+    ]
+    found = interpolate_controller(controllers, np.eye(4)[which])
     for part in "abcd":
         assert np.array_equal(getattr(found, part), getattr(controllers[which], part))
 
@@ -80,8 +89,12 @@ def test_a_schedule_that_misses_the_margin_is_refused() -> None:
     posed = problem(clutch_model(), spec, design)
     candidate = METHODS["lpv"](posed)
     with pytest.raises(NoSolutionError, match="the scheduled loop has a modulus margin"):
-        verified_schedule(replace(posed, spec=msgspec.structs.replace(spec, modulus_margin=0.9)), candidate)
-    runaway = replace(candidate, scheduled=tuple(replace(k, a=k.a + np.eye(k.order)) for k in candidate.scheduled))
+        verified_schedule(
+            replace(posed, spec=msgspec.structs.replace(spec, modulus_margin=0.9)), candidate
+        )
+    runaway = replace(
+        candidate, scheduled=tuple(replace(k, a=k.a + np.eye(k.order)) for k in candidate.scheduled)
+    )
     with pytest.raises(NoSolutionError, match="itself unstable"):
         verified_schedule(posed, runaway)
 
@@ -89,5 +102,8 @@ def test_a_schedule_that_misses_the_margin_is_refused() -> None:
 @pytest.mark.parametrize("change", [{"method": "minimax"}, {"order": 3}, {"schedule": ("regime",)}])
 def test_what_cannot_be_scheduled_is_said(change: dict[str, object]) -> None:
     design = load(RIG / "designs/speed.yaml", Design)
-    with pytest.raises((ValueError, FrictoolError), match=r"scheduled is (for methods lpv, lft_lpv, lpv_grid|without order)"):
+    with pytest.raises(
+        (ValueError, FrictoolError),
+        match=r"scheduled is (for methods lpv, lft_lpv, lpv_grid|without order)",
+    ):
         Design(**{**msgspec.structs.asdict(design), "scheduled": True, **change})

@@ -1,4 +1,5 @@
-"""What the parametrisation promises holds for every parameter: integrator, pole bound, damping, order; its derivatives are those of K."""
+"""What the parametrisation promises holds for every parameter: integrator, pole bound, damping,
+order; its derivatives are those of K."""
 
 from __future__ import annotations
 
@@ -52,7 +53,9 @@ def test_poles_are_where_they_must_be(structure: StructuredController, seed: int
     whole = np.ones(1)
     for factor in structure.factors(parameters):
         poles = np.roots(factor) * structure.around
-        assert np.all(np.abs(poles) <= structure.bound * (1.0 + 1e-6))  # a double pole is known to the square root of the rounding
+        assert np.all(
+            np.abs(poles) <= structure.bound * (1.0 + 1e-6)
+        )  # a double pole is known to the square root of the rounding
         assert np.all(-poles.real >= (LEAST_DAMPING - 1e-6) * np.abs(poles))
         whole = np.convolve(whole, factor)
     free = k if not structure.period else inverse_tustin(k)
@@ -69,7 +72,10 @@ def test_every_pair_of_poles_in_the_region_is_reached() -> None:
         [-100.0 + 900.0j, -100.0 - 900.0j],
         [-1400.0 + 1400.0j, -1400.0 - 1400.0j],
     ):
-        w, m = np.sqrt(np.prod(poles).real), -np.sum(poles).real / 2.0 / np.sqrt(np.prod(poles).real)
+        w, m = (
+            np.sqrt(np.prod(poles).real),
+            -np.sum(poles).real / 2.0 / np.sqrt(np.prod(poles).real),
+        )
         u = np.log(w / 2000.0)
         y = np.log(m / LEAST_DAMPING) / np.log(np.cosh(u) / LEAST_DAMPING)
         low, high = structure.limits()
@@ -83,7 +89,9 @@ def test_no_ringing_pole_where_the_bound_is_the_bilinear_one() -> None:
     """|s| <= 2/T maps onto Re z >= 0."""
     structure = StructuredController(3, False, True, 2.0 / PERIOD, 50.0, 1.0, PERIOD)
     for seed in range(50):
-        assert np.all(np.linalg.eigvals(structure.system(_parameters(structure, seed)).a).real > -1e-4)
+        assert np.all(
+            np.linalg.eigvals(structure.system(_parameters(structure, seed)).a).real > -1e-4
+        )
 
 
 @given(structure=structures, seed=seeds)
@@ -92,7 +100,9 @@ def test_the_state_space_is_the_formula(structure: StructuredController, seed: i
     parameters = _parameters(structure, seed)
     w = np.geomspace(0.1, 0.999 * np.pi / PERIOD, 40)
     formula, _ = structure.response(parameters, structure.points(w))
-    assert structure.system(parameters).response(w)[:, 0, 0] == pytest.approx(formula, rel=1e-6, abs=1e-9 * np.max(np.abs(formula)))
+    assert structure.system(parameters).response(w)[:, 0, 0] == pytest.approx(
+        formula, rel=1e-6, abs=1e-9 * np.max(np.abs(formula))
+    )
 
 
 @given(structure=structures, seed=seeds)
@@ -112,8 +122,13 @@ def test_derivatives_are_those_of_the_response(structure: StructuredController, 
     _, derivatives = structure.response(parameters, s)
     for j in range(structure.size):
         step = 1e-6 * np.eye(structure.size)[j]
-        difference = (structure.response(parameters + step, s)[0] - structure.response(parameters - step, s)[0]) / 2e-6
-        scale = np.max(np.abs(derivatives[:, j])) + 1e-3 * np.max(np.abs(structure.response(parameters, s)[0]))
+        difference = (
+            structure.response(parameters + step, s)[0]
+            - structure.response(parameters - step, s)[0]
+        ) / 2e-6
+        scale = np.max(np.abs(derivatives[:, j])) + 1e-3 * np.max(
+            np.abs(structure.response(parameters, s)[0])
+        )
         assert np.max(np.abs(derivatives[:, j] - difference)) < 1e-5 * scale
 
 
@@ -130,4 +145,6 @@ def test_growing_changes_nothing(structure: StructuredController, seed: int, pla
     assert np.all(grown >= low - 1e-12)
     assert np.all(grown <= high + 1e-12)
     s = structure.points(np.geomspace(0.1, 3000.0, 30))
-    assert wider.response(grown, s)[0] == pytest.approx(structure.response(parameters, s)[0], rel=1e-9)
+    assert wider.response(grown, s)[0] == pytest.approx(
+        structure.response(parameters, s)[0], rel=1e-9
+    )

@@ -1,4 +1,5 @@
-"""docs/coverage.md: every file, test and figure that it names exists, and it names every table and figure that `make thesis` makes."""
+"""docs/coverage.md: every file, test and figure that it names exists, and it names every table and
+figure that `make thesis` makes."""
 
 from __future__ import annotations
 
@@ -58,13 +59,18 @@ def named(cell: str) -> list[str]:
 def reproduced() -> set[str]:
     """Tables and figures, of all rows."""
     cells = " ; ".join(row.reproduced for row in rows())
-    return {*re.findall(r"\b(?:table|section|annex)_\w+", cells), *re.findall(r"\b(?:\d|C)\.\d+", cells)}
+    return {
+        *re.findall(r"\b(?:table|section|annex)_\w+", cells),
+        *re.findall(r"\b(?:\d|C)\.\d+", cells),
+    }
 
 
 def test_the_table_is_that_of_the_thesis() -> None:
     assert len(rows()) >= 48
     assert len({(row.section, row.system) for row in rows()}) == len(rows())
-    assert {chapter_of(row.section.replace("annex C", "annex_c")) for row in rows()} >= set(CHAPTERS) - {"C"}
+    assert {chapter_of(row.section.replace("annex C", "annex_c")) for row in rows()} >= set(
+        CHAPTERS
+    ) - {"C"}
     assert {row.section for row in rows()} >= set(SECTIONS)
 
 
@@ -86,14 +92,27 @@ def test_what_is_reproduced_is_what_make_thesis_makes() -> None:
 
 
 def test_every_equation_has_its_system() -> None:
-    ranges = re.findall(r"\((\d)\.(\d+)\)(?:-\(\d\.(\d+)\))?", " ".join(row.equations for row in rows()))
-    covered = {f"{whole}.{part}" for whole, first, last in ranges for part in range(int(first), int(last or first) + 1)}
+    ranges = re.findall(
+        r"\((\d)\.(\d+)\)(?:-\(\d\.(\d+)\))?", " ".join(row.equations for row in rows())
+    )
+    covered = {
+        f"{whole}.{part}"
+        for whole, first, last in ranges
+        for part in range(int(first), int(last or first) + 1)
+    }
     assert [number for number in numbers(LAST_EQUATION) if number not in covered] == []
 
 
 def test_every_figure_and_table_is_made_anew_or_has_its_reason() -> None:
     made = reproduced()
     left = text_of(PAGE).split("## What is printed and not made anew\n")[1].split("\n## ")[0]
-    reasons = [named for line in left.splitlines() if line.startswith("|") for named in re.findall(r"[2-6C]\.\d+", line.split("|")[1])]
+    reasons = [
+        named
+        for line in left.splitlines()
+        if line.startswith("|")
+        for named in re.findall(r"[2-6C]\.\d+", line.split("|")[1])
+    ]
     assert sorted(reasons) == sorted(set(numbers(LAST_FIGURE)) - made)
-    assert [number for number in numbers(LAST_TABLE) if f"table_{number.replace('.', '_')}" not in made] == []
+    assert [
+        number for number in numbers(LAST_TABLE) if f"table_{number.replace('.', '_')}" not in made
+    ] == []

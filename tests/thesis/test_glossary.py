@@ -1,4 +1,5 @@
-"""docs/glossary.md: in alphabetical order, no term twice, every name of frictool's that it gives is one."""
+"""docs/glossary.md: in alphabetical order, no term twice, every name of frictool's that it gives is
+one."""
 
 from __future__ import annotations
 
@@ -23,7 +24,9 @@ def rows() -> list[list[str]]:
 def known() -> str:
     """Where a name can stand: the documents' schemas, and the program, in quotes."""
     schemas = [path.read_text() for path in sorted((ROOT / "docs/schemas").glob("*.json"))]
-    return "\n".join([*schemas, *(path.read_text() for path in sorted((ROOT / "frictool").rglob("*.py")))])
+    return "\n".join(
+        [*schemas, *(path.read_text() for path in sorted((ROOT / "frictool").rglob("*.py")))]
+    )
 
 
 def folded(term: str) -> str:
@@ -45,5 +48,9 @@ def test_a_term_has_its_english_its_section_and_names_that_exist(row: list[str])
     assert french
     assert english
     assert re.fullmatch(r"\d(\.\d){0,4}|annex [ABC]", section)
-    lost = [name for name in re.findall(r"`([^`]+)`", names) if f'"{name}"' not in known() and f"def {name}(" not in known()]
+    lost = [
+        name
+        for name in re.findall(r"`([^`]+)`", names)
+        if f'"{name}"' not in known() and f"def {name}(" not in known()
+    ]
     assert lost == []

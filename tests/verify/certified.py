@@ -1,4 +1,5 @@
-"""The `speed` and `fast` controllers of the clutch with a certificate, as `frictool synth` writes them."""
+"""The `speed` and `fast` controllers of the clutch with a certificate, as `frictool synth` writes
+them."""
 
 from __future__ import annotations
 
@@ -14,13 +15,13 @@ from frictool.documents.digests import with_digests
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
-from frictool.plant.box import enclosing
+from frictool.plant.parameter_box import enclosing_box
 from frictool.plant.polytope import polytope
-from frictool.synth.certificate import certify
+from frictool.synth.certificate_construction import certify
 from frictool.synth.design import design_controller
 from frictool.verify.certificate_document import certified_loop
-from frictool.verify.figures import loops_of
-from frictool.verify.interior import POINTS
+from frictool.verify.interior_search import POINTS
+from frictool.verify.loop_figures import loops_of
 from frictool.verify.vertices import vertex_points
 from tests.synth.example import ROOT, clutch_model
 
@@ -30,12 +31,20 @@ Named = Literal["speed", "fast"]
 
 @cache
 def certified(name: Named) -> Controller:
-    """The solver's bounds take a quarter of a minute and are left out; the certificate's bound is one too and stands for them."""
+    """The solver's bounds take a quarter of a minute and are left out; the certificate's bound is
+    one too and stands for them."""
     spec, design = load(RIG / "spec.yaml", Spec), load(RIG / f"designs/{name}.yaml", Design)
     found = design_controller(clutch_model(), spec, design, Provenance("a test", "0"))
     assert found.weights is not None
-    certificate = certify(certified_loop(found, found.weights), Box(**enclosing(polytope(clutch_model()).vertices)))
+    certificate = certify(
+        certified_loop(found, found.weights),
+        Box(**enclosing_box(polytope(clutch_model()).vertices)),
+    )
     bound = certificate.bounds[0].below
     inside = loops_of(found, vertex_points(found)).seen_inside()
-    verified = msgspec.structs.replace(found.verified, robustness=Robustness(POINTS, inside, bound, bound, bound))
-    return with_digests(msgspec.structs.replace(found, verified=verified, certificate=certificate, weights=None))
+    verified = msgspec.structs.replace(
+        found.verified, robustness=Robustness(POINTS, inside, bound, bound, bound)
+    )
+    return with_digests(
+        msgspec.structs.replace(found, verified=verified, certificate=certificate, weights=None)
+    )

@@ -1,7 +1,8 @@
 """Single edits of a controller document, as somebody makes them in an editor, and all of them.
 
-Each number times 1.5 and 0.5, each element of a list dropped or swapped with the next, each block's gain times 10, vertices removed, bounds
-deleted. Titles and the provenance are left alone: nothing is claimed of them.
+Each number times 1.5 and 0.5, each element of a list dropped or swapped with the next, each block's
+gain times 10, vertices removed, bounds deleted. Titles and the provenance are left alone: nothing
+is claimed of them.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ GAINS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Edit:
-    """label: what was edited, for the report of a test. document: the edited one, of dictionaries and lists."""
+    """label: what was edited, for the report of a test. document: the edited one, of dictionaries
+    and lists."""
 
     label: str
     document: dict[str, Any]
@@ -55,10 +57,18 @@ def _all(document: dict[str, Any]) -> Iterator[Edit]:
     for name, keys in GAINS.items():
         path = tuple(name.split("."))
         if _has(document, path):
-            yield Edit(f"{name} gain x10", _changed(document, path, lambda block, keys=keys: {**block, **_tenfold(block, keys)}))
+            yield Edit(
+                f"{name} gain x10",
+                _changed(
+                    document, path, lambda block, keys=keys: {**block, **_tenfold(block, keys)}
+                ),
+            )
     vertices = ("verified", "vertices")
     for kept in (0, 1, 8, 15):
-        yield Edit(f"verified.vertices first {kept} kept", _changed(document, vertices, lambda block, kept=kept: block[:kept]))
+        yield Edit(
+            f"verified.vertices first {kept} kept",
+            _changed(document, vertices, lambda block, kept=kept: block[:kept]),
+        )
     bounds = ("certificate", "bounds")
     yield Edit("certificate.bounds deleted", _changed(document, bounds, lambda _: []))
 
@@ -70,21 +80,36 @@ def _of(document: dict[str, Any], path: tuple[Any, ...]) -> Iterator[Edit]:
     if isinstance(value, (int, float)):
         for factor in (1.5, 0.5):
             if value:
-                yield Edit(f"{name} x{factor}", _changed(document, path, lambda number, factor=factor: _scaled(number, factor)))
+                yield Edit(
+                    f"{name} x{factor}",
+                    _changed(document, path, lambda number, factor=factor: _scaled(number, factor)),
+                )
     elif isinstance(value, dict):
         for key in value:
             yield from _of(document, (*path, key))
     elif isinstance(value, list):
         for index in range(len(value)):
-            yield Edit(f"{name} without {index}", _changed(document, path, lambda block, index=index: block[:index] + block[index + 1 :]))
+            yield Edit(
+                f"{name} without {index}",
+                _changed(
+                    document, path, lambda block, index=index: block[:index] + block[index + 1 :]
+                ),
+            )
             if index + 1 < len(value) and value[index] != value[index + 1]:
-                yield Edit(f"{name} {index} swapped", _changed(document, path, lambda block, index=index: _swapped(block, index)))
+                yield Edit(
+                    f"{name} {index} swapped",
+                    _changed(document, path, lambda block, index=index: _swapped(block, index)),
+                )
             yield from _of(document, (*path, index))
 
 
 def _scaled(number: float, factor: float) -> float:
     """A whole number stays one, so that a count is read and then judged."""
-    return round(number * factor) if isinstance(number, int) and round(number * factor) != number else number * factor
+    return (
+        round(number * factor)
+        if isinstance(number, int) and round(number * factor) != number
+        else number * factor
+    )
 
 
 def _swapped(block: list[Any], index: int) -> list[Any]:
@@ -113,7 +138,9 @@ def _has(document: Any, path: tuple[Any, ...]) -> bool:
     return True
 
 
-def _changed(document: dict[str, Any], path: tuple[Any, ...], change: Callable[[Any], Any]) -> dict[str, Any]:
+def _changed(
+    document: dict[str, Any], path: tuple[Any, ...], change: Callable[[Any], Any]
+) -> dict[str, Any]:
     found = copy.copy(document)
     if len(path) == 1:
         found[path[0]] = change(found[path[0]])
@@ -123,4 +150,6 @@ def _changed(document: dict[str, Any], path: tuple[Any, ...], change: Callable[[
 
 
 def _words(path: tuple[Any, ...]) -> str:
-    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).removeprefix(".")
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).removeprefix(
+        "."
+    )

@@ -15,20 +15,20 @@ from hypothesis import strategies as st
 from frictool.documents.certificate import Bound, Box, Cell, Certificate, CertifiedWeights, Filter
 from frictool.documents.controller import StateSpace
 from frictool.errors import NoSolutionError
-from frictool.plant.generalised import FirstOrder, Weights, generalised_plant
-from frictool.plant.linear_axis import Rates
+from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, generalised_plant
+from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti
-from frictool.synth.certificate import certify
-from frictool.verify.certificate import prove, unpacked
-from frictool.verify.certificate_loop import Loop, closed_loop
-from frictool.verify.enclosure import ONE
-from frictool.verify.enclosure_axis import corners
+from frictool.synth.certificate_construction import certify
+from frictool.verify.certificate_loop import CertificateLoop, closed_loop
+from frictool.verify.certificate_proof import prove, unpacked
+from frictool.verify.enclosed_axis import corners
+from frictool.verify.interval_arithmetic import ONE
 from frictool.verify.speed_loop import check_loop, performance
 from tests.verify.test_speed_loop import GENTLE, LAG, PERIOD
 
 WEIGHTS = CertifiedWeights(Filter(31.5, 40.0, 0.635), 0.03, 0.5, 0.5, Filter(0.01))
 BOX = Box((1.3e-5, 1.4e-5), (1e-4, 2e-4), (0.018, 0.18), (0.0130, 0.0134))
-LOOP = Loop(GENTLE.document(), "speed", 1, LAG, PERIOD, WEIGHTS)
+LOOP = CertificateLoop(GENTLE.document(), "speed", 1, LAG, PERIOD, WEIGHTS)
 
 
 @cache
@@ -36,41 +36,66 @@ def _certificate() -> Certificate:
     return certify(LOOP, BOX)
 
 
-def _first_order(stored: Filter) -> FirstOrder:
-    return FirstOrder(stored.gain, stored.zero or np.inf, stored.pole or np.inf)
+def _first_order(stored: Filter) -> FirstOrderWeight:
+    return FirstOrderWeight(stored.gain, stored.zero or np.inf, stored.pole or np.inf)
 
 
-def _float_weights(stored: CertifiedWeights) -> Weights:
+def _float_weights(stored: CertifiedWeights) -> PlantWeights:
     noise = _first_order(stored.noise)
-    return Weights(_first_order(stored.error), stored.disturbance, stored.drive, stored.command, noise, stored.eta)
+    return PlantWeights(
+        _first_order(stored.error),
+        stored.disturbance,
+        stored.drive,
+        stored.command,
+        noise,
+        stored.eta,
+    )
 
 
-def _changed(loop: Loop, change: object) -> Loop:
+def _changed(loop: CertificateLoop, change: object) -> CertificateLoop:
     """The loop with every coefficient c changed to change(c)."""
     k = loop.controller
-    parts = (tuple(tuple(change(value) for value in row) for row in matrix) for matrix in (k.a, k.b, k.c, k.d))
+    parts = (
+        tuple(tuple(change(value) for value in row) for row in matrix)
+        for matrix in (k.a, k.b, k.c, k.d)
+    )
     return replace(loop, controller=StateSpace(*parts))
 
 
 def _with_first(bound: Bound, **changes: object) -> Certificate:
     cells = (msgspec.structs.replace(bound.cells[0], **changes), *bound.cells[1:])
-    return msgspec.structs.replace(_certificate(), bounds=(msgspec.structs.replace(bound, cells=cells),))
+    return msgspec.structs.replace(
+        _certificate(), bounds=(msgspec.structs.replace(bound, cells=cells),)
+    )
 
 
 @pytest.mark.parametrize("controlled", ["speed", "position"])
 @pytest.mark.parametrize("lag", [0.0, LAG])
 @pytest.mark.parametrize("delay", [0, 1, 2])
-@pytest.mark.parametrize("noise", [Filter(0.0), Filter(0.01), Filter(0.01, 40.0, 400.0), Filter(0.01, None, 400.0)])
-def test_the_enclosed_loop_is_the_generalised_plant_closed(controlled: str, lag: float, delay: int, noise: Filter) -> None:
+@pytest.mark.parametrize(
+    "noise", [Filter(0.0), Filter(0.01), Filter(0.01, 40.0, 400.0), Filter(0.01, None, 400.0)]
+)
+def test_the_enclosed_loop_is_the_generalised_plant_closed(
+    controlled: str, lag: float, delay: int, noise: Filter
+) -> None:
     weights = CertifiedWeights(Filter(31.5, 40.0, 0.635), 0.03, 0.5, 0.2, noise, 0.1)
-    loop = Loop(GENTLE.document(), controlled, delay, lag, PERIOD, weights)
+    loop = CertificateLoop(GENTLE.document(), controlled, delay, lag, PERIOD, weights)
     narrow = Fraction(10), Fraction(10) + Fraction(1, 10**6)
-    enclosed, n = closed_loop(loop, corners((Fraction(900), Fraction(1000)), narrow, (Fraction(300), Fraction(400)), lag, PERIOD)[0])
+    enclosed, n = closed_loop(
+        loop,
+        corners(
+            (Fraction(900), Fraction(1000)), narrow, (Fraction(300), Fraction(400)), lag, PERIOD
+        )[0],
+    )
     whole = (enclosed.centre / ONE).astype(float)
     found = Lti(whole[:n, :n], whole[:n, n:], whole[n:, :n], whole[n:, n:], PERIOD)
-    plant = generalised_plant(controlled, Rates(900, 10, 300), lag, _float_weights(weights), PERIOD, delay)
+    plant = generalised_plant(
+        controlled, AxisRates(900, 10, 300), lag, _float_weights(weights), PERIOD, delay
+    )
     looks = np.array([1.0, 30.0, 300.0, 2500.0])
-    assert found.response(looks) == pytest.approx(plant.closed(GENTLE).response(looks), rel=1e-7, abs=1e-9)
+    assert found.response(looks) == pytest.approx(
+        plant.closed(GENTLE).response(looks), rel=1e-7, abs=1e-9
+    )
 
 
 def test_what_is_proved_is_close_to_what_is_seen() -> None:
@@ -80,8 +105,10 @@ def test_what_is_proved_is_close_to_what_is_seen() -> None:
     ends = [BOX.inertia, BOX.viscous, BOX.coulomb, BOX.constant]
     inside = np.array([random.uniform(*interval, 30) for interval in ends]).T
     for j, sigma, coulomb, k in np.vstack([np.array(np.meshgrid(*ends)).reshape(4, -1).T, inside]):
-        rates = Rates(k / j, sigma / j, coulomb / j)
-        norm = performance(GENTLE, generalised_plant("speed", rates, LAG, _float_weights(WEIGHTS), PERIOD, 1))
+        rates = AxisRates(k / j, sigma / j, coulomb / j)
+        norm = performance(
+            GENTLE, generalised_plant("speed", rates, LAG, _float_weights(WEIGHTS), PERIOD, 1)
+        )
         peak = 1.0 / check_loop(GENTLE, rates, LAG, 1).modulus_margin
         assert norm < proved["norm"]
         assert peak < proved["sensitivity"]
@@ -104,7 +131,10 @@ def test_a_coefficient_changed_by_a_fifth_fails_and_names_the_inequality(matrix:
     k = LOOP.controller
     larger = tuple(tuple(1.2 * value for value in row) for row in getattr(k, matrix))
     changed = replace(LOOP, controller=msgspec.structs.replace(k, **{matrix: larger}))
-    with pytest.raises(NoSolutionError, match=r"not proved: \w+ < .*minor \d+ of the bounded-real inequality .* is not positive for K/J"):
+    with pytest.raises(
+        NoSolutionError,
+        match=r"not proved: \w+ < .*minor \d+ of the bounded-real inequality .* is not positive for K/J",
+    ):
         prove(_certificate(), changed)
 
 
@@ -156,16 +186,30 @@ def test_matrices_that_were_tampered_with_fail() -> None:
         prove(_with_first(bound, at_high=" ".join([words[0], "9" * 12, *words[2:]])), LOOP)
     with pytest.raises(NoSolutionError, match="minor"):
         prove(_with_first(bound, at_low=" ".join(str(3 * int(word)) for word in words)), LOOP)
-    for text in ("", "1 2", first.at_low + " 1", first.at_low.replace(words[0], "x", 1), first.at_low.replace(words[0], "1" * 50, 1)):
+    for text in (
+        "",
+        "1 2",
+        first.at_low + " 1",
+        first.at_low.replace(words[0], "x", 1),
+        first.at_low.replace(words[0], "1" * 50, 1),
+    ):
         with pytest.raises(NoSolutionError, match=f"is not {n * (n + 1) // 2} whole numbers"):
             prove(_with_first(bound, at_low=text), LOOP)
     singular = ((0.0, *bound.factor[0][1:]), *bound.factor[1:])
     with pytest.raises(NoSolutionError, match="its diagonal has a zero"):
-        prove(msgspec.structs.replace(_certificate(), bounds=(msgspec.structs.replace(bound, factor=singular),)), LOOP)
+        prove(
+            msgspec.structs.replace(
+                _certificate(), bounds=(msgspec.structs.replace(bound, factor=singular),)
+            ),
+            LOOP,
+        )
 
 
 def test_another_number_of_states_is_told() -> None:
-    with pytest.raises(NoSolutionError, match=r"the certificate's matrices are of size \d+, the loop has \d+ states"):
+    with pytest.raises(
+        NoSolutionError,
+        match=r"the certificate's matrices are of size \d+, the loop has \d+ states",
+    ):
         prove(_certificate(), replace(LOOP, lag=0.0))
 
 
@@ -176,8 +220,10 @@ def test_benches_without_lag_or_delay_and_parameters_known_exactly(lag: float, d
     point = Box((1.32e-5, 1.32e-5), (0.0, 0.0), (0.099, 0.099), (0.0134, 0.0134))
     certificate = certify(loop, point)
     assert not certificate.not_proved
-    rates = Rates(0.0134 / 1.32e-5, 0.0, 0.099 / 1.32e-5)
-    norm = performance(GENTLE, generalised_plant("speed", rates, lag, _float_weights(WEIGHTS), PERIOD, delay))
+    rates = AxisRates(0.0134 / 1.32e-5, 0.0, 0.099 / 1.32e-5)
+    norm = performance(
+        GENTLE, generalised_plant("speed", rates, lag, _float_weights(WEIGHTS), PERIOD, delay)
+    )
     proved = prove(certificate, loop)
     assert proved[0].cells == 1
     assert norm < proved[0].below <= 1.02 * norm

@@ -1,4 +1,5 @@
-"""Which rectangles of rates hold plants of a box, how strong friction is in them, and whether cells cover them all."""
+"""Which rectangles of rates hold plants of a box, how strong friction is in them, and whether cells
+cover them all."""
 
 from __future__ import annotations
 
@@ -11,14 +12,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.documents.certificate import Box, Cell
-from frictool.verify.certificate_box import Interval, friction_rates, inverse_inertia, surroundings, uncovered
+from frictool.verify.certificate_box import (
+    Interval,
+    friction_rates,
+    inverse_inertia,
+    surroundings,
+    uncovered,
+)
 
 BOX = Box((1.11e-5, 1.53e-5), (-1e-4, 7.62e-4), (-0.05, 0.18), (12.8e-3, 14e-3))
 
 
 def _plants(box: Box, seed: int, count: int) -> np.ndarray:
     random = np.random.default_rng(seed)
-    return np.array([random.uniform(*interval, count) for interval in (box.inertia, box.viscous, box.coulomb, box.constant)]).T
+    return np.array(
+        [
+            random.uniform(*interval, count)
+            for interval in (box.inertia, box.viscous, box.coulomb, box.constant)
+        ]
+    ).T
 
 
 def _tiles(low: float, high: float, count: int) -> list[Interval]:
@@ -27,7 +39,9 @@ def _tiles(low: float, high: float, count: int) -> list[Interval]:
 
 
 def _covering(box: Box, across: int, along: int) -> list[Cell]:
-    (k_low, k_high), (s_low, s_high) = ((float(ends[0]), float(ends[1])) for ends in surroundings(box))
+    (k_low, k_high), (s_low, s_high) = (
+        (float(ends[0]), float(ends[1])) for ends in surroundings(box)
+    )
     cells = []
     for drive in _tiles(k_low - 1.0, k_high + 1.0, across):
         for viscous in _tiles(s_low - 1.0, s_high + 1.0, along):
@@ -39,15 +53,24 @@ def _covering(box: Box, across: int, along: int) -> list[Cell]:
 
 @given(seed=st.integers(0, 10**6), across=st.integers(1, 9), along=st.integers(1, 9))
 @settings(max_examples=25, deadline=None)
-def test_every_plant_is_in_a_rectangle_that_is_not_empty_and_its_friction_within_the_line(seed: int, across: int, along: int) -> None:
+def test_every_plant_is_in_a_rectangle_that_is_not_empty_and_its_friction_within_the_line(
+    seed: int, across: int, along: int
+) -> None:
     cells = _covering(BOX, across, along)
     assert uncovered(BOX, cells) is None
     for j, sigma, coulomb, constant in _plants(BOX, seed, 40):
         k, s = constant / j, sigma / j
-        inside = [c for c in cells if c.drive_rate[0] <= k <= c.drive_rate[1] and c.viscous_rate[0] <= s <= c.viscous_rate[1]]
+        inside = [
+            c
+            for c in cells
+            if c.drive_rate[0] <= k <= c.drive_rate[1]
+            and c.viscous_rate[0] <= s <= c.viscous_rate[1]
+        ]
         assert inside
         for cell in inside:
-            rates = tuple(tuple(map(Fraction, ends)) for ends in (cell.drive_rate, cell.viscous_rate))
+            rates = tuple(
+                tuple(map(Fraction, ends)) for ends in (cell.drive_rate, cell.viscous_rate)
+            )
             low, high = inverse_inertia(BOX, *rates)
             assert float(low) * (1.0 - 1e-12) <= 1.0 / j <= float(high) * (1.0 + 1e-12)
             place = (k - cell.drive_rate[0]) / (cell.drive_rate[1] - cell.drive_rate[0])
@@ -78,8 +101,17 @@ def test_one_cell_less_leaves_plants_uncovered(removed: int) -> None:
 
 def test_a_wider_box_is_not_covered() -> None:
     cells = _covering(BOX, 3, 3)
-    for name, wider in (("inertia", (1.0e-5, 1.53e-5)), ("viscous", (-1e-4, 9e-4)), ("constant", (12.0e-3, 14e-3))):
-        box = Box(**{**{key: getattr(BOX, key) for key in ("inertia", "viscous", "coulomb", "constant")}, name: wider})
+    for name, wider in (
+        ("inertia", (1.0e-5, 1.53e-5)),
+        ("viscous", (-1e-4, 9e-4)),
+        ("constant", (12.0e-3, 14e-3)),
+    ):
+        box = Box(
+            **{
+                **{key: getattr(BOX, key) for key in ("inertia", "viscous", "coulomb", "constant")},
+                name: wider,
+            }
+        )
         assert uncovered(box, cells) is not None
 
 
@@ -91,9 +123,19 @@ def test_parameters_that_are_known_exactly() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"), [({"inertia": (0.0, 1.0)}, "inertia"), ({"viscous": (1.0, 0.0)}, "low <= high"), ({"constant": (1.0,)}, "constant")]
+    ("change", "told"),
+    [
+        ({"inertia": (0.0, 1.0)}, "inertia"),
+        ({"viscous": (1.0, 0.0)}, "low <= high"),
+        ({"constant": (1.0,)}, "constant"),
+    ],
 )
 def test_a_box_that_is_none_is_refused(change: dict[str, tuple[float, ...]], told: str) -> None:
-    whole = {"inertia": (1.0, 2.0), "viscous": (0.0, 1.0), "coulomb": (0.0, 1.0), "constant": (1.0, 2.0)}
+    whole = {
+        "inertia": (1.0, 2.0),
+        "viscous": (0.0, 1.0),
+        "coulomb": (0.0, 1.0),
+        "constant": (1.0, 2.0),
+    }
     with pytest.raises(ValueError, match=told):
         Box(**{**whole, **change})

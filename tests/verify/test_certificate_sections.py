@@ -1,4 +1,5 @@
-"""The certificate of a controller that runs as second-order sections is of those, coefficient by coefficient."""
+"""The certificate of a controller that runs as second-order sections is of those, coefficient by
+coefficient."""
 
 from __future__ import annotations
 
@@ -12,15 +13,15 @@ import pytest
 
 from frictool.documents.certificate import Certificate, CertifiedWeights, Filter
 from frictool.errors import NoSolutionError
-from frictool.plant.generalised import FirstOrder, Weights, generalised_plant
-from frictool.plant.linear_axis import Rates
+from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, generalised_plant
+from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti
-from frictool.synth.certificate import certify
-from frictool.verify.certificate import prove
-from frictool.verify.certificate_loop import Loop, closed_loop
-from frictool.verify.effective import chain
-from frictool.verify.enclosure import ONE
-from frictool.verify.enclosure_axis import corners
+from frictool.synth.certificate_construction import certify
+from frictool.verify.certificate_loop import CertificateLoop, closed_loop
+from frictool.verify.certificate_proof import prove
+from frictool.verify.enclosed_axis import corners
+from frictool.verify.feedback_loops import chain
+from frictool.verify.interval_arithmetic import ONE
 from tests.verify.test_certificate import BOX, LAG, LOOP, PERIOD, WEIGHTS
 from tests.verify.test_speed_loop import GENTLE
 
@@ -35,21 +36,37 @@ SECTIONS = (
 
 @pytest.mark.parametrize("lag", [0.0, LAG])
 @pytest.mark.parametrize("delay", [0, 1])
-def test_the_enclosed_loop_is_the_generalised_plant_closed_by_the_chain(lag: float, delay: int) -> None:
+def test_the_enclosed_loop_is_the_generalised_plant_closed_by_the_chain(
+    lag: float, delay: int
+) -> None:
     weights = CertifiedWeights(Filter(31.5, 40.0, 0.635), 0.03, 0.5, 0.2, Filter(0.01), 0.1)
-    loop = Loop(GENTLE.document(), "speed", delay, lag, PERIOD, weights, SECTIONS)
-    assert loop.inner == ["section 0.1", "section 0.2", "section 1.1", "section 2.1"]  # no state that nothing feeds
+    loop = CertificateLoop(GENTLE.document(), "speed", delay, lag, PERIOD, weights, SECTIONS)
+    assert loop.inner == [
+        "section 0.1",
+        "section 0.2",
+        "section 1.1",
+        "section 2.1",
+    ]  # no state that nothing feeds
     narrow = Fraction(10), Fraction(10) + Fraction(1, 10**6)
-    enclosed, n = closed_loop(loop, corners((Fraction(900), Fraction(1000)), narrow, (Fraction(300), Fraction(400)), lag, PERIOD)[0])
+    enclosed, n = closed_loop(
+        loop,
+        corners(
+            (Fraction(900), Fraction(1000)), narrow, (Fraction(300), Fraction(400)), lag, PERIOD
+        )[0],
+    )
     whole = (enclosed.centre / ONE).astype(float)
     found = Lti(whole[:n, :n], whole[:n, n:], whole[n:, :n], whole[n:, n:], PERIOD)
-    judged = Weights(FirstOrder(31.5, 40.0, 0.635), 0.03, 0.5, 0.2, FirstOrder(0.01), 0.1)
-    plant = generalised_plant("speed", Rates(900, 10, 300), lag, judged, PERIOD, delay)
+    judged = PlantWeights(
+        FirstOrderWeight(31.5, 40.0, 0.635), 0.03, 0.5, 0.2, FirstOrderWeight(0.01), 0.1
+    )
+    plant = generalised_plant("speed", AxisRates(900, 10, 300), lag, judged, PERIOD, delay)
     looks = np.array([1.0, 30.0, 300.0, 2500.0])
-    assert found.response(looks) == pytest.approx(plant.closed(chain(SECTIONS, PERIOD)).response(looks), rel=1e-7, abs=1e-9)
+    assert found.response(looks) == pytest.approx(
+        plant.closed(chain(SECTIONS, PERIOD)).response(looks), rel=1e-7, abs=1e-9
+    )
 
 
-def in_sections() -> Loop:
+def in_sections() -> CertificateLoop:
     """The loop of test_certificate.py, its controller of order 1 as one section."""
     (a,), (b,), (c,), (d,) = GENTLE.a.ravel(), GENTLE.b.ravel(), GENTLE.c.ravel(), GENTLE.d.ravel()
     return replace(LOOP, sections=((float(d), float(b * c - a * d), 0.0, 1.0, float(-a), 0.0),))

@@ -1,4 +1,5 @@
-"""A controller document that no longer is what was verified is refused, by whoever is to rely on it."""
+"""A controller document that no longer is what was verified is refused, by whoever is to rely on
+it."""
 
 from __future__ import annotations
 
@@ -17,21 +18,30 @@ from tests.synth.test_design import clutch_controller
 
 def _claiming(controller: Controller, margin: float) -> Controller:
     first = controller.verified.vertices[0]
-    vertices = (msgspec.structs.replace(first, modulus_margin=margin), *controller.verified.vertices[1:])
-    return msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, vertices=vertices))
+    vertices = (
+        msgspec.structs.replace(first, modulus_margin=margin),
+        *controller.verified.vertices[1:],
+    )
+    return msgspec.structs.replace(
+        controller, verified=msgspec.structs.replace(controller.verified, vertices=vertices)
+    )
 
 
 def _with_coefficient(controller: Controller, factor: float) -> Controller:
     speed, ((d,),) = controller.linear, controller.linear.discrete.d
     discrete = msgspec.structs.replace(speed.discrete, d=((d * factor,),))
-    return msgspec.structs.replace(controller, linear=msgspec.structs.replace(speed, discrete=discrete))
+    return msgspec.structs.replace(
+        controller, linear=msgspec.structs.replace(speed, discrete=discrete)
+    )
 
 
 def test_what_was_verified_passes() -> None:
     recheck(clutch_controller())
 
 
-@pytest.mark.parametrize("changed", [lambda c: _claiming(c, 0.99), lambda c: _with_coefficient(c, 1.05)])
+@pytest.mark.parametrize(
+    "changed", [lambda c: _claiming(c, 0.99), lambda c: _with_coefficient(c, 1.05)]
+)
 def test_a_margin_that_the_coefficients_do_not_give_is_refused(changed: object) -> None:
     with pytest.raises(NoSolutionError, match=r"vertex v01 .* margin of 0\.\d+"):
         recheck(changed(clutch_controller()))
@@ -44,13 +54,22 @@ def test_an_unstable_loop_is_refused() -> None:
 
 def test_a_controller_without_vertices_is_refused() -> None:
     controller = clutch_controller()
-    empty = msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, vertices=()))
+    empty = msgspec.structs.replace(
+        controller, verified=msgspec.structs.replace(controller.verified, vertices=())
+    )
     with pytest.raises(NoSolutionError, match="names no vertex"):
         recheck(empty)
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("axis", "linear"), ("drive", "voltage"), ("sample_period_s", 0.0011), ("delay_samples", 0), ("delay_samples", 2)]
+    ("key", "value"),
+    [
+        ("axis", "linear"),
+        ("drive", "voltage"),
+        ("sample_period_s", 0.0011),
+        ("delay_samples", 0),
+        ("delay_samples", 2),
+    ],
 )
 def test_a_document_that_is_not_of_its_bench_is_refused(key: str, value: object) -> None:
     with pytest.raises(NoSolutionError, match=f"{key}: found {value}, but its bench has"):

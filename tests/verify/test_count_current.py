@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from frictool.plant.lti import Lti
-from frictool.verify.count_current import HORIZON, count_current
+from frictool.verify.encoder_count_drive import HORIZON, count_current
 
 
 def of(zero: float, pole: float, period: float = 1e-3) -> Lti:
@@ -17,7 +17,9 @@ def of(zero: float, pole: float, period: float = 1e-3) -> Lti:
 
 
 def test_a_gain_asks_for_itself_at_once() -> None:
-    assert count_current(Lti(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.array([[-30.0]]), 1e-3), 0.1) == pytest.approx(3.0)
+    assert count_current(
+        Lti(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.array([[-30.0]]), 1e-3), 0.1
+    ) == pytest.approx(3.0)
 
 
 def test_a_response_that_peaks_later_counts_with_its_peak() -> None:

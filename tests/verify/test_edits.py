@@ -1,7 +1,7 @@
 """No edit of a controller document passes `verify` in silence.
 
-Edits of a block with a digest are seen by it. Edits of the figures under `verified`, and edits whose author makes the digests anew, are
-seen because everything is computed again.
+Edits of a block with a digest are seen by it. Edits of the figures under `verified`, and edits
+whose author makes the digests anew, are seen because everything is computed again.
 """
 
 from __future__ import annotations
@@ -21,16 +21,18 @@ from frictool.documents.controller import Controller, DelayCheck
 from frictool.documents.digests import GIVEN, SOLVED, changed_blocks, with_digests
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
-from frictool.verify import controller as controller_checks
+from frictool.verify import document_check as controller_checks
 from frictool.verify import recheck
-from frictool.verify.certificate import Proved
-from frictool.verify.figures import LinearLoops
+from frictool.verify.certificate_proof import ProvedBound
+from frictool.verify.loop_figures import LinearLoops
 from tests.cli.run import refused, run
 from tests.verify.certified import Named, certified
 from tests.verify.edits import Edit, edits
 
 SEED = 20261123
-DRAWN = 24  # edits of the vertices' figures, of which there are half a thousand, and of those that are judged with new digests
+# edits of the vertices' figures, of which there are half a thousand, and of those that are judged
+# with new digests
+DRAWN = 24
 LEAST = 132
 BOTH: tuple[Named, ...] = ("speed", "fast")
 
@@ -56,12 +58,13 @@ def _silent(document: Controller) -> bool:
 
 @pytest.fixture(scope="module", autouse=True)
 def _figures_once() -> Iterator[None]:
-    """Figures and proofs that an edit does not reach are computed once for all tests: each is kept by everything that it is computed of."""
-    proofs: list[tuple[Controller, tuple[Proved, ...]]] = []
+    """Figures and proofs that an edit does not reach are computed once for all tests: each is kept
+    by everything that it is computed of."""
+    proofs: list[tuple[Controller, tuple[ProvedBound, ...]]] = []
     checks: dict[bytes, tuple[DelayCheck, ...]] = {}
     prove, check = recheck.prove_document, controller_checks.loop_checks
 
-    def proved_once(controller: Controller, certificate: Certificate) -> tuple[Proved, ...]:
+    def proved_once(controller: Controller, certificate: Certificate) -> tuple[ProvedBound, ...]:
         for known, proved in proofs:
             if msgspec.structs.replace(controller, verified=known.verified) == known:
                 return proved
@@ -92,7 +95,11 @@ def test_every_edit_of_a_block_is_seen(name: Named) -> None:
     counted = [edit for edit in _edits(name) if edit.block != "verified"]
     documents = {edit.label: _read(edit) for edit in counted}
     assert len(documents) >= LEAST
-    assert [label for label, document in documents.items() if document is not None and not changed_blocks(document)] == []
+    assert [
+        label
+        for label, document in documents.items()
+        if document is not None and not changed_blocks(document)
+    ] == []
     read = [edit for edit in counted if documents[edit.label] is not None]
     named = [changed_blocks(document)[0] for document in documents.values() if document is not None]
     header = ("sample_period_s", "delay_samples", "drive_limit")
@@ -103,27 +110,60 @@ def test_every_edit_of_a_block_is_seen(name: Named) -> None:
 def test_every_edit_of_a_figure_is_seen(name: Named) -> None:
     counted = [edit for edit in _edits(name) if edit.block == "verified"]
     drawn = np.random.default_rng(SEED).choice(len(counted), DRAWN, replace=False)
-    kept = {edit.label: edit for edit in counted if "vertices" not in edit.label} | {counted[k].label: counted[k] for k in drawn}
+    kept = {edit.label: edit for edit in counted if "vertices" not in edit.label} | {
+        counted[k].label: counted[k] for k in drawn
+    }
     assert len(kept) >= 50
-    assert [label for label, edit in kept.items() if (document := _read(edit)) is not None and _silent(document)] == []
+    assert [
+        label
+        for label, edit in kept.items()
+        if (document := _read(edit)) is not None and _silent(document)
+    ] == []
 
 
 def _true_anew(label: str) -> bool:
-    """Return whether the document with new digests claims nothing false: a requirement, a solver's bound, or a weaker bound."""
+    """Return whether the document with new digests claims nothing false: a requirement, a solver's
+    bound, or a weaker bound."""
     key, _, change = label.partition(" ")
     last = key.rpartition(".")[2]
-    return last in GIVEN or (last in SOLVED and change == "x1.5") or (last == "below" and change == "x1.5")
+    return (
+        last in GIVEN
+        or (last in SOLVED and change == "x1.5")
+        or (last == "below" and change == "x1.5")
+    )
 
 
 @pytest.mark.parametrize("name", BOTH)
 def test_edits_with_new_digests_are_seen_by_what_is_computed(name: Named) -> None:
-    """The box, the bounds and their weights, the vertices, the bench's intervals and the figures do not rest on digests."""
-    stated = ("certificate.box", "certificate.weights", "certificate.bounds deleted", "certificate.bounds without", "verified")
-    measured = ("sample_period_s", "delay_samples", "drive_limit", "bench.actuator.loop", "bench.encoder", "bench.actuator.limit.value")
-    counted = [edit for edit in _edits(name) if edit.label.startswith((*stated, *measured)) and not _true_anew(edit.label)]
+    """The box, the bounds and their weights, the vertices, the bench's intervals and the figures do
+    not rest on digests."""
+    stated = (
+        "certificate.box",
+        "certificate.weights",
+        "certificate.bounds deleted",
+        "certificate.bounds without",
+        "verified",
+    )
+    measured = (
+        "sample_period_s",
+        "delay_samples",
+        "drive_limit",
+        "bench.actuator.loop",
+        "bench.encoder",
+        "bench.actuator.limit.value",
+    )
+    counted = [
+        edit
+        for edit in _edits(name)
+        if edit.label.startswith((*stated, *measured)) and not _true_anew(edit.label)
+    ]
     documents = {edit.label: document for edit in counted if (document := _read(edit)) is not None}
     drawn = np.random.default_rng(SEED + 1).choice(sorted(documents), DRAWN // 2, replace=False)
-    at_least = ("certificate.box.inertia[1] x1.5", "certificate.bounds without 1", "certificate.weights.disturbance x0.5")
+    at_least = (
+        "certificate.box.inertia[1] x1.5",
+        "certificate.bounds without 1",
+        "certificate.weights.disturbance x0.5",
+    )
     assert [label for label in {*drawn, *at_least} if _silent(with_digests(documents[label]))] == []
 
 
@@ -131,42 +171,77 @@ def test_a_box_of_one_vertex_is_refused_whatever_its_digests_say() -> None:
     controller = certified("speed")
     first = controller.verified.vertices[0]
     assert controller.certificate is not None
-    one = {name: (getattr(first, name),) * 2 for name in ("inertia", "viscous", "coulomb", "constant")}
-    certificate = msgspec.structs.replace(controller.certificate, box=type(controller.certificate.box)(**one))
-    verified = msgspec.structs.replace(controller.verified, vertices=(first,), gamma_verified=first.sampled_norm)
-    shrunk = with_digests(msgspec.structs.replace(controller, certificate=certificate, verified=verified))
+    one = {
+        name: (getattr(first, name),) * 2 for name in ("inertia", "viscous", "coulomb", "constant")
+    }
+    certificate = msgspec.structs.replace(
+        controller.certificate, box=type(controller.certificate.box)(**one)
+    )
+    verified = msgspec.structs.replace(
+        controller.verified, vertices=(first,), gamma_verified=first.sampled_norm
+    )
+    shrunk = with_digests(
+        msgspec.structs.replace(controller, certificate=certificate, verified=verified)
+    )
     with pytest.raises(
-        NoSolutionError, match=r"the bench has inertia 1\.11e-05 to 1\.53e-05, the certificate's box 1\.11e-05 to 1\.11e-05"
+        NoSolutionError,
+        match=r"the bench has inertia 1\.11e-05 to 1\.53e-05, the certificate's box 1\.11e-05 to 1\.11e-05",
     ):
         recheck.verify(shrunk)
-    without = with_digests(msgspec.structs.replace(shrunk, certificate=None, weights=certificate.weights))
+    without = with_digests(
+        msgspec.structs.replace(shrunk, certificate=None, weights=certificate.weights)
+    )
     with pytest.raises(NoSolutionError, match="the bench has inertia"):
         recheck.verify(without)
 
 
 def test_whoever_relies_on_a_changed_controller_is_warned(tmp_path: Path) -> None:
-    """No verified figure depends on a position law's gain, so that the C is written; the block is named."""
-    path, edit = tmp_path / "controller.yaml", next(edit for edit in _edits("fast") if edit.label == "position_law.gain x1.5")
+    """No verified figure depends on a position law's gain, so that the C is written; the block is
+    named."""
+    path, edit = (
+        tmp_path / "controller.yaml",
+        next(edit for edit in _edits("fast") if edit.label == "position_law.gain x1.5"),
+    )
     document = _read(edit)
     assert document is not None
     for written, warned in ((certified("fast"), False), (document, True)):
         path.write_text(to_yaml(written))
         result = run("export", path, "--lang", "json", "-o", tmp_path / "c")
         assert result.code == 0
-        assert ("controller.yaml: changed after it was verified: position_law; `frictool verify`" in result.stderr) == warned
+        assert (
+            "controller.yaml: changed after it was verified: position_law; `frictool verify`"
+            in result.stderr
+        ) == warned
         assert result.stderr.count("\n") == warned
 
 
 def test_a_controller_with_its_vertices_deleted_is_not_exported(tmp_path: Path) -> None:
-    path, edit = tmp_path / "controller.yaml", next(edit for edit in _edits("fast") if edit.label == "verified.vertices first 1 kept")
+    path, edit = (
+        tmp_path / "controller.yaml",
+        next(edit for edit in _edits("fast") if edit.label == "verified.vertices first 1 kept"),
+    )
     document = _read(edit)
     assert document is not None
     assert document.certificate is not None
     path.write_text(to_yaml(document))
     corner = "inertia 1.11e-05 kg m^2, viscous 0 N m s/rad, coulomb 0.018 N m, constant 0.014 N m/A"
-    refused(run("export", path, "-o", tmp_path / "c"), 4, f"no vertex of the document is the corner with {corner}")
-    path.write_text(to_yaml(msgspec.structs.replace(document, certificate=None, weights=document.certificate.weights)))
-    refused(run("export", path, "-o", tmp_path / "c"), 4, "the bench has inertia 1.11e-05 to 1.53e-05, the vertices 1.11e-05 to 1.11e-05")
+    refused(
+        run("export", path, "-o", tmp_path / "c"),
+        4,
+        f"no vertex of the document is the corner with {corner}",
+    )
+    path.write_text(
+        to_yaml(
+            msgspec.structs.replace(
+                document, certificate=None, weights=document.certificate.weights
+            )
+        )
+    )
+    refused(
+        run("export", path, "-o", tmp_path / "c"),
+        4,
+        "the bench has inertia 1.11e-05 to 1.53e-05, the vertices 1.11e-05 to 1.11e-05",
+    )
 
 
 def test_the_command_names_the_edit(tmp_path: Path) -> None:

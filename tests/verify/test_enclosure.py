@@ -1,4 +1,5 @@
-"""Integers that enclose numbers: products, exponential series and the sampled axis against fractions and floating-point matrices."""
+"""Integers that enclose numbers: products, exponential series and the sampled axis against
+fractions and floating-point matrices."""
 
 from __future__ import annotations
 
@@ -11,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.errors import NoSolutionError
-from frictool.plant.linear_axis import Rates, linear_axis
-from frictool.verify.enclosure import ONE, Enclosure
-from frictool.verify.enclosure_axis import LARGEST, SampledAxis, corners, cubic, exponential_series
+from frictool.plant.linear_axis import AxisRates, linear_axis
+from frictool.verify.enclosed_axis import LARGEST, EnclosedAxis, corners, cubic, exponential_series
+from frictool.verify.interval_arithmetic import ONE, Enclosure
 
 numbers = st.fractions(-1000, 1000, max_denominator=10**6)
 
@@ -43,23 +44,38 @@ def test_a_matrix_product_holds_the_product_of_anything_inside(seed: int, wide: 
     found = a @ b
     for sign in (-1, 1):
         inside = (a.centre + sign * a.radius) @ (b.centre - sign * b.radius)
-        for true, centre, radius in zip(inside.ravel(), found.centre.ravel(), found.radius.ravel(), strict=True):
+        for true, centre, radius in zip(
+            inside.ravel(), found.centre.ravel(), found.radius.ravel(), strict=True
+        ):
             assert abs(true - centre * ONE) <= radius * ONE
 
 
-@given(q=st.integers(0, 2), ratio=st.fractions(0, 3, max_denominator=50), sigma=st.fractions(-2, 3, max_denominator=50))
+@given(
+    q=st.integers(0, 2),
+    ratio=st.fractions(0, 3, max_denominator=50),
+    sigma=st.fractions(-2, 3, max_denominator=50),
+)
 @settings(max_examples=60, deadline=None)
 def test_the_series_against_its_plain_double_sum(q: int, ratio: Fraction, sigma: Fraction) -> None:
     series = exponential_series(q, ratio, math.ceil(abs(sigma)))
     terms = [
-        (m, sum((-ratio) ** n / Fraction(math.factorial(m + n + q)) for n in range(45)), Fraction(math.factorial(m))) for m in range(48)
+        (
+            m,
+            sum((-ratio) ** n / Fraction(math.factorial(m + n + q)) for n in range(45)),
+            Fraction(math.factorial(m)),
+        )
+        for m in range(48)
     ]
     for order in range(4):
         plain = sum(
-            (-1) ** m * weight * sigma ** (m - order) * whole / math.factorial(m - order) for m, weight, whole in terms if m >= order
+            (-1) ** m * weight * sigma ** (m - order) * whole / math.factorial(m - order)
+            for m, weight, whole in terms
+            if m >= order
         )
         found = series(order, sigma)
-        assert abs(plain * ONE - found.centre) <= found.radius + Fraction(ONE, 10**18)  # what 45 terms leave out
+        assert abs(plain * ONE - found.centre) <= found.radius + Fraction(
+            ONE, 10**18
+        )  # what 45 terms leave out
         assert found.radius < 2**20
 
 
@@ -71,7 +87,9 @@ def test_the_series_against_its_plain_double_sum(q: int, ratio: Fraction, sigma:
     place=st.fractions(0, 1, max_denominator=30),
 )
 @settings(max_examples=60, deadline=None)
-def test_the_function_is_within_the_bernstein_form(q: int, ratio: Fraction, low: Fraction, width: Fraction, place: Fraction) -> None:
+def test_the_function_is_within_the_bernstein_form(
+    q: int, ratio: Fraction, low: Fraction, width: Fraction, place: Fraction
+) -> None:
     points, sigma = cubic(q, ratio, low, low + width), low + place * width
     weights = [math.comb(3, i) * place**i * (1 - place) ** (3 - i) for i in range(4)]
     centre = sum(w * p.centre for w, p in zip(weights, points, strict=True))
@@ -80,7 +98,7 @@ def test_the_function_is_within_the_bernstein_form(q: int, ratio: Fraction, low:
     assert abs(true.centre - centre) <= room + true.radius
 
 
-def _coefficients(axis: SampledAxis) -> list[Enclosure]:
+def _coefficients(axis: EnclosedAxis) -> list[Enclosure]:
     return [
         axis.kept_speed, axis.speed_from_command, axis.speed_from_friction, axis.eta_from_speed, axis.eta_from_command,
         axis.eta_from_friction,
@@ -102,23 +120,42 @@ def test_every_plant_of_a_rectangle_lies_between_the_corners(
     t = 1e-3
     x, y = places
     friction = (0.3 * k, 0.3 * (k + k_width))
-    found = corners((Fraction(k), Fraction(k + k_width)), (Fraction(s), Fraction(s + s_width)), tuple(map(Fraction, friction)), lag, t)
+    found = corners(
+        (Fraction(k), Fraction(k + k_width)),
+        (Fraction(s), Fraction(s + s_width)),
+        tuple(map(Fraction, friction)),
+        lag,
+        t,
+    )
     bernstein = [math.comb(3, i) * y**i * (1 - y) ** (3 - i) for i in range(4)]
     weights = [a * b for a in (1.0 - x, x) for b in bernstein]
-    here = Rates(k + x * k_width, s + y * s_width, friction[0] + x * (friction[1] - friction[0]))
+    here = AxisRates(
+        k + x * k_width, s + y * s_width, friction[0] + x * (friction[1] - friction[0])
+    )
     plant, o = linear_axis(here, lag, t).system, int(lag > 0.0)
-    true = [plant.a[o, o], plant.b[o, 0], plant.b[o, 2], plant.a[o + 1, o], plant.b[o + 1, 0], plant.b[o + 1, 2]]
+    true = [
+        plant.a[o, o],
+        plant.b[o, 0],
+        plant.b[o, 2],
+        plant.a[o + 1, o],
+        plant.b[o + 1, 0],
+        plant.b[o + 1, 2],
+    ]
     for index, value in enumerate(true):
         points = [_coefficients(axis)[index] for axis in found]
         centre = sum(w * p.centre for w, p in zip(weights, points, strict=True)) / ONE
         room = max(p.radius for p in points) / ONE
-        assert abs(value - centre) <= room + 1e-12 * (1.0 + abs(value))  # of the floating-point reference
+        assert abs(value - centre) <= room + 1e-12 * (
+            1.0 + abs(value)
+        )  # of the floating-point reference
         assert room <= 1e-3 * max(1e-9, max(abs(p.centre) for p in points) / ONE)
 
 
 def test_a_lag_that_is_no_lag_is_refused() -> None:
     one = (Fraction(1), Fraction(2))
-    with pytest.raises(NoSolutionError, match=f"loop_time_constant_s is below 1/{LARGEST} of the sample period"):
+    with pytest.raises(
+        NoSolutionError, match=f"loop_time_constant_s is below 1/{LARGEST} of the sample period"
+    ):
         corners(one, one, one, 1e-5, 1e-3)
     with pytest.raises(NoSolutionError, match="inertia/viscous is below"):
         corners(one, (Fraction(0), Fraction(10**6)), one, 0.0, 1e-3)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.plant.box import DYNAMIC
-from frictool.verify.interior import interior_points, searched, worst_norm
+from frictool.plant.parameter_box import DYNAMIC
+from frictool.verify.interior_search import interior_points, searched, worst_norm
 from tests.lmi.position_loop import BOX, CLUTCH, minimax_controller, plant
 
 

@@ -1,5 +1,5 @@
-"""Margins against what they promise (the loop is stable just inside and unstable just outside), a scanned Nyquist curve, and
-python-control."""
+"""Margins against what they promise (the loop is stable just inside and unstable just outside), a
+scanned Nyquist curve, and python-control."""
 
 from __future__ import annotations
 
@@ -9,13 +9,21 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from frictool.plant.linear_axis import Rates, linear_axis
-from frictool.plant.lti import Lti, beside, tustin
-from frictool.verify.margins import Margins, gain_crossings, loop_margins, margins, open_loop, phase_crossings, small_gain
+from frictool.plant.linear_axis import AxisRates, linear_axis
+from frictool.plant.lti import Lti, parallel_sum, tustin
+from frictool.verify.margins import (
+    LoopMargins,
+    gain_crossings,
+    loop_margins,
+    margins,
+    open_loop,
+    phase_crossings,
+    small_gain,
+)
 from frictool.verify.speed_loop import check_loop, closed_loop
 
 PERIOD, LAG = 1e-3, 3e-3
-CLUTCH = Rates(1015.0, 29.0, 7500.0)
+CLUTCH = AxisRates(1015.0, 29.0, 7500.0)
 drawn = {
     "drive": st.floats(700.0, 1300.0),
     "viscous": st.floats(0.0, 60.0),
@@ -30,21 +38,33 @@ def _lead(crossing: float, lead: float, slow: float, gain: float) -> Lti:
     """gain (1 + s/z)(1 + w1/s)/(1 + s/p), with its integrator exact once it is sampled."""
     zero, pole, corner = crossing / lead, 10.0 * crossing, crossing / slow
     k = gain * (1.0 + corner / zero), gain * (1.0 - pole / zero) * (1.0 - corner / pole)
-    rest = Lti(np.array([[-pole]]), np.array([[pole]]), np.array([[k[1]]]), np.array([[gain * pole / zero]]), 0.0)
-    integrator = Lti(np.zeros((1, 1)), np.ones((1, 1)), np.array([[gain * corner]]), np.zeros((1, 1)), 0.0)
-    return beside(tustin(integrator, PERIOD), tustin(rest, PERIOD))
+    rest = Lti(
+        np.array([[-pole]]),
+        np.array([[pole]]),
+        np.array([[k[1]]]),
+        np.array([[gain * pole / zero]]),
+        0.0,
+    )
+    integrator = Lti(
+        np.zeros((1, 1)), np.ones((1, 1)), np.array([[gain * corner]]), np.zeros((1, 1)), 0.0
+    )
+    return parallel_sum(tustin(integrator, PERIOD), tustin(rest, PERIOD))
 
 
-def _loop(drive: float, viscous: float, crossing: float, lead: float, slow: float, delay: int) -> tuple[Lti, Rates]:
+def _loop(
+    drive: float, viscous: float, crossing: float, lead: float, slow: float, delay: int
+) -> tuple[Lti, AxisRates]:
     gain = crossing**2 / (drive * np.hypot(1.0, lead))
-    return _lead(crossing, lead, slow, gain), Rates(drive, viscous, 7500.0)
+    return _lead(crossing, lead, slow, gain), AxisRates(drive, viscous, 7500.0)
 
 
 def _scaled(controller: Lti, factor: float) -> Lti:
-    return Lti(controller.a, controller.b, factor * controller.c, factor * controller.d, controller.period)
+    return Lti(
+        controller.a, controller.b, factor * controller.c, factor * controller.d, controller.period
+    )
 
 
-def _stable(controller: Lti, rates: Rates, delay: int) -> bool:
+def _stable(controller: Lti, rates: AxisRates, delay: int) -> bool:
     return closed_loop(controller, rates, LAG, delay).stable
 
 
@@ -89,25 +109,35 @@ def test_against_python_control(**case: float) -> None:
 @given(**drawn)
 @settings(max_examples=15, deadline=None)
 def test_against_a_scanned_nyquist_curve(**case: float) -> None:
-    """No sign change of Im L or |L| - 1 on a fine scan is without its crossing, and min |1 + L| is the scan's."""
+    """No sign change of Im L or |L| - 1 on a fine scan is without its crossing, and min |1 + L| is
+    the scan's."""
     controller, rates = _loop(**case)
     loop = open_loop(controller, rates, LAG, int(case["delay"]))
     w = np.geomspace(1e-2, 0.9999 * np.pi / PERIOD, 20_000)
     curve = loop.response(w)[:, 0, 0]
-    for crossings, height in ((phase_crossings(loop), curve.imag), (gain_crossings(loop), np.abs(curve) - 1.0)):
+    for crossings, height in (
+        (phase_crossings(loop), curve.imag),
+        (gain_crossings(loop), np.abs(curve) - 1.0),
+    ):
         for k in np.flatnonzero(height[:-1] * height[1:] < 0.0):
             assert np.any((crossings >= w[k] * 0.999999) & (crossings <= w[k + 1] * 1.000001))
     assert np.abs(loop.response(gain_crossings(loop))[:, 0, 0]) == pytest.approx(1.0, rel=1e-9)
     found = loop_margins(loop)
     if found.modulus > 0.0:
         assert found.modulus == pytest.approx(np.min(np.abs(1.0 + curve)), rel=1e-4)
-        assert found.modulus == pytest.approx(check_loop(controller, rates, LAG, int(case["delay"])).modulus_margin, rel=1e-5)
-        assert found.modulus <= min(1.0 - 1.0 / found.gain_up, 2.0 * np.sin(0.5 * found.phase)) * (1.0 + 1e-6)
+        assert found.modulus == pytest.approx(
+            check_loop(controller, rates, LAG, int(case["delay"])).modulus_margin, rel=1e-5
+        )
+        assert found.modulus <= min(1.0 - 1.0 / found.gain_up, 2.0 * np.sin(0.5 * found.phase)) * (
+            1.0 + 1e-6
+        )
 
 
 def test_an_unstable_loop_has_no_margin() -> None:
     controller, rates = _loop(1015.0, 29.0, 60.0, 4.0, 10.0, 1)
-    assert margins(_scaled(controller, 1e3), rates, LAG, 1) == Margins(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, pytest.approx(np.nan, nan_ok=True))
+    assert margins(_scaled(controller, 1e3), rates, LAG, 1) == LoopMargins(
+        1.0, 1.0, 0.0, 0.0, 0.0, 0.0, pytest.approx(np.nan, nan_ok=True)
+    )
 
 
 def test_small_gain_is_the_peak_of_friction_to_speed() -> None:
@@ -127,4 +157,6 @@ def test_the_open_loop_closes_to_the_sensitivity() -> None:
     controller, rates = _loop(1015.0, 29.0, 60.0, 4.0, 10.0, 2)
     w = np.geomspace(1.0, 3000.0, 50)
     loop = open_loop(controller, rates, LAG, 2).response(w)[:, 0, 0]
-    assert closed_loop(controller, rates, LAG, 2).response(w)[:, 0, 0] == pytest.approx(1.0 / (1.0 + loop), rel=1e-9)
+    assert closed_loop(controller, rates, LAG, 2).response(w)[:, 0, 0] == pytest.approx(
+        1.0 / (1.0 + loop), rel=1e-9
+    )

@@ -8,13 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.plant.lti import Lti, gain, tustin
-from frictool.verify.norms import gains, norm
+from frictool.verify.hinf_norm import gains, norm
 
 
 def gain_at(system: Lti, angle: float) -> float:
     """Largest singular value of c (z - a)^-1 b + d at z = exp(j angle)."""
     z = np.exp(1j * angle)
-    return float(np.linalg.norm(system.c @ np.linalg.solve(z * np.eye(system.order) - system.a, system.b) + system.d, 2))
+    return float(
+        np.linalg.norm(
+            system.c @ np.linalg.solve(z * np.eye(system.order) - system.a, system.b) + system.d, 2
+        )
+    )
 
 
 @given(pole=st.floats(-0.999, 0.999), gain=st.floats(0.01, 100))
@@ -44,18 +48,30 @@ def test_random_systems_against_a_dense_scan(seed: int, n: int, m: int, p: int) 
 def test_resonance_closed_form(damping: float, natural: float, steady: float) -> None:
     """steady/(s²/w² + 2 z s/w + 1) peaks at w sqrt(1 - 2 z²) with steady/(2 z sqrt(1 - z²))."""
     a = np.array([[0.0, natural], [-natural, -2.0 * damping * natural]])
-    peak, at = norm(Lti(a, np.array([[0.0], [natural]]), np.array([[steady, 0.0]]), np.zeros((1, 1)), 0.0))
+    peak, at = norm(
+        Lti(a, np.array([[0.0], [natural]]), np.array([[steady, 0.0]]), np.zeros((1, 1)), 0.0)
+    )
     assert peak == pytest.approx(steady / (2.0 * damping * np.sqrt(1.0 - damping**2)), rel=2e-6)
     assert at == pytest.approx(natural * np.sqrt(1.0 - 2.0 * damping**2), abs=2e-2 * natural)
 
 
-@given(seed=st.integers(0, 10_000), n=st.integers(1, 6), m=st.integers(1, 3), p=st.integers(1, 3), spread=st.floats(0.0, 4.0))
+@given(
+    seed=st.integers(0, 10_000),
+    n=st.integers(1, 6),
+    m=st.integers(1, 3),
+    p=st.integers(1, 3),
+    spread=st.floats(0.0, 4.0),
+)
 @settings(max_examples=60, deadline=None)
-def test_random_continuous_systems_against_a_dense_scan(seed: int, n: int, m: int, p: int, spread: float) -> None:
+def test_random_continuous_systems_against_a_dense_scan(
+    seed: int, n: int, m: int, p: int, spread: float
+) -> None:
     random = np.random.default_rng(seed)
     a = random.normal(size=(n, n)) * 10.0 ** random.uniform(-spread, 0.0, size=(n, 1))
     a -= (np.max(np.linalg.eigvals(a).real) + 10.0 ** random.uniform(-3, 0)) * np.eye(n)
-    system = Lti(a, random.normal(size=(n, m)), random.normal(size=(p, n)), random.normal(size=(p, m)), 0.0)
+    system = Lti(
+        a, random.normal(size=(n, m)), random.normal(size=(p, n)), random.normal(size=(p, m)), 0.0
+    )
     peak, at = norm(system)
     scan = np.max(gains(system, np.concatenate([[0.0, np.inf], np.geomspace(1e-5, 1e4, 4000)])))
     assert peak >= scan * (1.0 - 2e-6)
@@ -65,7 +81,8 @@ def test_random_continuous_systems_against_a_dense_scan(seed: int, n: int, m: in
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 5))
 @settings(max_examples=40, deadline=None)
 def test_the_bilinear_image_keeps_the_norm(seed: int, n: int) -> None:
-    """Tustin maps the imaginary axis onto the unit circle: both domains agree, and tan(w T/2) 2/T tells where."""
+    """Tustin maps the imaginary axis onto the unit circle: both domains agree, and tan(w T/2) 2/T
+    tells where."""
     random = np.random.default_rng(seed)
     a = random.normal(size=(n, n))
     a -= (np.max(np.linalg.eigvals(a).real) + random.uniform(0.05, 1.0)) * np.eye(n)
@@ -79,7 +96,9 @@ def test_a_gain_is_its_own_norm() -> None:
 
 
 def test_largest_at_infinity() -> None:
-    high_pass = Lti(np.array([[-1.0]]), np.array([[1.0]]), np.array([[-2.0]]), np.array([[2.0]]), 0.0)
+    high_pass = Lti(
+        np.array([[-1.0]]), np.array([[1.0]]), np.array([[-2.0]]), np.array([[2.0]]), 0.0
+    )
     peak, at = norm(high_pass)
     assert peak == pytest.approx(2.0)
     assert np.isinf(at)

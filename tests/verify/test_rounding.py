@@ -1,4 +1,5 @@
-"""Coefficients as a number format holds them: near, exact where they are whole, and exactly what fixed point multiplies by."""
+"""Coefficients as a number format holds them: near, exact where they are whole, and exactly what
+fixed point multiplies by."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from frictool.documents.controller import Number
 from frictool.synth.realisation import running_in_sections
-from frictool.verify.rounding import held, rounded_linear
+from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_linear
 from tests.control.example import speed_controller
 
 NEAR = {"double": 0.0, "float": 2.0**-24, "q31": 2.0**-31, "q15": 2.0**-15}
@@ -18,7 +19,7 @@ NEAR = {"double": 0.0, "float": 2.0**-24, "q31": 2.0**-31, "q15": 2.0**-15}
 @pytest.mark.parametrize("number", NEAR)
 @given(value=st.floats(1e-3, 1e6), sign=st.sampled_from([-1.0, 1.0]))
 def test_a_coefficient_is_held_to_its_bits(number: Number, value: float, sign: float) -> None:
-    hold = held(number)
+    hold = coefficient_rounder(number)
     assert abs(hold(sign * value) - sign * value) <= NEAR[number] * value
     assert hold(hold(value)) == hold(value)
     assert hold(-value) == -hold(value)
@@ -26,18 +27,23 @@ def test_a_coefficient_is_held_to_its_bits(number: Number, value: float, sign: f
 
 @pytest.mark.parametrize("number", NEAR)
 def test_an_integrator_stays_one(number: Number) -> None:
-    assert [held(number)(value) for value in (0.0, 1.0, -1.0)] == [0.0, 1.0, -1.0]
+    assert [coefficient_rounder(number)(value) for value in (0.0, 1.0, -1.0)] == [0.0, 1.0, -1.0]
 
 
 @pytest.mark.parametrize("number", ["float", "q31", "q15"])
 def test_every_form_that_may_run_is_rounded(number: Number) -> None:
     linear = running_in_sections(speed_controller(), 1e-3)
-    found, hold = rounded_linear(linear, number), held(number)
+    found, hold = rounded_linear(linear, number), coefficient_rounder(number)
     assert found != linear
     assert found.continuous == linear.continuous
     for form in ("sos", "anti_windup", "sos_anti_windup"):
-        assert np.ravel(getattr(found, form)).tolist() == [hold(value) for value in np.ravel(getattr(linear, form))]
+        assert np.ravel(getattr(found, form)).tolist() == [
+            hold(value) for value in np.ravel(getattr(linear, form))
+        ]
     for part in "abcd":
-        exact, rounded = np.ravel(getattr(linear.discrete, part)), np.ravel(getattr(found.discrete, part))
+        exact, rounded = (
+            np.ravel(getattr(linear.discrete, part)),
+            np.ravel(getattr(found.discrete, part)),
+        )
         assert rounded.tolist() == [hold(value) for value in exact]
     assert rounded_linear(linear, "double") == linear

@@ -1,4 +1,5 @@
-"""The transfers of the closed loop against a plain loop played sample by sample, and their templates against the norm that was verified."""
+"""The transfers of the closed loop against a plain loop played sample by sample, and their
+templates against the norm that was verified."""
 
 from __future__ import annotations
 
@@ -15,9 +16,9 @@ from frictool.documents.design import Design
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
-from frictool.plant.generalised import FirstOrder
+from frictool.plant.generalised_plant import FirstOrderWeight
 from frictool.synth.design import design_controller
-from frictool.verify.sensitivity import Sensitivities, sensitivities
+from frictool.verify.vertex_transfers import VertexTransfers, sensitivities
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
@@ -26,18 +27,25 @@ Vector = NDArray[np.float64]
 
 @lru_cache
 def designed(name: str) -> Controller:
-    """A verified controller of the rig, without certificate; the thesis's own position loop misses its margin and is let pass with less."""
+    """A verified controller of the rig, without certificate; the thesis's own position loop misses
+    its margin and is let pass with less."""
     spec = load(RIG / "spec.yaml", Spec)
-    design = load(RIG / ("refused/position_frozen.yaml" if name == "position" else f"designs/{name}.yaml"), Design)
+    design = load(
+        RIG / ("refused/position_frozen.yaml" if name == "position" else f"designs/{name}.yaml"),
+        Design,
+    )
     if name == "position":
-        design = msgspec.structs.replace(design, weights=msgspec.structs.replace(design.weights, modulus_margin=spec.modulus_margin))
+        design = msgspec.structs.replace(
+            design,
+            weights=msgspec.structs.replace(design.weights, modulus_margin=spec.modulus_margin),
+        )
         spec = msgspec.structs.replace(spec, modulus_margin=0.3)
     return design_controller(clutch_model(), spec, design, Provenance("a test", "0"))
 
 
-def found(controller: Controller) -> Sensitivities:
+def found(controller: Controller) -> VertexTransfers:
     answer = sensitivities(controller)
-    assert isinstance(answer, Sensitivities)
+    assert isinstance(answer, VertexTransfers)
     return answer
 
 
@@ -50,17 +58,25 @@ def by_speed(source: str, bandwidth: float) -> Controller:
 
 
 def played(controller: Controller, vertices: list[Vertex], frequency: float) -> list[Vector]:
-    """|error|, |drive that reaches|, |output| (2, v) of the loop at each vertex, excited by the reference and by friction.
+    """|error|, |drive that reaches|, |output| (2, v) of the loop at each vertex, excited by the
+    reference and by friction.
 
-    It answers to a complex exponential until nothing but it is left; all loops at once, as in Python each sample costs the same.
+    It answers to a complex exponential until nothing but it is left; all loops at once, as in
+    Python each sample costs the same.
     """
     period, tau = controller.sample_period_s, controller.bench.actuator.loop_time_constant_s
     plants = []
     for vertex in vertices:
-        k, s, f = vertex.constant / vertex.inertia, vertex.viscous / vertex.inertia, vertex.coulomb / vertex.inertia
+        k, s, f = (
+            vertex.constant / vertex.inertia,
+            vertex.viscous / vertex.inertia,
+            vertex.coulomb / vertex.inertia,
+        )
         a = [[-1.0 / tau, 0.0, 0.0], [k, -s, 0.0], [0.0, 1.0, 0.0]]
         b = [[1.0 / tau, 0.0], [0.0, -f], [0.0, 0.0]]
-        plants.append(cont2discrete((np.array(a), np.array(b), np.eye(3), np.zeros((3, 2))), period)[:2])
+        plants.append(
+            cont2discrete((np.array(a), np.array(b), np.eye(3), np.zeros((3, 2))), period)[:2]
+        )
     ad, bd = (np.array([plant[side] for plant in plants]) for side in (0, 1))
     c = controller.linear.discrete
     ka, kb, kc, kd = (np.array(rows) for rows in (c.a, c.b, c.c, c.d))
@@ -82,9 +98,17 @@ def played(controller: Controller, vertices: list[Vertex], frequency: float) -> 
         elif controller.linear.input == "eta":
             entering, output = asked - x[..., 2], x[..., 1]
         else:
-            speed = x[..., 1] if controller.velocity.source == "measured" else (x[..., 2] - before) / period
-            if pole and controller.velocity.source == "position":  # Tustin's image of pole/(s + pole)
-                shown = ((2.0 - pole * period) * shown + pole * period * (speed + fed)) / (2.0 + pole * period)
+            speed = (
+                x[..., 1]
+                if controller.velocity.source == "measured"
+                else (x[..., 2] - before) / period
+            )
+            if (
+                pole and controller.velocity.source == "position"
+            ):  # Tustin's image of pole/(s + pole)
+                shown = ((2.0 - pole * period) * shown + pole * period * (speed + fed)) / (
+                    2.0 + pole * period
+                )
                 fed = speed
             else:
                 shown = speed
@@ -94,7 +118,11 @@ def played(controller: Controller, vertices: list[Vertex], frequency: float) -> 
         xc = xc @ ka.T + entering[..., None] * kb[:, 0]
         queue.append(u)
         before = x[..., 2]
-        x = (ad @ x[..., None])[..., 0] + bd[..., 0] * queue.pop(0)[..., None] + bd[..., 1] * friction[..., None]
+        x = (
+            (ad @ x[..., None])[..., 0]
+            + bd[..., 0] * queue.pop(0)[..., None]
+            + bd[..., 1] * friction[..., None]
+        )
         asked = asked + period * reference
     return seen
 
@@ -102,22 +130,39 @@ def played(controller: Controller, vertices: list[Vertex], frequency: float) -> 
 @pytest.mark.parametrize("name", ["position", "fast", "PI", "PI measured"])
 @pytest.mark.parametrize("share", [0.45, 0.6, 0.75])
 def test_transfers_are_those_of_the_loop_played_sample_by_sample(name: str, share: float) -> None:
-    controller = {"PI": by_speed("position", 900.0), "PI measured": by_speed("measured", 0.0)}.get(name) or designed(name)
+    controller = {"PI": by_speed("position", 900.0), "PI measured": by_speed("measured", 0.0)}.get(
+        name
+    ) or designed(name)
     answer = found(controller)
     at = round(share * (answer.frequencies.size - 1))
     gains = {transfer.name: transfer.gains for transfer in answer.transfers}
     corners = [0, 7, 15]
-    error, drive, output = played(controller, [controller.verified.vertices[index] for index in corners], float(answer.frequencies[at]))
-    for key, values in (("error", error[0]), ("drive", drive[0]), ("output", output[0]), ("disturbance", error[1])):
+    error, drive, output = played(
+        controller,
+        [controller.verified.vertices[index] for index in corners],
+        float(answer.frequencies[at]),
+    )
+    for key, values in (
+        ("error", error[0]),
+        ("drive", drive[0]),
+        ("output", output[0]),
+        ("disturbance", error[1]),
+    ):
         assert gains[key][corners, at] == pytest.approx(values, rel=2e-3, abs=1e-6), key
 
 
 @pytest.mark.parametrize("name", ["position", "fast"])
 def test_every_vertex_is_within_its_templates_at_the_norm_that_was_verified(name: str) -> None:
-    """The worst share, found by norms, is the largest on a grid and no more than the verified norm allows."""
+    """The worst share, found by norms, is the largest on a grid and no more than the verified norm
+    allows."""
     controller = designed(name)
     answer, verified = found(controller), controller.verified
-    assert [transfer.name for transfer in answer.transfers] == ["error", "drive", "disturbance", "output"]
+    assert [transfer.name for transfer in answer.transfers] == [
+        "error",
+        "drive",
+        "disturbance",
+        "output",
+    ]
     for transfer in answer.transfers[:3]:
         assert transfer.template is not None
         assert transfer.worst is not None
@@ -140,7 +185,11 @@ def test_templates_are_those_of_the_weights_that_the_document_holds() -> None:
     assert controller.weights is not None
     assert controller.judged_by is controller.weights
     answer = found(controller)
-    w2 = FirstOrder(controller.weights.error.gain, controller.weights.error.zero or np.inf, controller.weights.error.pole or np.inf)
+    w2 = FirstOrderWeight(
+        controller.weights.error.gain,
+        controller.weights.error.zero or np.inf,
+        controller.weights.error.pole or np.inf,
+    )
     low = answer.frequencies < 300.0  # where sampling does not show
     continuous = answer.gamma / np.abs(w2.system(0.0).response(answer.frequencies)[:, 0, 0])
     template = answer.transfers[0].template
@@ -154,9 +203,16 @@ def test_gamma_is_the_one_asked_where_the_method_asks_for_one() -> None:
     controller = designed("fast")
     asked, verified = controller.verified.gamma_asked, controller.verified.gamma_verified
     assert (found(controller).asked, found(controller).gamma) == (True, asked)
-    without = found(msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, gamma_asked=None)))
+    without = found(
+        msgspec.structs.replace(
+            controller, verified=msgspec.structs.replace(controller.verified, gamma_asked=None)
+        )
+    )
     assert (without.asked, without.gamma) == (False, verified)
-    assert all(transfer.worst is not None and transfer.worst.ratio <= 1.0 + 1e-6 for transfer in without.transfers[:3])
+    assert all(
+        transfer.worst is not None and transfer.worst.ratio <= 1.0 + 1e-6
+        for transfer in without.transfers[:3]
+    )
 
 
 def test_what_is_frozen_and_sampled_leaves_the_template_that_its_method_asked_for() -> None:
@@ -168,14 +224,24 @@ def test_what_is_frozen_and_sampled_leaves_the_template_that_its_method_asked_fo
 
 def test_without_weights_there_are_transfers_and_no_templates() -> None:
     answer = found(msgspec.structs.replace(designed("position"), weights=None))
-    assert all(transfer.template is None and transfer.worst is None for transfer in answer.transfers)
+    assert all(
+        transfer.template is None and transfer.worst is None for transfer in answer.transfers
+    )
 
 
 def test_an_unstable_vertex_is_left_out_and_a_controller_with_none_else_says_so() -> None:
     controller = designed("position")
-    unstable = [msgspec.structs.replace(vertex, stable=False) for vertex in controller.verified.vertices]
+    unstable = [
+        msgspec.structs.replace(vertex, stable=False) for vertex in controller.verified.vertices
+    ]
     some = (*controller.verified.vertices[:2], *unstable[2:])
-    answer = found(msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, vertices=some)))
+    answer = found(
+        msgspec.structs.replace(
+            controller, verified=msgspec.structs.replace(controller.verified, vertices=some)
+        )
+    )
     assert answer.vertices == tuple(vertex.name for vertex in some[:2])
-    none = msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, vertices=tuple(unstable)))
+    none = msgspec.structs.replace(
+        controller, verified=msgspec.structs.replace(controller.verified, vertices=tuple(unstable))
+    )
     assert sensitivities(none) == "the controller names no vertex at which its loop is stable"

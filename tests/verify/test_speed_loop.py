@@ -1,4 +1,5 @@
-"""The rebuilt loop against a simulation of it, sample by sample, and against a hand-scanned Nyquist curve."""
+"""The rebuilt loop against a simulation of it, sample by sample, and against a hand-scanned Nyquist
+curve."""
 
 from __future__ import annotations
 
@@ -49,7 +50,9 @@ def test_modulus_margin_is_the_distance_of_the_nyquist_curve(delay: int) -> None
         plant = -np.linalg.solve(z * np.eye(3) - axis.a, axis.b[:, :1])[2, 0]
         control = (GENTLE.c @ GENTLE.b / (z - GENTLE.a) + GENTLE.d)[0, 0]
         nearest = min(nearest, abs(1.0 + plant * control * z**-delay))
-    assert check_loop(GENTLE, CLUTCH.rates, LAG, delay).modulus_margin == pytest.approx(nearest, rel=1e-4)
+    assert check_loop(GENTLE, CLUTCH.rates, LAG, delay).modulus_margin == pytest.approx(
+        nearest, rel=1e-4
+    )
 
 
 def test_delay_costs_margin() -> None:

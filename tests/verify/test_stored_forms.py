@@ -1,4 +1,5 @@
-"""The forms of a stored controller are of one controller: a changed section, continuous coefficient or anti-windup gain is refused."""
+"""The forms of a stored controller are of one controller: a changed section, continuous coefficient
+or anti-windup gain is refused."""
 
 from __future__ import annotations
 
@@ -30,11 +31,17 @@ def _continuous(linear: LinearController, factor: float) -> LinearController:
 
 CHANGES: dict[str, tuple[Callable[[LinearController], LinearController], str]] = {
     "gain of a section": (lambda linear: _sections(linear, 0, 0, 1.2), "linear.sos is not"),
-    "gain of a section, a little": (lambda linear: _sections(linear, 0, 0, 1.0 + 1e-4), "linear.sos is not"),
+    "gain of a section, a little": (
+        lambda linear: _sections(linear, 0, 0, 1.0 + 1e-4),
+        "linear.sos is not",
+    ),
     "sign of a pole": (lambda linear: _sections(linear, 1, 4, -1.0), "linear.sos is not"),
     "section left out": (lambda linear: replace(linear, sos=linear.sos[:-1]), "linear.sos is not"),
     "continuous": (lambda linear: _continuous(linear, 1.2), "linear.continuous is not"),
-    "anti-windup": (lambda linear: replace(linear, anti_windup=(1e6,) * len(linear.anti_windup)), "linear.anti_windup"),
+    "anti-windup": (
+        lambda linear: replace(linear, anti_windup=(1e6,) * len(linear.anti_windup)),
+        "linear.anti_windup",
+    ),
 }
 
 
@@ -60,7 +67,9 @@ def test_sections_are_their_quotients() -> None:
     angles = np.array([0.1, 1.0, 3.0])
     z = np.exp(1j * angles)
     expected = (2.0 + 3.0 / z) / (1.0 - 0.5 / z) * (1.0 / z**2)
-    found = sections_response(((2.0, 3.0, 0.0, 1.0, -0.5, 0.0), (0.0, 0.0, 1.0, 1.0, 0.0, 0.0)), angles)
+    found = sections_response(
+        ((2.0, 3.0, 0.0, 1.0, -0.5, 0.0), (0.0, 0.0, 1.0, 1.0, 0.0, 0.0)), angles
+    )
     np.testing.assert_allclose(found, expected, rtol=1e-14)
 
 

@@ -1,4 +1,5 @@
-"""A made-up controller document that is made true: margins and other forms are those that its coefficients give."""
+"""A made-up controller document that is made true: margins and other forms are those that its
+coefficients give."""
 
 from __future__ import annotations
 
@@ -8,23 +9,28 @@ from scipy import signal
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.quantity import Quantity
-from frictool.plant.box import enclosing
 from frictool.plant.lti import Lti, inverse_tustin
+from frictool.plant.parameter_box import enclosing_box
 from frictool.plant.polytope import PlantPoint
-from frictool.verify.controller import loop_checks
-from frictool.verify.effective import feedbacks_of
+from frictool.verify.document_check import loop_checks
+from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.vertices import vertex_points
 
 
 def truthful(controller: Controller) -> Controller:
-    """The same controller with every vertex's checks found again at no delay and at the bench's, sections and continuous form too."""
+    """The same controller with every vertex's checks found again at no delay and at the bench's,
+    sections and continuous form too."""
     lag = controller.bench.actuator.loop_time_constant_s
     system = Lti.of(controller.linear.discrete, controller.sample_period_s)
     vertices = []
     for vertex in controller.verified.vertices:
-        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
+        point = PlantPoint(
+            vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
+        )
         checks = loop_checks(feedbacks_of(controller), point, lag, (0, controller.delay_samples))
-        vertices.append(msgspec.structs.replace(vertex, modulus_margin=checks[-1].modulus_margin, checks=checks))
+        vertices.append(
+            msgspec.structs.replace(vertex, modulus_margin=checks[-1].modulus_margin, checks=checks)
+        )
     sections = signal.zpk2sos(*signal.ss2zpk(system.a, system.b, system.c, system.d))
     linear = msgspec.structs.replace(
         controller.linear,
@@ -32,18 +38,27 @@ def truthful(controller: Controller) -> Controller:
         sos=tuple(tuple(float(value) for value in row) for row in sections),
     )
     verified = msgspec.structs.replace(controller.verified, vertices=tuple(vertices))
-    return msgspec.structs.replace(controller, linear=linear, verified=verified, bench=_within(controller))
+    return msgspec.structs.replace(
+        controller, linear=linear, verified=verified, bench=_within(controller)
+    )
 
 
 def _within(controller: Controller) -> Bench:
     """The bench with intervals that the vertices hold."""
-    box = enclosing(vertex_points(controller))
+    box = enclosing_box(vertex_points(controller))
 
     def held(name: str, quantity: Quantity) -> Quantity:
         low, high = box[name]
         return msgspec.structs.replace(quantity, value=0.5 * (low + high), low=low, high=high)
 
     bench = controller.bench
-    mechanics = {name: held(name, getattr(bench.mechanics, name)) for name in ("inertia", "viscous", "coulomb")}
-    actuator = msgspec.structs.replace(bench.actuator, constant=held("constant", bench.actuator.constant))
-    return msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, **mechanics), actuator=actuator)
+    mechanics = {
+        name: held(name, getattr(bench.mechanics, name))
+        for name in ("inertia", "viscous", "coulomb")
+    }
+    actuator = msgspec.structs.replace(
+        bench.actuator, constant=held("constant", bench.actuator.constant)
+    )
+    return msgspec.structs.replace(
+        bench, mechanics=msgspec.structs.replace(bench.mechanics, **mechanics), actuator=actuator
+    )

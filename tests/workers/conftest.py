@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from frictool.workers import cluster
+from frictool.workers import dask_cluster
 from tests.workers.loopback import PATIENCE_S
 
 
 @pytest.fixture(autouse=True)
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """A worker may take long to start where other tests run beside it."""
-    monkeypatch.setattr(cluster, "FIRST_S", PATIENCE_S)
+    monkeypatch.setattr(dask_cluster, "FIRST_S", PATIENCE_S)

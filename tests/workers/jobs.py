@@ -1,4 +1,5 @@
-"""Functions to share: some end the process that runs them, some fail. Nothing is imported that takes a process long to start."""
+"""Functions to share: some end the process that runs them, some fail. Nothing is imported that
+takes a process long to start."""
 
 from __future__ import annotations
 
@@ -11,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from frictool import waiting
 from frictool.errors import LogError
+from frictool.runtime import notifications
 
 _kept: list[bytes] = []
 
@@ -31,7 +32,8 @@ def slow_series(seed: int) -> list[float]:
 
 @dataclass(frozen=True)
 class Deadly:
-    """Ends its process where the job is one of `fatal`, the first `times` times: files in `folder` count them."""
+    """Ends its process where the job is one of `fatal`, the first `times` times: files in `folder`
+    count them."""
 
     folder: Path
     fatal: tuple[int, ...]
@@ -61,7 +63,7 @@ def greedy(number: int) -> int:
 
 def compiles(number: int) -> int:
     """Waits for the compiler, as the first use of a kernel does."""
-    waiting.compiling()
+    notifications.compiling()
     return number
 
 

@@ -16,17 +16,30 @@ PATIENCE_S = 60.0
 
 
 class Loopback:
-    """A scheduler that gives a task up after `failures` dead workers, and workers in a folder of their own; `settings`: for TLS."""
+    """A scheduler that gives a task up after `failures` dead workers, and workers in a folder of
+    their own; `settings`: for TLS."""
 
-    def __init__(self, folder: Path, workers: int, failures: int = 3, settings: dict[str, str] | None = None) -> None:
+    def __init__(
+        self, folder: Path, workers: int, failures: int = 3, settings: dict[str, str] | None = None
+    ) -> None:
         self.folder = folder
         self._file = folder / "scheduler.json"
         quiet = {"DASK_DISTRIBUTED__LOGGING__DISTRIBUTED": "error"}
         self._environment = {**os.environ, **quiet, "PYTHONPATH": str(ROOT)}
         self._environment.pop("OPENBLAS_NUM_THREADS", None)  # as a machine has it
         self._environment["DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES"] = str(failures)
-        self._environment |= {f"DASK_{key.upper().replace('.', '__').replace('-', '_')}": value for key, value in (settings or {}).items()}
-        own = ("--port", "0", "--scheduler-file", str(self._file), "--protocol", "tls" if settings else "tcp")
+        self._environment |= {
+            f"DASK_{key.upper().replace('.', '__').replace('-', '_')}": value
+            for key, value in (settings or {}).items()
+        }
+        own = (
+            "--port",
+            "0",
+            "--scheduler-file",
+            str(self._file),
+            "--protocol",
+            "tls" if settings else "tcp",
+        )
         self.scheduler = self._start("dask_scheduler", own)
         until = time.monotonic() + PATIENCE_S
         while not self._file.exists() and time.monotonic() < until:
@@ -35,9 +48,24 @@ class Loopback:
         self.workers = [self.add() for _ in range(workers)]
 
     def _start(self, module: str, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
-        line = [sys.executable, "-m", f"distributed.cli.{module}", "--host", "127.0.0.1", "--no-dashboard", *arguments]
+        line = [
+            sys.executable,
+            "-m",
+            f"distributed.cli.{module}",
+            "--host",
+            "127.0.0.1",
+            "--no-dashboard",
+            *arguments,
+        ]
         with (self.folder / f"{module}.log").open("ab") as log:
-            return subprocess.Popen(line, cwd=self.folder, env=self._environment, stdout=log, stderr=log, start_new_session=True)
+            return subprocess.Popen(
+                line,
+                cwd=self.folder,
+                env=self._environment,
+                stdout=log,
+                stderr=log,
+                start_new_session=True,
+            )
 
     def add(self, *options: str) -> subprocess.Popen[bytes]:
         """One more worker, which nothing starts again when it is ended."""

@@ -1,4 +1,5 @@
-"""Work shared among the workers of a Dask cluster: the bits of one process, whatever dies; and one line where it cannot be."""
+"""Work shared among the workers of a Dask cluster: the bits of one process, whatever dies; and one
+line where it cannot be."""
 
 from __future__ import annotations
 
@@ -11,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool import waiting
 from frictool.errors import ClusterError
-from frictool.workers import cluster, connection, files
-from frictool.workers.files import share_files
+from frictool.runtime import notifications
+from frictool.workers import dask_cluster, dask_connection, shared_files
 from frictool.workers.installation import Installation, differences, installation
 from frictool.workers.share import share
+from frictool.workers.shared_files import share_files
 from tests.workers.arrays import spectrum
 from tests.workers.jobs import Deadly, compiles, content, greedy, instead, negative
 from tests.workers.loopback import Loopback, end
@@ -44,7 +45,9 @@ def test_a_worker_killed_in_the_middle_loses_nothing_and_changes_no_bit(loopback
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a path that is another file in each process")
-def test_a_file_that_the_workers_do_not_see_is_sent(loopback: Loopback, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_the_workers_do_not_see_is_sent(
+    loopback: Loopback, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     own = Path("/proc/self/cwd")
     (tmp_path / "here.csv").write_bytes(b"a,b\n")
@@ -52,8 +55,12 @@ def test_a_file_that_the_workers_do_not_see_is_sent(loopback: Loopback, tmp_path
     (tmp_path / "bag" / "metadata.yaml").write_bytes(b"x: 1\n")
     (tmp_path / "log.db3").write_bytes(b"\0\1")
     (tmp_path / "large.csv").write_bytes(b"1," * 600)
-    monkeypatch.setattr(files, "LARGEST_SENT", 1000)
-    jobs = [((tmp_path / "here.csv",), "seen"), ((own / "here.csv", own / "log.db3"), "sent"), ((own / "large.csv",), "large")]
+    monkeypatch.setattr(shared_files, "LARGEST_SENT", 1000)
+    jobs = [
+        ((tmp_path / "here.csv",), "seen"),
+        ((own / "here.csv", own / "log.db3"), "sent"),
+        ((own / "large.csv",), "large"),
+    ]
     jobs.append(((tmp_path / "large.csv",), "large and seen"))
     found = dict(share_files(content, jobs, instead, cluster=loopback.address))
     assert found[0] == ("seen", [("here.csv", b"a,b\n")])
@@ -63,35 +70,47 @@ def test_a_file_that_the_workers_do_not_see_is_sent(loopback: Loopback, tmp_path
     assert found[3] == ("large and seen", [("large.csv", b"1," * 600)])
 
 
-def test_workers_that_are_not_alike_are_refused_by_name(loopback: Loopback, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_that_are_not_alike_are_refused_by_name(
+    loopback: Loopback, monkeypatch: pytest.MonkeyPatch
+) -> None:
     here = installation()
     other = Installation((("frictool", "9.9"), *here.versions[1:]), here.processor)
-    monkeypatch.setattr(cluster, "installation", lambda: other)
-    with pytest.raises(ClusterError, match=r"workers differ from this machine: .*frictool .*sources .*here 9\.9"):
+    monkeypatch.setattr(dask_cluster, "installation", lambda: other)
+    with pytest.raises(
+        ClusterError, match=r"workers differ from this machine: .*frictool .*sources .*here 9\.9"
+    ):
         list(share(negative, range(3), cluster=loopback.address))
-    monkeypatch.setattr(cluster, "_check", lambda client, address: None)  # one that joins later is found out by its task
+    monkeypatch.setattr(
+        dask_cluster, "_check", lambda client, address: None
+    )  # one that joins later is found out by its task
     with pytest.raises(ClusterError, match=r"differs: frictool .*, here 9\.9"):
         list(share(negative, range(3), cluster=loopback.address))
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="processes are stopped by a signal")
-def test_a_worker_that_hangs_at_the_start_is_waited_for_and_told(loopback: Loopback, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_that_hangs_at_the_start_is_waited_for_and_told(
+    loopback: Loopback, monkeypatch: pytest.MonkeyPatch
+) -> None:
     told: list[str] = []
 
     def wake(text: str) -> None:
         told.append(text)
         loopback.workers[-1].send_signal(signal.SIGCONT)
 
-    monkeypatch.setattr(waiting, "remark", wake)
-    monkeypatch.setattr(cluster, "SLOW_S", 0.2)
+    monkeypatch.setattr(notifications, "remark", wake)
+    monkeypatch.setattr(dask_cluster, "SLOW_S", 0.2)
     loopback.workers[-1].send_signal(signal.SIGSTOP)
-    assert dict(share(negative, range(5), cluster=loopback.address)) == {number: -number for number in range(5)}
+    assert dict(share(negative, range(5), cluster=loopback.address)) == {
+        number: -number for number in range(5)
+    }
     assert "a worker does not answer; it is waited for" in told[0]
 
 
-def test_a_machine_that_compiles_is_told_once(loopback: Loopback, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_machine_that_compiles_is_told_once(
+    loopback: Loopback, monkeypatch: pytest.MonkeyPatch
+) -> None:
     remarks: list[str] = []
-    monkeypatch.setattr(waiting, "remark", remarks.append)
+    monkeypatch.setattr(notifications, "remark", remarks.append)
     assert len(list(share(compiles, range(20), cluster=loopback.address))) == 20
     assert sum("compiling, once per installation" in text for text in remarks) == 1
     assert socket.gethostname() in remarks[0]
@@ -114,19 +133,24 @@ def test_what_a_job_raises_comes_back_and_then_the_scheduler_goes(loopback: Loop
     assert len(found) >= 5
 
 
-def test_workers_whose_memory_is_short_are_told_in_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_whose_memory_is_short_are_told_in_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for name, seconds in (("LONG_S", 0.5), ("NO_WORKER_S", 1.0), ("LOOK_S", 0.2)):
-        monkeypatch.setattr(cluster, name, seconds)
+        monkeypatch.setattr(dask_cluster, name, seconds)
     made = Loopback(tmp_path, workers=0, failures=0)
     try:  # without a supervisor, one that has paused never ends, and begins nothing more
         made.workers.append(made.add("--memory-limit", "150MB"))
-        with pytest.raises(ClusterError, match=r"no worker whose memory allows another task \(`dask worker --memory-limit`\)"):
+        with pytest.raises(
+            ClusterError,
+            match=r"no worker whose memory allows another task \(`dask worker --memory-limit`\)",
+        ):
             list(share(greedy, range(9), cluster=made.address))
         made.workers += [made.add(), made.add()]
         end(made.workers.pop(0))
         for name in ("HOPELESS", "AHEAD"):
-            monkeypatch.setattr(cluster, name, 1)
-        monkeypatch.setattr(cluster, "NO_WORKER_S", 60.0)
+            monkeypatch.setattr(dask_cluster, name, 1)
+        monkeypatch.setattr(dask_cluster, "NO_WORKER_S", 60.0)
         with pytest.raises(ClusterError, match="every task ends the workers that it is given to"):
             list(share(Deadly(tmp_path, tuple(range(9)), 9), range(9), cluster=made.address))
     finally:
@@ -134,7 +158,7 @@ def test_workers_whose_memory_is_short_are_told_in_time(tmp_path: Path, monkeypa
 
 
 def test_no_cluster_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(connection, "CONNECT_S", 0.3)
+    monkeypatch.setattr(dask_connection, "CONNECT_S", 0.3)
     for address, word in (
         ("127.0.0.1:8786", "allowed: tcp://HOST:PORT"),
         ("tcp://127.0.0.1", "allowed: tcp://HOST:PORT"),
@@ -149,10 +173,15 @@ def test_no_cluster_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_differences_name_both_sides() -> None:
-    here, there = Installation((("numpy", "2.4"), ("scipy", "1.1")), ""), Installation((("numpy", "2.3"), ("scipy", "1.1")), "")
+    here, there = (
+        Installation((("numpy", "2.4"), ("scipy", "1.1")), ""),
+        Installation((("numpy", "2.3"), ("scipy", "1.1")), ""),
+    )
     assert differences(here, there) == "numpy 2.3, here 2.4"
     assert differences(here, here) == ""
-    foreign = Exception("ModuleNotFoundError(\"No module named 'frictool.workers'\")")  # as Dask brings it
-    assert cluster._unlike(here, foreign) == "no frictool, or another version"
-    assert cluster._unlike(here, RuntimeError("disk")) == "RuntimeError: disk"
+    foreign = Exception(
+        "ModuleNotFoundError(\"No module named 'frictool.workers'\")"
+    )  # as Dask brings it
+    assert dask_cluster._unlike(here, foreign) == "no frictool, or another version"
+    assert dask_cluster._unlike(here, RuntimeError("disk")) == "RuntimeError: disk"
     assert {"frictool", "numpy", "numba", "python"} <= dict(installation().versions).keys()

@@ -1,4 +1,5 @@
-"""The way to a scheduler by TLS: work done with certificates, and one line at once where they are not what they have to be."""
+"""The way to a scheduler by TLS: work done with certificates, and one line at once where they are
+not what they have to be."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from typing import Any
 import pytest
 
 from frictool.errors import ClusterError
-from frictool.workers import connection
+from frictool.workers import dask_connection
 from frictool.workers.share import share
 from tests.workers.certificates import certificates
 from tests.workers.jobs import negative
@@ -20,7 +21,9 @@ from tests.workers.loopback import Loopback
 
 distributed = pytest.importorskip("distributed")
 dask = pytest.importorskip("dask")
-pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="certificates are made by openssl")
+pytestmark = pytest.mark.skipif(
+    shutil.which("openssl") is None, reason="certificates are made by openssl"
+)
 TLS = "distributed.comm.tls"
 
 
@@ -35,7 +38,9 @@ def strangers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 
 @pytest.fixture(scope="module")
-def loopback(settings: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Iterator[Loopback]:
+def loopback(
+    settings: dict[str, str], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Loopback]:
     made = Loopback(tmp_path_factory.mktemp("tls"), workers=1, settings=settings)
     yield made
     made.close()
@@ -62,25 +67,42 @@ def test_work_is_done_by_tls_and_by_nobody_without_its_certificates(
     assert f"is it {loopback.address}, or another port" in refused(plain, {})
     assert "scheduler's certificate is not accepted" in refused(loopback.address, strangers)
     own = {f"{TLS}.client.{part}": strangers[f"{TLS}.client.{part}"] for part in ("cert", "key")}
-    assert "client.cert in Dask's configuration, distributed.comm.tls has to be signed" in refused(loopback.address, {**settings, **own})
+    assert "client.cert in Dask's configuration, distributed.comm.tls has to be signed" in refused(
+        loopback.address, {**settings, **own}
+    )
 
 
 def test_certificates_that_are_no_good_are_told_before_anything_is_asked(
     settings: dict[str, str], strangers: dict[str, str], tmp_path: Path
 ) -> None:
     nowhere = "tls://127.0.0.1:1"
-    assert refused(nowhere, {}).startswith("TLS needs certificates; ca-file and client.cert not found")
-    assert "no file missing.pem, which ca-file names" in refused(nowhere, {**settings, f"{TLS}.ca-file": "missing.pem"})
+    assert refused(nowhere, {}).startswith(
+        "TLS needs certificates; ca-file and client.cert not found"
+    )
+    assert "no file missing.pem, which ca-file names" in refused(
+        nowhere, {**settings, f"{TLS}.ca-file": "missing.pem"}
+    )
     key = strangers[f"{TLS}.client.key"]
-    assert "cannot be used: key values mismatch" in refused(nowhere, {**settings, f"{TLS}.client.key": key})
+    assert "cannot be used: key values mismatch" in refused(
+        nowhere, {**settings, f"{TLS}.client.key": key}
+    )
     (tmp_path / "text.pem").write_text("no certificate")
     assert "PEM" in refused(nowhere, {**settings, f"{TLS}.client.cert": str(tmp_path / "text.pem")})
-    assert "asks for encryption" in refused("tcp://127.0.0.1:1", {"distributed.comm.require-encryption": True})
-    assert "min-version=7 is not supported" in refused(nowhere, {**settings, f"{TLS}.min-version": 7})
+    assert "asks for encryption" in refused(
+        "tcp://127.0.0.1:1", {"distributed.comm.require-encryption": True}
+    )
+    assert "min-version=7 is not supported" in refused(
+        nowhere, {**settings, f"{TLS}.min-version": 7}
+    )
 
 
-def test_who_answers_and_is_no_scheduler_is_told(settings: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
-    answers, greetings = b"HTTP/1.1 400 Bad Request\r\n\r\n", 3  # a plain one, one by TLS, and one that asks why that failed
+def test_who_answers_and_is_no_scheduler_is_told(
+    settings: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers, greetings = (
+        b"HTTP/1.1 400 Bad Request\r\n\r\n",
+        3,
+    )  # a plain one, one by TLS, and one that asks why that failed
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
 
@@ -92,8 +114,12 @@ def test_who_answers_and_is_no_scheduler_is_told(settings: dict[str, str], monke
 
         one = threading.Thread(target=answer, daemon=True)
         one.start()
-        assert f"no Dask scheduler of this kind; is it tls://127.0.0.1:{port}" in refused(f"tcp://127.0.0.1:{port}", {})
-        assert f"speaks no TLS; is it tcp://127.0.0.1:{port}" in refused(f"tls://127.0.0.1:{port}", settings)
+        assert f"no Dask scheduler of this kind; is it tls://127.0.0.1:{port}" in refused(
+            f"tcp://127.0.0.1:{port}", {}
+        )
+        assert f"speaks no TLS; is it tcp://127.0.0.1:{port}" in refused(
+            f"tls://127.0.0.1:{port}", settings
+        )
         one.join(5.0)
-        monkeypatch.setattr(connection, "CONNECT_S", 0.2)
+        monkeypatch.setattr(dask_connection, "CONNECT_S", 0.2)
         assert "no Dask scheduler answers" in refused(f"tcp://127.0.0.1:{port}", {})

@@ -24,7 +24,9 @@ print(before, threads())
 
 def test_what_is_loaded_is_told_too() -> None:
     own = {**os.environ, "OPENBLAS_NUM_THREADS": "2"}
-    told = subprocess.run([sys.executable, "-c", SCRIPT], env=own, capture_output=True, text=True, check=True).stdout
+    told = subprocess.run(
+        [sys.executable, "-c", SCRIPT], env=own, capture_output=True, text=True, check=True
+    ).stdout
     if told.startswith("[]"):
         pytest.skip("another library than OpenBLAS")
     assert told.endswith("] [1, 1]\n"), told  # [2, 2] before, where there are two cores

@@ -1,4 +1,5 @@
-"""Work shared among processes: the same bytes whoever does it; a process that is ended loses nothing; none outlives what shares it."""
+"""Work shared among processes: the same bytes whoever does it; a process that is ended loses
+nothing; none outlives what shares it."""
 
 from __future__ import annotations
 
@@ -15,9 +16,9 @@ from pathlib import Path
 
 import pytest
 
-from frictool import waiting
 from frictool.errors import LogError, WorkerLost
-from frictool.workers.share import cores_here, share
+from frictool.runtime import notifications
+from frictool.workers.share import available_cores, share
 from tests.workers.jobs import Deadly, compiles, negative, series, untravelled
 
 JOBS = 40
@@ -47,7 +48,7 @@ def test_processes_change_no_bit_and_what_dies_is_done_again(
     alone: dict[int, list[float]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     remarks: list[str] = []
-    monkeypatch.setattr(waiting, "remark", remarks.append)
+    monkeypatch.setattr(notifications, "remark", remarks.append)
     assert each_once(share(Deadly(tmp_path, (5, 6, 39), 2), range(JOBS), cores=2, batch=7)) == alone
     assert len(list(tmp_path.iterdir())) == 6  # each of the three ended two processes
     assert len(remarks) == 6
@@ -55,13 +56,17 @@ def test_processes_change_no_bit_and_what_dies_is_done_again(
     assert not multiprocessing.active_children()
 
 
-def test_a_job_that_ends_every_process_is_named_or_replaced(alone: dict[int, list[float]], tmp_path: Path) -> None:
+def test_a_job_that_ends_every_process_is_named_or_replaced(
+    alone: dict[int, list[float]], tmp_path: Path
+) -> None:
     with pytest.raises(WorkerLost, match=r"job 5: each of 3 processes .*SIGKILL") as lost:
         list(share(Deadly(tmp_path, (5,), 99), range(JOBS), cores=2, batch=4))
     assert lost.value.job == 5
     assert not multiprocessing.active_children()
     given = Deadly(tmp_path, (5,), 99)
-    found = each_once(share(given, range(JOBS), cores=2, batch=4, instead=lambda job, reason: [float(job)]))
+    found = each_once(
+        share(given, range(JOBS), cores=2, batch=4, instead=lambda job, reason: [float(job)])
+    )
     assert found.pop(5) == [5.0]
     assert found == {index: one for index, one in alone.items() if index != 5}
 
@@ -72,7 +77,9 @@ def test_an_error_comes_back_as_it_was_and_ends_the_others() -> None:
             list(share(negative, range(20), cores=cores))
         assert str(raised.value) == "run.csv:3: has no samples"
         assert (raised.value.path, raised.value.line) == ("run.csv", 3)
-    assert any("negative" in note for note in raised.value.__notes__)  # where it was raised, in the other process
+    assert any(
+        "negative" in note for note in raised.value.__notes__
+    )  # where it was raised, in the other process
     assert not multiprocessing.active_children()
 
 
@@ -93,7 +100,7 @@ def test_jobs_are_asked_for_as_they_are_needed_and_leaving_ends_the_processes() 
 
 def test_a_wait_for_the_compiler_is_told_here(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[str] = []
-    monkeypatch.setattr(waiting, "compiling", lambda: told.append("compiling"))
+    monkeypatch.setattr(notifications, "compiling", lambda: told.append("compiling"))
     assert dict(share(compiles, range(6), cores=2)) == {number: number for number in range(6)}
     assert len(told) == 6
 
@@ -106,7 +113,7 @@ def test_what_cannot_travel_is_told() -> None:
     with pytest.raises(ValueError, match="at least 1"):
         list(share(negative, range(4), cores=0))
     assert list(share(negative, [], cores=2)) == []
-    assert cores_here() >= 1
+    assert available_cores() >= 1
 
 
 def in_group(group: int) -> set[int]:
@@ -122,14 +129,22 @@ def in_group(group: int) -> set[int]:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="asks /proc")
-@pytest.mark.parametrize(("ended_by", "whom"), [(signal.SIGINT, "group"), (signal.SIGKILL, "itself")])
-def test_no_process_outlives_the_one_that_shares(ended_by: signal.Signals, whom: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("ended_by", "whom"), [(signal.SIGINT, "group"), (signal.SIGKILL, "itself")]
+)
+def test_no_process_outlives_the_one_that_shares(
+    ended_by: signal.Signals, whom: str, tmp_path: Path
+) -> None:
     script = tmp_path / "sharing.py"
     script.write_text(SCRIPT)
     root = Path(__file__).parents[2]
     environment = {**os.environ, "PYTHONPATH": str(root)}
     child = subprocess.Popen(
-        [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, start_new_session=True
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=environment,
+        start_new_session=True,
     )
     assert child.stdout is not None
     assert child.stderr is not None
@@ -145,4 +160,6 @@ def test_no_process_outlives_the_one_that_shares(ended_by: signal.Signals, whom:
     told = child.stderr.read().decode()
     child.stderr.close()
     child.wait()
-    assert told.count("Traceback") == (1 if ended_by == signal.SIGINT else 0), told  # its own, none of a worker
+    assert told.count("Traceback") == (1 if ended_by == signal.SIGINT else 0), (
+        told
+    )  # its own, none of a worker

@@ -1,4 +1,5 @@
-"""Platforms without a fork server, such as Windows: commands that share work start their processes as the platform can."""
+"""Platforms without a fork server, such as Windows: commands that share work start their processes
+as the platform can."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from frictool.workers.processes import start_method
+from frictool.workers.process_pool import start_method
 from frictool.workers.share import share
 from tests.identify.benches import CLUTCH, ROOT
 from tests.workers.jobs import Deadly, series
@@ -31,10 +32,28 @@ def test_identify_each_runs_without_a_fork_server(tmp_path: Path) -> None:
     logs = [tmp_path / f"{name}.csv" for name in ("first", "second")]
     for log in logs:
         log.write_bytes((ROOT / "sample_logs/sines.csv").read_bytes())
-    words = ["identify", "--each", "log", *map(str, logs), "--bench", str(CLUTCH), "--cores", "2", "-o", "-"]
+    words = [
+        "identify",
+        "--each",
+        "log",
+        *map(str, logs),
+        "--bench",
+        str(CLUTCH),
+        "--cores",
+        "2",
+        "-o",
+        "-",
+    ]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     script = [sys.executable, "-c", WITHOUT_FORK]
-    result = subprocess.run([*script, *words], capture_output=True, env=environment, check=False, cwd=tmp_path, text=True)
+    result = subprocess.run(
+        [*script, *words],
+        capture_output=True,
+        env=environment,
+        check=False,
+        cwd=tmp_path,
+        text=True,
+    )
     assert result.returncode == 0, result.stderr
     header, *rows = result.stdout.splitlines()
     assert len(rows) == 2
@@ -43,7 +62,9 @@ def test_identify_each_runs_without_a_fork_server(tmp_path: Path) -> None:
     assert 1.0e-5 < float(inertias.pop()) < 1.7e-5
 
 
-def test_work_is_shared_and_lost_work_done_again_without_a_fork_server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_work_is_shared_and_lost_work_done_again_without_a_fork_server(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     expected = dict(share(series, range(12), cores=1))
     monkeypatch.delitem(context._concrete_contexts, "forkserver")  # type: ignore[attr-defined]
     monkeypatch.setattr("multiprocessing.get_all_start_methods", lambda: ["spawn"])

@@ -1,1 +1,2 @@
-"""The parts of the reproduction: each a function without arguments, with the tables and figures that it makes."""
+"""The parts of the reproduction: each a function without arguments, with the tables and figures
+that it makes."""

@@ -1,4 +1,5 @@
-"""5.4 on the SIMULATED clutch: table 5.3, the specification 5.4.1 counted over plants, figures 5.18 to 5.33 and C.11 to C.13."""
+"""5.4 on the SIMULATED clutch: table 5.3, the specification 5.4.1 counted over plants, figures 5.18
+to 5.33 and C.11 to C.13."""
 
 from __future__ import annotations
 
@@ -16,8 +17,15 @@ from thesis.drawing import Curve, Row, draw
 from thesis.found import Found, Part
 
 Vector = NDArray[np.float64]
-DESIGNS = {"rst": "RST of order 5", "position": "position (5.4.3)", "speed": "speed and square root (5.4.4)"}
-PLANTS = ("counts/plants_1", "counts/plants_2")  # the 1000 random plants of `make -C configs/clutch counts`
+DESIGNS = {
+    "rst": "RST of order 5",
+    "position": "position (5.4.3)",
+    "speed": "speed and square root (5.4.4)",
+}
+PLANTS = (
+    "counts/plants_1",
+    "counts/plants_2",
+)  # the 1000 random plants of `make -C configs/clutch counts`
 WINDOW = 0.5  # s of the first step
 ANNEX_WINDOW = 0.3  # s
 
@@ -29,7 +37,9 @@ def clutch_loops() -> Part:
     for design in (*DESIGNS, "annex"):
         nominal[design] = _first(played(design, "scenarios/vertices"))
         scenarios = ("scenarios/vertices", *(PLANTS if design in DESIGNS else ()))
-        found[design] = counted(spec(), controller(design), (played(design, scenario) for scenario in scenarios))
+        found[design] = counted(
+            spec(), controller(design), (played(design, scenario) for scenario in scenarios)
+        )
     _table_5_3(part, found)
     _specification(part, found)
     _annex(part, found["annex"])
@@ -40,7 +50,11 @@ def clutch_loops() -> Part:
 def _table_5_3(part: Part, found: dict[str, Counted]) -> None:
     """Energy of the opening step, and over all plants."""
     for design in DESIGNS:
-        energies = [value for plant in (*found[design].vertices, *found[design].plants) for value in plant.energy]
+        energies = [
+            value
+            for plant in (*found[design].vertices, *found[design].plants)
+            for value in plant.energy
+        ]
         part.add("table_5_3", {design: mean(found[design].nominal.energy)})
         part.say(
             "table_5_3",
@@ -48,8 +62,17 @@ def _table_5_3(part: Part, found: dict[str, Counted]) -> None:
             f"{mean(energies):.0f} in the mean.",
         )
     saved = 100.0 * (1.0 - mean(found["speed"].nominal.energy) / mean(found["rst"].nominal.energy))
-    part.add("table_5_3", {"saved": saved, "least": "speed" if spends_least([found[name] for name in DESIGNS]) else "another"})
-    part.say("table_5_3", "On the SIMULATED clutch: the mean of the opening and the closing step of the nominal plant.")
+    part.add(
+        "table_5_3",
+        {
+            "saved": saved,
+            "least": "speed" if spends_least([found[name] for name in DESIGNS]) else "another",
+        },
+    )
+    part.say(
+        "table_5_3",
+        "On the SIMULATED clutch: the mean of the opening and the closing step of the nominal plant.",
+    )
 
 
 def _specification(part: Part, found: dict[str, Counted]) -> None:
@@ -58,14 +81,30 @@ def _specification(part: Part, found: dict[str, Counted]) -> None:
         plant = found[design].nominal
         assert plant.response is not None
         every = [one.response for one in found[design].vertices if one.response is not None]
-        response = Found(1e3 * plant.response, 1e3 * min(every), 1e3 * max(every), "over the vertices")
+        response = Found(
+            1e3 * plant.response, 1e3 * min(every), 1e3 * max(every), "over the vertices"
+        )
         part.add("section_5_4", {f"{design}.response": response})
-        part.add("section_5_4", {f"{design}.overshoot": "met" if plant.met["overshoot"] else "missed"})
-        part.add("section_5_4", {f"{design}.static_error": "met" if plant.met["static_error"] else "missed"})
-        part.add("section_5_4", {f"{design}.rest": "no current" if plant.rest_drive == 0.0 else "current"})
-    part.add("section_5_4", {"rst.rest": "no current" if found["rst"].nominal.rest_drive == 0.0 else "current"})
+        part.add(
+            "section_5_4", {f"{design}.overshoot": "met" if plant.met["overshoot"] else "missed"}
+        )
+        part.add(
+            "section_5_4",
+            {f"{design}.static_error": "met" if plant.met["static_error"] else "missed"},
+        )
+        part.add(
+            "section_5_4",
+            {f"{design}.rest": "no current" if plant.rest_drive == 0.0 else "current"},
+        )
+    part.add(
+        "section_5_4",
+        {"rst.rest": "no current" if found["rst"].nominal.rest_drive == 0.0 else "current"},
+    )
     for design, title in DESIGNS.items():
-        vertices, plants = (sum(one.all_met for one in group) for group in (found[design].vertices, found[design].plants))
+        vertices, plants = (
+            sum(one.all_met for one in group)
+            for group in (found[design].vertices, found[design].plants)
+        )
         low, high = _interval(plants, len(found[design].plants))
         part.say(
             "section_5_4",
@@ -91,7 +130,9 @@ def _annex(part: Part, found: Counted) -> None:
     assert prefilter is not None
     slowest = _alone(prefilter.natural_frequency_rad_s, prefilter.damping)
     part.say("annex_c_5_3", f"The prefilter (5.69) alone takes {1e3 * slowest:.0f} ms to 95 %.")
-    part.say("annex_c_5_3", f"designs/annex.yaml: modulus margin {found.margin:.2f} at the worst vertex.")
+    part.say(
+        "annex_c_5_3", f"designs/annex.yaml: modulus margin {found.margin:.2f} at the worst vertex."
+    )
 
 
 def _alone(natural: float, damping: float) -> float:
@@ -107,7 +148,10 @@ def _first(log: Log) -> Stream:
 
 
 def _draw(part: Part, streams: dict[str, Stream]) -> None:
-    for numbers, design in ((("5.18", "5.19", "5.20"), "position"), (("5.26", "5.27", "5.29"), "speed")):
+    for numbers, design in (
+        (("5.18", "5.19", "5.20"), "position"),
+        (("5.26", "5.27", "5.29"), "speed"),
+    ):
         stream = streams[design]
         _signal(part, numbers[0], stream, "theta, rad", ("position",))
         _signal(part, numbers[1], stream, "u, N m", ("effort",))
@@ -129,7 +173,9 @@ def _signal(part: Part, number: str, stream: Stream, label: str, names: tuple[st
     values = stream.signals[name][shown]
     curves = [Curve(stream.time[shown], values, "")]
     if name in ("position", "load_position"):
-        curves.append(Curve(stream.time[shown], stream.signals["reference"][shown], "reference", "reference"))
+        curves.append(
+            Curve(stream.time[shown], stream.signals["reference"][shown], "reference", "reference")
+        )
     unit = label.rpartition(", ")[2]
     part.draw(
         number,
@@ -139,16 +185,27 @@ def _signal(part: Part, number: str, stream: Stream, label: str, names: tuple[st
     )
 
 
-def _together(part: Part, number: str, streams: dict[str, Stream], names: tuple[str, ...], label: str, window: float) -> None:
+def _together(
+    part: Part,
+    number: str,
+    streams: dict[str, Stream],
+    names: tuple[str, ...],
+    label: str,
+    window: float,
+) -> None:
     rows: list[Row] = [(label, [])]
     told = []
     for title, stream in streams.items():
         shown = stream.time <= window
         values = stream.signals[names[0]][shown]
         rows[0][1].append(Curve(stream.time[shown], values, title))
-        told.append(f"{title}: {values.min():.4g} to {values.max():.4g} {label.rpartition(', ')[2]}")
+        told.append(
+            f"{title}: {values.min():.4g} to {values.max():.4g} {label.rpartition(', ')[2]}"
+        )
     if names[0] == "position":
         stream = next(iter(streams.values()))
         shown = stream.time <= window
-        rows[0][1].append(Curve(stream.time[shown], stream.signals["reference"][shown], "reference", "reference"))
+        rows[0][1].append(
+            Curve(stream.time[shown], stream.signals["reference"][shown], "reference", "reference")
+        )
     part.draw(number, f"{'; '.join(told)}.", draw(f"figure {number}", "t, s", rows))

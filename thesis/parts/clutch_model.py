@@ -1,4 +1,5 @@
-"""4.4 on the SIMULATED clutch of configs/clutch/nonlinear.yaml, which has the published friction: tables 4.6, 4.7, figures 4.9 to 4.17."""
+"""4.4 on the SIMULATED clutch of configs/clutch/nonlinear.yaml, which has the published friction:
+tables 4.6, 4.7, figures 4.9 to 4.17."""
 
 from __future__ import annotations
 
@@ -14,22 +15,22 @@ from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
 from frictool.identify.assess.assessment import assess
-from frictool.identify.assess.bench_facts import facts_of
+from frictool.identify.assess.assessment_inputs import facts_of
 from frictool.identify.assess.quantisation import inertia_error, viscous_error
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.estimators.ordinary import ordinary
-from frictool.identify.estimators.sines import Rows, stroke_rows
+from frictool.identify.estimators.sines import StrokeRows, stroke_rows
 from frictool.identify.identification import Identification, identify
-from frictool.identify.methods import Settings
-from frictool.identify.model import model_of
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.model_document import model_of
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.picture import picture
-from frictool.identify.record import Record, make_record
 from frictool.identify.rows.differences import differenced
-from frictool.identify.rows.samples import fit
+from frictool.identify.rows.regression_samples import fit
 from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from frictool.plant.mechanism.assembly import assemble
+from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.simulate.mechanism_plant import MechanismPlant
-from frictool.simulate.step_test import step_test
 from sample_logs.make import PERIOD, SECONDS_EACH, ramp, sines
 from tests.clutch.rebound import CENTRED, OFF, Ramps, ramps, yielding
 from tests.identify.benches import clutch, record
@@ -51,7 +52,7 @@ def clutch_model() -> Part:
     whole, ramped = record(sines(SEED, truth), truth), record(ramp(SEED, truth), truth, "ramp")
     _decision(part, bench)
     _table_4_6(part, whole, bench)
-    found = identify([whole, ramped], [], bench, "sines", Settings(RATE))
+    found = identify([whole, ramped], [], bench, "sines", IdentificationSettings(RATE))
     _table_4_7(part, found)
     _friction(part, found, whole, ramped, bench)
     _validation(part)
@@ -64,26 +65,54 @@ def _decision(part: Part, bench: Bench) -> None:
     assert facts is not None
     step = facts_of(bench, DURATION, None, None, None).sensing.step
     inertia = inertia_error(facts.value, step, PERIOD, FULL_EFFORT)
-    part.add("section_4_4_1", {"inertia": 100.0 * inertia, "inertia_absolute": inertia * facts.value})
+    part.add(
+        "section_4_4_1", {"inertia": 100.0 * inertia, "inertia_absolute": inertia * facts.value}
+    )
     part.add("section_4_4_1", {"viscous": 100.0 * viscous_error(step, PERIOD, TOP_SPEED)})
     rows = {row.parameter: row.verdict for row in assess(bench, {}, DURATION).rows}
-    part.add("section_4_4_1", {"inertia_by": rows["inertia"].method or "none", "viscous_by": rows["viscous"].method or "none"})
+    part.add(
+        "section_4_4_1",
+        {
+            "inertia_by": rows["inertia"].method or "none",
+            "viscous_by": rows["viscous"].method or "none",
+        },
+    )
 
 
-def _table_4_6(part: Part, whole: Record, bench: Bench) -> None:
-    """Least squares on filtered differences of the fastest sine: it finds the filter and not the clutch (4.4.2.1)."""
+def _table_4_6(part: Part, whole: MotionRecord, bench: Bench) -> None:
+    """Least squares on filtered differences of the fastest sine: it finds the filter and not the
+    clutch (4.4.2.1)."""
     last = slice(whole.time.size - round(SECONDS_EACH / PERIOD), None)
-    fast = make_record("350 rad/s", whole.time[last], whole.position[last], whole.effort[last], whole.resolution, whole.lag)
-    told = ordinary([fast], bench, Settings(RATE, time_constant=FILTER))
+    fast = make_record(
+        "350 rad/s",
+        whole.time[last],
+        whole.position[last],
+        whole.effort[last],
+        whole.resolution,
+        whole.lag,
+    )
+    told = ordinary([fast], bench, IdentificationSettings(RATE, time_constant=FILTER))
     samples, memory = differenced([fast], FILTER)
     free = fit(samples, np.ones(samples.velocity.size), memory, RATE, {}).parameters
     inertia = free["inertia"].value
-    part.add("table_4_6", {"inertia": inertia, **{name: told.parameters[name].value for name in ("viscous", "coulomb")}})
     part.add(
         "table_4_6",
-        {"time_constant": inertia / told.parameters["viscous"].value, "believed": "yes" if "inertia" in told.parameters else "no"},
+        {
+            "inertia": inertia,
+            **{name: told.parameters[name].value for name in ("viscous", "coulomb")},
+        },
     )
-    part.say("table_4_6", f"On the SIMULATED clutch; frictool refuses the inertia: {told.refused.get('inertia', '')}.")
+    part.add(
+        "table_4_6",
+        {
+            "time_constant": inertia / told.parameters["viscous"].value,
+            "believed": "yes" if "inertia" in told.parameters else "no",
+        },
+    )
+    part.say(
+        "table_4_6",
+        f"On the SIMULATED clutch; frictool refuses the inertia: {told.refused.get('inertia', '')}.",
+    )
 
 
 def _table_4_7(part: Part, found: Identification) -> None:
@@ -91,20 +120,44 @@ def _table_4_7(part: Part, found: Identification) -> None:
     law = found.ramp.by_position if found.ramp is not None else None
     assert law is not None
     for side, unsure in zip(("plus", "minus"), law.unsure, strict=True):
-        part.add("table_4_7", {f"b{k}_{side}": Found(one.value, one.low, one.high, "95 %") for k, one in enumerate(unsure)})
-    part.say("table_4_7", "On the SIMULATED clutch, whose breakaway is that of the printed coefficients: what was put in comes out.")
+        part.add(
+            "table_4_7",
+            {
+                f"b{k}_{side}": Found(one.value, one.low, one.high, "95 %")
+                for k, one in enumerate(unsure)
+            },
+        )
+    part.say(
+        "table_4_7",
+        "On the SIMULATED clutch, whose breakaway is that of the printed coefficients: what was put in comes out.",
+    )
     assert found.fit is not None
     assert found.laws is not None
     knee = found.laws.regimes[0].above
-    part.add("section_4_4_2", {"knee": Found(knee.value, knee.low, knee.high, "95 %"), "beta": float(found.fit.details["beta"])})
+    part.add(
+        "section_4_4_2",
+        {
+            "knee": Found(knee.value, knee.low, knee.high, "95 %"),
+            "beta": float(found.fit.details["beta"]),
+        },
+    )
     below = found.identified["viscous"].value
-    part.add("section_4_4_2", {"viscous_below": "almost none" if below * knee.value < 0.05 * found.identified["coulomb"].value else "some"})
+    part.add(
+        "section_4_4_2",
+        {
+            "viscous_below": "almost none"
+            if below * knee.value < 0.05 * found.identified["coulomb"].value
+            else "some"
+        },
+    )
 
 
-def _friction(part: Part, found: Identification, whole: Record, ramped: Record, bench: Bench) -> None:
+def _friction(
+    part: Part, found: Identification, whole: MotionRecord, ramped: MotionRecord, bench: Bench
+) -> None:
     """Figures 4.9 to 4.13."""
     model = model_of(found, bench, HERE)
-    rows: Rows = stroke_rows([whole], bench)
+    rows: StrokeRows = stroke_rows([whole], bench)
     svg = picture(model, rows, found.ramp)
     knee = found.laws.regimes[0].above.value if found.laws is not None else math.nan
     part.draw(
@@ -124,16 +177,34 @@ def _friction(part: Part, found: Identification, whole: Record, ramped: Record, 
 
 
 def _validation(part: Part) -> None:
-    """Figures 4.14 to 4.17: the PID's limit cycle on chapter 2's mechanism, flanks rigid and yielding."""
+    """Figures 4.14 to 4.17: the PID's limit cycle on chapter 2's mechanism, flanks rigid and
+    yielding."""
     document = load(RIG / "mechanism.yaml", Mechanism)
     scenario = load(RIG / "scenarios/rebound.yaml", Scenario)
-    logs = {name: _under_pid(one, scenario) for name, one in (("rigid", document), ("yielding", yielding(document)))}
+    logs = {
+        name: _under_pid(one, scenario)
+        for name, one in (("rigid", document), ("yielding", yielding(document)))
+    }
     told = {name: ramps(log) for name, log in logs.items()}
     aside = sum(one.asymmetry > OFF for one in told["yielding"])
-    part.add("section_4_4_4", {"rigid": "around 0" if max(one.asymmetry for one in told["rigid"]) <= CENTRED else "aside"})
-    part.add("section_4_4_4", {"yielding": "aside" if 2 * aside >= len(told["yielding"]) else "around 0"})
-    part.say("section_4_4_4", f"Flanks that yield: the ramps are aside of 0 on {aside} of {len(told['yielding'])} holds.")
-    efforts = {name: Curve(_main(log).time, _main(log).signals["effort"]) for name, log in logs.items()}
+    part.add(
+        "section_4_4_4",
+        {
+            "rigid": "around 0"
+            if max(one.asymmetry for one in told["rigid"]) <= CENTRED
+            else "aside"
+        },
+    )
+    part.add(
+        "section_4_4_4", {"yielding": "aside" if 2 * aside >= len(told["yielding"]) else "around 0"}
+    )
+    part.say(
+        "section_4_4_4",
+        f"Flanks that yield: the ramps are aside of 0 on {aside} of {len(told['yielding'])} holds.",
+    )
+    efforts = {
+        name: Curve(_main(log).time, _main(log).signals["effort"]) for name, log in logs.items()
+    }
     part.draw(
         "4.14",
         "The exhaustive mechanism with flanks that yield, on its second hold: it sticks, and slips past the reference.",
@@ -154,7 +225,9 @@ def _validation(part: Part) -> None:
 
 
 def _under_pid(document: Mechanism, scenario: Scenario) -> Log:
-    return step_test(MechanismPlant(document, assemble(document)), controller("linear"), scenario, HERE)
+    return simulate_closed_loop(
+        MechanismPlant(document, assemble(document)), controller("linear"), scenario, HERE
+    )
 
 
 def _main(log: Log) -> Stream:
@@ -163,7 +236,10 @@ def _main(log: Log) -> Stream:
 
 def _around(holds: list[Ramps]) -> str:
     """Middle and half of the ramps of each hold."""
-    return ", ".join(f"{round(one.centre, 3) + 0.0:.3f} ± {one.half:.3f}" for one in holds) + " N m on the five holds"
+    return (
+        ", ".join(f"{round(one.centre, 3) + 0.0:.3f} ± {one.half:.3f}" for one in holds)
+        + " N m on the five holds"
+    )
 
 
 def _second_hold(log: Log) -> list[Curve]:
@@ -180,8 +256,14 @@ def _second_hold(log: Log) -> list[Curve]:
 
 def _detail(logs: dict[str, Log]) -> tuple[str, str]:
     """Figure 4.17: the second step of both, and of the one-inertia model."""
-    one = step_test(load(RIG / "nonlinear.yaml", Model), controller("linear"), _short(), HERE)
-    everything = {"flanks that yield": logs["yielding"], "rigid flanks": logs["rigid"], "one inertia (4.45)": one}
+    one = simulate_closed_loop(
+        load(RIG / "nonlinear.yaml", Model), controller("linear"), _short(), HERE
+    )
+    everything = {
+        "flanks that yield": logs["yielding"],
+        "rigid flanks": logs["rigid"],
+        "one inertia (4.45)": one,
+    }
     rows: list[Row] = [("theta, rad", []), ("u, N m", [])]
     least = math.inf
     for name, log in everything.items():
@@ -191,9 +273,12 @@ def _detail(logs: dict[str, Log]) -> tuple[str, str]:
         rows[1][1].append(Curve(stream.time[first], stream.signals["effort"][first]))
         least = min(least, int(first.sum()))
     count = int(least)
-    apart = max(float(np.max(np.abs(curve.y[:count] - rows[0][1][0].y[:count]))) for curve in rows[0][1])
-    return f"The first step in detail: the positions are at most {apart:.2f} rad apart, the backlash is 3 rad.", draw(
-        "detail", "t, s", rows
+    apart = max(
+        float(np.max(np.abs(curve.y[:count] - rows[0][1][0].y[:count]))) for curve in rows[0][1]
+    )
+    return (
+        f"The first step in detail: the positions are at most {apart:.2f} rad apart, the backlash is 3 rad.",
+        draw("detail", "t, s", rows),
     )
 
 

@@ -1,4 +1,5 @@
-"""Chapter 4 on the mass of table 4.1: tables 4.2 to 4.4, the a-priori bounds of 4.2, the ramp of 4.3, figures 4.3, 4.6 to 4.8."""
+"""Chapter 4 on the mass of table 4.1: tables 4.2 to 4.4, the a-priori bounds of 4.2, the ramp of
+4.3, figures 4.3, 4.6 to 4.8."""
 
 from __future__ import annotations
 
@@ -10,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from frictool.engine.axis import advance
+from frictool.engine.axis_motion import advance
 from frictool.identify.assess.noise_filter import LARGEST_RATIO, filter_for, noise_ratio
 from frictool.identify.assess.quantisation import inertia_error, viscous_error
 from frictool.identify.breakaway.breakaway import breakaway
 from frictool.identify.estimators.conditioned import BEST_SPEED, condition_m2
 from frictool.identify.estimators.power_balance import by_speed
-from frictool.identify.outcome import Interval
-from frictool.identify.record import Record, make_record
+from frictool.identify.fit_result import Interval
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.rows.differences import differenced
-from frictool.identify.rows.samples import Samples, fit
+from frictool.identify.rows.regression_samples import RegressionSamples, fit
 from frictool.plant.axis import rest
 from tests.identify.benches import MASS, MASS_PERIOD, MASS_SPEED, mass_bench, mass_sine
 from thesis.drawing import Curve, draw
@@ -29,7 +30,11 @@ Vector = NDArray[np.float64]
 NAMES = {"inertia": "m", "viscous": "sigma_v", "coulomb": "F_c"}
 TRUTH = np.array([MASS.inertia, MASS.viscous, MASS.coulomb])
 SEEDS, FAST_SEEDS, RECURSIVE_SEEDS, RATE = 400, 100, 4, 0.95
-FILTER, FAST, SETTLED = 2.5e-3, 1e4, 50  # s, m/s, samples after which the filter has forgotten its start
+FILTER, FAST, SETTLED = (
+    2.5e-3,
+    1e4,
+    50,
+)  # s, m/s, samples after which the filter has forgotten its start
 SPREAD = "95 of 100 single trials"
 GAIN = 1000.0  # F of (4.16) begins at so many times I
 RAMP = MASS._replace(inertia=0.1)  # 4.3: 100 g
@@ -47,25 +52,35 @@ def identification() -> Part:
     return part
 
 
-def _values(samples: Samples, weight: Vector, memory: int) -> Vector:
+def _values(samples: RegressionSamples, weight: Vector, memory: int) -> Vector:
     found = fit(samples, weight, memory, RATE, {}).parameters
     return np.array([found[name].value for name in NAMES])
 
 
 def _row(kind: str, values: list[Vector]) -> dict[str, float | str | Found]:
-    """Of each parameter the rms error in %, and between which errors 95 of 100 single trials lie, as the published one is a single one."""
+    """Of each parameter the rms error in %, and between which errors 95 of 100 single trials lie,
+    as the published one is a single one."""
     errors = 100.0 * np.abs(np.array(values) / TRUTH - 1.0)
     rms = np.sqrt(np.mean(errors**2, axis=0))
     low, high = np.quantile(errors, [0.025, 0.975], axis=0)
-    return {f"{kind}.{name}": Found(float(rms[k]), float(low[k]), float(high[k]), SPREAD) for k, name in enumerate(NAMES.values())}
+    return {
+        f"{kind}.{name}": Found(float(rms[k]), float(low[k]), float(high[k]), SPREAD)
+        for k, name in enumerate(NAMES.values())
+    }
 
 
 def _tables_4_2_and_4_3(part: Part) -> None:
     plain, weighted, filtered = [], [], []
-    printed: dict[str, list[Vector]] = {"not weighted": [], "weighted": [], "weighted and filtered": []}
+    printed: dict[str, list[Vector]] = {
+        "not weighted": [],
+        "weighted": [],
+        "weighted and filtered": [],
+    }
     for seed in range(SEEDS):
         log = mass_sine(seed)
-        for found, constant, weigh in zip(printed.values(), (0.0, 0.0, FILTER), (False, True, True), strict=True):
+        for found, constant, weigh in zip(
+            printed.values(), (0.0, 0.0, FILTER), (False, True, True), strict=True
+        ):
             found.append(_as_printed(log, constant, weigh))
         samples, memory = differenced([log], 0.0)
         plain.append(_values(samples, np.ones(samples.velocity.size), memory))
@@ -75,19 +90,28 @@ def _tables_4_2_and_4_3(part: Part) -> None:
     part.add("table_4_2", {**_row("plain", plain), **_row("weighted", weighted)})
     part.add("table_4_3", {**_row("weighted", weighted), **_row("filtered", filtered)})
     for kind, values in printed.items():
-        told = ", ".join(f"{key.split('.')[1]} {_rms(value):.3g} %" for key, value in _row("printed", values).items())
+        told = ", ".join(
+            f"{key.split('.')[1]} {_rms(value):.3g} %"
+            for key, value in _row("printed", values).items()
+        )
         part.say(
             "table_4_3" if "filtered" in kind else "table_4_2",
             f"With (4.2)'s backward differences, each effort at its own row, {kind}: {told} (rms).",
         )
     part.say("table_4_4", f"rms over {FAST_SEEDS} trials at {FAST:g} m/s.")
-    part.say("table_4_2", f"rms over {SEEDS} trials, each with its own noise, phase of the encoder and of the sine.")
+    part.say(
+        "table_4_2",
+        f"rms over {SEEDS} trials, each with its own noise, phase of the encoder and of the sine.",
+    )
 
 
-def _as_printed(log: Record, time_constant: float, weigh: bool) -> Vector:
-    """(4.2) to the letter: v and a by backward differences, the effort of the same row; every signal through the filter of 4.2.2."""
+def _as_printed(log: MotionRecord, time_constant: float, weigh: bool) -> Vector:
+    """(4.2) to the letter: v and a by backward differences, the effort of the same row; every
+    signal through the filter of 4.2.2."""
     speed = np.diff(log.position) / MASS_PERIOD
-    signals = np.column_stack((np.diff(speed) / MASS_PERIOD, speed[1:], np.sign(speed[1:]), log.effort[2:]))
+    signals = np.column_stack(
+        (np.diff(speed) / MASS_PERIOD, speed[1:], np.sign(speed[1:]), log.effort[2:])
+    )
     if time_constant:
         pole = np.exp(-MASS_PERIOD / time_constant)
         signals = lfilter([1.0 - pole], [1.0, -pole], signals, axis=0)[SETTLED:]
@@ -97,8 +121,11 @@ def _as_printed(log: Record, time_constant: float, weigh: bool) -> Vector:
 
 
 def _table_4_4(part: Part) -> None:
-    """By QR, as the product does, where conditioning changes nothing; and by the recursion (4.16) as it is printed."""
-    found: dict[str, list[Vector]] = {kind: [] for kind in ("plain", "conditioned", "recursive", "recursive_conditioned")}
+    """By QR, as the product does, where conditioning changes nothing; and by the recursion (4.16)
+    as it is printed."""
+    found: dict[str, list[Vector]] = {
+        kind: [] for kind in ("plain", "conditioned", "recursive", "recursive_conditioned")
+    }
     for seed in range(FAST_SEEDS):
         samples, memory = differenced([mass_sine(seed, FAST)], FILTER)
         scale = BEST_SPEED / FAST
@@ -107,9 +134,19 @@ def _table_4_4(part: Part) -> None:
         if seed < RECURSIVE_SEEDS:
             found["recursive"].append(_recursion(samples, 1.0))
             found["recursive_conditioned"].append(_recursion(samples, scale))
-    part.add("table_4_4", {key: value for kind in ("plain", "conditioned") for key, value in _row(kind, found[kind]).items()})
+    part.add(
+        "table_4_4",
+        {
+            key: value
+            for kind in ("plain", "conditioned")
+            for key, value in _row(kind, found[kind]).items()
+        },
+    )
     for kind, title in (("recursive", "without"), ("recursive_conditioned", "with")):
-        told = ", ".join(f"{key.split('.')[1]} {_rms(value):.3g} %" for key, value in _row(kind, found[kind]).items())
+        told = ", ".join(
+            f"{key.split('.')[1]} {_rms(value):.3g} %"
+            for key, value in _row(kind, found[kind]).items()
+        )
         part.say(
             "table_4_4",
             f"By the recursion (4.16) as printed, its gain from {GAIN:g} I on, {title} conditioning: {told} "
@@ -125,8 +162,9 @@ def _rms(found: float | str | Found) -> float:
     return float(found.value)
 
 
-def _recursion(samples: Samples, scale: float) -> Vector:
-    """(4.16), the thesis's own recursion, on rows weighted by |v| and scaled as (4.31): m, sigma_v, F_c' / scale as (4.33)."""
+def _recursion(samples: RegressionSamples, scale: float) -> Vector:
+    """(4.16), the thesis's own recursion, on rows weighted by |v| and scaled as (4.31): m, sigma_v,
+    F_c' / scale as (4.33)."""
     speed = np.abs(samples.velocity)
     rows = np.column_stack((samples.acceleration, samples.velocity, samples.sign)) * speed[:, None]
     rows[:, :2] *= scale
@@ -151,7 +189,10 @@ def _bounds(part: Part) -> None:
             "filter": 100.0 * (1.0 - noise_ratio(FILTER, MASS_PERIOD)),
         },
     )
-    part.say("section_4_2_5_4", f"Inertia with the largest effort of the trial, sigma_v V_0 + F_c = {effort:g} N.")
+    part.say(
+        "section_4_2_5_4",
+        f"Inertia with the largest effort of the trial, sigma_v V_0 + F_c = {effort:g} N.",
+    )
 
 
 class Ramps(NamedTuple):
@@ -162,12 +203,13 @@ class Ramps(NamedTuple):
     effort: Vector
 
     @property
-    def record(self) -> Record:
+    def record(self) -> MotionRecord:
         return make_record("ramp", self.time, self.position, self.effort, MASS.encoder_step, 0.0)
 
 
 def ramps() -> Ramps:
-    """4.3 on a mass of 100 g: the force grows by xi a sample until the encoder moves, and begins again at 0."""
+    """4.3 on a mass of 100 g: the force grows by xi a sample until the encoder moves, and begins
+    again at 0."""
     state, parameters = np.asarray(rest(RAMP_START)), RAMP.as_array()
     position, effort, command = np.empty(RAMP_SAMPLES), np.empty(RAMP_SAMPLES), 0.0
     before = int(np.floor(state[0] / MASS.encoder_step))
@@ -181,14 +223,27 @@ def ramps() -> Ramps:
 
 
 def _ramp(part: Part) -> None:
-    """4.3: the largest force read as the thesis reads it, and what `identify` makes of the same log."""
+    """4.3: the largest force read as the thesis reads it, and what `identify` makes of the same
+    log."""
     found = ramps()
-    axis = {name: Interval(*[getattr(RAMP, name)] * 3) for name in ("inertia", "viscous", "coulomb", "offset")}
+    axis = {
+        name: Interval(*[getattr(RAMP, name)] * 3)
+        for name in ("inertia", "viscous", "coulomb", "offset")
+    }
     with tempfile.TemporaryDirectory() as name:
         told = breakaway([found.record], mass_bench(Path(name)), axis, RATE)
     largest = float(found.effort.max())
-    part.add("section_4_3", {"u_max": largest, "breakaway": Found(told.interval.value, told.interval.low, told.interval.high, "95 %")})
-    part.say("section_4_3", f"u_max is {(largest - RAMP.breakaway) / STEP:.1f} steps xi of the ramp above the breakaway that was put in.")
+    part.add(
+        "section_4_3",
+        {
+            "u_max": largest,
+            "breakaway": Found(told.interval.value, told.interval.low, told.interval.high, "95 %"),
+        },
+    )
+    part.say(
+        "section_4_3",
+        f"u_max is {(largest - RAMP.breakaway) / STEP:.1f} steps xi of the ramp above the breakaway that was put in.",
+    )
     first = found.time < 2.0
     part.draw(
         "4.6",

@@ -1,11 +1,12 @@
-"""Tables 3.1, 4.1, 4.5, 4.8, 5.1 and 5.2, which are what everything begins with: the rigs' files against the print."""
+"""Tables 3.1, 4.1, 4.5, 4.8, 5.1 and 5.2, which are what everything begins with: the rigs' files
+against the print."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
 
-from frictool.compare.setting import from_friction
+from frictool.compare.comparison_setting import from_friction
 from frictool.documents.bench import Bench
 from frictool.documents.design import Design
 from frictool.documents.friction import Friction
@@ -43,14 +44,21 @@ def inputs() -> Part:
     _table_4_5(part, bench)
     for name, quantity in _ranges(bench).items():
         low, high = quantity.interval
-        part.add("table_5_2", {f"{name}.mean": quantity.value, f"{name}.min": low, f"{name}.max": high})
+        part.add(
+            "table_5_2", {f"{name}.mean": quantity.value, f"{name}.min": low, f"{name}.max": high}
+        )
     return part
 
 
 def _ranges(bench: Bench) -> dict[str, Quantity]:
     """What table 5.2 has of the clutch."""
     mechanics = bench.mechanics
-    given = {"J": mechanics.inertia, "K": bench.actuator.constant, "sigma_v": mechanics.viscous, "F_c": mechanics.coulomb}
+    given = {
+        "J": mechanics.inertia,
+        "K": bench.actuator.constant,
+        "sigma_v": mechanics.viscous,
+        "F_c": mechanics.coulomb,
+    }
     return {name: quantity for name, quantity in given.items() if quantity is not None}
 
 
@@ -97,7 +105,8 @@ def _table_3_1(part: Part) -> None:
 
 
 def _table_4_8(part: Part) -> None:
-    """p0, Sigma and T_s are settings of the hybrid model, which an engine that solves events has not."""
+    """p0, Sigma and T_s are settings of the hybrid model, which an engine that solves events has
+    not."""
     clutch = axis_of(load(CONFIGS / "clutch/nonlinear.yaml", Model))
     rack = load(CONFIGS / "clutch/mechanism.yaml", Mechanism).links["rack"]
     assert isinstance(rack, Rack)
@@ -114,13 +123,17 @@ def _table_4_8(part: Part) -> None:
         },
     )
     part.say(
-        "table_4_8", "p0, Sigma and T_s are settings of the hybrid model; frictool's engine of the clutch solves its events, and has none."
+        "table_4_8",
+        "p0, Sigma and T_s are settings of the hybrid model; frictool's engine of the clutch solves its events, and has none.",
     )
 
 
 def _table_5_1(part: Part) -> None:
     mass = load(CONFIGS / "mass/model.yaml", Model)
-    designs = {name: load(CONFIGS / f"mass/designs/{name}.yaml", Design) for name in ("pid_limiter", "pi_p")}
+    designs = {
+        name: load(CONFIGS / f"mass/designs/{name}.yaml", Design)
+        for name in ("pid_limiter", "pi_p")
+    }
     pid, cascade, limiter, law = (
         designs["pid_limiter"].pid,
         designs["pi_p"].pid,

@@ -1,16 +1,17 @@
-"""Chapters 2 and 3: the friction laws in the four tests of 3.7 (tables 2.1, 3.2, figures 3.11 to 3.25), and how fast they are simulated."""
+"""Chapters 2 and 3: the friction laws in the four tests of 3.7 (tables 2.1, 3.2, figures 3.11 to
+3.25), and how fast they are simulated."""
 
 from __future__ import annotations
 
 import time
 from pathlib import Path
 
-from frictool.compare import protocol
+from frictool.compare import input_protocol
 from frictool.compare.comparison import Comparison, compare
-from frictool.compare.laws import Laws
-from frictool.compare.pictures import pictures
-from frictool.compare.published import TABLE_2_1, TABLE_3_2
-from frictool.compare.setting import Setting, from_friction
+from frictool.compare.comparison_setting import ComparisonSetting, from_friction
+from frictool.compare.law_simulator import LawSimulator
+from frictool.compare.thesis_figures import pictures
+from frictool.compare.thesis_tables import TABLE_2_1, TABLE_3_2
 from frictool.documents.friction import Friction
 from frictool.documents.registry import load
 from thesis.found import Found, Part
@@ -24,15 +25,30 @@ WITHOUT_PRINT = ("stribeck",)  # beside the laws of the tables: what the others 
 def laws() -> Part:
     """Tables 2.1 and 3.2 with their figures."""
     setting = from_friction(load(RIG / "friction.yaml", Friction))
-    simulator = Laws(setting)
+    simulator = LawSimulator(setting)
     asked = {*TABLE_2_1, *TABLE_3_2, *WITHOUT_PRINT}
     found = compare(setting, simulator, tuple(law for law in simulator.names() if law in asked))
     part = Part()
-    part.add("table_2_1", {f"{law}.{row}": found.laws[law].properties[row] for law in TABLE_2_1 for row in found.laws[law].properties})
-    part.add("table_3_2", {f"{law}.{row}": cell for law in TABLE_3_2 for row, cell in found.laws[law].verdicts.items()})
+    part.add(
+        "table_2_1",
+        {
+            f"{law}.{row}": found.laws[law].properties[row]
+            for law in TABLE_2_1
+            for row in found.laws[law].properties
+        },
+    )
+    part.add(
+        "table_3_2",
+        {
+            f"{law}.{row}": cell
+            for law in TABLE_3_2
+            for row, cell in found.laws[law].verdicts.items()
+        },
+    )
     part.add("table_2_1", _speeds(simulator, setting))
     part.say(
-        "table_2_1", f"Speed of simulation: + where the stick-slip test of 60 s runs at least {REAL_TIME:g} times faster than it lasts."
+        "table_2_1",
+        f"Speed of simulation: + where the stick-slip test of 60 s runs at least {REAL_TIME:g} times faster than it lasts.",
     )
     for picture in pictures(found):
         if picture.number:
@@ -40,9 +56,10 @@ def laws() -> Part:
     return part
 
 
-def _speeds(simulator: Laws, setting: Setting) -> dict[str, float | str | Found]:
-    """The last row of table 2.1. No time itself is told: the page is the same whenever it is made."""
-    segments, cells = protocol.stick_slip(setting.scales), {}
+def _speeds(simulator: LawSimulator, setting: ComparisonSetting) -> dict[str, float | str | Found]:
+    """The last row of table 2.1. No time itself is told: the page is the same whenever it is
+    made."""
+    segments, cells = input_protocol.stick_slip(setting.scales), {}
     end = segments[-1][0]
     for law in TABLE_2_1:
         took = []
@@ -88,7 +105,9 @@ def _caption(found: Comparison, number: str) -> str:
 def _told(found: Comparison, test: str, law: str) -> str:
     tested = found.laws[law]
     if test == "stick_slip":
-        period = "none" if tested.stick_slip.period_s is None else f"{tested.stick_slip.period_s:.4f} s"
+        period = (
+            "none" if tested.stick_slip.period_s is None else f"{tested.stick_slip.period_s:.4f} s"
+        )
         return f"{tested.title}: {tested.stick_slip.sticks} stick{'s' if tested.stick_slip.sticks != 1 else ''}, period {period}"
     if test == "limit_cycle":
         cycle = tested.limit_cycle

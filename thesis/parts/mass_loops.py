@@ -1,4 +1,5 @@
-"""5.2.4, 5.2.5 and annex C.3: the loops of table 5.1 on a mass, as the product plays them; figures 5.3 to 5.9 and C.2 to C.4."""
+"""5.2.4, 5.2.5 and annex C.3: the loops of table 5.1 on a mass, as the product plays them; figures
+5.3 to 5.9 and C.2 to C.4."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
 from frictool.logs.log import Log
-from frictool.simulate.step_test import step_test
+from frictool.simulate.closed_loop import simulate_closed_loop
 from tests.engine.loops51 import LOOPS, figures
 from tests.engine.product51 import HERE, RIG, controller, model
 from thesis.drawing import Curve, Row, draw
@@ -50,8 +51,10 @@ def log_of(name: str) -> Log:
     """A step of 1 m under a loop, held for SECONDS."""
     scenario = load(RIG / "step.yaml", Scenario)
     (step,) = scenario.steps
-    scenario = msgspec.structs.replace(scenario, steps=(msgspec.structs.replace(step, duration_s=SECONDS),))
-    return step_test(model(name), controller(name), scenario, HERE)
+    scenario = msgspec.structs.replace(
+        scenario, steps=(msgspec.structs.replace(step, duration_s=SECONDS),)
+    )
+    return simulate_closed_loop(model(name), controller(name), scenario, HERE)
 
 
 def mass_loops() -> Part:
@@ -60,14 +63,24 @@ def mass_loops() -> Part:
     for name in LOOPS:
         found = figures(log_of(name).streams[0].signals["position_true"])
         part.add("section_5_2_4", {f"{name}.overshoot": _overshoot(found["overshoot_percent"])})
-        part.add("section_5_2_4", {f"{name}.cycle": "cycles" if found["amplitude_m"] > CYCLE else "rests"})
+        part.add(
+            "section_5_2_4",
+            {f"{name}.cycle": "cycles" if found["amplitude_m"] > CYCLE else "rests"},
+        )
         part.say("section_5_2_4", f"{TITLES[name]}: {_told(found)}.")
-    responses = {name: figures(log_of(name).streams[0].signals["position_true"])["response_95_s"] for name in LOOPS}
+    responses = {
+        name: figures(log_of(name).streams[0].signals["position_true"])["response_95_s"]
+        for name in LOOPS
+    }
     for kind in ("limiter", "root"):
         faster = responses[f"smooth_{kind}_virtual"] < responses[f"smooth_{kind}"]
         part.add("section_5_2_5", {f"{kind}": "faster" if faster else "not faster"})
     for number, (names, seconds) in FIGURES.items():
-        part.draw(number, " ".join(f"{TITLES[name]}: {_told(_figures(name))}." for name in names), _drawn(number, names, seconds))
+        part.draw(
+            number,
+            " ".join(f"{TITLES[name]}: {_told(_figures(name))}." for name in names),
+            _drawn(number, names, seconds),
+        )
     return part
 
 
@@ -80,8 +93,16 @@ def _overshoot(percent: float) -> str:
 
 
 def _told(found: dict[str, float]) -> str:
-    response = "never settles" if math.isinf(found["response_95_s"]) else f"response {found['response_95_s']:.2f} s"
-    cycle = f"cycles ±{found['amplitude_m']:.4f} m, {found['period_s']:.2f} s" if found["amplitude_m"] > CYCLE else "rests"
+    response = (
+        "never settles"
+        if math.isinf(found["response_95_s"])
+        else f"response {found['response_95_s']:.2f} s"
+    )
+    cycle = (
+        f"cycles ±{found['amplitude_m']:.4f} m, {found['period_s']:.2f} s"
+        if found["amplitude_m"] > CYCLE
+        else "rests"
+    )
     return f"overshoot {found['overshoot_percent']:.1f} %, {response}, {cycle}, largest error at the end {found['static_error_m']:.4f} m"
 
 

@@ -1,4 +1,5 @@
-"""Chapter 6 on the SIMULATED clutch: the two tests of 6.3.2 and 6.4.2 by frictool's commands, figures 6.1, 6.2 and 6.4 to 6.10."""
+"""Chapter 6 on the SIMULATED clutch: the two tests of 6.3.2 and 6.4.2 by frictool's commands,
+figures 6.1, 6.2 and 6.4 to 6.10."""
 
 from __future__ import annotations
 
@@ -15,10 +16,19 @@ from frictool.documents.observer import Observer
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.logs.reading import read_log
-from frictool.observe.along import Along
 from frictool.observe.design.friction_map import friction_at, friction_map
+from frictool.observe.observer_run import ObserverOutput
 from tests.accept.check_observers import DESIGNS, OPTIONS, PLANTS
-from tests.observe.thesis_tests import First, Second, Truth, first, found_in, second, slipping, truth
+from tests.observe.thesis_tests import (
+    First,
+    Second,
+    Truth,
+    first,
+    found_in,
+    second,
+    slipping,
+    truth,
+)
 from thesis.clutch import RIG, controller, done
 from thesis.drawing import Curve, Row, draw
 from thesis.found import Part
@@ -38,7 +48,7 @@ class Ran:
 
     figures: First | Second
     known: Truth
-    found: Along
+    found: ObserverOutput
     position: Vector
     observer: Observer
 
@@ -61,15 +71,34 @@ def _played(test: str) -> dict[str, Ran]:
         model, law, log = folder / "model.yaml", folder / "controller.yaml", folder / "run.mcap"
         model.write_bytes(PLANTS[test].read_bytes())
         law.write_text(to_yaml(controller(LOOPS[test])))
-        done("simulate", model, "--controller", law, "--scenario", RIG / f"observers/{test}.yaml", "-o", log)
+        done(
+            "simulate",
+            model,
+            "--controller",
+            law,
+            "--scenario",
+            RIG / f"observers/{test}.yaml",
+            "-o",
+            log,
+        )
         stream, found = read_log(log).streams[0], {}
         known = truth(load(model, Model), stream)
         for kind, options in DESIGNS.items():
             design, estimates = folder / f"{kind}.yaml", folder / f"{kind}.mcap"
-            done("observe", "design", model, *map(str, options), *map(str, OPTIONS[test]), "-o", design)
+            done(
+                "observe",
+                "design",
+                model,
+                *map(str, options),
+                *map(str, OPTIONS[test]),
+                "-o",
+                design,
+            )
             done("observe", "run", model, log, "--observer", design, "-o", estimates)
             observer, along = load(design, Observer), found_in(read_log(estimates))
-            figures = first(known, along, observer) if test == "first" else second(known, along, observer)
+            figures = (
+                first(known, along, observer) if test == "first" else second(known, along, observer)
+            )
             found[kind] = Ran(figures, known, along, stream.signals["position_true"], observer)
         return found
 
@@ -78,7 +107,10 @@ def _first(part: Part, ran: dict[str, Ran]) -> None:
     for kind in KINDS:
         found = ran[kind].figures
         assert isinstance(found, First)
-        part.add("section_6_3_2", {f"{kind}.first": "converges" if math.isfinite(found.settled) else "does not"})
+        part.add(
+            "section_6_3_2",
+            {f"{kind}.first": "converges" if math.isfinite(found.settled) else "does not"},
+        )
         printed = ran[f"{kind}_printed"].figures
         assert isinstance(printed, First)
         settled = "never" if math.isinf(printed.settled) else f"after {printed.settled:.2f} s"
@@ -124,7 +156,11 @@ def _map(part: Part) -> None:
     part.draw(
         "6.1",
         f"Forward {forward.min():.3f} to {forward.max():.3f} N m, backward {backward.min():.3f} to {backward.max():.3f} N m.",
-        draw("friction f", "theta, rad", [("f, N m", [Curve(theta, forward, "forward"), Curve(theta, -backward, "backward")])]),
+        draw(
+            "friction f",
+            "theta, rad",
+            [("f, N m", [Curve(theta, forward, "forward"), Curve(theta, -backward, "backward")])],
+        ),
     )
     edges = np.linspace(theta[0], theta[-1], INTERVALS + 1)
     middles = 0.5 * (edges[:-1] + edges[1:])
@@ -134,12 +170,20 @@ def _map(part: Part) -> None:
     part.draw(
         "6.2",
         f"{INTERVALS} levels forward, each f at its interval's middle: at most {float(np.max(np.abs(level - forward))):.4f} N m off.",
-        draw("levels of f", "theta, rad", [("f_m, N m", [Curve(theta, forward, "f"), Curve(ends, steps, "f_m")])], thin=False),
+        draw(
+            "levels of f",
+            "theta, rad",
+            [("f_m, N m", [Curve(theta, forward, "f"), Curve(ends, steps, "f_m")])],
+            thin=False,
+        ),
     )
 
 
 def _draw(part: Part, ran: dict[str, dict[str, Ran]]) -> None:
-    for state, errors, test, kind in (("6.4", "6.5", "first", "multiplicative"), ("6.6", "6.7", "second", "multiplicative")):
+    for state, errors, test, kind in (
+        ("6.4", "6.5", "first", "multiplicative"),
+        ("6.6", "6.7", "second", "multiplicative"),
+    ):
         _states(part, state, ran[test][kind], "alpha")
         _frictions(part, errors, test, ran[test][kind])
     _states(part, "6.8", ran["first"]["additive"], "alpha, N m")
@@ -157,15 +201,27 @@ def _states(part: Part, number: str, ran: Ran, label: str) -> None:
         (label, [Curve(known.time, found.wear)]),
     ]
     told = f"Speed's error {float(np.sqrt(np.mean(speed**2))):.2f} rad/s rms; alpha {found.wear[-1]:.3f} at the end"
-    part.draw(number, f"{told}, between {found.wear.min():.3f} and {found.wear.max():.3f}.", draw(f"figure {number}", "t, s", rows))
+    part.draw(
+        number,
+        f"{told}, between {found.wear.min():.3f} and {found.wear.max():.3f}.",
+        draw(f"figure {number}", "t, s", rows),
+    )
 
 
 def _frictions(part: Part, number: str, test: str, ran: Ran) -> None:
     known, found = ran.known, ran.found
     shown = (known.time >= ZOOM[0]) & (known.time <= ZOOM[1])
     both = shown & slipping(known, found, ran.observer)
-    error = 100.0 * float(np.sqrt(np.mean((found.friction - known.friction)[both] ** 2) / np.mean(known.friction[both] ** 2)))
-    curves = [Curve(known.time[shown], found.friction[shown], "estimated"), Curve(known.time[shown], known.friction[shown], "simulated")]
+    error = 100.0 * float(
+        np.sqrt(
+            np.mean((found.friction - known.friction)[both] ** 2)
+            / np.mean(known.friction[both] ** 2)
+        )
+    )
+    curves = [
+        Curve(known.time[shown], found.friction[shown], "estimated"),
+        Curve(known.time[shown], known.friction[shown], "simulated"),
+    ]
     part.draw(
         number,
         f"Friction estimated where the axis slips: {error:.0f} % rms off in these {ZOOM[1] - ZOOM[0]:g} s of the {test} test.",

@@ -1,9 +1,11 @@
-"""How a metric is distributed over the trials: quantiles with their intervals, a bound that a share of all plants keeps, a histogram.
+"""How a metric is distributed over the trials: quantiles with their intervals, a bound that a share
+of all plants keeps, a histogram.
 
-All from order statistics, so that no form of the distribution is assumed: the r-th of n sorted values has at least the share beta of all
-plants below it with the confidence gamma where P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941),
-and that is Clopper and Pearson's lower bound of the count r (binomial.py). 59 draws are the fewest of which the largest is such a bound for
-95 % with 95 %.
+All from order statistics, so that no form of the distribution is assumed: the r-th of n sorted
+values has at least the share beta of all plants below it with the confidence gamma where
+P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941), and that
+is Clopper and Pearson's lower bound of the count r (clopper_pearson.py). 59 draws are the fewest of
+which the largest is such a bound for 95 % with 95 %.
 """
 
 from __future__ import annotations
@@ -15,10 +17,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.drawing.sampling import Method
-from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Metric, Trials
-from frictool.campaign.statistics.binomial import CONFIDENCE, lower
-from frictool.ties import largest, smallest
+from frictool.campaign.draws.sampling import Method
+from frictool.campaign.statistics.clopper_pearson import CONFIDENCE, lower
+from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, MetricLimit, Trials
+from frictool.presentation.ties import largest, smallest
 
 Vector = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -30,8 +32,8 @@ MANY, FAR = 100, 1.5  # values, from which on bins reach so many widths of the m
 
 @dataclass(frozen=True)
 class Quantile:
-    """The value that a share `level` of the plants is at most; inf where that is beyond any. low, high: with the confidence, inf where
-    unknown.
+    """The value that a share `level` of the plants is at most; inf where that is beyond any. low,
+    high: with the confidence, inf where unknown.
     """
 
     level: float
@@ -42,7 +44,8 @@ class Quantile:
 
 @dataclass(frozen=True)
 class Histogram:
-    """edges (k + 1,) and counts (k,) of finite values; one edge is the limit where it lies among them. Both empty where there is none.
+    """edges (k + 1,) and counts (k,) of finite values; one edge is the limit where it lies among
+    them. Both empty where there is none.
 
     outside: finite values too far from the others to be in a bin.
     """
@@ -56,13 +59,14 @@ class Histogram:
 class Distribution:
     """Of one metric.
 
-    met, broken, undecided: trials; beyond: of those, the ones whose value is beyond any; missing: without a value, those not simulated
-    included. bound: what COVERED of all plants keep with the confidence (None where too few trials, or more than that share have no finite
-    value); trials_for_bound: how many trials give one at least. worst: the worst value, inf where one is beyond any; worst_trial: the
-    first draw that has it.
+    met, broken, undecided: trials; beyond: of those, the ones whose value is beyond any; missing:
+    without a value, those not simulated included. bound: what COVERED of all plants keep with the
+    confidence (None where too few trials, or more than that share have no finite value);
+    trials_for_bound: how many trials give one at least. worst: the worst value, inf where one is
+    beyond any; worst_trial: the first draw that has it.
     """
 
-    metric: Metric
+    metric: MetricLimit
     met: int
     broken: int
     undecided: int
@@ -86,14 +90,18 @@ class Distribution:
         return self.histogram.counts.size > 1
 
 
-def distribution(trials: Trials, index: int, method: Method, confidence: float = CONFIDENCE) -> Distribution:
+def distribution(
+    trials: Trials, index: int, method: Method, confidence: float = CONFIDENCE
+) -> Distribution:
     """Of the metric number `index`."""
     metric, found, met = trials.metrics[index], trials.found[:, index], trials.met[:, index]
     finite, known = np.isfinite(found), ~np.isnan(found)
     upward = metric.relation == "<="
     worst, worst_trial = (largest if upward else smallest)(found) if known.any() else (None, None)
     whole = method == "vertices"
-    passed, broken, undecided = (int(np.count_nonzero(met == mark)) for mark in (MET, BROKEN, UNDECIDED))
+    passed, broken, undecided = (
+        int(np.count_nonzero(met == mark)) for mark in (MET, BROKEN, UNDECIDED)
+    )
     return Distribution(
         metric,
         passed,
@@ -116,7 +124,8 @@ def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
 
 
 def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
-    """The least r with which the r-th smallest of the draws has the share `level` of all plants below it; None of too few draws."""
+    """The least r with which the r-th smallest of the draws has the share `level` of all plants
+    below it; None of too few draws."""
     if draws == 0 or lower(draws, draws, confidence, method) < level:
         return None
     return _first(lambda r: lower(r, draws, confidence, method) >= level, 1, draws)
@@ -131,7 +140,8 @@ def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
 
 
 def _bound(found: Vector, upward: bool, method: Method, confidence: float) -> float | None:
-    """The r-th value, counted from the good side; a trial without a value is taken as the worst there can be."""
+    """The r-th value, counted from the good side; a trial without a value is taken as the worst
+    there can be."""
     worst_last = np.sort(np.where(np.isnan(found), np.inf, found if upward else -found))
     place = rank(found.size, COVERED, confidence, method)
     if place is None or not np.isfinite(worst_last[place - 1]):
@@ -141,7 +151,11 @@ def _bound(found: Vector, upward: bool, method: Method, confidence: float) -> fl
 
 def _quantiles(ordered: Vector, method: Method | None, confidence: float) -> tuple[Quantile, ...]:
     """Of sorted values (n,); without a method, no interval."""
-    return tuple(_quantile(ordered, level, method, confidence) for level in QUANTILES) if ordered.size else ()
+    return (
+        tuple(_quantile(ordered, level, method, confidence) for level in QUANTILES)
+        if ordered.size
+        else ()
+    )
 
 
 def _quantile(ordered: Vector, level: float, method: Method | None, confidence: float) -> Quantile:
@@ -156,8 +170,9 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
     return Quantile(level, value, low, float(ordered[above - 1]) if above is not None else np.inf)
 
 
-def _histogram(values: Vector, metric: Metric) -> Histogram:
-    """Bins of one width; where the limit is near the values it is an edge, and a value at the limit lies on the side that meets it."""
+def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
+    """Bins of one width; where the limit is near the values it is an edge, and a value at the limit
+    lies on the side that meets it."""
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))
     limit = metric.limit
@@ -169,7 +184,9 @@ def _histogram(values: Vector, metric: Metric) -> Histogram:
         return Histogram(np.array([low - around, high + around]), np.array([near.size]))
     origin = limit if low - width < limit < high + width else low
     below, above = int(np.ceil((origin - low) / width)), int(np.ceil((high - origin) / width))
-    side: Literal["left", "right"] = "left" if metric.relation == "<=" else "right"  # bins (a, b] or [a, b)
+    side: Literal["left", "right"] = (
+        "left" if metric.relation == "<=" else "right"
+    )  # bins (a, b] or [a, b)
     below += side == "left" and origin - below * width >= low
     above += side == "right" and origin + above * width <= high
     edges: Vector = np.asarray(origin + width * np.arange(-below, above + 1.0), dtype=float)
@@ -178,8 +195,8 @@ def _histogram(values: Vector, metric: Metric) -> Histogram:
 
 
 def _reach(values: Vector, limit: float) -> tuple[float, float]:
-    """Between which values there are bins: not so far that a few of many make all the others one bar, but beyond the limit where values
-    are.
+    """Between which values there are bins: not so far that a few of many make all the others one
+    bar, but beyond the limit where values are.
     """
     low, high = float(values.min()), float(values.max())
     fifth, last = (float(q) for q in np.quantile(values, (0.05, 0.95)))

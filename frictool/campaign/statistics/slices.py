@@ -1,4 +1,5 @@
-"""The draws of a factor in slices of equal counts, in its order: what every estimate of its influence compares."""
+"""The draws of a factor in slices of equal counts, in its order: what every estimate of its
+influence compares."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.playing.trials import Trials
+from frictool.campaign.trials.trials import Trials
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -16,7 +17,8 @@ FEWEST, TENTHS, MOST = 3, 10, 60
 
 @dataclass(frozen=True)
 class Slices:
-    """of (n,): the number of the slice that each draw is in, 0..count - 1; every slice has a draw at least."""
+    """of (n,): the number of the slice that each draw is in, 0..count - 1; every slice has a draw
+    at least."""
 
     of: Places
     count: int
@@ -32,29 +34,38 @@ class Slices:
 
 
 def slices_for(draws: int) -> int:
-    """How many for a share: 3 n^(1/3), so that what varies inside of a slice and what is noise of its mean shrink together."""
+    """How many for a share: 3 n^(1/3), so that what varies inside of a slice and what is noise of
+    its mean shrink together."""
     return int(np.clip(round(3.0 * draws ** (1.0 / 3.0)), FEWEST, MOST))
 
 
 def few_slices_for(draws: int) -> int:
-    """How many for a decision: few, since what is spread over many is hardly seen; a dozen draws in each at least, where there are so
-    many.
+    """How many for a decision: few, since what is spread over many is hardly seen; a dozen draws in
+    each at least, where there are so many.
     """
     return int(np.clip(draws // 12, FEWEST, TENTHS))
 
 
-class Draws:
+class SortedDraws:
     """The draws of trials, each factor sorted once for all the comparisons that slice it."""
 
     def __init__(self, trials: Trials) -> None:
         self._trials = trials
         self._orders = [np.argsort(column, kind="stable") for column in trials.units.T]
-        self._few = [factor.whole or _at_ends(column) for factor, column in zip(trials.space.factors, trials.units.T, strict=True)]
+        self._few = [
+            factor.whole or _at_ends(column)
+            for factor, column in zip(trials.space.factors, trials.units.T, strict=True)
+        ]
 
     def sliced(self, factor: int, count: int, chosen: NDArray[np.bool_]) -> Slices:
-        """The draws `chosen` (n,) of a factor, in `count` slices; in one for each value where it has no more values than that."""
+        """The draws `chosen` (n,) of a factor, in `count` slices; in one for each value where it
+        has no more values than that."""
         if self._few[factor]:
-            where = self._trials.values if self._trials.space.factors[factor].whole else self._trials.units
+            where = (
+                self._trials.values
+                if self._trials.space.factors[factor].whole
+                else self._trials.units
+            )
             values, of = np.unique(where[chosen, factor], return_inverse=True)
             if values.size <= count:
                 return Slices(of.astype(np.int64), int(values.size))
@@ -65,7 +76,7 @@ class Draws:
         return Slices(places[chosen], count)
 
 
-def crossed(first: Slices, second: Slices) -> Slices:
+def cross_slices(first: Slices, second: Slices) -> Slices:
     """The cells of two factors; those without a draw are left out."""
     cell = first.of * second.count + second.of
     filled = np.bincount(cell, minlength=first.count * second.count) > 0

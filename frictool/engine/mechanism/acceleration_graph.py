@@ -7,10 +7,36 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.image import BLOCKS, MASS, ORDER, OUTWARD, PARENT, PARENT_JOINT, RATIO
-from frictool.engine.mechanism.transmission import is_lossy, joint_row, kink_of, received, slope_of, transmitted
-from frictool.engine.mechanism.work_rows import AHEAD, ALONG, BEHIND, DRIVEN, FORCE, GROSS, SLOPE, STOPPED_HIGH, STOPPED_LOW, VALUE
-from frictool.kernels import inset_kernel, part_kernel
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    MASS,
+    ORDER,
+    OUTWARD,
+    PARENT,
+    PARENT_JOINT,
+    RATIO,
+)
+from frictool.engine.mechanism.joint_losses import (
+    is_lossy,
+    joint_row,
+    kink_of,
+    received,
+    slope_of,
+    transmitted,
+)
+from frictool.engine.mechanism.workspace_rows import (
+    AHEAD,
+    ALONG,
+    BEHIND,
+    DRIVEN,
+    FORCE,
+    GROSS,
+    SLOPE,
+    STOPPED_HIGH,
+    STOPPED_LOW,
+    VALUE,
+)
+from frictool.runtime.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -21,8 +47,19 @@ PASSED = 1e-9  # of a piece of the graph, by which a search steps beyond its end
 
 
 @part_kernel
-def evaluate(k: Places, p: Vector, modes: Places, found: Places, count: int, x: float, towards: float, y: Vector, w: Vector) -> None:
-    """VALUE, SLOPE by x: Lambda(x) of all members; `towards`: the root's direction where it starts from rest, 0 where it moves."""
+def evaluate(
+    k: Places,
+    p: Vector,
+    modes: Places,
+    found: Places,
+    count: int,
+    x: float,
+    towards: float,
+    y: Vector,
+    w: Vector,
+) -> None:
+    """VALUE, SLOPE by x: Lambda(x) of all members; `towards`: the root's direction where it starts
+    from rest, 0 where it moves."""
     n = k[BLOCKS]
     for m in range(count):
         i = k[k[ORDER] + found[m]]
@@ -71,9 +108,18 @@ def evaluate(k: Places, p: Vector, modes: Places, found: Places, count: int, x: 
 
 @inset_kernel
 def solve(
-    k: Places, p: Vector, modes: Places, found: Places, count: int, towards: float, gross: float, y: Vector, w: Vector
+    k: Places,
+    p: Vector,
+    modes: Places,
+    found: Places,
+    count: int,
+    towards: float,
+    gross: float,
+    y: Vector,
+    w: Vector,
 ) -> tuple[bool, float]:
-    """The x with Lambda(x) = 0 (x * towards >= 0 from rest); False where the graph does not rise there."""
+    """The x with Lambda(x) = 0 (x * towards >= 0 from rest); False where the graph does not rise
+    there."""
     root = k[k[ORDER] + found[0]]
     x, low, high = 0.0, -math.inf, math.inf
     if towards > 0.0:
@@ -107,9 +153,19 @@ def solve(
 
 @inset_kernel
 def next_piece(
-    k: Places, p: Vector, modes: Places, found: Places, count: int, x: float, towards: float, going: float, y: Vector, w: Vector
+    k: Places,
+    p: Vector,
+    modes: Places,
+    found: Places,
+    count: int,
+    x: float,
+    towards: float,
+    going: float,
+    y: Vector,
+    w: Vector,
 ) -> float:
-    """Distance from x to the next end of a piece of the graph in the direction `going`, where a force passes its kink or a flank's 0."""
+    """Distance from x to the next end of a piece of the graph in the direction `going`, where a
+    force passes its kink or a flank's 0."""
     n, nearest = k[BLOCKS], math.inf
     for m in range(1, count):
         i = k[k[ORDER] + found[m]]
@@ -143,16 +199,28 @@ def total_inertia(k: Places, p: Vector, found: Places, count: int, w: Vector) ->
 
 @inset_kernel
 def follow(
-    k: Places, p: Vector, modes: Places, found: Places, count: int, start: float, towards: float, gross: float, y: Vector, w: Vector
+    k: Places,
+    p: Vector,
+    modes: Places,
+    found: Places,
+    count: int,
+    start: float,
+    towards: float,
+    gross: float,
+    y: Vector,
+    w: Vector,
 ) -> tuple[bool, float]:
-    """The zero of a rising graph that x comes to from `start` while it moves against Lambda(x); False where it goes beyond all bounds.
+    """The zero of a rising graph that x comes to from `start` while it moves against Lambda(x);
+    False where it goes beyond all bounds.
 
-    A compliant link's force grows while the accelerations of its ends differ: with damping, x follows -Lambda(x) to a zero of a rising
-    graph. A zero of a falling graph is unstable.
+    A compliant link's force grows while the accelerations of its ends differ: with damping, x
+    follows -Lambda(x) to a zero of a rising graph. A zero of a falling graph is unstable.
     """
     root, inertia = k[k[ORDER] + found[0]], total_inertia(k, p, found, count, w)
     evaluate(k, p, modes, found, count, start, towards, y, w)
-    x = start - PASSED * w[VALUE, root] / inertia  # off an end of a piece, onto the one that x goes to
+    x = (
+        start - PASSED * w[VALUE, root] / inertia
+    )  # off an end of a piece, onto the one that x goes to
     for _ in range(MAX_PIECES):
         evaluate(k, p, modes, found, count, x, towards, y, w)
         value, slope = w[VALUE, root], w[SLOPE, root]

@@ -1,12 +1,13 @@
 """Moves a mechanism through a time in which its commands are held, from event to event.
 
-    machine = prepare(packed)                   engine/mechanism/machine.py, once
+    machine = prepare(packed)                   engine/mechanism/preparation.py, once
     state = rest(packed, machine, start)        engine/mechanism/state.py
     status = advance(machine, state, command, external, duration, TOLERANCE, Told(events, count))
 
-Between events all modes are held and the rates are smooth: steps of order 8 with error control. A step within which a guard is passed is
-left at the instant at which it is, found to rounding on the step's own path; then the modes are found anew. At rest, where no rate is left
-and nothing flows in or out, the rest of the duration costs nothing.
+Between events all modes are held and the rates are smooth: steps of order 8 with error control. A
+step within which a guard is passed is left at the instant at which it is, found to rounding on the
+step's own path; then the modes are found anew. At rest, where no rate is left and nothing flows in
+or out, the rest of the duration costs nothing.
 """
 
 from __future__ import annotations
@@ -18,22 +19,37 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.ends import first_dip, is_any_broken
-from frictool.engine.mechanism.events import Told
-from frictool.engine.mechanism.field import field
-from frictool.engine.mechanism.happening import begin, happen, take_step
-from frictool.engine.mechanism.image import BLOCKS, INNER, SOURCES, TIMED, Machine
-from frictool.engine.mechanism.laws import by_address, called
-from frictool.engine.mechanism.locate import locate
-from frictool.engine.mechanism.memory import first_reversal
-from frictool.engine.mechanism.order_eight import AFTER
+from frictool.engine.mechanism.articulated_body import field
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    INNER,
+    SOURCES,
+    TIMED,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.dormand_prince8 import AFTER
+from frictool.engine.mechanism.event_handling import begin, handle_event, take_step
+from frictool.engine.mechanism.event_location import locate
+from frictool.engine.mechanism.events import EventRows
+from frictool.engine.mechanism.fixed_step_laws import keep, switch
+from frictool.engine.mechanism.hysteresis_memory import first_reversal
+from frictool.engine.mechanism.integration_step import try_step
+from frictool.engine.mechanism.law_kernels import by_address, call_by_address
+from frictool.engine.mechanism.mode_guards import first_dip, is_any_broken
 from frictool.engine.mechanism.sources import is_steady, let_flow, longest_step, take_inputs
-from frictool.engine.mechanism.state import END, GUARD, INPUTS, SPENT, TRIAL, Evaluation, Room, State
-from frictool.engine.mechanism.step import try_step
-from frictool.engine.mechanism.sums import gained
-from frictool.engine.mechanism.timed import keep, switch
+from frictool.engine.mechanism.state import (
+    END,
+    GUARD,
+    INPUTS,
+    SPENT,
+    TRIAL,
+    MechanismState,
+    RateEvaluation,
+    Workspace,
+)
+from frictool.engine.mechanism.weighted_sums import gained
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
-from frictool.kernels import inset_kernel, kernel, part_kernel
+from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -46,7 +62,7 @@ SHORTEST = 1e-15  # of the time reached, or in s
 
 
 @inset_kernel
-def _is_settled(k: Places, state: State) -> bool:
+def _is_settled(k: Places, state: MechanismState) -> bool:
     """Whether nothing moves and nothing will until the command changes."""
     n = k[BLOCKS]
     if k[INNER] > 0 or k[TIMED] > 0 or not is_steady(k, state.room.lines[INPUTS]):
@@ -62,19 +78,33 @@ def _change(error: float) -> float:
     """The step to try next, of this one."""
     if error == 0.0:
         return GROWTH
-    return min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.125)) if math.isfinite(error) else SHRINKAGE
+    return (
+        min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.125)) if math.isfinite(error) else SHRINKAGE
+    )
 
 
 @inset_kernel
-def _dip(k: Places, p: Vector, state: State, h: float, seen: float) -> float:
-    """The length of a step, or of one to where a guard may have been passed that is sound again at its end."""
+def _dip(k: Places, p: Vector, state: MechanismState, h: float, seen: float) -> float:
+    """The length of a step, or of one to where a guard may have been passed that is sound again at
+    its end."""
     room = state.room
     guard, end = room.lines[GUARD], room.lines[END]
-    return min(seen * h, first_dip(k, p, h, state.y, room.slopes[0], end, room.slopes[AFTER], state.modes, guard))
+    return min(
+        seen * h,
+        first_dip(k, p, h, state.y, room.slopes[0], end, room.slopes[AFTER], state.modes, guard),
+    )
 
 
 @part_kernel
-def _through(machine: Machine, state: State, command: Vector, external: Vector, duration: float, tolerance: float, told: Told) -> int:
+def _through(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    command: Vector,
+    external: Vector,
+    duration: float,
+    tolerance: float,
+    told: EventRows,
+) -> int:
     """Advances by `duration` with the modes of laws that have a step of their own held."""
     k, p, _ = machine
     y, modes, pace, room = state.y, state.modes, state.pace, state.room
@@ -117,7 +147,10 @@ def _through(machine: Machine, state: State, command: Vector, external: Vector, 
             pace[0], h = max(pace[0], longer) if looked or last else longer, longer
         elif status == OK:
             counted += 1
-            status, h = happen(machine, state, t, told) if counted <= MAX_EVENTS else TOO_MANY_EVENTS, pace[0]
+            status, h = (
+                handle_event(machine, state, t, told) if counted <= MAX_EVENTS else TOO_MANY_EVENTS,
+                pace[0],
+            )
         looked = False
     let_flow(k, p, room.lines[INPUTS], t, state.drive)
     pace[1], pace[2] = pace[1] + t, t
@@ -125,15 +158,28 @@ def _through(machine: Machine, state: State, command: Vector, external: Vector, 
 
 
 @part_kernel
-def _in_law_steps(machine: Machine, state: State, command: Vector, external: Vector, duration: float, tolerance: float, told: Told) -> int:
-    """Advances by `duration` in the steps of the laws that have one of their own, whose modes are asked for at the beginning of each."""
+def _in_law_steps(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    command: Vector,
+    external: Vector,
+    duration: float,
+    tolerance: float,
+    told: EventRows,
+) -> int:
+    """Advances by `duration` in the steps of the laws that have one of their own, whose modes are
+    asked for at the beginning of each."""
     k, p, _ = machine
     room = state.room
-    found = Evaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
+    found = RateEvaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
     parts = max(1, math.ceil(duration / state.pace[3] - 1e-6))
     for _part in range(parts):
         take_inputs(k, p, command, external, state.y, state.drive, room.lines[INPUTS])
-        if field(machine, 0.0, state.y, state.modes, room.lines[INPUTS], found) + switch(machine, state) != 0:
+        if (
+            field(machine, 0.0, state.y, state.modes, room.lines[INPUTS], found)
+            + switch(machine, state)
+            != 0
+        ):
             return LAW_FAILED
         status = _through(machine, state, command, external, duration / parts, tolerance, told)
         if status != OK:
@@ -166,8 +212,8 @@ def held_command(
     count: Places,
 ) -> int:
     """`advance`, with its arguments one by one, as an address takes them."""
-    machine, told = Machine(k, p, laws), Told(rows, count)
-    state = State(y, drive, modes, work, pace, Room(w, slopes, powers, lines, places))
+    machine, told = CompiledMechanism(k, p, laws), EventRows(rows, count)
+    state = MechanismState(y, drive, modes, work, pace, Workspace(w, slopes, powers, lines, places))
     n, total = k[BLOCKS], duration
     for i in range(y.shape[0]):
         total += y[i]
@@ -187,7 +233,9 @@ _m: Any = types.float64[:, ::1]
 _i: Any = types.int64[::1]
 _j: Any = types.int64[:, ::1]
 _f: Any = types.float64
-ADVANCE: Any = types.FunctionType(types.int64(_i, _a, _j, _a, _a, _i, _a, _a, _m, _m, _m, _m, _j, _a, _a, _f, _f, _m, _i))
+ADVANCE: Any = types.FunctionType(
+    types.int64(_i, _a, _j, _a, _a, _i, _a, _a, _m, _m, _m, _m, _j, _a, _a, _f, _f, _m, _i)
+)
 
 
 @by_address
@@ -214,15 +262,24 @@ def _by_address(
     rows: Any,
     count: Any,
 ) -> Any:
-    return called(ADVANCE)
+    return call_by_address(ADVANCE)
 
 
 @inset_kernel
-def advance(machine: Machine, state: State, command: Vector, external: Vector, duration: float, tolerance: float, told: Told) -> int:
-    """Advances the state, in place, by `duration` [s] under held commands (u,) and efforts on blocks (n,) [N | N m].
+def advance(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    command: Vector,
+    external: Vector,
+    duration: float,
+    tolerance: float,
+    told: EventRows,
+) -> int:
+    """Advances the state, in place, by `duration` [s] under held commands (u,) and efforts on
+    blocks (n,) [N | N m].
 
-    pace[1] is the time of all calls. The winding's bound is that of the speed at the beginning. Called by its address, which laws has in
-    its last row: what calls this is compiled without it.
+    pace[1] is the time of all calls. The winding's bound is that of the speed at the beginning.
+    Called by its address, which laws has in its last row: what calls this is compiled without it.
     Returns engine/status.py; where that is not OK, the state is that of the last event or step.
     """
     k, p, laws = machine

@@ -1,9 +1,12 @@
-"""The sampled controller around a mechanism, as engine/closed_loop.py is around one axis; and a mechanism whose sources follow signals.
+"""The sampled controller around a mechanism, as engine/closed_loop.py is around one axis; and a
+mechanism whose sources follow signals.
 
-    sample k:  sensor's block --[encoder]--> y[k] --[controller]--> u[k] --[delay_samples]--> controlled source, held until k + 1
+    sample k:  sensor's block --[encoder]--> y[k] --[controller]--> u[k] --[delay_samples]-->
+    controlled source, held until k + 1
 
-A sample is moved through in the parts in which its inputs are held (`Inputs`); with a winding each is cut into PARTS more, as the winding's
-bound is that of the speed at a call's beginning. Drifts multiply numbers of the mechanism from sample to sample: `Drifting`.
+A sample is moved through in the parts in which its inputs are held (`Inputs`); with a winding each
+is cut into PARTS more, as the winding's bound is that of the speed at a call's beginning. Drifts
+multiply numbers of the mechanism from sample to sample: `Drifting`.
 """
 
 from __future__ import annotations
@@ -13,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.machine import Machine as Controller
-from frictool.control.machine import control_step
+from frictool.control.compiled_program import CompiledProgram as Controller
+from frictool.control.compiled_program import control_step
 from frictool.engine.closed_loop import (
     COMMAND,
     LOAD,
@@ -28,20 +31,20 @@ from frictool.engine.closed_loop import (
 )
 from frictool.engine.conditions import faulty, true_command
 from frictool.engine.mechanism.advance import TOLERANCE, advance
-from frictool.engine.mechanism.events import Told
-from frictool.engine.mechanism.image import (
+from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     LAG,
     RESISTANCE,
     SOURCE,
     SOURCE_WIDTH,
     SOURCES,
-    Machine,
+    CompiledMechanism,
 )
+from frictool.engine.mechanism.events import EventRows
 from frictool.engine.mechanism.sources import source_limits
-from frictool.engine.mechanism.state import State
+from frictool.engine.mechanism.state import MechanismState
 from frictool.engine.status import OK
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -50,10 +53,12 @@ Modes = NDArray[np.int8]
 NOBODY = -1  # in place of the controlled source
 
 
-class Sight(NamedTuple):
-    """Whom the controller commands and what it sees, by their places; source NOBODY where that is not determined.
+class ControlPorts(NamedTuple):
+    """Whom the controller commands and what it sees, by their places; source NOBODY where that is
+    not determined.
 
-    step: the encoder's [rad | m]. The load's position is brought to the sensor's coordinate: sensor_start + (q - load_start)/load_ratio.
+    step: the encoder's [rad | m]. The load's position is brought to the sensor's coordinate:
+    sensor_start + (q - load_start)/load_ratio.
     """
 
     source: int
@@ -65,11 +70,12 @@ class Sight(NamedTuple):
     load_ratio: float
 
 
-class Inputs(NamedTuple):
-    """first (n + 1,): the part that each sample begins with, then their number m. durations (m,): s.
+class MechanismInputs(NamedTuple):
+    """first (n + 1,): the part that each sample begins with, then their number m. durations (m,):
+    s.
 
-    drives (m, u): what each source is asked for, A, V or effort; (0, u) where none is asked for anything. efforts (m, d): on the blocks
-    (d,), N m | N; (0, d) where there are none.
+    drives (m, u): what each source is asked for, A, V or effort; (0, u) where none is asked for
+    anything. efforts (m, d): on the blocks (d,), N m | N; (0, d) where there are none.
     """
 
     first: Places
@@ -79,8 +85,9 @@ class Inputs(NamedTuple):
     efforts: Vector
 
 
-class Drifting(NamedTuple):
-    """conditions (n, 8) or (0, 8): engine/conditions.py. At sample k the machine's number places[i] is values[i] times column columns[i].
+class DriftedNumbers(NamedTuple):
+    """conditions (n, 8) or (0, 8): engine/conditions.py. At sample k the machine's number places[i]
+    is values[i] times column columns[i].
 
     limit: of the controlled drive, which a wrong sensor of it moves.
     """
@@ -92,8 +99,9 @@ class Drifting(NamedTuple):
     limit: float
 
 
-class Recording(NamedTuple):
-    """What is written at every sample: record (n, 7), engine/closed_loop.py; motion (n, 2 b + u): positions, speeds, drives; modes (n, m).
+class MechanismRecord(NamedTuple):
+    """What is written at every sample: record (n, 7), engine/closed_loop.py; motion (n, 2 b + u):
+    positions, speeds, drives; modes (n, m).
 
     events (e, 4), happened (1,): engine/mechanism/events.py.
     """
@@ -106,23 +114,48 @@ class Recording(NamedTuple):
 
 
 @kernel
-def flowing(machine: Machine, state: State, source: int, command: float) -> float:
-    """What flows in a source from this instant on [A | V | effort]: without a lag the command, within its limits."""
+def flowing(
+    machine: CompiledMechanism, state: MechanismState, source: int, command: float
+) -> float:
+    """What flows in a source from this instant on [A | V | effort]: without a lag the command,
+    within its limits."""
     k, p = machine.whole, machine.numbers
     low, high = source_limits(k, p, source, state.y)
-    return float(min(max(state.drive[source] if p[k[SOURCE] + source * SOURCE_WIDTH + LAG] > 0.0 else command, low), high))
+    return float(
+        min(
+            max(
+                state.drive[source]
+                if p[k[SOURCE] + source * SOURCE_WIDTH + LAG] > 0.0
+                else command,
+                low,
+            ),
+            high,
+        )
+    )
 
 
 @kernel
-def seen(sight: Sight, state: State, last: float, conditions: Vector, k: int) -> float:
+def encoder_reading(
+    sight: ControlPorts, state: MechanismState, last: float, conditions: Vector, k: int
+) -> float:
     """What the encoder shows at sample k [rad | m]; `last`: what it showed at the sample before."""
     reported = measure(state.y[sight.sensor], sight.step)
-    return faulty(reported, sight.step, last, conditions[k]) if conditions.shape[0] > 0 else reported
+    return (
+        faulty(reported, sight.step, last, conditions[k]) if conditions.shape[0] > 0 else reported
+    )
 
 
 @kernel
-def _write(machine: Machine, state: State, sight: Sight, k: int, asked: Vector, out: Recording) -> None:
-    """The sample's row of motion and modes; of the record what does not depend on the controller."""
+def _write(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    sight: ControlPorts,
+    k: int,
+    asked: Vector,
+    out: MechanismRecord,
+) -> None:
+    """The sample's row of motion and modes; of the record what does not depend on the
+    controller."""
     n, u = machine.whole[BLOCKS], machine.whole[SOURCES]
     for i in range(2 * n):
         out.motion[k, i] = state.y[i]
@@ -139,17 +172,18 @@ def _write(machine: Machine, state: State, sight: Sight, k: int, asked: Vector, 
 
 @kernel
 def moved(
-    machine: Machine,
-    state: State,
-    sight: Sight,
+    machine: CompiledMechanism,
+    state: MechanismState,
+    sight: ControlPorts,
     k: int,
     closed: bool,
     acting: float,
-    inputs: Inputs,
-    drifting: Drifting,
-    out: Recording,
+    inputs: MechanismInputs,
+    drifting: DriftedNumbers,
+    out: MechanismRecord,
 ) -> int:
-    """Sample k, where `closed` with `acting` on the controlled source, up to the next: writes its rows, moves the state.
+    """Sample k, where `closed` with `acting` on the controlled source, up to the next: writes its
+    rows, moves the state.
 
     Returns engine/status.py.
     """
@@ -160,39 +194,52 @@ def moved(
             cuts = PARTS
     if drifting.conditions.shape[0] > 0:
         for i in range(drifting.places.shape[0]):
-            machine.numbers[drifting.places[i]] = drifting.values[i] * drifting.conditions[k, drifting.columns[i]]
+            machine.numbers[drifting.places[i]] = (
+                drifting.values[i] * drifting.conditions[k, drifting.columns[i]]
+            )
     for part in range(inputs.first[k], inputs.first[k + 1]):
         for s in range(u if inputs.drives.shape[0] > 0 else 0):
             asked[s] = inputs.drives[part, s]
         if closed:
             asked[sight.source] = acting
         if sight.source != NOBODY and drifting.conditions.shape[0] > 0:
-            asked[sight.source] = true_command(asked[sight.source], drifting.limit, drifting.conditions[k])
+            asked[sight.source] = true_command(
+                asked[sight.source], drifting.limit, drifting.conditions[k]
+            )
         for d in range(inputs.blocks.shape[0]):
             external[inputs.blocks[d]] = inputs.efforts[part, d]
         if part == inputs.first[k]:
             _write(machine, state, sight, k, asked, out)
         for _ in range(cuts):
-            status = advance(machine, state, asked, external, inputs.durations[part] / cuts, TOLERANCE, Told(out.events, out.happened))
+            status = advance(
+                machine,
+                state,
+                asked,
+                external,
+                inputs.durations[part] / cuts,
+                TOLERANCE,
+                EventRows(out.events, out.happened),
+            )
             if status != OK:
                 return int(status)
     return OK
 
 
 @kernel
-def answered(
-    machine: Machine,
-    state: State,
-    sight: Sight,
+def advance_controlled_sample(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    sight: ControlPorts,
     waiting: Vector,
     k: int,
     measured: float,
     command: float,
-    inputs: Inputs,
-    drifting: Drifting,
-    out: Recording,
+    inputs: MechanismInputs,
+    drifting: DriftedNumbers,
+    out: MechanismRecord,
 ) -> int:
-    """Sample k after the controller has given its command. waiting (delay_samples + 1,): commands that have yet to act, in place."""
+    """Sample k after the controller has given its command. waiting (delay_samples + 1,): commands
+    that have yet to act, in place."""
     places = waiting.shape[0]
     waiting[k % places] = command
     acting = waiting[(k + 1) % places]
@@ -204,28 +251,34 @@ def answered(
 
 @kernel
 def run(
-    machine: Machine,
-    state: State,
+    machine: CompiledMechanism,
+    state: MechanismState,
     controller: Controller,
-    sight: Sight,
+    sight: ControlPorts,
     reference: Vector,
     begin: int,
     end: int,
     waiting: Vector,
     shown: Vector,
-    inputs: Inputs,
-    drifting: Drifting,
-    out: Recording,
+    inputs: MechanismInputs,
+    drifting: DriftedNumbers,
+    out: MechanismRecord,
 ) -> tuple[int, int]:
-    """Runs the loop over samples begin .. end - 1 of `reference` (n,), one value a sample; fills `out`.
+    """Runs the loop over samples begin .. end - 1 of `reference` (n,), one value a sample; fills
+    `out`.
 
-    machine, state, controller (control/machine.py, started at what is measured), waiting (delay_samples + 1,) and shown (1,), what the
-    encoder showed last: changed in place. Returns engine/status.py, and the sample that was reached.
+    machine, state, controller (control/compiled_program.py, started at what is measured), waiting
+    (delay_samples + 1,) and shown (1,), what the encoder showed last: changed in place. Returns
+    engine/status.py, and the sample that was reached.
     """
     for k in range(begin, end):
-        shown[0] = seen(sight, state, shown[0], drifting.conditions, k)
-        command = control_step(controller, reference[k], shown[0], state.y[machine.whole[BLOCKS] + sight.sensor])
-        status = answered(machine, state, sight, waiting, k, shown[0], command, inputs, drifting, out)
+        shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
+        command = control_step(
+            controller, reference[k], shown[0], state.y[machine.whole[BLOCKS] + sight.sensor]
+        )
+        status = advance_controlled_sample(
+            machine, state, sight, waiting, k, shown[0], command, inputs, drifting, out
+        )
         if status != OK:
             return int(status), k
     return OK, end
@@ -233,23 +286,25 @@ def run(
 
 @kernel
 def follow(
-    machine: Machine,
-    state: State,
-    sight: Sight,
+    machine: CompiledMechanism,
+    state: MechanismState,
+    sight: ControlPorts,
     begin: int,
     end: int,
     shown: Vector,
-    inputs: Inputs,
-    drifting: Drifting,
-    out: Recording,
+    inputs: MechanismInputs,
+    drifting: DriftedNumbers,
+    out: MechanismRecord,
 ) -> tuple[int, int]:
     """As `run` without a controller: the sources follow their signals."""
     for k in range(begin, end):
-        shown[0] = seen(sight, state, shown[0], drifting.conditions, k)
+        shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
         out.record[k, MEASURED] = shown[0]
         status = moved(machine, state, sight, k, False, 0.0, inputs, drifting, out)
         if sight.source != NOBODY:
-            out.record[k, COMMAND] = inputs.drives[inputs.first[k], sight.source] if inputs.drives.shape[0] > 0 else 0.0
+            out.record[k, COMMAND] = (
+                inputs.drives[inputs.first[k], sight.source] if inputs.drives.shape[0] > 0 else 0.0
+            )
             out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[BLOCKS] + sight.source]
         if status != OK:
             return int(status), k

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.image import BREAKS, CUBIC, CURVE_START
-from frictool.kernels import inset_kernel
+from frictool.engine.mechanism.compiled_mechanism import BREAKS, CUBIC, CURVE_START
+from frictool.runtime.kernels import inset_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]

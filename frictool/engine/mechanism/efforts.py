@@ -1,8 +1,10 @@
-"""The efforts on each block that are functions of the state: sources, held efforts, couplings, pushes, friction in slip.
+"""The efforts on each block that are functions of the state: sources, held efforts, couplings,
+pushes, friction in slip.
 
-Rows of the work array: FORCE, all that is known; GROSS, the sum of its terms' sizes; HOLD_LOW <= 0 <= HOLD_HIGH, what friction on a block
-at rest can hold; DRIVEN, the sources' effort alone. `power` gets what each element does or takes, in the order of
-engine/mechanism/state.py. Where an evaluation is not `whole`, GROSS stays what it was.
+Rows of the work array: FORCE, all that is known; GROSS, the sum of its terms' sizes; HOLD_LOW <= 0
+<= HOLD_HIGH, what friction on a block at rest can hold; DRIVEN, the sources' effort alone. `power`
+gets what each element does or takes, in the order of engine/mechanism/state.py. Where an evaluation
+is not `whole`, GROSS stays what it was.
 """
 
 from __future__ import annotations
@@ -12,8 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.curves import curve_value
-from frictool.engine.mechanism.image import (
+from frictool.engine.mechanism.compiled_mechanism import (
     BACK_LOSS,
     BLOCK,
     BLOCKS,
@@ -52,15 +53,23 @@ from frictool.engine.mechanism.image import (
     STRAIGHT,
     VALUES,
     VALUES_END,
-    Machine,
+    CompiledMechanism,
 )
-from frictool.engine.mechanism.laws import DYNAMIC, EXACT, SMOOTH, breakaway, rate, slip_force
-from frictool.engine.mechanism.laws import force as force_of
+from frictool.engine.mechanism.curves import curve_value
+from frictool.engine.mechanism.law_kernels import (
+    DYNAMIC,
+    EXACT,
+    SMOOTH,
+    breakaway,
+    rate,
+    slip_force,
+)
+from frictool.engine.mechanism.law_kernels import force as force_of
 from frictool.engine.mechanism.sources import flowing_at
-from frictool.engine.mechanism.state import OPEN, STUCK, Evaluation
-from frictool.engine.mechanism.work_rows import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW
+from frictool.engine.mechanism.state import OPEN, STUCK, RateEvaluation
+from frictool.engine.mechanism.workspace_rows import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW
 from frictool.friction.status import OK
-from frictool.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -69,7 +78,9 @@ STIFF_MARGIN = 1e-10  # of a gap: a flank is passed when it is passed by this mu
 
 
 @inset_kernel
-def _driving(k: Places, p: Vector, t: float, y: Vector, inputs: Vector, found: Evaluation, whole: bool) -> None:
+def _driving(
+    k: Places, p: Vector, t: float, y: Vector, inputs: Vector, found: RateEvaluation, whole: bool
+) -> None:
     w, power = found.w, found.power
     n, u = k[BLOCKS], k[SOURCES]
     for i in range(n):
@@ -100,7 +111,11 @@ def _driving(k: Places, p: Vector, t: float, y: Vector, inputs: Vector, found: E
 @inset_kernel
 def coupling_stretch(k: Places, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
     """e = q_b - ratio q_a - offset, and e'."""
-    n, row, ends = k[BLOCKS], k[COUPLING] + coupling * COUPLING_WIDTH, k[COUPLING_ENDS] + 3 * coupling
+    n, row, ends = (
+        k[BLOCKS],
+        k[COUPLING] + coupling * COUPLING_WIDTH,
+        k[COUPLING_ENDS] + 3 * coupling,
+    )
     a, b = k[ends], k[ends + 1]
     e, rate = y[b] - p[row + OFFSET], y[n + b]
     if a >= 0:
@@ -111,7 +126,14 @@ def coupling_stretch(k: Places, p: Vector, coupling: int, y: Vector) -> tuple[fl
 
 @inset_kernel
 def _at_flank(
-    e: float, rate: float, gap: float, stiffness: float, damping: float, mode: int, guard: Vector, index: int
+    e: float,
+    rate: float,
+    gap: float,
+    stiffness: float,
+    damping: float,
+    mode: int,
+    guard: Vector,
+    index: int,
 ) -> tuple[float, bool]:
     """How far a flank is strained, and whether it is; its guard."""
     side = -1.0 if e < 0.0 else 1.0
@@ -128,14 +150,22 @@ def _at_flank(
 
 
 @inset_kernel
-def _couplings(k: Places, p: Vector, y: Vector, modes: Places, found: Evaluation, whole: bool) -> None:
-    """Compliant links; the guard of one with a gap is above -1 while its flanks stay as their mode says."""
+def _couplings(
+    k: Places, p: Vector, y: Vector, modes: Places, found: RateEvaluation, whole: bool
+) -> None:
+    """Compliant links; the guard of one with a gap is above -1 while its flanks stay as their mode
+    says."""
     w, guard, power = found.w, found.guard, found.power
     n, flanks = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS]
     at, row, ends = k[SOURCES] + n + k[JOINTS], k[COUPLING], k[COUPLING_ENDS]
     for c in range(k[COUPLINGS]):
         a, b, curve = k[ends], k[ends + 1], k[ends + 2]
-        ratio, gap, stiffness, damping = p[row + RATIO], p[row + GAP], p[row + STIFFNESS], p[row + DAMPING]
+        ratio, gap, stiffness, damping = (
+            p[row + RATIO],
+            p[row + GAP],
+            p[row + STIFFNESS],
+            p[row + DAMPING],
+        )
         drive, back = p[row + DRIVE_LOSS], p[row + BACK_LOSS]
         e, rate = y[b] - p[row + OFFSET], y[n + b]
         row, ends = row + COUPLING_WIDTH, ends + 3
@@ -143,7 +173,9 @@ def _couplings(k: Places, p: Vector, y: Vector, modes: Places, found: Evaluation
             e -= ratio * y[a]
             rate -= ratio * y[n + a]
         if gap > 0.0:
-            e, pressed = _at_flank(e, rate, gap, stiffness, damping, modes[flanks + c], guard, flanks + c)
+            e, pressed = _at_flank(
+                e, rate, gap, stiffness, damping, modes[flanks + c], guard, flanks + c
+            )
             if not pressed:
                 power[at + c] = 0.0
                 continue
@@ -173,11 +205,17 @@ def _couplings(k: Places, p: Vector, y: Vector, modes: Places, found: Evaluation
 
 
 @inset_kernel
-def _frictions(machine: Machine, y: Vector, modes: Places, found: Evaluation, whole: bool) -> int:
+def _frictions(
+    machine: CompiledMechanism, y: Vector, modes: Places, found: RateEvaluation, whole: bool
+) -> int:
     k, p, laws = machine
     out, w, power = found.rates, found.w, found.power
     n, status = k[BLOCKS], OK
-    at, row, first_value = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS], k[FRICTION_PLACES], k[LAW_VALUES]
+    at, row, first_value = (
+        k[SOURCES] + n + k[JOINTS] + k[COUPLINGS],
+        k[FRICTION_PLACES],
+        k[LAW_VALUES],
+    )
     for f in range(k[FRICTIONS]):
         block, kind, curve = k[row + BLOCK], k[row + KIND], k[row + LEVEL]
         values = p[first_value + k[row + VALUES] : first_value + k[row + VALUES_END]]
@@ -209,13 +247,17 @@ def _frictions(machine: Machine, y: Vector, modes: Places, found: Evaluation, wh
 
 
 @inset_kernel
-def _pressings(k: Places, p: Vector, y: Vector, modes: Places, found: Evaluation, whole: bool) -> None:
+def _pressings(
+    k: Places, p: Vector, y: Vector, modes: Places, found: RateEvaluation, whole: bool
+) -> None:
     w, power = found.w, found.power
     n, at = k[BLOCKS], k[SOURCES] + k[BLOCKS] + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS]
     for s in range(k[PRESSINGS]):
         block = k[k[PRESSING_PLACES] + 2 * s]
         row, motion = k[PRESSING] + 2 * s, modes[block]
-        friction = p[row + COEFFICIENT] * max(0.0, curve_value(k, p, k[k[PRESSING_PLACES] + 2 * s + 1], y[block]))
+        friction = p[row + COEFFICIENT] * max(
+            0.0, curve_value(k, p, k[k[PRESSING_PLACES] + 2 * s + 1], y[block])
+        )
         power[at + s] = 0.0
         if motion == STUCK:
             w[HOLD_HIGH, block] += p[row + BREAKAWAY_RATIO] * friction
@@ -228,8 +270,17 @@ def _pressings(k: Places, p: Vector, y: Vector, modes: Places, found: Evaluation
 
 
 @inset_kernel
-def efforts(machine: Machine, t: float, y: Vector, modes: Places, inputs: Vector, found: Evaluation, whole: bool) -> int:
-    """Fills the rows of w, the rates of inner states, the guards of flanks, and what elements do; returns friction/status.py."""
+def efforts(
+    machine: CompiledMechanism,
+    t: float,
+    y: Vector,
+    modes: Places,
+    inputs: Vector,
+    found: RateEvaluation,
+    whole: bool,
+) -> int:
+    """Fills the rows of w, the rates of inner states, the guards of flanks, and what elements do;
+    returns friction/status.py."""
     k, p, _ = machine
     _driving(k, p, t, y, inputs, found, whole)
     _couplings(k, p, y, modes, found, whole)
@@ -238,6 +289,13 @@ def efforts(machine: Machine, t: float, y: Vector, modes: Places, inputs: Vector
 
 
 @part_kernel
-def all_efforts(machine: Machine, t: float, y: Vector, modes: Places, inputs: Vector, found: Evaluation) -> int:
+def all_efforts(
+    machine: CompiledMechanism,
+    t: float,
+    y: Vector,
+    modes: Places,
+    inputs: Vector,
+    found: RateEvaluation,
+) -> int:
     """`efforts`, whole, compiled by itself."""
     return efforts(machine, t, y, modes, inputs, found, True)

@@ -1,6 +1,8 @@
-"""What a mechanism holds: kinetic energy and what its couplings and pushes store. With `work` it closes the balance:
+"""What a mechanism holds: kinetic energy and what its couplings and pushes store. With `work` it
+closes the balance:
 
-kinetic + stored - (at the start) = work of sources and held efforts - what joints, couplings, frictions, pressings, impacts and stops took
+kinetic + stored - (at the start) = work of sources and held efforts - what joints, couplings,
+frictions, pressings, impacts and stops took
 """
 
 from __future__ import annotations
@@ -10,9 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.curves import curve_integral
-from frictool.engine.mechanism.efforts import coupling_stretch
-from frictool.engine.mechanism.image import (
+from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLING,
     COUPLING_ENDS,
@@ -25,17 +25,20 @@ from frictool.engine.mechanism.image import (
     PUSH_PLACES,
     PUSHES,
     STIFFNESS,
-    Machine,
+    CompiledMechanism,
 )
-from frictool.engine.mechanism.state import OPEN, State, Work, work_by_element
-from frictool.kernels import kernel
+from frictool.engine.mechanism.curves import curve_integral
+from frictool.engine.mechanism.efforts import coupling_stretch
+from frictool.engine.mechanism.state import OPEN, MechanismState, WorkByElement, work_by_element
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 
-class Balance(NamedTuple):
-    """J. stored: relative to unstrained couplings and to curves' first points; lost: all that did not come back."""
+class EnergyBalance(NamedTuple):
+    """J. stored: relative to unstrained couplings and to curves' first points; lost: all that did
+    not come back."""
 
     kinetic: float
     stored: float
@@ -74,10 +77,10 @@ def _held(k: Places, p: Vector, y: Vector, modes: Places) -> tuple[float, float]
     return kinetic, stored
 
 
-def balance(machine: Machine, state: State) -> Balance:
+def balance(machine: CompiledMechanism, state: MechanismState) -> EnergyBalance:
     """The energies now, and the work so far."""
     kinetic, stored = _held(machine.whole, machine.numbers, state.y, state.modes)
-    work: Work = work_by_element(machine, state)
+    work: WorkByElement = work_by_element(machine, state)
     put_in = float(work.sources.sum() + work.external.sum())
     lost = sum(float(part.sum()) for part in work[2:])
-    return Balance(kinetic, stored, put_in, lost)
+    return EnergyBalance(kinetic, stored, put_in, lost)

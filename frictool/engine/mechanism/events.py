@@ -1,4 +1,5 @@
-"""What happens to a mechanism, as rows (time [s], kind, element's place, speed before [rad/s | m/s])."""
+"""What happens to a mechanism, as rows (time [s], kind, element's place, speed before [rad/s |
+m/s])."""
 
 from __future__ import annotations
 
@@ -7,10 +8,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.image import BLOCKS, COUPLINGS, GROUP, JOINTS, STOPS, Machine
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    COUPLINGS,
+    GROUP,
+    JOINTS,
+    STOPS,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.joint_losses import is_lossy, joint_row
 from frictool.engine.mechanism.state import OPEN, STUCK
-from frictool.engine.mechanism.transmission import is_lossy, joint_row
-from frictool.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -41,11 +49,23 @@ NAMES = (
     "leaves end stop",
     "jams",
 )
-ELEMENTS = ("block", "block", "block", "joint", "joint", "joint", "coupling", "coupling", "stop", "stop", "block")
+ELEMENTS = (
+    "block",
+    "block",
+    "block",
+    "joint",
+    "joint",
+    "joint",
+    "coupling",
+    "coupling",
+    "stop",
+    "stop",
+    "block",
+)
 EVENT_SIZE = 4
 
 
-class Told(NamedTuple):
+class EventRows(NamedTuple):
     """Where events are written."""
 
     rows: Vector  # (m, EVENT_SIZE)
@@ -53,17 +73,30 @@ class Told(NamedTuple):
 
 
 @inset_kernel
-def write(told: Told, t: float, kind: int, element: int, speed: float) -> None:
+def write(told: EventRows, t: float, kind: int, element: int, speed: float) -> None:
     """Adds a row; where there is no room, it is counted only."""
     row = told.happened[0]
     if row < told.rows.shape[0]:
-        told.rows[row, 0], told.rows[row, 1], told.rows[row, 2], told.rows[row, 3] = t, kind, element, speed
+        told.rows[row, 0], told.rows[row, 1], told.rows[row, 2], told.rows[row, 3] = (
+            t,
+            kind,
+            element,
+            speed,
+        )
     told.happened[0] = row + 1
 
 
 @part_kernel
-def write_changes(machine: Machine, t: float, speeds: Vector, before: Places, modes: Places, told: Told) -> None:
-    """Adds a row for each mode that has changed; of a group of rigidly joined blocks, for its first block. speeds (n,): before.
+def write_changes(
+    machine: CompiledMechanism,
+    t: float,
+    speeds: Vector,
+    before: Places,
+    modes: Places,
+    told: EventRows,
+) -> None:
+    """Adds a row for each mode that has changed; of a group of rigidly joined blocks, for its first
+    block. speeds (n,): before.
 
     The branch of a joint is told only where the joint loses: elsewhere its two sides are one.
     """
@@ -79,7 +112,11 @@ def write_changes(machine: Machine, t: float, speeds: Vector, before: Places, mo
             write(told, t, SEPARATES, joint, 0.0)
         if was != now and now != OPEN:
             write(told, t, TOUCHES, joint, 0.0)
-        if before[n + j + joint] not in (0, modes[n + j + joint]) and modes[n + j + joint] != 0 and is_lossy(p, joint_row(k, joint)):
+        if (
+            before[n + j + joint] not in (0, modes[n + j + joint])
+            and modes[n + j + joint] != 0
+            and is_lossy(p, joint_row(k, joint))
+        ):
             write(told, t, POWER_TURNS, joint, 0.0)
     for i in range(c):
         was, now = before[n + 2 * j + i], modes[n + 2 * j + i]

@@ -1,7 +1,9 @@
-"""The forces in a mechanism at one instant: of joints on their second ends, of frictions and pressings on their blocks.
+"""The forces in a mechanism at one instant: of joints on their second ends, of frictions and
+pressings on their blocks.
 
-Where it moves they follow from the motion. At rest friction in several places leaves them open; these are one choice among those that
-are possible, the same each time: every element takes the least that it can, then frictions before links, from the root outward.
+Where it moves they follow from the motion. At rest friction in several places leaves them open;
+these are one choice among those that are possible, the same each time: every element takes the
+least that it can, then frictions before links, from the root outward.
 """
 
 from __future__ import annotations
@@ -11,20 +13,49 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.field import field
-from frictool.engine.mechanism.image import BLOCKS, JOINTS, ORDER, OUTWARD, PARENT, PARENT_JOINT, RATIO, Machine
-from frictool.engine.mechanism.order_eight import AFTER
-from frictool.engine.mechanism.state import INPUTS, OPEN, STUCK, TRIAL, Evaluation, State, counts
-from frictool.engine.mechanism.transmission import joint_row
-from frictool.engine.mechanism.work_rows import FORCE, GIVEN, HELD, HOLD_HIGH, HOLD_LOW, LAMBDA, LEAST, NEED, NEED_HIGH, REST
-from frictool.kernels import inset_kernel, kernel
+from frictool.engine.mechanism.articulated_body import field
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    JOINTS,
+    ORDER,
+    OUTWARD,
+    PARENT,
+    PARENT_JOINT,
+    RATIO,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.dormand_prince8 import AFTER
+from frictool.engine.mechanism.joint_losses import joint_row
+from frictool.engine.mechanism.state import (
+    INPUTS,
+    OPEN,
+    STUCK,
+    TRIAL,
+    MechanismState,
+    RateEvaluation,
+    counts,
+)
+from frictool.engine.mechanism.workspace_rows import (
+    FORCE,
+    GIVEN,
+    HELD,
+    HOLD_HIGH,
+    HOLD_LOW,
+    LAMBDA,
+    LEAST,
+    NEED,
+    NEED_HIGH,
+    REST,
+)
+from frictool.runtime.kernels import inset_kernel, kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 
-class Forces(NamedTuple):
-    """links (j,): lambda of each joint, on its second end. holds (n,): what friction takes on blocks at rest, 0 on those that move."""
+class RestForces(NamedTuple):
+    """links (j,): lambda of each joint, on its second end. holds (n,): what friction takes on
+    blocks at rest, 0 on those that move."""
 
     links: Vector
     holds: Vector
@@ -32,7 +63,8 @@ class Forces(NamedTuple):
 
 @inset_kernel
 def _range_of(k: Places, p: Vector, i: int, contact: int, w: Vector) -> tuple[float, float]:
-    """lambda of the joint to the parent of a block at rest: its range, without what the joint's own friction could add."""
+    """lambda of the joint to the parent of a block at rest: its range, without what the joint's own
+    friction could add."""
     ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
     low, high = w[NEED, i], w[NEED_HIGH, i]
     if k[k[OUTWARD] + i] == 0:
@@ -58,7 +90,9 @@ def _at_rest(k: Places, p: Vector, modes: Places, w: Vector, links: Vector, hold
         if modes[i] == STUCK and joint >= 0 and modes[n + joint] != OPEN:
             low, high = _range_of(k, p, i, modes[n + joint], w)
             w[LEAST, i] = min(max(0.0, low), high)
-            w[REST, k[k[PARENT] + i]] -= w[LEAST, i] * (p[joint_row(k, joint) + RATIO] if k[k[OUTWARD] + i] == 1 else -1.0)
+            w[REST, k[k[PARENT] + i]] -= w[LEAST, i] * (
+                p[joint_row(k, joint) + RATIO] if k[k[OUTWARD] + i] == 1 else -1.0
+            )
     for place in range(n):
         i = k[k[ORDER] + place]
         joint = k[k[PARENT_JOINT] + i]
@@ -78,19 +112,19 @@ def _at_rest(k: Places, p: Vector, modes: Places, w: Vector, links: Vector, hold
 
 
 @kernel
-def _now(machine: Machine, state: State, links: Vector, holds: Vector) -> None:
+def _now(machine: CompiledMechanism, state: MechanismState, links: Vector, holds: Vector) -> None:
     k, p, _ = machine
     room = state.room
-    found = Evaluation(room.slopes[AFTER], room.w, room.lines[TRIAL], room.powers[AFTER])
+    found = RateEvaluation(room.slopes[AFTER], room.w, room.lines[TRIAL], room.powers[AFTER])
     field(machine, state.pace[2], state.y, state.modes, room.lines[INPUTS], found)
     for joint in range(k[JOINTS]):
         links[joint] = room.w[LAMBDA, joint]
     _at_rest(k, p, state.modes, room.w, links, holds)
 
 
-def forces(machine: Machine, state: State) -> Forces:
+def forces(machine: CompiledMechanism, state: MechanismState) -> RestForces:
     """The forces at the end of the last call of `advance`."""
     c = counts(machine)
     links, holds = np.zeros(c["joints"]), np.zeros(c["blocks"])
     _now(machine, state, links, holds)
-    return Forces(links, holds)
+    return RestForces(links, holds)

@@ -1,10 +1,13 @@
-"""Flanks that meet, where the play of (2.18) is taken up, and end stops: velocities after an impact, from which on (2.19) holds.
+"""Flanks that meet, where the play of (2.18) is taken up, and end stops: velocities after an
+impact, from which on (2.19) holds.
 
-An impact is between two groups of rigidly joined blocks, or a group and the frame, by Newton's law with the contact's restitution. Where
-groups touch in a row, it passes from contact to contact, the fastest approach first, as through the balls of Newton's cradle, until no
-two approach. Friction of blocks is finite and takes no impulse; what rests is freed. Losses of joints are parts of what they pass and take
-theirs (shocks.py); where they change within the shock, the flanks give back no more energy than they took, whatever the restitution.
-Approaches below BOUNCE of the speed that counts are not thrown back: a bouncing that would go on without end rests.
+An impact is between two groups of rigidly joined blocks, or a group and the frame, by Newton's law
+with the contact's restitution. Where groups touch in a row, it passes from contact to contact, the
+fastest approach first, as through the balls of Newton's cradle, until no two approach. Friction of
+blocks is finite and takes no impulse; what rests is freed. Losses of joints are parts of what they
+pass and take theirs (lossy_impulses.py); where they change within the shock, the flanks give back
+no more energy than they took, whatever the restitution. Approaches below BOUNCE of the speed that
+counts are not thrown back: a bouncing that would go on without end rests.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.image import (
+from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLINGS,
     FRICTIONS,
@@ -37,12 +40,12 @@ from frictool.engine.mechanism.image import (
     STOPS,
     THROW_BACK,
 )
-from frictool.engine.mechanism.margins import joint_gap, stop_slack
-from frictool.engine.mechanism.shocks import is_group_lossy, yielding
+from frictool.engine.mechanism.guard_tolerances import joint_gap, stop_slack
+from frictool.engine.mechanism.joint_losses import joint_row
+from frictool.engine.mechanism.lossy_impulses import is_group_lossy, yielding
 from frictool.engine.mechanism.state import OPEN, RIGID
-from frictool.engine.mechanism.transmission import joint_row
 from frictool.engine.status import OK, UNRESOLVED
-from frictool.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -76,7 +79,8 @@ def _set_group(k: Places, p: Vector, group: int, speed: float, y: Vector) -> flo
 
 @inset_kernel
 def _until(s: float, rate: float, goal: float, given: float) -> float:
-    """The impulse at which the approach s reaches `goal`, or at which flanks that part have returned what they took, `given`."""
+    """The impulse at which the approach s reaches `goal`, or at which flanks that part have
+    returned what they took, `given`."""
     if rate >= 0.0:
         return math.inf
     reached = (goal - s) / rate
@@ -87,14 +91,17 @@ def _until(s: float, rate: float, goal: float, given: float) -> float:
 
 @part_kernel
 def _meet(k: Places, p: Vector, joint: int, side: int, y: Vector, w: Vector, work: Vector) -> None:
-    """One impact of two groups: the impulse grows, in pieces between the instants at which one of them comes to rest."""
+    """One impact of two groups: the impulse grows, in pieces between the instants at which one of
+    them comes to rest."""
     n, row = k[BLOCKS], joint_row(k, joint)
     a, b, ratio = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1], p[row + RATIO]
     group_a, group_b = k[k[GROUP] + a], k[k[GROUP] + b]
     along_a, along_b = ratio * p[k[GROUP_RATIO] + a], p[k[GROUP_RATIO] + b]
     lossy_a, lossy_b = is_group_lossy(k, p, group_a), is_group_lossy(k, p, group_b)
     s = _approach(k, p, joint, side, y)
-    towards = side * math.copysign(1.0, s)  # flanks that are made to move together are also held back
+    towards = side * math.copysign(
+        1.0, s
+    )  # flanks that are made to move together are also held back
     s = abs(s)
     least = -s * (p[row + RESTITUTION] if s > BOUNCE * p[k[SPEED] + b] else 0.0)
     v_a, v_b, given = y[n + group_a], y[n + group_b], 0.0
@@ -188,7 +195,8 @@ def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 
 @inset_kernel
 def _fastest(k: Places, p: Vector, y: Vector, modes: Places, soft: bool) -> tuple[float, int]:
-    """The largest approach, of the speed that counts, and whose: a joint, or after the joints a stop. soft: or separation."""
+    """The largest approach, of the speed that counts, and whose: a joint, or after the joints a
+    stop. soft: or separation."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     worst, which = TOGETHER, -1
     for joint in range(k[JOINTS]):
@@ -209,10 +217,11 @@ def _fastest(k: Places, p: Vector, y: Vector, modes: Places, soft: bool) -> tupl
 
 @part_kernel
 def impacts(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, work: Vector) -> int:
-    """Marks what touches, resolves all approaches, opens what separates; energy lost goes to `work`. Returns engine/status.py.
+    """Marks what touches, resolves all approaches, opens what separates; energy lost goes to
+    `work`. Returns engine/status.py.
 
-    Where all approaches are below BOUNCE, what touches comes to move together, and the forces decide what stays so: two parts that push
-    a third in turn would else knock at it without end.
+    Where all approaches are below BOUNCE, what touches comes to move together, and the forces
+    decide what stays so: two parts that push a third in turn would else knock at it without end.
     """
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     _mark(k, p, y, modes)

@@ -1,4 +1,5 @@
-"""What the sources do during a call: commands within the drives' limits, and what flows while these lag behind."""
+"""What the sources do during a call: commands within the drives' limits, and what flows while these
+lag behind."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.image import (
+from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     CONSTANT,
     LAG,
@@ -19,7 +20,7 @@ from frictool.engine.mechanism.image import (
     SOURCES,
     SUPPLY,
 )
-from frictool.kernels import inset_kernel
+from frictool.runtime.kernels import inset_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -38,13 +39,26 @@ def source_limits(k: Places, p: Vector, source: int, y: Vector) -> tuple[float, 
 
 
 @inset_kernel
-def take_inputs(k: Places, p: Vector, command: Vector, external: Vector, y: Vector, drive: Vector, inputs: Vector) -> None:
-    """inputs: commands within the limits at the speeds of the beginning, what flows, efforts held on blocks."""
+def take_inputs(
+    k: Places,
+    p: Vector,
+    command: Vector,
+    external: Vector,
+    y: Vector,
+    drive: Vector,
+    inputs: Vector,
+) -> None:
+    """inputs: commands within the limits at the speeds of the beginning, what flows, efforts held
+    on blocks."""
     n, u = k[BLOCKS], k[SOURCES]
     for s in range(u):
         low, high = source_limits(k, p, s, y)
         inputs[s] = min(max(command[s], low), high)
-        inputs[u + s] = min(max(drive[s], low), high) if p[k[SOURCE] + s * SOURCE_WIDTH + LAG] > 0.0 else inputs[s]
+        inputs[u + s] = (
+            min(max(drive[s], low), high)
+            if p[k[SOURCE] + s * SOURCE_WIDTH + LAG] > 0.0
+            else inputs[s]
+        )
     for i in range(n):
         inputs[2 * u + i] = external[i]
 

@@ -1,24 +1,30 @@
-"""The state of a mechanism: what moves, which contacts are closed and what sticks, and the work done so far.
+"""The state of a mechanism: what moves, which contacts are closed and what sticks, and the work
+done so far.
 
     y       positions (n,), speeds (n,), inner states of frictions (z,)
     drive   what flows in each source (u,): A, V, or an effort
     modes   whole numbers, in the sections below
     work    J, in the sections below
 
-=======  ======  ==============================================================================================
-section  length  modes
-=======  ======  ==============================================================================================
+=======  ======
+==============================================================================================
+section  length  modes =======  ======
+==============================================================================================
 motion   n       STUCK; +1, -1: slips in that direction, also at speed 0; FREE: nothing there sticks
 contact  joints  OPEN; -1: touches at e = -gap, lambda >= 0; +1: at e = gap, lambda <= 0; RIGID
-branch   joints  +1, -1: side of the kink of a lossy joint on which lambda is, or was last; 0: self-locking, not loaded yet
+branch   joints  +1, -1: side of the kink of a lossy joint on which lambda is, or was last; 0:
+         self-locking, not loaded yet
 flank    coupl.  OPEN; -1, +1: pressed at that flank
 stop     stops   OPEN; -1, +1: rests at its low, its high end
 law      frict.  mode of a hybrid or banded law
-=======  ======  ==============================================================================================
+=======  ======
+==============================================================================================
 
-=========  =========  ==========================================================================================
+=========  =========
+==========================================================================================
 section    length     work
-=========  =========  ==========================================================================================
+=========  =========
+==========================================================================================
 sources    u          done by each source on its block
 external   n          done by the efforts held on blocks
 joints     joints     lost in each joint by its efficiency
@@ -27,7 +33,8 @@ frictions  f          taken by each friction; a dynamic law gives back what its 
 pressings  p          taken
 impacts    joints     lost where flanks meet; a jam's too
 stops      stops      lost at end stops
-=========  =========  ==========================================================================================
+=========  =========
+==========================================================================================
 """
 
 from __future__ import annotations
@@ -37,13 +44,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from frictool.engine.mechanism.image import Machine
-from frictool.engine.mechanism.laws import rest_of
-from frictool.engine.mechanism.order_eight import SLOPES
-from frictool.engine.mechanism.sums import BUMPS
-from frictool.engine.mechanism.work_rows import WORK_ROWS
-from frictool.friction.table import ROWS
-from frictool.plant.mechanism.packed import Packed
+from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
+from frictool.engine.mechanism.dormand_prince8 import SLOPES
+from frictool.engine.mechanism.law_kernels import rest_of
+from frictool.engine.mechanism.weighted_sums import BUMPS
+from frictool.engine.mechanism.workspace_rows import WORK_ROWS
+from frictool.friction.law_registry import ROWS
+from frictool.plant.mechanism.packed_mechanism import PackedMechanism
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -52,53 +59,66 @@ STUCK, FREE = 0, 2
 OPEN, RIGID = 0, 2
 LAW_STEP = 1e-5  # s
 
-# rows of Room.slopes and Room.powers: the stages of a step, at its end AFTER (order_eight.py), three for its path, and the path
+# rows of Room.slopes and Room.powers: the stages of a step, at its end AFTER (dormand_prince8.py),
+# three for its path, and the path
 PATH = SLOPES
 # rows of Room.lines
 INPUTS = 0  # (2 u + n,): commands, what flowed at the beginning, efforts held on blocks
 POINT, END = 1, 2  # (y,): of a stage; where a step ends
 Y_LOW, RATES_LOW, Y_HIGH, RATES_HIGH = 3, 4, 5, 6  # states and rates at both ends of a search
-GUARD, TRIAL, AT_LOW, AT_HIGH = 7, 8, 9, 10  # (modes,): at a step's beginning, at its end, at both ends of a search
+GUARD, TRIAL, AT_LOW, AT_HIGH = (
+    7,
+    8,
+    9,
+    10,
+)  # (modes,): at a step's beginning, at its end, at both ends of a search
 SPENT = 11  # (work,): J in a step
 SPEEDS = 12  # (n,): before an event
 ERRORS, THIRD = 13, 14  # (y,): of a step
 LINES = 15
 # rows of Room.places
-BEFORE, FOUND, WATCHED = 0, 1, 2  # (modes,) before an event; places in the order of blocks; guards that stages look at
+BEFORE, FOUND, WATCHED = (
+    0,
+    1,
+    2,
+)  # (modes,) before an event; places in the order of blocks; guards that stages look at
 PLACES = 3
 
 
-class Room(NamedTuple):
-    """Where kernels work: nothing in it outlives a call. Few arrays, which are quick to compile and to hand over; rows may be longer."""
+class Workspace(NamedTuple):
+    """Where kernels work: nothing in it outlives a call. Few arrays, which are quick to compile and
+    to hand over; rows may be longer."""
 
-    w: Vector  # (WORK_ROWS, blocks or joints): work_rows.py
+    w: Vector  # (WORK_ROWS, blocks or joints): workspace_rows.py
     slopes: Vector  # (SLOPES + BUMPS, y)
     powers: Vector  # (SLOPES + BUMPS, work)
     lines: Vector  # (LINES, longest)
     places: Places  # (PLACES, longest)
 
 
-class Evaluation(NamedTuple):
+class RateEvaluation(NamedTuple):
     """What an evaluation of the rates fills."""
 
     rates: Vector  # (y,): y'
     w: Vector  # (WORK_ROWS, blocks or joints)
-    guard: Vector  # (modes,) or longer: engine/mechanism/field.py
+    guard: Vector  # (modes,) or longer: engine/mechanism/articulated_body.py
     power: Vector  # (work,): W, what each element does or takes
 
 
-class State(NamedTuple):
+class MechanismState(NamedTuple):
     """All arrays are changed in place."""
 
     y: Vector
     drive: Vector
     modes: Places
     work: Vector
-    pace: Vector  # s: the step that comes next, the time of all calls, that since the last command, the step of laws that have one
-    room: Room
+    # s: the step that comes next, the time of all calls, that since the last command, the step of
+    # laws that have one
+    pace: Vector
+    room: Workspace
 
 
-class Work(NamedTuple):
+class WorkByElement(NamedTuple):
     """The work done and lost so far [J], by element."""
 
     sources: Vector
@@ -111,23 +131,41 @@ class Work(NamedTuple):
     stops: Vector
 
 
-def counts(machine: Machine) -> dict[str, int]:
+def counts(machine: CompiledMechanism) -> dict[str, int]:
     """How many of each element."""
-    names = ("blocks", "joints", "couplings", "frictions", "pressings", "pushes", "stops", "sources", "inner")
+    names = (
+        "blocks",
+        "joints",
+        "couplings",
+        "frictions",
+        "pressings",
+        "pushes",
+        "stops",
+        "sources",
+        "inner",
+    )
     return dict(zip(names, machine.whole[: len(names)].tolist(), strict=True))
 
 
-def rest(packed: Packed, machine: Machine, start: ArrayLike, law_step: float = LAW_STEP) -> State:
+def rest(
+    packed: PackedMechanism,
+    machine: CompiledMechanism,
+    start: ArrayLike,
+    law_step: float = LAW_STEP,
+) -> MechanismState:
     """The state at rest at `start` (n,), absolute positions; nothing flows.
 
-    law_step [s]: T_e of hybrid and banded laws, printed for a fixed step (engine/mechanism/timed.py). ValueError where the shape is
-    another, or the step not above 0.
+    law_step [s]: T_e of hybrid and banded laws, printed for a fixed step
+    (engine/mechanism/fixed_step_laws.py). ValueError where the shape is another, or the step not
+    above 0.
     """
     if not law_step > 0.0:
         raise ValueError(f"law_step is {law_step} s; allowed: above 0 s")
     c, where = counts(machine), np.asarray(start, dtype=np.float64)
     if where.shape != (c["blocks"],):
-        raise ValueError(f"start has shape {where.shape}; allowed: ({c['blocks']},), a position of each block")
+        raise ValueError(
+            f"start has shape {where.shape}; allowed: ({c['blocks']},), a position of each block"
+        )
     n, f = c["blocks"], packed.frictions
     y = np.zeros(2 * n + c["inner"])
     y[:n] = where
@@ -136,18 +174,37 @@ def rest(packed: Packed, machine: Machine, start: ArrayLike, law_step: float = L
         z = rest_of(ROWS[row], f.law_values[f.law_start[i] : f.law_start[i + 1]])
         y[at : at + z.size] = z
         at += z.size
-    modes = np.zeros(n + 2 * c["joints"] + c["couplings"] + c["stops"] + c["frictions"], dtype=np.int64)
+    modes = np.zeros(
+        n + 2 * c["joints"] + c["couplings"] + c["stops"] + c["frictions"], dtype=np.int64
+    )
     modes[n : n + c["joints"]] = np.where(packed.joints.gap == 0.0, RIGID, OPEN)
-    locking = np.maximum(packed.joints.back_loss, packed.joints.thread) > np.abs(packed.joints.ratio)
+    locking = np.maximum(packed.joints.back_loss, packed.joints.thread) > np.abs(
+        packed.joints.ratio
+    )
     modes[n + c["joints"] : n + 2 * c["joints"]] = np.where(locking, 0, 1)
-    size = c["sources"] + n + 2 * c["joints"] + c["couplings"] + c["frictions"] + c["pressings"] + c["stops"]
-    return State(y, np.zeros(c["sources"]), modes, np.zeros(size), np.array([0.0, 0.0, 0.0, law_step]), _room(c, y.size, modes.size, size))
+    size = (
+        c["sources"]
+        + n
+        + 2 * c["joints"]
+        + c["couplings"]
+        + c["frictions"]
+        + c["pressings"]
+        + c["stops"]
+    )
+    return MechanismState(
+        y,
+        np.zeros(c["sources"]),
+        modes,
+        np.zeros(size),
+        np.array([0.0, 0.0, 0.0, law_step]),
+        _room(c, y.size, modes.size, size),
+    )
 
 
-def _room(c: dict[str, int], size: int, modes: int, work: int) -> Room:
+def _room(c: dict[str, int], size: int, modes: int, work: int) -> Workspace:
     n = c["blocks"]
     longest = max(size, modes, work, 2 * c["sources"] + n, n + 1)
-    return Room(
+    return Workspace(
         np.zeros((WORK_ROWS, max(n, c["joints"]))),
         np.zeros((SLOPES + BUMPS, size)),
         np.zeros((SLOPES + BUMPS, work)),
@@ -156,8 +213,20 @@ def _room(c: dict[str, int], size: int, modes: int, work: int) -> Room:
     )
 
 
-def work_by_element(machine: Machine, state: State) -> Work:
+def work_by_element(machine: CompiledMechanism, state: MechanismState) -> WorkByElement:
     """The sections of `work`."""
     c = counts(machine)
-    lengths = [c[k] for k in ("sources", "blocks", "joints", "couplings", "frictions", "pressings", "joints", "stops")]
-    return Work(*np.split(state.work, np.cumsum(lengths)[:-1]))
+    lengths = [
+        c[k]
+        for k in (
+            "sources",
+            "blocks",
+            "joints",
+            "couplings",
+            "frictions",
+            "pressings",
+            "joints",
+            "stops",
+        )
+    ]
+    return WorkByElement(*np.split(state.work, np.cumsum(lengths)[:-1]))

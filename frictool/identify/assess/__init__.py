@@ -2,13 +2,13 @@
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from frictool.identify.assess.assessment import Assessment as Assessment
     from frictool.identify.assess.assessment import assess as assess
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
             "Assessment": "frictool.identify.assess.assessment",

@@ -1,13 +1,16 @@
-"""The friction map of figure 4.13: over position and speed, from breakaway ramps and sliding logs together (4.40)-(4.42).
+"""The friction map of figure 4.13: over position and speed, from breakaway ramps and sliding logs
+together (4.40)-(4.42).
 
-Sliding alone does not tell how friction varies with position, ramps alone not how large it is in slip. The ramps give C_s(x) per direction
-(`breakaway`); friction in slip has its shape,
+Sliding alone does not tell how friction varies with position, ramps alone not how large it is in
+slip. The ramps give C_s(x) per direction (`breakaway`); friction in slip has its shape,
 
-    C_r(x, direction) = level(direction) C_s(x, direction)/mean C_s          beta = mean C_s/mean C_r
+    C_r(x, direction) = level(direction) C_s(x, direction)/mean C_s          beta = mean C_s/mean
+                                                                             C_r
 
-and its levels, with the viscous pieces, come from the gated means of the strokes (`sines`): a stroke's mean is one of the shape
-over the places that it passes, so that it does not matter which these are. Where the directions have polynomials of their own, an
-offset of the effort is not told from half their difference: the bench's is taken, or none.
+and its levels, with the viscous pieces, come from the gated means of the strokes (`sines`): a
+stroke's mean is one of the shape over the places that it passes, so that it does not matter which
+these are. Where the directions have polynomials of their own, an offset of the effort is not told
+from half their difference: the bench's is taken, or none.
 """
 
 from __future__ import annotations
@@ -19,13 +22,19 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.laws import Backward, Dwell, Laws, Polynomial, PositionLaw
+from frictool.documents.laws import Backward, Dwell, FrictionOverPosition, Laws, Polynomial
 from frictool.documents.quantity import Estimate, Span, si_unit
-from frictool.identify.breakaway.breakaway import Breakaway, ByPosition, breakaway
-from frictool.identify.estimators.sines import Rows, fit_rows, gated_rows, not_negative, regimes_of
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit, Interval
-from frictool.identify.record import Record, Vector
+from frictool.identify.breakaway.breakaway import Breakaway, BreakawayOverPosition, breakaway
+from frictool.identify.estimators.sines import (
+    StrokeRows,
+    fit_rows,
+    gated_rows,
+    not_negative,
+    regimes_of,
+)
+from frictool.identify.fit_result import Interval, SlidingFit
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, Vector
 
 OFFSET_REASON = (
     "friction differs between the directions by more than a constant, and half of their difference and an offset are one number; "
@@ -34,21 +43,28 @@ OFFSET_REASON = (
 
 
 @dataclass(frozen=True)
-class FrictionMap:
-    """`fit` of the sliding logs with `laws` of position and speed; `ramp`: the breakaway that agrees with it; beta (4.42)."""
+class IdentifiedFrictionMap:
+    """`fit` of the sliding logs with `laws` of position and speed; `ramp`: the breakaway that
+    agrees with it; beta (4.42)."""
 
-    fit: Fit
+    fit: SlidingFit
     ramp: Breakaway
     beta: float
 
 
 def friction_map(
-    records: list[Record], ramps: list[Record], first: Breakaway, axis: Mapping[str, Interval], bench: Bench, settings: Settings
-) -> FrictionMap:
-    """The map from sliding logs and ramps whose breakaway `first` varies with position; `axis` as of `breakaway`.
+    records: list[MotionRecord],
+    ramps: list[MotionRecord],
+    first: Breakaway,
+    axis: Mapping[str, Interval],
+    bench: Bench,
+    settings: IdentificationSettings,
+) -> IdentifiedFrictionMap:
+    """The map from sliding logs and ramps whose breakaway `first` varies with position; `axis` as
+    of `breakaway`.
 
-    The axis's offset is the bench's. The ramps are evaluated again with the Coulomb friction that the map has. Raises NothingUsable as
-    `sines` does.
+    The axis's offset is the bench's. The ramps are evaluated again with the Coulomb friction that
+    the map has. Raises NothingUsable as `sines` does.
     """
     rows, offset = gated_rows(records, bench), axis["offset"].value
     law = first.by_position
@@ -59,7 +75,7 @@ def friction_map(
     law = ramp.by_position or law
     fit, levels = _fitted(rows, law, offset, bench, settings)
     beta = (law.forward.value + law.backward.value) / (levels[0].value + levels[-1].value)
-    return FrictionMap(replace(fit, details={**fit.details, "beta": beta}), ramp, beta)
+    return IdentifiedFrictionMap(replace(fit, details={**fit.details, "beta": beta}), ramp, beta)
 
 
 def _mean(levels: list[Interval]) -> Interval:
@@ -68,17 +84,31 @@ def _mean(levels: list[Interval]) -> Interval:
     return Interval(float(ends[0]), float(ends[1]), float(ends[2]))
 
 
-def _fitted(rows: Rows, law: ByPosition, offset: float, bench: Bench, settings: Settings) -> tuple[Fit, list[Interval]]:
-    """The fit of the rows to a shape over position, and the levels of friction in slip: one, or forward and backward."""
+def _fitted(
+    rows: StrokeRows,
+    law: BreakawayOverPosition,
+    offset: float,
+    bench: Bench,
+    settings: IdentificationSettings,
+) -> tuple[SlidingFit, list[Interval]]:
+    """The fit of the rows to a shape over position, and the levels of friction in slip: one, or
+    forward and backward."""
     means = rows.means
     shaped = means.sign * means.mean(shape_along(rows, law))
     forward = (means.sign > 0.0).astype(np.float64)
     second = np.ones(shaped.size) if law.common else shaped * (1.0 - forward)
     first = shaped if law.common else shaped * forward
-    changed = replace(means, columns=np.column_stack((first, second)), effort=means.effort - (0.0 if law.common else offset))
+    changed = replace(
+        means,
+        columns=np.column_stack((first, second)),
+        effort=means.effort - (0.0 if law.common else offset),
+    )
     pieces, half = fit_rows(replace(rows, means=changed), bench, settings.confidence)
     value, place = pieces.solution.value, len(pieces.knees) + 1
-    pair = [Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k])) for k in (0, place, place + 1)]
+    pair = [
+        Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k]))
+        for k in (0, place, place + 1)
+    ]
     found = {"viscous": not_negative(pair[0]), "coulomb": pair[1]}
     refused = {} if law.common or bench.mechanics.offset is not None else {"offset": OFFSET_REASON}
     if law.common:
@@ -90,11 +120,14 @@ def _fitted(rows: Rows, law: ByPosition, offset: float, bench: Bench, settings: 
     )
     error = float(np.linalg.norm(pieces.residual) / np.linalg.norm(means.effort))
     details: dict[str, float | int] = {"strokes": means.effort.size, "knees": len(pieces.knees)}
-    return Fit(found, refused, error, None, pieces.solution.condition, means.speed.size, details, laws), levels
+    return SlidingFit(
+        found, refused, error, None, pieces.solution.condition, means.speed.size, details, laws
+    ), levels
 
 
-def shape_along(rows: Rows, law: ByPosition) -> Vector:
-    """C_s over its mean (n,), at each sample of the rows in its direction; beyond the range of the ramps as at its ends."""
+def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
+    """C_s over its mean (n,), at each sample of the rows in its direction; beyond the range of the
+    ramps as at its ends."""
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
     forward = np.repeat(rows.means.sign > 0.0, lengths)
     place = np.clip(rows.position, law.low, law.high)
@@ -105,12 +138,18 @@ def shape_along(rows: Rows, law: ByPosition) -> Vector:
     return np.asarray(np.where(forward, *curves), dtype=np.float64)
 
 
-def breakaway_laws(ramp: Breakaway, bench: Bench, found: dict[str, Interval], sliding: Laws | None = None) -> Laws:
-    """The document's laws of a breakaway that varies, beside those of `sliding`; `found` gets the positive direction's breakaway."""
+def breakaway_laws(
+    ramp: Breakaway, bench: Bench, found: dict[str, Interval], sliding: Laws | None = None
+) -> Laws:
+    """The document's laws of a breakaway that varies, beside those of `sliding`; `found` gets the
+    positive direction's breakaway."""
     law, laws = ramp.by_position, sliding or Laws()
     if ramp.rising is not None:
         fresh, rise = ramp.rising.fresh, ramp.rising.rise_time
-        laws = msgspec.structs.replace(laws, dwell=Dwell(fresh.value, rise.value, (fresh.low, fresh.high), (rise.low, rise.high)))
+        laws = msgspec.structs.replace(
+            laws,
+            dwell=Dwell(fresh.value, rise.value, (fresh.low, fresh.high), (rise.low, rise.high)),
+        )
     if law is None:
         found["breakaway"] = ramp.interval
         return laws
@@ -118,12 +157,25 @@ def breakaway_laws(ramp: Breakaway, bench: Bench, found: dict[str, Interval], sl
     span = Span(law.low, law.high, si_unit("position", bench.axis))
     backward = laws.backward
     if not law.common:
-        backward = msgspec.structs.replace(backward or Backward(), breakaway=_estimate(law.backward, bench))
-    own = [Polynomial(powers, forward_interval=tuple((one.low, one.high) for one in law.unsure[k])) for k, powers in enumerate(law.powers)]
-    both = msgspec.structs.replace(own[0], backward=own[1].forward, backward_interval=own[1].forward_interval)
-    position = PositionLaw(span, own[0] if law.common else both)
+        backward = msgspec.structs.replace(
+            backward or Backward(), breakaway=_estimate(law.backward, bench)
+        )
+    own = [
+        Polynomial(powers, forward_interval=tuple((one.low, one.high) for one in law.unsure[k]))
+        for k, powers in enumerate(law.powers)
+    ]
+    both = msgspec.structs.replace(
+        own[0], backward=own[1].forward, backward_interval=own[1].forward_interval
+    )
+    position = FrictionOverPosition(span, own[0] if law.common else both)
     return msgspec.structs.replace(laws, backward=backward, position=position)
 
 
 def _estimate(found: Interval, bench: Bench) -> Estimate:
-    return Estimate(found.value, max(found.low, 0.0), found.high, si_unit("effort", bench.axis), source="identified")
+    return Estimate(
+        found.value,
+        max(found.low, 0.0),
+        found.high,
+        si_unit("effort", bench.axis),
+        source="identified",
+    )

@@ -1,18 +1,21 @@
 """When motion began, from what the encoder saw of it afterwards.
 
-Under an effort that grows at a rate r, an axis that breaks away at t0 and whose friction falls at once to Coulomb friction moves by
-(viscous/J = l, excess = |effort(t0)| - coulomb)
+Under an effort that grows at a rate r, an axis that breaks away at t0 and whose friction falls at
+once to Coulomb friction moves by (viscous/J = l, excess = |effort(t0)| - coulomb)
 
-    s(t) = excess/J t^2 phi2(-l t) + r/J t^3 phi3(-l t)        phi2(x) = (e^x - 1 - x)/x^2, phi3(x) = (phi2(x) - 1/2)/x
+    s(t) = excess/J t^2 phi2(-l t) + r/J t^3 phi3(-l t)        phi2(x) = (e^x - 1 - x)/x^2, phi3(x)
+                                                               = (phi2(x) - 1/2)/x
 
-What a coarse encoder tells well is when it changes: half a sample before the change was seen, s = start + (counts before), where
-`start`, from the place of rest to the first change, is unknown between 0 and one count. t0 minimises the squares of the differences
-in s, `start` eliminated; the excess follows t0 along the ramp. A preference for the `expected` start, worth `timing` squares, decides what
-the changes leave open: `timing` is the variance of s at a change (half a sample of motion) over that of a uniform start, 1/12 count^2. A
-single change cannot tell t0 from `start`, and there the preference decides alone.
+What a coarse encoder tells well is when it changes: half a sample before the change was seen, s =
+start + (counts before), where `start`, from the place of rest to the first change, is unknown
+between 0 and one count. t0 minimises the squares of the differences in s, `start` eliminated; the
+excess follows t0 along the ramp. A preference for the `expected` start, worth `timing` squares,
+decides what the changes leave open: `timing` is the variance of s at a change (half a sample of
+motion) over that of a uniform start, 1/12 count^2. A single change cannot tell t0 from `start`, and
+there the preference decides alone.
 
-If friction falls over a Stribeck velocity v_s, by excess (1 - exp(-(v/v_s)^2)), the travel is integrated into a table; the excess of a
-table is that of the onset found before, ROUNDS times.
+If friction falls over a Stribeck velocity v_s, by excess (1 - exp(-(v/v_s)^2)), the travel is
+integrated into a table; the excess of a table is that of the onset found before, ROUNDS times.
 """
 
 from __future__ import annotations
@@ -23,12 +26,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.exponentials import phi2
-from frictool.identify.record import Vector
-from frictool.kernels import kernel
+from frictool.identify.motion_record import Vector
+from frictool.runtime.kernels import kernel
 
 Table = NDArray[np.float64]
 OK, NO_MOTION, NOT_POSITIVE = 0, 1, 2
-STATUS = {OK: "onset found", NO_MOTION: "no change after the onset", NOT_POSITIVE: "rate, inertia or search span is not positive"}
+STATUS = {
+    OK: "onset found",
+    NO_MOTION: "no change after the onset",
+    NOT_POSITIVE: "rate, inertia or search span is not positive",
+}
 STEPS = 256  # of the table of the travel
 ROUNDS = 4  # of the onset and the excess that it has
 COARSE, HALVINGS = 64, 40  # points of the first search; steps of the golden section around the best
@@ -57,9 +64,11 @@ def travel(t: float, excess: float, rate: float, inertia: float, viscous: float)
 
 @kernel
 def travel_table(step: float, excess: float, rate: float, axis: Vector, velocity: float) -> Table:
-    """Return position and velocity (STEPS + 1, 2) at multiples of `step` s after the onset, by the Runge-Kutta method of order 4.
+    """Return position and velocity (STEPS + 1, 2) at multiples of `step` s after the onset, by the
+    Runge-Kutta method of order 4.
 
-    Friction falls from the breakaway by `excess` to Coulomb friction over the Stribeck velocity `velocity`; inf: it does not fall.
+    Friction falls from the breakaway by `excess` to Coulomb friction over the Stribeck velocity
+    `velocity`; inf: it does not fall.
     """
     table = np.zeros((STEPS + 1, 2))
     slopes = np.zeros(4)
@@ -72,7 +81,9 @@ def travel_table(step: float, excess: float, rate: float, axis: Vector, velocity
             t = step * (k + (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5))
             fallen = -math.expm1(-((at / velocity) ** 2))
             slopes[stage] = (rate * t + max(excess, 0.0) * fallen - axis[1] * at) / axis[0]
-        table[k + 1, 0] = table[k, 0] + step * (v + step / 6.0 * (slopes[0] + slopes[1] + slopes[2]))
+        table[k + 1, 0] = table[k, 0] + step * (
+            v + step / 6.0 * (slopes[0] + slopes[1] + slopes[2])
+        )
         v += step / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
         table[k + 1, 1] = v
     return table
@@ -86,7 +97,9 @@ def looked_up(t: float, step: float, table: Table) -> float:
     k = min(int(t / step), table.shape[0] - 2)
     x = t / step - k
     rise, left, right = table[k + 1, 0] - table[k, 0], step * table[k, 1], step * table[k + 1, 1]
-    value: float = table[k, 0] + x * (left + x * (3.0 * rise - 2.0 * left - right + x * (left + right - 2.0 * rise)))
+    value: float = table[k, 0] + x * (
+        left + x * (3.0 * rise - 2.0 * left - right + x * (left + right - 2.0 * rise))
+    )
     return value
 
 
@@ -103,22 +116,30 @@ def misfit(
     table_step: float,
     table: Table,
 ) -> tuple[float, float]:
-    """(sum of squares of the model's travel against start + `seen` (n,) at `time` (n,), the start that makes it least, within one count).
+    """(sum of squares of the model's travel against start + `seen` (n,) at `time` (n,), the start
+    that makes it least, within one count).
 
-    ramp: (|effort| at time 0, its rate per s); axis: (inertia, viscous, coulomb); expected: the start preferred, rad | m.
-    timing: see above. table: of `travel_table` with its step, s; one row: friction falls at once.
+    ramp: (|effort| at time 0, its rate per s); axis: (inertia, viscous, coulomb); expected: the
+    start preferred, rad | m. timing: see above. table: of `travel_table` with its step, s; one row:
+    friction falls at once.
     """
     excess = ramp[0] + ramp[1] * t0 - axis[2]
     n = time.shape[0]
     total, square = 0.0, 0.0
     for k in range(n):
         late = time[k] - t0
-        moved = looked_up(late, table_step, table) if table.shape[0] > 1 else travel(late, excess, ramp[1], axis[0], axis[1])
+        moved = (
+            looked_up(late, table_step, table)
+            if table.shape[0] > 1
+            else travel(late, excess, ramp[1], axis[0], axis[1])
+        )
         error = moved - seen[k]
         total += error
         square += error * error
     start = min(max((total + timing * expected) / (n + timing), 0.0), resolution)
-    left: float = square - 2.0 * start * total + n * start * start + timing * (start - expected) ** 2
+    left: float = (
+        square - 2.0 * start * total + n * start * start + timing * (start - expected) ** 2
+    )
     return left, start
 
 
@@ -135,20 +156,27 @@ def least_misfit(
     table_step: float,
     table: Table,
 ) -> float:
-    """Return the onset [s] with the least `misfit`, whose arguments are given; within `span` s before time[0]."""
+    """Return the onset [s] with the least `misfit`, whose arguments are given; within `span` s
+    before time[0]."""
     step = span / COARSE
     best, least = time[0], math.inf
     for k in range(COARSE + 1):
         t0 = time[0] - k * step
-        value = misfit(t0, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[0]
+        value = misfit(t0, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[
+            0
+        ]
         if value < least:
             best, least = t0, value
     low, high = best - step, min(best + step, time[0])
     ratio = 0.5 * (math.sqrt(5.0) - 1.0)
     for _ in range(HALVINGS):
         left, right = high - ratio * (high - low), low + ratio * (high - low)
-        before = misfit(left, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[0]
-        after = misfit(right, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[0]
+        before = misfit(
+            left, time, seen, ramp, axis, resolution, expected, timing, table_step, table
+        )[0]
+        after = misfit(
+            right, time, seen, ramp, axis, resolution, expected, timing, table_step, table
+        )[0]
         if before <= after:
             high = right
         else:
@@ -169,7 +197,8 @@ def onset_time(
     span: float,
     velocity: float,
 ) -> tuple[float, float, float, int]:
-    """(t0 [s], start [rad | m], misfit, status): the onset within `span` s before time[0]; arguments as in `misfit`. Status: see STATUS.
+    """(t0 [s], start [rad | m], misfit, status): the onset within `span` s before time[0];
+    arguments as in `misfit`. Status: see STATUS.
 
     velocity: Stribeck velocity, rad/s | m/s; 0: friction falls at once; inf: it does not.
     """
@@ -182,12 +211,17 @@ def onset_time(
     t0 = least_misfit(time, seen, ramp, axis, resolution, expected, timing, span, duration, table)
     if velocity > 0.0:
         for _ in range(ROUNDS):
-            table = travel_table(duration, ramp[0] + ramp[1] * t0 - axis[2], ramp[1], axis, velocity)
-            t0 = least_misfit(time, seen, ramp, axis, resolution, expected, timing, span, duration, table)
+            table = travel_table(
+                duration, ramp[0] + ramp[1] * t0 - axis[2], ramp[1], axis, velocity
+            )
+            t0 = least_misfit(
+                time, seen, ramp, axis, resolution, expected, timing, span, duration, table
+            )
     left, start = misfit(t0, time, seen, ramp, axis, resolution, expected, timing, duration, table)
     return t0, start, left, OK
 
 
 def search_span(resolution: float, rate: float, inertia: float, counts: float) -> float:
-    """The longest time, s, in which `counts` counts can pass under a ramp of `rate` when nothing but the ramp accelerates."""
+    """The longest time, s, in which `counts` counts can pass under a ramp of `rate` when nothing
+    but the ramp accelerates."""
     return float(np.cbrt(6.0 * counts * resolution * inertia / rate))

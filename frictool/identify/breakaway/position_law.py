@@ -1,10 +1,13 @@
-"""Friction over position, per direction (4.44): polynomials whose order the data choose, and whether the directions differ at all.
+"""Friction over position, per direction (4.44): polynomials whose order the data choose, and
+whether the directions differ at all.
 
-    |friction| = sum_k c_k P_k(xi)         xi = the position in [-1, 1], P_k Legendre's: c_0 is the mean over the range
+    |friction| = sum_k c_k P_k(xi)         xi = the position in [-1, 1], P_k Legendre's: c_0 is the
+                                           mean over the range
 
-Orders: the smallest whose error on breakaways left out is within two standard errors of the best's, compared breakaway by breakaway: a
-needless order is taken in one log of twenty and not in three (one standard error, Breiman et al. 1984). The same rule decides between a
-polynomial for each direction and a common one with an offset of the effort.
+Orders: the smallest whose error on breakaways left out is within two standard errors of the best's,
+compared breakaway by breakaway: a needless order is taken in one log of twenty and not in three
+(one standard error, Breiman et al. 1984). The same rule decides between a polynomial for each
+direction and a common one with an offset of the effort.
 """
 
 from __future__ import annotations
@@ -15,8 +18,8 @@ import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 from numpy.polynomial.legendre import legvander
 
-from frictool.identify.record import Vector
-from frictool.identify.regression.regression import Matrix, Solution, solve
+from frictool.identify.motion_record import Vector
+from frictool.identify.regression.regression import LeastSquaresSolution, Matrix, solve
 
 HIGHEST_ORDER = 6
 FOLLOWING, FEWEST_GROUPS = 4, 12  # breakaways that count as one, where there are enough of them
@@ -25,8 +28,9 @@ ROWS_PER_TERM = 6  # breakaways that each coefficient needs
 
 
 @dataclass(frozen=True)
-class Structure:
-    """`orders` (forward, backward), -1 where a direction has no data; `common`: one polynomial, of the first order, and an offset."""
+class PolynomialOrders:
+    """`orders` (forward, backward), -1 where a direction has no data; `common`: one polynomial, of
+    the first order, and an offset."""
 
     orders: tuple[int, int]
     common: bool
@@ -38,8 +42,9 @@ class Structure:
 
 
 @dataclass(frozen=True)
-class Places:
-    """Where n breakaways were: `position` (n,) rad | m, `direction` (n,) +-1, and the range [low, high] that they span."""
+class BreakawayPositions:
+    """Where n breakaways were: `position` (n,) rad | m, `direction` (n,) +-1, and the range [low,
+    high] that they span."""
 
     position: Vector
     direction: Vector
@@ -49,10 +54,15 @@ class Places:
     @property
     def scaled(self) -> Vector:
         """xi (n,)."""
-        return 2.0 * (self.position - self.low) / (self.high - self.low) - 1.0 if self.high > self.low else 0.0 * self.position
+        return (
+            2.0 * (self.position - self.low) / (self.high - self.low) - 1.0
+            if self.high > self.low
+            else 0.0 * self.position
+        )
 
-    def design(self, structure: Structure) -> Matrix:
-        """Regressors (n, p): forward, then backward; of a common structure the polynomial, then the sign for the offset."""
+    def design(self, structure: PolynomialOrders) -> Matrix:
+        """Regressors (n, p): forward, then backward; of a common structure the polynomial, then the
+        sign for the offset."""
         if structure.common:
             return np.column_stack((legvander(self.scaled, structure.orders[0]), self.direction))
         sides = []
@@ -64,10 +74,13 @@ class Places:
     def powers(self, coefficients: Vector) -> tuple[float, ...]:
         """Powers of the position in SI, lowest first, of Legendre coefficients."""
         series = Legendre(coefficients, domain=[self.low, self.high])
-        return tuple(float(c) for c in series.convert(kind=Polynomial, domain=[-1, 1], window=[-1, 1]).coef)
+        return tuple(
+            float(c) for c in series.convert(kind=Polynomial, domain=[-1, 1], window=[-1, 1]).coef
+        )
 
     def power_weights(self, rows: Matrix) -> Matrix:
-        """What each power of the position, lowest first, is of the coefficients: (m, p); rows (m, p) picks Legendre's m of them."""
+        """What each power of the position, lowest first, is of the coefficients: (m, p); rows (m,
+        p) picks Legendre's m of them."""
         convert = np.zeros((rows.shape[0], rows.shape[0]))
         for k, unit in enumerate(np.eye(rows.shape[0])):
             powers = self.powers(unit[: k + 1])
@@ -75,35 +88,50 @@ class Places:
         return np.asarray(convert @ rows)
 
 
-def fitted(places: Places, friction: Vector, structure: Structure) -> Solution:
+def fit_polynomials(
+    places: BreakawayPositions, friction: Vector, structure: PolynomialOrders
+) -> LeastSquaresSolution:
     """The coefficients of `structure`, in the order of `design`.
 
-    Breakaways that follow each other are not independent: the place within its count in which the axis rests moves on by little.
+    Breakaways that follow each other are not independent: the place within its count in which the
+    axis rests moves on by little.
     """
     together = FOLLOWING if friction.size >= FOLLOWING * FEWEST_GROUPS else 1
-    return solve(places.design(structure), friction, np.ones(friction.size), np.arange(friction.size) // together)
+    return solve(
+        places.design(structure),
+        friction,
+        np.ones(friction.size),
+        np.arange(friction.size) // together,
+    )
 
 
-def sides_of(structure: Structure, value: Vector) -> tuple[Vector, Vector]:
-    """The coefficients forward and backward, without the offset; empty where a direction has none."""
+def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector]:
+    """The coefficients forward and backward, without the offset; empty where a direction has
+    none."""
     if structure.common:
         return value[:-1], value[:-1]
     split = structure.orders[0] + 1
     return value[:split], value[split:]
 
 
-def choose_structure(places: Places, friction: Vector) -> Structure:
+def choose_structure(places: BreakawayPositions, friction: Vector) -> PolynomialOrders:
     """What n frictions, (n,) N m | N, at `places` ask for."""
     forward = places.direction > 0.0
     present = (bool(np.any(forward)), bool(np.any(~forward)))
-    own = [_order(places.scaled[side], friction[side]) if any_ else -1 for side, any_ in zip((forward, ~forward), present, strict=True)]
-    separate = Structure((own[0], own[1]), False)
+    own = [
+        _order(places.scaled[side], friction[side]) if any_ else -1
+        for side, any_ in zip((forward, ~forward), present, strict=True)
+    ]
+    separate = PolynomialOrders((own[0], own[1]), False)
     if not all(present):
         return separate
-    errors = [left_out(places.design(Structure((order, order), True)), friction) for order in range(_highest(friction.size) + 1)]
+    errors = [
+        left_out(places.design(PolynomialOrders((order, order), True)), friction)
+        for order in range(_highest(friction.size) + 1)
+    ]
     order = _smallest_as_good(errors)
     apart = left_out(places.design(separate), friction)
-    return Structure((order, order), True) if as_good(errors[order], apart) else separate
+    return PolynomialOrders((order, order), True) if as_good(errors[order], apart) else separate
 
 
 def _highest(count: int) -> int:
@@ -112,7 +140,10 @@ def _highest(count: int) -> int:
 
 def _order(scaled: Vector, friction: Vector) -> int:
     return _smallest_as_good(
-        [left_out(np.asarray(legvander(scaled, order), dtype=np.float64), friction) for order in range(_highest(friction.size) + 1)]
+        [
+            left_out(np.asarray(legvander(scaled, order), dtype=np.float64), friction)
+            for order in range(_highest(friction.size) + 1)
+        ]
     )
 
 

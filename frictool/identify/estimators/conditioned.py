@@ -1,8 +1,10 @@
-"""The power balance with the equation scaled by sqrt(2)/V (4.31)-(4.33), V the amplitude of the speed.
+"""The power balance with the equation scaled by sqrt(2)/V (4.31)-(4.33), V the amplitude of the
+speed.
 
-With V = sqrt(2) the condition of M_2 (4.29), the part of the normal matrix that viscous and Coulomb friction share, is 19, the least
-that a sine gives (4.30). QR on columns of unit length, as everywhere here, has that conditioning built in: the values are the power
-balance's. What the scaling does to (4.29) is told in the details.
+With V = sqrt(2) the condition of M_2 (4.29), the part of the normal matrix that viscous and Coulomb
+friction share, is 19, the least that a sine gives (4.30). QR on columns of unit length, as
+everywhere here, has that conditioning built in: the values are the power balance's. What the
+scaling does to (4.29) is told in the details.
 """
 
 from __future__ import annotations
@@ -14,31 +16,45 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.identify.estimators.power_balance import by_speed
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit
-from frictool.identify.record import Record, Vector
-from frictool.identify.rows.samples import Samples, fit
-from frictool.identify.rows.slipping import slipping_fit
+from frictool.identify.fit_result import SlidingFit
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.rows.regression_samples import RegressionSamples, fit
+from frictool.identify.rows.slip_fit import slipping_fit
 
 BEST_SPEED = math.sqrt(2.0)  # (4.30) is least there
 
 
 def condition_m2(velocity: Vector, sign: Vector) -> float:
-    """Condition number of M_2 (4.29): largest over smallest eigenvalue, from speeds and their signs (n,).
+    """Condition number of M_2 (4.29): largest over smallest eigenvalue, from speeds and their signs
+    (n,).
 
-    From singular values: the eigenvalues of a matrix with a condition of 1e8 have lost half of their digits.
+    From singular values: the eigenvalues of a matrix with a condition of 1e8 have lost half of
+    their digits.
     """
-    singular = np.linalg.svd(np.linalg.qr(np.column_stack((velocity, sign)), mode="r"), compute_uv=False)
+    singular = np.linalg.svd(
+        np.linalg.qr(np.column_stack((velocity, sign)), mode="r"), compute_uv=False
+    )
     return float((singular[0] / singular[-1]) ** 2)
 
 
-def conditioned(records: list[Record], bench: Bench, settings: Settings) -> Fit:
-    """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises NothingUsable where nothing moves enough."""
-    return slipping_fit(records, bench, settings, lambda rows, used: _fit(rows, used, settings.confidence))
+def conditioned(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
+    """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises NothingUsable
+    where nothing moves enough."""
+    return slipping_fit(
+        records, bench, settings, lambda rows, used: _fit(rows, used, settings.confidence)
+    )
 
 
-def _fit(samples: Samples, window: int, confidence: float) -> Fit:
+def _fit(samples: RegressionSamples, window: int, confidence: float) -> SlidingFit:
     scale = BEST_SPEED / float(np.max(np.abs(samples.velocity)))
     found = fit(samples, scale * by_speed(samples), window, confidence, {"window": window})
-    before, after = condition_m2(samples.velocity, samples.sign), condition_m2(scale * samples.velocity, samples.sign)
-    return replace(found, details={**found.details, "condition_m2": before, "condition_m2_scaled": after})
+    before, after = (
+        condition_m2(samples.velocity, samples.sign),
+        condition_m2(scale * samples.velocity, samples.sign),
+    )
+    return replace(
+        found, details={**found.details, "condition_m2": before, "condition_m2_scaled": after}
+    )

@@ -1,15 +1,20 @@
-"""The friction force of a known inertia, and its curve over speed, as published for a rack-and-pinion stage (K. Mnich's scripts).
+"""The friction force of a known inertia, and its curve over speed, as published for a
+rack-and-pinion stage (K. Mnich's scripts).
 
     filter     velocity and effort through one causal low-pass alike, so that they stay in step
     force      effort - inertia (v[k] - v[k-1])/T, the inertia being the bench's
-    curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)       per direction of motion, and an offset
+    curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)       per direction
+               of motion, and an offset
 
-The curve's largest friction is the breakaway; it is reached at v_p, a speed, and not at rest as in (2.34): v_p is no Stribeck velocity,
-and is told in the details. For a given v_p the rest is linear, so that v_p alone is searched.
+The curve's largest friction is the breakaway; it is reached at v_p, a speed, and not at rest as in
+(2.34): v_p is no Stribeck velocity, and is told in the details. For a given v_p the rest is linear,
+so that v_p alone is searched.
 
-Every sample of the log counts, those at rest too, as they did in the publication: they pull Coulomb friction towards what the effort is
-at rest. Choose the part of the log that moves with `ingest --from --to`. Intervals are those of the curve as it stands, for residuals
-that the filter correlates (`newey_west`): they do not hold what the samples at rest, the inertia and the instruments' clocks add.
+Every sample of the log counts, those at rest too, as they did in the publication: they pull Coulomb
+friction towards what the effort is at rest. Choose the part of the log that moves with `ingest
+--from --to`. Intervals are those of the curve as it stands, for residuals that the filter
+correlates (`newey_west`): they do not hold what the samples at rest, the inertia and the
+instruments' clocks add.
 """
 
 from __future__ import annotations
@@ -20,31 +25,44 @@ from scipy.signal import butter, lfilter, lfilter_zi
 from scipy.special import stdtrit
 
 from frictool.documents.bench import Bench
-from frictool.identify.methods import Pipeline, Settings
-from frictool.identify.outcome import Fit, Interval, NothingUsable
-from frictool.identify.record import Record, Vector
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.methods import IdentificationSettings, PublishedFilters
+from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.regression.newey_west import newey_west
-from frictool.identify.regression.regression import Matrix, Singular
-from frictool.identify.rows.samples import KNOWN_OFFSET, ONE_DIRECTION, Samples, joined, less_offset
+from frictool.identify.regression.regression import Matrix, SingularRegressors
+from frictool.identify.rows.regression_samples import (
+    KNOWN_OFFSET,
+    ONE_DIRECTION,
+    RegressionSamples,
+    joined,
+    less_offset,
+)
 from frictool.identify.rows.strokes import find_strokes
 
 PLACES = 60  # at which the speed of the largest friction is looked for before it is refined
 SLOWEST, FASTEST = 1e-3, 0.5  # of the top speed, between which it lies
 
 
-def friction_force(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+def friction_force(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
     """Viscous, Coulomb, breakaway and offset; the inertia is the bench's.
 
-    Raises NothingUsable where the records do not tell the curve, or the motion is in one direction only and the bench knows no offset.
+    Raises NothingUsable where the records do not tell the curve, or the motion is in one direction
+    only and the bench knows no offset.
     """
-    pipeline = settings.pipeline or Pipeline()
-    rows = joined([_rows(record, bench, pipeline.cutoff_hz, pipeline.filter_order) for record in records])
+    pipeline = settings.pipeline or PublishedFilters()
+    rows = joined(
+        [_rows(record, bench, pipeline.cutoff_hz, pipeline.filter_order) for record in records]
+    )
     force = rows.effort - bench.mechanics.inertia.value * rows.acceleration
     both, top = bool(np.ptp(rows.sign) > 0.0), float(np.max(np.abs(rows.velocity)))
     if top == 0.0:
-        raise NothingUsable("nothing moves")
+        raise UnusableLogs("nothing moves")
     if not both and rows.known_offset is None:
-        raise NothingUsable(f"{ONE_DIRECTION}; write mechanics.offset into the bench where it is known")
+        raise UnusableLogs(
+            f"{ONE_DIRECTION}; write mechanics.offset into the bench where it is known"
+        )
     peak = _peak(rows, force, both, top)
     columns, ratio = _design(rows, peak, both), np.abs(rows.velocity) / peak
     value = np.linalg.lstsq(columns, force, rcond=None)[0]
@@ -53,18 +71,32 @@ def friction_force(records: list[Record], bench: Bench, settings: Settings) -> F
     with_slope = np.column_stack((_sums(columns), slope))
     try:
         deviation = newey_west(with_slope, residual, reach)
-    except Singular as error:
-        raise NothingUsable(str(error)) from None
-    half = deviation * float(stdtrit(max(force.size / reach - with_slope.shape[1], 1.0), 0.5 + 0.5 * settings.confidence))
+    except SingularRegressors as error:
+        raise UnusableLogs(str(error)) from None
+    half = deviation * float(
+        stdtrit(max(force.size / reach - with_slope.shape[1], 1.0), 0.5 + 0.5 * settings.confidence)
+    )
     names = ("coulomb", "viscous", "breakaway", "offset")[: columns.shape[1]]
     value = np.array([value[0], value[1], value[0] + value[2], *value[3:]])
-    found = {name: Interval(float(v), float(v - h), float(v + h)) for name, v, h in zip(names, value, half, strict=False)}
-    refused = {"inertia": f"the friction force is the effort less that of the bench's, {bench.mechanics.inertia.value:.4g}"}
+    found = {
+        name: Interval(float(v), float(v - h), float(v + h))
+        for name, v, h in zip(names, value, half, strict=False)
+    }
+    refused = {
+        "inertia": f"the friction force is the effort less that of the bench's, {bench.mechanics.inertia.value:.4g}"
+    }
     if not both and rows.known_offset is not None:
-        found |= {name: less_offset(found[name], rows.known_offset, float(rows.sign[0])) for name in ("coulomb", "breakaway")}
+        found |= {
+            name: less_offset(found[name], rows.known_offset, float(rows.sign[0]))
+            for name in ("coulomb", "breakaway")
+        }
         refused |= KNOWN_OFFSET
-    details: dict[str, float | int] = {"speed_of_breakaway": peak, "cutoff_hz": pipeline.cutoff_hz, "filter_order": pipeline.filter_order}
-    return Fit(
+    details: dict[str, float | int] = {
+        "speed_of_breakaway": peak,
+        "cutoff_hz": pipeline.cutoff_hz,
+        "filter_order": pipeline.filter_order,
+    }
+    return SlidingFit(
         found,
         refused,
         float(np.linalg.norm(residual) / np.linalg.norm(rows.effort)),
@@ -75,24 +107,31 @@ def friction_force(records: list[Record], bench: Bench, settings: Settings) -> F
     )
 
 
-def _rows(record: Record, bench: Bench, cutoff_hz: float, order: int) -> Samples:
-    """Every sample of a record: filtered alike, differenced backward; sign and stroke are those of the stroke that it belongs to."""
+def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> RegressionSamples:
+    """Every sample of a record: filtered alike, differenced backward; sign and stroke are those of
+    the stroke that it belongs to."""
     if record.piece[-1] > 0:
-        raise NothingUsable(f"{record.name} has gaps, over which the filter cannot run")
+        raise UnusableLogs(f"{record.name} has gaps, over which the filter cannot run")
     if 2.0 * cutoff_hz * record.period >= 1.0:
-        raise NothingUsable(f"a cut-off at {cutoff_hz:g} Hz is not below half of the sampling rate, {0.5 / record.period:.4g} Hz")
+        raise UnusableLogs(
+            f"a cut-off at {cutoff_hz:g} Hz is not below half of the sampling rate, {0.5 / record.period:.4g} Hz"
+        )
     b, a = butter(order, 2.0 * cutoff_hz * record.period)
 
     def passed(values: Vector) -> Vector:
         return np.asarray(lfilter(b, a, values, zi=lfilter_zi(b, a) * values[0])[0])
 
-    velocity = np.diff(record.position, prepend=record.position[0]) / record.period if record.velocity is None else record.velocity
+    velocity = (
+        np.diff(record.position, prepend=record.position[0]) / record.period
+        if record.velocity is None
+        else record.velocity
+    )
     speed, strokes, offset = passed(velocity), find_strokes(record), bench.mechanics.offset
     acceleration = np.diff(speed, prepend=speed[0]) / record.period
     moving = strokes.sign != 0.0
     if not moving.any():
-        raise NothingUsable(f"{record.name}: nothing moves")
-    rows = Samples(
+        raise UnusableLogs(f"{record.name}: nothing moves")
+    rows = RegressionSamples(
         acceleration,
         speed,
         passed(record.effort),
@@ -104,26 +143,36 @@ def _rows(record: Record, bench: Bench, cutoff_hz: float, order: int) -> Samples
     return rows.rows(moving)
 
 
-def _design(rows: Samples, peak: float, both: bool) -> Matrix:
+def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:
     """The regressors (n, 3 or 4): Coulomb, viscous, the hump over Coulomb friction, offset."""
     ratio = np.abs(rows.velocity) / peak
-    columns = (rows.sign, rows.velocity, rows.sign * ratio * np.exp(1.0 - ratio), np.ones(ratio.size))
+    columns = (
+        rows.sign,
+        rows.velocity,
+        rows.sign * ratio * np.exp(1.0 - ratio),
+        np.ones(ratio.size),
+    )
     return np.column_stack(columns[: 4 if both else 3])
 
 
 def _sums(columns: Matrix) -> Matrix:
-    """The regressors of Coulomb, viscous and breakaway, which is Coulomb friction and hump together."""
+    """The regressors of Coulomb, viscous and breakaway, which is Coulomb friction and hump
+    together."""
     return np.column_stack((columns[:, 0] - columns[:, 2], columns[:, 1:]))
 
 
-def _peak(rows: Samples, force: Vector, both: bool, top: float) -> float:
+def _peak(rows: RegressionSamples, force: Vector, both: bool, top: float) -> float:
     """v_p, rad/s | m/s, by the squares that its best curve leaves."""
 
     def left(place: float) -> float:
         columns = _design(rows, float(np.exp(place)), both)
-        return float(np.sum((force - columns @ np.linalg.lstsq(columns, force, rcond=None)[0]) ** 2))
+        return float(
+            np.sum((force - columns @ np.linalg.lstsq(columns, force, rcond=None)[0]) ** 2)
+        )
 
     places = np.linspace(np.log(SLOWEST * top), np.log(FASTEST * top), PLACES)
     best = int(np.argmin([left(place) for place in places]))
     around = (places[max(best - 1, 0)], places[min(best + 1, PLACES - 1)])
-    return float(np.exp(minimize_scalar(left, bounds=around, method="bounded", options={"xatol": 1e-8}).x))
+    return float(
+        np.exp(minimize_scalar(left, bounds=around, method="bounded", options={"xatol": 1e-8}).x)
+    )

@@ -1,7 +1,9 @@
-"""Instrumental variables from the reference: 0 = sum z (u - inertia a - viscous v - coulomb s - offset).
+"""Instrumental variables from the reference: 0 = sum z (u - inertia a - viscous v - coulomb s -
+offset).
 
-The instruments z are acceleration, velocity, its sign and 1 of the reference that the axis followed, smoothed as the position is. They move
-with the motion and know nothing of the encoder's noise, so that noisy regressors leave no bias, whatever the noise is.
+The instruments z are acceleration, velocity, its sign and 1 of the reference that the axis
+followed, smoothed as the position is. They move with the motion and know nothing of the encoder's
+noise, so that noisy regressors leave no bias, whatever the noise is.
 """
 
 from __future__ import annotations
@@ -12,12 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
-from frictool.identify.record import Record, Vector
-from frictool.identify.rows.samples import Samples, cluster_products, fit, free_columns, intervals, joined, spread_as, with_fixed
-from frictool.identify.rows.slip import keep_rows, slip_mask
-from frictool.identify.rows.slipping import full_backlash, slipping_rows, slipping_window
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.rows.regression_samples import (
+    RegressionSamples,
+    cluster_products,
+    fit,
+    free_columns,
+    intervals,
+    joined,
+    spread_as,
+    with_fixed,
+)
+from frictool.identify.rows.slip_fit import full_backlash, slipping_rows, slipping_window
+from frictool.identify.rows.slip_mask import keep_rows, slip_mask
 from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
 
@@ -25,11 +36,16 @@ Matrix = NDArray[np.float64]
 WEAKEST = 0.1  # least correlation of the velocity with that of the reference
 
 
-def instrumental(records: list[Record], bench: Bench, settings: Settings) -> Fit:
-    """Inertia, viscous, Coulomb and offset. Raises NothingUsable where a record has no reference, or does not follow it."""
+def instrumental(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
+    """Inertia, viscous, Coulomb and offset. Raises UnusableLogs where a record has no reference, or
+    does not follow it."""
     for record in records:
         if record.reference is None:
-            raise NothingUsable(f"{record.name} has no reference of the position to take instruments from; use least-squares")
+            raise UnusableLogs(
+                f"{record.name} has no reference of the position to take instruments from; use least-squares"
+            )
     window = slipping_window(records, settings.window)
     parts, instruments = [], []
     for record in records:
@@ -37,18 +53,26 @@ def instrumental(records: list[Record], bench: Bench, settings: Settings) -> Fit
         instruments.append(_instruments(record, bench, window, signals[1]))
         parts.append(slipping_rows(record, bench, window, signals))
     samples = with_fixed(joined(parts), settings.fixed)
-    plain = fit(samples, np.ones(samples.velocity.size), window, settings.confidence, {"window": window})
+    plain = fit(
+        samples, np.ones(samples.velocity.size), window, settings.confidence, {"window": window}
+    )
     z = tuple(np.concatenate(columns) for columns in zip(*instruments, strict=True))
     correlation = float(np.corrcoef(z[1], samples.velocity)[0, 1])
     if correlation < WEAKEST:
-        raise NothingUsable(f"the velocity does not follow that of the reference (correlation {correlation:.2g}); use least-squares")
+        raise UnusableLogs(
+            f"the velocity does not follow that of the reference (correlation {correlation:.2g}); use least-squares"
+        )
     found = by_instruments(samples, z, window, settings.confidence)
     details = {**plain.details, "reference_correlation": correlation}
-    parameters = spread_as(plain.parameters, {name: found[name] for name in plain.parameters}, samples)
+    parameters = spread_as(
+        plain.parameters, {name: found[name] for name in plain.parameters}, samples
+    )
     return replace(plain, parameters=parameters, details=details)
 
 
-def _instruments(record: Record, bench: Bench, window: int, velocity: Vector) -> tuple[Vector, Vector, Vector]:
+def _instruments(
+    record: MotionRecord, bench: Bench, window: int, velocity: Vector
+) -> tuple[Vector, Vector, Vector]:
     """Acceleration, velocity and its sign of the reference in the rows in which the axis slips."""
     assert record.reference is not None
     mask = slip_mask(record, find_strokes(record), velocity, window, full_backlash(bench))
@@ -59,12 +83,17 @@ def _instruments(record: Record, bench: Bench, window: int, velocity: Vector) ->
     return a[:kept], v[:kept], np.sign(v[:kept])
 
 
-def by_instruments(samples: Samples, z: tuple[Vector, ...], window: int, confidence: float) -> dict[str, Interval]:
-    """Each parameter with its interval, from the rows and the instruments of acceleration, velocity and sign, each (n,)."""
+def by_instruments(
+    samples: RegressionSamples, z: tuple[Vector, ...], window: int, confidence: float
+) -> dict[str, Interval]:
+    """Each parameter with its interval, from the rows and the instruments of acceleration, velocity
+    and sign, each (n,)."""
     names, columns = free_columns(samples)
     p, every = len(names), (*z, np.ones(z[0].size))
     instruments = tuple(every[SLIDING.index(name)] for name in names)
-    products, rows, cluster = cluster_products(samples, (*instruments, *columns, samples.effort), window)
+    products, rows, cluster = cluster_products(
+        samples, (*instruments, *columns, samples.effort), window
+    )
 
     def estimate(total: Matrix, _rows: float) -> Vector:
         return np.asarray(np.linalg.solve(total[:p, p : 2 * p], total[:p, -1]))

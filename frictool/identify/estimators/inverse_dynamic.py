@@ -1,20 +1,24 @@
-"""The inverse dynamic model with decimation, as published for EMPS (Janot, Gautier and Brunot 2019).
+"""The inverse dynamic model with decimation, as published for EMPS (Janot, Gautier and Brunot
+2019).
 
     position   Butterworth low-pass, forward and backward, padded by 12 samples
     velocity   central differences of it; acceleration: central differences of the velocity
     cut        the first samples, in which the filters settle, are left out
-    decimate   effort and each regressor alike: Chebyshev I low-pass, forward and backward, one sample in ten
+    decimate   effort and each regressor alike: Chebyshev I low-pass, forward and backward, one
+               sample in ten
     solve      ordinary least squares on [acceleration, velocity, sign(velocity), 1]
 
-The effort is not put through the Butterworth filter: the decimation filter, well below it, is what the signals have in common.
+The effort is not put through the Butterworth filter: the decimation filter, well below it, is what
+the signals have in common.
 
-The values are those of the pipeline as it was published. Its intervals are not: it has errors that do not average out, and that its
-residuals do not show. It takes a held effort for one measured at its sample, half a period early, and it takes the samples at rest
-and the reversals, smeared by the decimation filter, for slip. On the same log the power balance (`power_balance`) has neither, so
+The values are those of the pipeline as it was published. Its intervals are not: it has errors that
+do not average out, and that its residuals do not show. It takes a held effort for one measured at
+its sample, half a period early, and it takes the samples at rest and the reversals, smeared by the
+decimation filter, for slip. On the same log the power balance (`power_balance`) has neither, so
 that the interval spans both: the pipeline's own, and the power balance's.
 
-Where its conditions do not hold there is no value either: within a backlash only the motor moves, and an encoder whose noise is
-not small beside the speed makes up reversals.
+Where its conditions do not hold there is no value either: within a backlash only the motor moves,
+and an encoder whose noise is not small beside the speed makes up reversals.
 """
 
 from __future__ import annotations
@@ -27,11 +31,11 @@ from scipy.signal import butter, cheby1, filtfilt
 
 from frictool.documents.bench import Bench
 from frictool.identify.estimators.power_balance import power_balance
-from frictool.identify.methods import Pipeline, Settings
-from frictool.identify.outcome import Fit, Interval, NothingUsable
-from frictool.identify.record import Record, Vector
-from frictool.identify.rows.resolution import unresolved_inertia
-from frictool.identify.rows.samples import Samples, fit, joined, with_fixed
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.methods import IdentificationSettings, PublishedFilters
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.rows.quantisation_limit import unresolved_inertia
+from frictool.identify.rows.regression_samples import RegressionSamples, fit, joined, with_fixed
 from frictool.identify.rows.smoothing import position_noise
 from frictool.identify.rows.strokes import find_strokes
 
@@ -39,15 +43,21 @@ LARGEST_BACKLASH_SHARE = 0.01  # of the samples that may lie within the backlash
 LARGEST_NOISE = 0.01  # rms of the velocity's noise over rms of the velocity
 
 
-def inverse_dynamic(records: list[Record], bench: Bench, settings: Settings) -> Fit:
-    """Inertia, viscous, Coulomb and offset by the published pipeline, with intervals that hold its systematic errors.
+def inverse_dynamic(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
+    """Inertia, viscous, Coulomb and offset by the published pipeline, with intervals that hold its
+    systematic errors.
 
-    Raises NothingUsable where a record is too short for its filters, where much of the motion is within the backlash, and where the
-    power balance, which tells the systematic errors, finds no slip.
+    Raises NothingUsable where a record is too short for its filters, where much of the motion is
+    within the backlash, and where the power balance, which tells the systematic errors, finds no
+    slip.
     """
-    pipeline, confidence = settings.pipeline or Pipeline(), settings.confidence
+    pipeline, confidence = settings.pipeline or PublishedFilters(), settings.confidence
     _refuse_backlash(records, bench)
-    samples = with_fixed(joined([_decimated(record, pipeline) for record in records]), settings.fixed)
+    samples = with_fixed(
+        joined([_decimated(record, pipeline) for record in records]), settings.fixed
+    )
     details: dict[str, float | int] = {
         "cutoff_hz": pipeline.cutoff_hz,
         "filter_order": pipeline.filter_order,
@@ -55,9 +65,19 @@ def inverse_dynamic(records: list[Record], bench: Bench, settings: Settings) -> 
     }
     window = max(1, round(1.0 / (pipeline.cutoff_hz * records[0].period * pipeline.decimate)))
     found = fit(samples, np.ones(samples.velocity.size), window, confidence, details)
-    balance = power_balance(records, bench, Settings(confidence, fixed=settings.fixed))
-    refused = {**found.refused, **balance.refused, **_unresolved(records[0], bench, samples, pipeline)}
-    spanned = {name: _span(own, balance.parameters[name]) for name, own in found.parameters.items() if name not in refused}
+    balance = power_balance(
+        records, bench, IdentificationSettings(confidence, fixed=settings.fixed)
+    )
+    refused = {
+        **found.refused,
+        **balance.refused,
+        **_unresolved(records[0], bench, samples, pipeline),
+    }
+    spanned = {
+        name: _span(own, balance.parameters[name])
+        for name, own in found.parameters.items()
+        if name not in refused
+    }
     return replace(found, parameters=spanned, refused=refused)
 
 
@@ -66,8 +86,9 @@ def _span(own: Interval, other: Interval) -> Interval:
     return Interval(own.value, min(own.low, other.low), max(own.high, other.high))
 
 
-def _refuse_backlash(records: list[Record], bench: Bench) -> None:
-    """Raises NothingUsable where more than a hundredth of the samples may lie within the backlash after a reversal."""
+def _refuse_backlash(records: list[MotionRecord], bench: Bench) -> None:
+    """Raises UnusableLogs where more than a hundredth of the samples may lie within the backlash
+    after a reversal."""
     width = bench.mechanics.backlash
     if width is None:
         return
@@ -75,20 +96,32 @@ def _refuse_backlash(records: list[Record], bench: Bench) -> None:
     inside = sum(int(np.sum((s.sign != 0.0) & (s.advance < max(width.interval)))) for s in strokes)
     share = inside / sum(record.position.size for record in records)
     if share > LARGEST_BACKLASH_SHARE:
-        raise NothingUsable(
+        raise UnusableLogs(
             f"{100 * share:.2g} % of the samples may lie within the bench's backlash, of which this pipeline knows nothing "
             f"(allowed: {100 * LARGEST_BACKLASH_SHARE:g} %); use least-squares"
         )
 
 
-def _unresolved(record: Record, bench: Bench, samples: Samples, pipeline: Pipeline) -> dict[str, str]:
+def _unresolved(
+    record: MotionRecord, bench: Bench, samples: RegressionSamples, pipeline: PublishedFilters
+) -> dict[str, str]:
     """Which parameters the encoder is too coarse for, name -> reason."""
     velocity, acceleration = _responses(record, pipeline)
     refused: dict[str, str] = {}
-    reason = unresolved_inertia(record, bench, acceleration, samples.acceleration, f"below {pipeline.cutoff_hz:g} Hz and decimation")
+    reason = unresolved_inertia(
+        record,
+        bench,
+        acceleration,
+        samples.acceleration,
+        f"below {pipeline.cutoff_hz:g} Hz and decimation",
+    )
     if reason is not None:
         refused["inertia"] = reason
-    noise = position_noise(record) * float(np.linalg.norm(velocity)) / float(np.sqrt(np.mean(samples.velocity**2)))
+    noise = (
+        position_noise(record)
+        * float(np.linalg.norm(velocity))
+        / float(np.sqrt(np.mean(samples.velocity**2)))
+    )
     if noise > LARGEST_NOISE:
         shown = f"{100 * noise:.2g} % of the speed (allowed: {100 * LARGEST_NOISE:g} %)"
         reason = f"the encoder's noise on the velocity is {shown}, so that its sign changes where the motion does not; use least-squares"
@@ -96,32 +129,43 @@ def _unresolved(record: Record, bench: Bench, samples: Samples, pipeline: Pipeli
     return refused
 
 
-def _responses(record: Record, pipeline: Pipeline) -> tuple[Vector, Vector]:
-    """From position to the velocity whose sign is taken, and to the acceleration of the regression: each (n,) to one impulse."""
+def _responses(record: MotionRecord, pipeline: PublishedFilters) -> tuple[Vector, Vector]:
+    """From position to the velocity whose sign is taken, and to the acceleration of the regression:
+    each (n,) to one impulse."""
     impulse = np.zeros(record.position.size)
     impulse[impulse.size // 2] = 1.0
     velocity, acceleration = _derivatives(impulse, record.period, pipeline)
     return velocity, _filtered(acceleration[:, None], pipeline)[:, 0]
 
 
-def _decimated(record: Record, pipeline: Pipeline) -> Samples:
+def _decimated(record: MotionRecord, pipeline: PublishedFilters) -> RegressionSamples:
     rate = 1.0 / record.period
     if record.piece[-1] > 0:
-        raise NothingUsable(f"{record.name} has gaps, over which this pipeline cannot filter; use least-squares")
+        raise UnusableLogs(
+            f"{record.name} has gaps, over which this pipeline cannot filter; use least-squares"
+        )
     if not 0.0 < pipeline.cutoff_hz < 0.5 * rate:
-        raise NothingUsable(f"a cut-off of {pipeline.cutoff_hz:g} Hz is not below half of the log's {rate:g} Hz")
+        raise UnusableLogs(
+            f"a cut-off of {pipeline.cutoff_hz:g} Hz is not below half of the log's {rate:g} Hz"
+        )
     if record.position.size < pipeline.skip + max(pipeline.padding, 30 * pipeline.decimate) + 4:
-        raise NothingUsable(f"{record.name} has {record.position.size} samples, too few for the filters")
+        raise UnusableLogs(
+            f"{record.name} has {record.position.size} samples, too few for the filters"
+        )
     velocity, acceleration = _derivatives(record.position, record.period, pipeline)
     stroke = find_strokes(record).number
     kept = slice(pipeline.skip, None)
     rows = np.column_stack((acceleration, velocity, np.sign(velocity), record.effort))[kept]
     rows, every = _filtered(rows, pipeline)[:: pipeline.decimate], pipeline.decimate
     counts = np.abs(rows[:, 1]) * every * record.period / record.resolution
-    return Samples(rows[:, 0], rows[:, 1], rows[:, 3], stroke[kept][::every], rows[:, 2], counts)
+    return RegressionSamples(
+        rows[:, 0], rows[:, 1], rows[:, 3], stroke[kept][::every], rows[:, 2], counts
+    )
 
 
-def _derivatives(position: Vector, period: float, pipeline: Pipeline) -> tuple[Vector, Vector]:
+def _derivatives(
+    position: Vector, period: float, pipeline: PublishedFilters
+) -> tuple[Vector, Vector]:
     """Velocity and acceleration (n,) of a position (n,)."""
     b, a = butter(pipeline.filter_order, 2.0 * pipeline.cutoff_hz * period)
     velocity = _central(filtfilt(b, a, position, padlen=pipeline.padding), period)
@@ -136,13 +180,19 @@ def _central(values: Vector, period: float) -> Vector:
     return out
 
 
-def _filtered(rows: NDArray[np.float64], pipeline: Pipeline) -> NDArray[np.float64]:
-    """Rows (m, p) after the Chebyshev filter of the decimation, forward and backward along the rows.
+def _filtered(rows: NDArray[np.float64], pipeline: PublishedFilters) -> NDArray[np.float64]:
+    """Rows (m, p) after the Chebyshev filter of the decimation, forward and backward along the
+    rows.
 
-    A filter of even order passes a constant at the bottom of its ripple: divided by that, so that the offset's column stays 1.
+    A filter of even order passes a constant at the bottom of its ripple: divided by that, so that
+    the offset's column stays 1.
     """
     if pipeline.decimate == 1:
         return rows
-    b, a = cheby1(pipeline.decimate_order, pipeline.decimate_ripple_db, pipeline.decimate_band / pipeline.decimate)
+    b, a = cheby1(
+        pipeline.decimate_order,
+        pipeline.decimate_ripple_db,
+        pipeline.decimate_band / pipeline.decimate,
+    )
     constant = (np.sum(b) / np.sum(a)) ** 2
     return np.asarray(filtfilt(b, a, rows, axis=0) / constant)

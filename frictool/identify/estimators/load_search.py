@@ -1,8 +1,9 @@
-"""Which loads there are where the bench does not say: one after the other, by strokes that a regression has not seen.
+"""Which loads there are where the bench does not say: one after the other, by strokes that a
+regression has not seen.
 
-A load is kept where the strokes' squares are smaller beyond chance and the held-out error falls by a fifth, as in `held_out`. A spring,
-and gravity on a rotary axis; viscous friction that differs by direction is left to the simulation (`held_out`), ripple to whoever knows its
-cycles.
+A load is kept where the strokes' squares are smaller beyond chance and the held-out error falls by
+a fifth, as in `held_out`. A spring, and gravity on a rotary axis; viscous friction that differs by
+direction is left to the simulation (`held_out`), ripple to whoever knows its cycles.
 """
 
 from __future__ import annotations
@@ -12,40 +13,63 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.load_terms import LoadTerms, Term
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import SLIDING, NothingUsable
-from frictool.identify.record import Record, Vector
-from frictool.identify.regression.alternatives import beyond_chance, by_stroke, halved, held_out_squares
-from frictool.identify.regression.triangles import Numbers, Tensor
-from frictool.identify.rows.load_columns import untold
+from frictool.identify.fit_result import SLIDING, UnusableLogs
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.regression.term_selection import (
+    beyond_chance,
+    by_stroke,
+    halved,
+    held_out_squares,
+)
+from frictool.identify.regression.tsqr import Numbers, Tensor
+from frictool.identify.rows.load_columns import indistinct_terms
 from frictool.identify.rows.load_terms import TERMS
-from frictool.identify.rows.samples import parameters_of, reduced
-from frictool.identify.rows.slipping import SMALLEST_SHARE, slipping
+from frictool.identify.rows.regression_samples import parameters_of, reduced
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 
 WORTH = 0.8  # of the held-out error: what a richer structure has to come below
 
 
-def with_found_loads(records: list[Record], bench: Bench, settings: Settings) -> Bench:
-    """The bench with `load` as it was found; itself where it says what there is, where nothing is found, or where nothing slips."""
+def with_found_loads(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> Bench:
+    """The bench with `load` as it was found; itself where it says what there is, where nothing is
+    found, or where nothing slips."""
     if bench.load is not None or any(record.velocity is not None for record in records):
         return bench
     possible: tuple[Term, ...] = ("spring", "gravity") if bench.axis == "rotary" else ("spring",)
     try:
-        samples, used = slipping(records, with_load(bench, possible), SMALLEST_SHARE, settings.window)
+        samples, used = slipping(
+            records, with_load(bench, possible), SMALLEST_SHARE, settings.window
+        )
         names, refused = parameters_of(samples)
-    except NothingUsable:
+    except UnusableLogs:
         return bench
     if names != SLIDING or refused:
         return bench
     plain, _, _, stroke = reduced(samples, np.ones(samples.velocity.size), len(names), used)
-    found = found_terms(plain, stroke, (*names, *samples.loads), possible, samples.velocity.size, settings.confidence)
+    found = found_terms(
+        plain,
+        stroke,
+        (*names, *samples.loads),
+        possible,
+        samples.velocity.size,
+        settings.confidence,
+    )
     return with_load(bench, found) if found else bench
 
 
 def found_terms(
-    plain: Tensor, stroke: Numbers, names: tuple[str, ...], possible: tuple[Term, ...], rows: int, confidence: float
+    plain: Tensor,
+    stroke: Numbers,
+    names: tuple[str, ...],
+    possible: tuple[Term, ...],
+    rows: int,
+    confidence: float,
 ) -> tuple[Term, ...]:
-    """Of the possible terms those that are there, the best first. plain (g, q, q), stroke (g,): of the runs of `rows` rows in all."""
+    """Of the possible terms those that are there, the best first. plain (g, q, q), stroke (g,): of
+    the runs of `rows` rows in all."""
     columns, found, half = list(range(len(SLIDING))), list[Term](), halved(stroke)
     best = held_out_squares(plain, plain, half, columns)
     while best is not None:
@@ -53,12 +77,16 @@ def found_terms(
         for term in set(possible) - set(found):
             seen = [*columns, *(k for k, name in enumerate(names) if name in TERMS[term])]
             squares = held_out_squares(plain, plain, half, seen)
-            if squares is not None and not untold(plain[:, :, [*seen, -1]], [names[k] for k in seen], rows):
+            if squares is not None and not indistinct_terms(
+                plain[:, :, [*seen, -1]], [names[k] for k in seen], rows
+            ):
                 tried.append((float(np.sum(squares)), term, seen, squares))
         if not tried:
             break
         left, term, seen, squares = min(tried, key=lambda one: one[:2])
-        if left >= WORTH**2 * np.sum(best) or not beyond_chance(by_stroke(squares, stroke), by_stroke(best, stroke), confidence):
+        if left >= WORTH**2 * np.sum(best) or not beyond_chance(
+            by_stroke(squares, stroke), by_stroke(best, stroke), confidence
+        ):
             break
         columns, best = seen, squares
         found.append(term)

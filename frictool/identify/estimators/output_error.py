@@ -1,16 +1,20 @@
-"""Output error: the axis that, simulated, does what was measured (table 4.1, "simulation error"; `simulated`).
+"""Output error: the axis that, simulated, does what was measured (table 4.1, "simulation error";
+`simulated`).
 
-Nothing is differentiated, and where the encoder is coarse nothing is filtered. The search starts from the power balance.
+Nothing is differentiated, and where the encoder is coarse nothing is filtered. The search starts
+from the power balance.
 
-Open loop an error of the effort stays in the position for as long as the axis remembers, so that residuals say little of how
-uncertain a parameter is. The interval is made of the errors of the effort themselves: an observer follows the measured
-position, and what it has to add is the effort that the model lacks. Stroke by stroke (or cluster by cluster, `clusters`) this is
-put back, the simulation run again, and the parameters moved by what it changed: a stroke's influence. The variance is the sum of the
-squared influences, which holds whatever the correlation within a stroke is. The errors are those that the regression leaves: a
-simulation that was fitted to them no longer shows those that moved it. Closed loop residuals are the errors of the effort.
+Open loop an error of the effort stays in the position for as long as the axis remembers, so that
+residuals say little of how uncertain a parameter is. The interval is made of the errors of the
+effort themselves: an observer follows the measured position, and what it has to add is the effort
+that the model lacks. Stroke by stroke (or cluster by cluster, `clusters`) this is put back, the
+simulation run again, and the parameters moved by what it changed: a stroke's influence. The
+variance is the sum of the squared influences, which holds whatever the correlation within a stroke
+is. The errors are those that the regression leaves: a simulation that was fitted to them no longer
+shows those that moved it. Closed loop residuals are the errors of the effort.
 
-Over many seconds the position forgets accelerations: where the regression knows the inertia better, it is the regression's, and the
-simulation gives the others.
+Over many seconds the position forgets accelerations: where the regression knows the inertia better,
+it is the regression's, and the simulation gives the others.
 """
 
 from __future__ import annotations
@@ -23,26 +27,42 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from frictool.documents.bench import Bench
-from frictool.engine.servo import Servo
-from frictool.identify.estimators.held_out import choose_terms
+from frictool.engine.servo import PositionServo
 from frictool.identify.estimators.power_balance import power_balance
-from frictool.identify.estimators.simulated import STEP, Matrix, Minimum, Simulated, estimate, observer_rate
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
-from frictool.identify.record import Record, Vector
+from frictool.identify.estimators.segment_simulation import (
+    STEP,
+    Matrix,
+    SegmentSimulation,
+    SimulationFit,
+    estimate,
+    observer_rate,
+)
+from frictool.identify.estimators.structure_selection import choose_terms
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.regression.clusters import clusters
-from frictool.identify.regression.regression import Singular, solve
-from frictool.identify.rows.load_terms import GRAVITY, SPRING, bench_with_terms, laws_of, load_values
+from frictool.identify.regression.regression import SingularRegressors, solve
+from frictool.identify.rows.load_terms import (
+    GRAVITY,
+    SPRING,
+    bench_with_terms,
+    laws_of,
+    load_values,
+)
 from frictool.identify.rows.segments import of_each_record, whole
-from frictool.identify.rows.slipping import OWN_INERTIA, known_inertia
+from frictool.identify.rows.slip_fit import OWN_INERTIA, known_inertia
 from frictool.identify.rows.strokes import find_strokes
 
 KNOWN_BETTER = 0.5  # of the simulation's own interval
 MOST_CLUSTERS = 60  # strokes are joined until there are no more: each costs a simulation
 
 
-def influences(simulated: Simulated, found: Minimum, regressed: Mapping[str, float]) -> Matrix:
-    """How far each cluster of strokes moved the parameters (c, p), through the errors of the effort in it, which `regressed` leaves."""
+def influences(
+    simulated: SegmentSimulation, found: SimulationFit, regressed: Mapping[str, float]
+) -> Matrix:
+    """How far each cluster of strokes moved the parameters (c, p), through the errors of the effort
+    in it, which `regressed` leaves."""
     errors = simulated.missing_effort({**found.values, **regressed})
     numbers = _cluster_numbers(simulated, errors)
     count = 1 + max(int(number.max()) for number in numbers)
@@ -51,16 +71,23 @@ def influences(simulated: Simulated, found: Minimum, regressed: Mapping[str, flo
     for segment, number, error in zip(simulated.segments, numbers, errors, strict=True):
         part = slice(first, first + error.size)
         for c in np.unique(number):
-            moved = simulated.of_segment(segment, found.values, np.where(number == c, error, 0.0)) - found.residual[part]
+            moved = (
+                simulated.of_segment(segment, found.values, np.where(number == c, error, 0.0))
+                - found.residual[part]
+            )
             out[c] += inverse[:, part] @ moved
         first += error.size
     return out
 
 
-def _cluster_numbers(simulated: Simulated, errors: Sequence[Vector]) -> list[NDArray[np.int64]]:
+def _cluster_numbers(
+    simulated: SegmentSimulation, errors: Sequence[Vector]
+) -> list[NDArray[np.int64]]:
     """The cluster of each sample, (m,) a segment, at most MOST_CLUSTERS in all."""
     numbers, above = [], 0
-    known = of_each_record(simulated.segments, lambda record: (find_strokes(record), observer_rate(record)))
+    known = of_each_record(
+        simulated.segments, lambda record: (find_strokes(record), observer_rate(record))
+    )
     for segment, error, (strokes, rate) in zip(simulated.segments, errors, known, strict=True):
         part = slice(segment.first, segment.last)
         counts = np.abs(np.gradient(segment.position)) / segment.record.resolution
@@ -73,10 +100,14 @@ def _cluster_numbers(simulated: Simulated, errors: Sequence[Vector]) -> list[NDA
     return [number // joined for number in numbers]
 
 
-def _open_loop_deviation(simulated: Simulated, found: Minimum, regressed: Mapping[str, float]) -> tuple[Vector, Vector]:
-    """Standard deviations (p,) from the influences and the encoder's noise, and the degrees of freedom (p,).
+def _open_loop_deviation(
+    simulated: SegmentSimulation, found: SimulationFit, regressed: Mapping[str, float]
+) -> tuple[Vector, Vector]:
+    """Standard deviations (p,) from the influences and the encoder's noise, and the degrees of
+    freedom (p,).
 
-    Early strokes move the simulation longer than late ones: Satterthwaite's degrees of freedom count how many matter.
+    Early strokes move the simulation longer than late ones: Satterthwaite's degrees of freedom
+    count how many matter.
     """
     squares = influences(simulated, found, regressed) ** 2
     spread = np.sum(squares, axis=0)
@@ -86,50 +117,83 @@ def _open_loop_deviation(simulated: Simulated, found: Minimum, regressed: Mappin
     return np.sqrt(spread + encoder), freedom
 
 
-def _closed_loop_deviation(simulated: Simulated, found: Minimum) -> tuple[Vector, Vector]:
+def _closed_loop_deviation(
+    simulated: SegmentSimulation, found: SimulationFit
+) -> tuple[Vector, Vector]:
     """The same where the residual is the effort's: strokes left out in turn (`regression`)."""
-    numbers = np.concatenate(_cluster_numbers(simulated, [segment.effort for segment in simulated.segments]))
+    numbers = np.concatenate(
+        _cluster_numbers(simulated, [segment.effort for segment in simulated.segments])
+    )
     values = np.array(list(found.values.values()))
     columns = -found.jacobian
     try:
         solution = solve(columns, found.residual + columns @ values, np.ones(numbers.size), numbers)
-    except Singular as error:
-        raise NothingUsable(f"the closed loop does not tell its parameters: {error}") from None
+    except SingularRegressors as error:
+        raise UnusableLogs(f"the closed loop does not tell its parameters: {error}") from None
     return solution.deviation, solution.freedom
 
 
-def simulation_error(records: list[Record], bench: Bench, settings: Settings, terms: tuple[str, ...], servo: Servo | None = None) -> Fit:
-    """The parameters of a structure (`load_terms`) by output error, open loop, or under `servo` along the logged reference.
+def simulation_error(
+    records: list[MotionRecord],
+    bench: Bench,
+    settings: IdentificationSettings,
+    terms: tuple[str, ...],
+    servo: PositionServo | None = None,
+) -> SlidingFit:
+    """The parameters of a structure (`load_terms`) by output error, open loop, or under `servo`
+    along the logged reference.
 
-    Raises NothingUsable where nothing moves, where the motion is in one direction only, and where a closed loop has no reference.
+    Raises NothingUsable where nothing moves, where the motion is in one direction only, and where a
+    closed loop has no reference.
     """
     start = power_balance(records, bench_with_terms(bench, terms), settings)
     if "coulomb" in start.refused:
-        raise NothingUsable(start.refused["coulomb"])
-    untold = next((f"{name}: {reason}" for name, reason in start.refused.items() if name not in SLIDING), None)
+        raise UnusableLogs(start.refused["coulomb"])
+    untold = next(
+        (f"{name}: {reason}" for name, reason in start.refused.items() if name not in SLIDING), None
+    )
     if untold is not None:
-        raise NothingUsable(f"output-error does not know what a load may do that the log does not tell; use least-squares ({untold})")
+        raise UnusableLogs(
+            f"output-error does not know what a load may do that the log does not tell; use least-squares ({untold})"
+        )
     beside = start.refused.get("inertia", "")
     if beside.endswith(OWN_INERTIA):
         settings = replace(settings, fixed={**settings.fixed, "inertia": known_inertia(bench)})
     held = {name: interval.value for name, interval in settings.fixed.items()}
-    simulated = Simulated(whole(records), bench, terms, servo, held)
+    simulated = SegmentSimulation(whole(records), bench, terms, servo, held)
     if not simulated.segments:
-        raise NothingUsable("no piece of the logs is long enough to simulate")
+        raise UnusableLogs("no piece of the logs is long enough to simulate")
     if servo is not None and any(segment.reference is None for segment in simulated.segments):
-        raise NothingUsable("a closed loop needs the controller's reference in the log (channel reference); leave the controller out")
+        raise UnusableLogs(
+            "a closed loop needs the controller's reference in the log (channel reference); leave the controller out"
+        )
     known = {**start_values(start, bench), **held}
     found = estimate(simulated, known)
-    half = _widened(simulated, found, _half_widths(simulated, found, known, settings.confidence), settings.fixed)
-    intervals = {name: Interval(found.values[name], found.values[name] - w, found.values[name] + w) for name, w in half.items()}
+    half = _widened(
+        simulated, found, _half_widths(simulated, found, known, settings.confidence), settings.fixed
+    )
+    intervals = {
+        name: Interval(found.values[name], found.values[name] - w, found.values[name] + w)
+        for name, w in half.items()
+    }
     inertia = start.parameters.get("inertia")
-    if servo is None and inertia is not None and inertia.low > 0.0 and inertia.half_width < KNOWN_BETTER * half["inertia"]:
+    if (
+        servo is None
+        and inertia is not None
+        and inertia.low > 0.0
+        and inertia.half_width < KNOWN_BETTER * half["inertia"]
+    ):
         simulated, found, intervals = _with_inertia(simulated, found, known, inertia, settings)
     fit = _fit(simulated, found, intervals)
     return replace(fit, refused={"inertia": beside}) if beside.endswith(OWN_INERTIA) else fit
 
 
-def _half_widths(simulated: Simulated, found: Minimum, regressed: Mapping[str, float], confidence: float) -> dict[str, float]:
+def _half_widths(
+    simulated: SegmentSimulation,
+    found: SimulationFit,
+    regressed: Mapping[str, float],
+    confidence: float,
+) -> dict[str, float]:
     if simulated.servo is None:
         deviation, freedom = _open_loop_deviation(simulated, found, regressed)
     else:
@@ -138,55 +202,90 @@ def _half_widths(simulated: Simulated, found: Minimum, regressed: Mapping[str, f
     return dict(zip(simulated.names, half.tolist(), strict=True))
 
 
-def _widened(simulated: Simulated, found: Minimum, half: dict[str, float], fixed: Mapping[str, Interval]) -> dict[str, float]:
+def _widened(
+    simulated: SegmentSimulation,
+    found: SimulationFit,
+    half: dict[str, float],
+    fixed: Mapping[str, Interval],
+) -> dict[str, float]:
     """Return the half widths of the intervals, widened by those of the fixed parameters."""
     squares = np.array(list(half.values())) ** 2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)
         step = STEP * max(abs(interval.value), reach, 1e-300)
         changed = replace(simulated, held={**simulated.held, name: interval.value + step})
-        column = (changed.residual({**found.values, name: interval.value + step}) - found.residual) / step
+        column = (
+            changed.residual({**found.values, name: interval.value + step}) - found.residual
+        ) / step
         squares += (np.linalg.lstsq(found.jacobian, column, rcond=None)[0] * reach) ** 2
     return dict(zip(half, np.sqrt(squares).tolist(), strict=True))
 
 
 def _with_inertia(
-    simulated: Simulated, found: Minimum, regressed: Mapping[str, float], inertia: Interval, settings: Settings
-) -> tuple[Simulated, Minimum, dict[str, Interval]]:
-    """The others once more with the regression's inertia, and intervals that hold what is uncertain of it."""
+    simulated: SegmentSimulation,
+    found: SimulationFit,
+    regressed: Mapping[str, float],
+    inertia: Interval,
+    settings: IdentificationSettings,
+) -> tuple[SegmentSimulation, SimulationFit, dict[str, Interval]]:
+    """The others once more with the regression's inertia, and intervals that hold what is uncertain
+    of it."""
     place = simulated.names.index("inertia")
     others = np.delete(found.jacobian, place, axis=1)
     slope = np.linalg.lstsq(others, found.jacobian[:, place], rcond=None)[0]
     simulated = replace(simulated, held={**simulated.held, "inertia": inertia.value})
     again = estimate(simulated, found.values)
-    half = _widened(simulated, again, _half_widths(simulated, again, regressed, settings.confidence), settings.fixed)
+    half = _widened(
+        simulated,
+        again,
+        _half_widths(simulated, again, regressed, settings.confidence),
+        settings.fixed,
+    )
     intervals = {"inertia": inertia}
     for (name, own), change in zip(half.items(), slope.tolist(), strict=True):
         width = float(np.hypot(own, change * inertia.half_width))
-        intervals[name] = Interval(again.values[name], again.values[name] - width, again.values[name] + width)
+        intervals[name] = Interval(
+            again.values[name], again.values[name] - width, again.values[name] + width
+        )
     return simulated, again, intervals
 
 
-def start_values(start: Fit, bench: Bench) -> dict[str, float]:
-    """Return the start of the search: the plausible values of the regression, else the values of the bench."""
+def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
+    """Return the start of the search: the plausible values of the regression, else the values of
+    the bench."""
     known = load_values(start.laws)
     for name in SLIDING:
         prior = getattr(bench.mechanics, name)
         interval = start.parameters.get(name)
-        known[name] = prior.value if interval is None and prior is not None else 0.0 if interval is None else interval.value
+        known[name] = (
+            prior.value
+            if interval is None and prior is not None
+            else 0.0
+            if interval is None
+            else interval.value
+        )
         if name != "offset" and known[name] <= 0.0:
             known[name] = prior.value
     return known
 
 
-def _fit(simulated: Simulated, found: Minimum, intervals: dict[str, Interval]) -> Fit:
+def _fit(
+    simulated: SegmentSimulation, found: SimulationFit, intervals: dict[str, Interval]
+) -> SlidingFit:
     effort = np.concatenate([segment.effort for segment in simulated.segments])
     size = float(np.sqrt(np.mean(effort**2)))
-    error = found.residual if simulated.servo else np.concatenate(simulated.missing_effort(found.values))
+    error = (
+        found.residual
+        if simulated.servo
+        else np.concatenate(simulated.missing_effort(found.values))
+    )
     norms = np.linalg.norm(found.jacobian, axis=0)
     singular = np.linalg.svd(found.jacobian / np.where(norms > 0.0, norms, 1.0), compute_uv=False)
-    details: dict[str, float | int] = {"segments": len(simulated.segments), "residual_rms": float(np.sqrt(np.mean(found.residual**2)))}
-    return Fit(
+    details: dict[str, float | int] = {
+        "segments": len(simulated.segments),
+        "residual_rms": float(np.sqrt(np.mean(found.residual**2))),
+    }
+    return SlidingFit(
         {name: intervals[name] for name in SLIDING if name in intervals},
         {},
         float(np.sqrt(np.mean(error**2))) / size,
@@ -198,30 +297,50 @@ def _fit(simulated: Simulated, found: Minimum, intervals: dict[str, Interval]) -
     )
 
 
-def _insignificant_loads(fit: Fit, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the position-dependent load terms whose intervals all contain 0: such a load only compensates a drift of the simulation."""
+def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the position-dependent load terms whose intervals all contain 0: such a load only
+    compensates a drift of the simulation."""
     load = None if fit.laws is None else fit.laws.load
-    gravity = None if load is None or load.gravity is None else (load.gravity.sine, load.gravity.cosine)
+    gravity = (
+        None if load is None or load.gravity is None else (load.gravity.sine, load.gravity.cosine)
+    )
     spring = None if load is None or load.stiffness is None else (load.stiffness,)
     found = {SPRING: spring, GRAVITY: gravity}
     return tuple(
-        term for term in terms if (own := found.get(term)) is not None and all(one.interval[0] <= 0.0 <= one.interval[1] for one in own)
+        term
+        for term in terms
+        if (own := found.get(term)) is not None
+        and all(one.interval[0] <= 0.0 <= one.interval[1] for one in own)
     )
 
 
-def output_error(records: list[Record], bench: Bench, settings: Settings) -> Fit:
-    """Open-loop output error on the structure that predicts best what it has not seen (`held_out`). Raises NothingUsable."""
+def output_error(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
+    """Open-loop output error on the structure that predicts best what it has not seen (`held_out`).
+    Raises NothingUsable."""
     if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
-        raise NothingUsable("output-error takes what is constant for an offset; write offset for coulomb_by_direction in load.terms")
+        raise UnusableLogs(
+            "output-error takes what is constant for an offset; write offset for coulomb_by_direction in load.terms"
+        )
     known = start_values(power_balance(records, bench, settings), bench)
     terms, errors = choose_terms(records, bench, known, settings.confidence)
     return simulated_fit(records, bench, settings, terms, errors)
 
 
-def simulated_fit(records: list[Record], bench: Bench, settings: Settings, terms: tuple[str, ...], errors: Mapping[str, float]) -> Fit:
+def simulated_fit(
+    records: list[MotionRecord],
+    bench: Bench,
+    settings: IdentificationSettings,
+    terms: tuple[str, ...],
+    errors: Mapping[str, float],
+) -> SlidingFit:
     """Return the fit of a structure without its insignificant position-dependent loads."""
     fit = simulation_error(records, bench, settings, terms)
     while bench.load is None and (needless := _insignificant_loads(fit, terms)):
         terms = tuple(term for term in terms if term not in needless)
         fit = simulation_error(records, bench, settings, terms)
-    return replace(fit, details={**fit.details, **{f"held_out_{name}": error for name, error in errors.items()}})
+    return replace(
+        fit,
+        details={**fit.details, **{f"held_out_{name}": error for name, error in errors.items()}},
+    )

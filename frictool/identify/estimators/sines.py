@@ -1,13 +1,18 @@
-"""The method of sines (4.34)-(4.39): friction from mean effort over mean speed, stroke by stroke, without any derivative to trust.
+"""The method of sines (4.34)-(4.39): friction from mean effort over mean speed, stroke by stroke,
+without any derivative to trust.
 
-The mean of (4.17) over the middle of a stroke, where the speed is above half of the stroke's largest (|sin| > 1/2):
+The mean of (4.17) over the middle of a stroke, where the speed is above half of the stroke's
+largest (|sin| > 1/2):
 
-    <u> = inertia <a> + viscous <v> + coulomb s + offset          <a> = (v at the end - v at the beginning)/duration, nearly 0
+    <u> = inertia <a> + viscous <v> + coulomb s + offset          <a> = (v at the end - v at the
+                                                                  beginning)/duration, nearly 0
 
-The thesis averages over whole periods: sticks at the reversals then bias viscous friction by +4 to +9 % and Coulomb friction by -16 to
--21 %. The gate leaves them out. <v> comes from encoder counts over a duration, so that any encoder will do which passes many counts in
-a stroke. The inertia is not looked for: the bench's is taken off, and its range widens the intervals, by next to nothing where the sine
-is followed. The knees between speed regimes are found (`regimes`). Strokes at several speeds are needed; that they are sines is not.
+The thesis averages over whole periods: sticks at the reversals then bias viscous friction by +4 to
++9 % and Coulomb friction by -16 to -21 %. The gate leaves them out. <v> comes from encoder counts
+over a duration, so that any encoder will do which passes many counts in a stroke. The inertia is
+not looked for: the bench's is taken off, and its range widens the intervals, by next to nothing
+where the sine is followed. The knees between speed regimes are found (`regimes`). Strokes at
+several speeds are needed; that they are sines is not.
 """
 
 from __future__ import annotations
@@ -21,35 +26,46 @@ from scipy.special import ndtri
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Regime
 from frictool.documents.quantity import Estimate, Quantity, si_unit
-from frictool.identify.estimators.regimes import Means, Pieces, design, fit_pieces
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit, Interval, NothingUsable
-from frictool.identify.record import Record, Vector
+from frictool.identify.estimators.piecewise_friction import (
+    PiecewiseFriction,
+    StrokeMeans,
+    design,
+    fit_pieces,
+)
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.regression.clusters import clusters
-from frictool.identify.regression.regression import Matrix, Singular, solve
-from frictool.identify.rows.samples import Samples, joined
-from frictool.identify.rows.slip import slip_mask
+from frictool.identify.regression.regression import Matrix, SingularRegressors, solve
+from frictool.identify.rows.regression_samples import RegressionSamples, joined
+from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.smoothing import choose_window, smoothed
 from frictool.identify.rows.strokes import find_strokes
 
 COLUMNS = ("viscous", "coulomb", "offset")
 NO_INERTIA = "the method of sines does not look for it: the mean acceleration of a stroke's middle is nearly zero (4.36)"
 GATE = 0.5  # of the stroke's largest speed
-NOISE_SHARE = 0.02  # of noise in the acceleration (`smoothing`): which samples are fast enough has to be told, no more
+# of noise in the acceleration (`smoothing`): which samples are fast enough has to be told, no more
+NOISE_SHARE = 0.02
 FEWEST_STROKES = 8
-SPREAD = 1.2  # of the fastest stroke's mean speed over the slowest's: below, viscous and Coulomb friction are one number (4.37)
+# of the fastest stroke's mean speed over the slowest's: below, viscous and Coulomb friction are one
+# number (4.37)
+SPREAD = 1.2
 
 
 @dataclass(frozen=True)
-class Rows:
-    """One row a stroke: mean acceleration (m,), `position` (n,) of all samples in rad | m, and what `regimes` takes."""
+class StrokeRows:
+    """One row a stroke: mean acceleration (m,), `position` (n,) of all samples in rad | m, and what
+    `regimes` takes."""
 
     acceleration: Vector
     position: Vector
-    means: Means
+    means: StrokeMeans
 
 
-def sines(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+def sines(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
     """Viscous, Coulomb, offset and the knees of friction over speed; inertia is refused.
 
     Raises NothingUsable where there are too few strokes, all of one speed, or of one direction.
@@ -62,77 +78,108 @@ def sines(records: list[Record], bench: Bench, settings: Settings) -> Fit:
         return _coulomb_and_offset(rows, effort, bench, settings.confidence, fixed)
     pieces, half = fit_rows(rows, bench, settings.confidence)
     value, count = pieces.solution.value, len(pieces.knees)
-    half[: value.size - count] = _of_fixed(rows, design(rows.means, pieces.knees), half[: value.size - count], fixed)
+    half[: value.size - count] = _of_fixed(
+        rows, design(rows.means, pieces.knees), half[: value.size - count], fixed
+    )
     free = [name for name in COLUMNS[1:] if name not in fixed]
     places = {"viscous": 0, **{name: count + 1 + place for place, name in enumerate(free)}}
-    found = {name: Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k])) for name, k in places.items()}
+    found = {
+        name: Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k]))
+        for name, k in places.items()
+    }
     found["viscous"] = not_negative(found["viscous"])
     speeds = rows.means.mean(rows.means.speed)
-    return Fit(
+    return SlidingFit(
         found,
         {"inertia": NO_INERTIA},
         float(np.linalg.norm(pieces.residual) / np.linalg.norm(effort)),
         None,
         pieces.solution.condition,
         rows.means.speed.size,
-        {"strokes": effort.size, "knees": count, "slowest": float(speeds.min()), "fastest": float(speeds.max())},
+        {
+            "strokes": effort.size,
+            "knees": count,
+            "slowest": float(speeds.min()),
+            "fastest": float(speeds.max()),
+        },
         None if count == 0 else Laws(regimes=regimes_of(pieces, half, bench)),
     )
 
 
-def _column(name: str, means: Means) -> Vector:
+def _column(name: str, means: StrokeMeans) -> Vector:
     """Return the regressor (m,) of a parameter of the line."""
     if name == "viscous":
         return means.piece(0.0, np.inf)
     return means.sign if name == "coulomb" else np.ones(means.sign.size)
 
 
-def without(rows: Rows, fixed: Mapping[str, Interval]) -> Rows:
+def without(rows: StrokeRows, fixed: Mapping[str, Interval]) -> StrokeRows:
     """Return the rows with the effort of the fixed parameters subtracted."""
     if not fixed:
         return rows
     means = rows.means
-    known = np.sum([interval.value * _column(name, means) for name, interval in fixed.items()], axis=0)
+    known = np.sum(
+        [interval.value * _column(name, means) for name, interval in fixed.items()], axis=0
+    )
     free = [_column(name, means) for name in COLUMNS[1:] if name not in fixed]
     columns = np.column_stack(free) if free else np.empty((means.sign.size, 0))
     return replace(rows, means=replace(means, effort=means.effort - known, columns=columns))
 
 
-def _of_fixed(rows: Rows, columns: Matrix, half: Vector, fixed: Mapping[str, Interval]) -> Vector:
-    """Return the half widths (p,), widened by the intervals of the fixed parameters; columns (m, p) of the regression."""
+def _of_fixed(
+    rows: StrokeRows, columns: Matrix, half: Vector, fixed: Mapping[str, Interval]
+) -> Vector:
+    """Return the half widths (p,), widened by the intervals of the fixed parameters; columns (m, p)
+    of the regression."""
     weight, squares = rows.means.weight, half**2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)
-        moved = np.linalg.lstsq(columns * weight[:, None], reach * _column(name, rows.means) * weight, rcond=None)[0]
+        moved = np.linalg.lstsq(
+            columns * weight[:, None], reach * _column(name, rows.means) * weight, rcond=None
+        )[0]
         squares = squares + moved**2
     return np.asarray(np.sqrt(squares))
 
 
-def _coulomb_and_offset(rows: Rows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]) -> Fit:
-    """Return the fit of Coulomb friction and offset, unless fixed, with a known viscous friction."""
+def _coulomb_and_offset(
+    rows: StrokeRows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]
+) -> SlidingFit:
+    """Return the fit of Coulomb friction and offset, unless fixed, with a known viscous
+    friction."""
     means, free = rows.means, [name for name in COLUMNS[1:] if name not in fixed]
     if not free:
-        raise NothingUsable("every parameter of the friction's line is fixed")
+        raise UnusableLogs("every parameter of the friction's line is fixed")
     target = means.effort - bench.mechanics.inertia.value * rows.acceleration
     try:
         solution = solve(means.columns, target, means.weight, means.cluster)
-    except Singular as error:
-        raise NothingUsable(str(error)) from None
+    except SingularRegressors as error:
+        raise UnusableLogs(str(error)) from None
     half = _of_fixed(rows, means.columns, solution.half_width(confidence), fixed)
-    found = {name: Interval(float(v), float(v - h), float(v + h)) for name, v, h in zip(free, solution.value, half, strict=True)}
+    found = {
+        name: Interval(float(v), float(v - h), float(v + h))
+        for name, v, h in zip(free, solution.value, half, strict=True)
+    }
     left = (target - means.columns @ solution.value) * means.weight
     residual = float(np.linalg.norm(left) / np.linalg.norm(effort * means.weight))
-    return Fit(found, {"inertia": NO_INERTIA}, residual, None, solution.condition, means.speed.size, {"strokes": effort.size})
+    return SlidingFit(
+        found,
+        {"inertia": NO_INERTIA},
+        residual,
+        None,
+        solution.condition,
+        means.speed.size,
+        {"strokes": effort.size},
+    )
 
 
-def gated_rows(records: list[Record], bench: Bench) -> Rows:
+def gated_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
     """The rows of strokes that tell the friction's line; raises as `sines`."""
     rows = stroke_rows(records, bench)
     _check(rows.means)
     return rows
 
 
-def stroke_rows(records: list[Record], bench: Bench) -> Rows:
+def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
     """The means over the middles of all strokes, with the columns of Coulomb friction and offset.
 
     Raises NothingUsable where no stroke is long enough.
@@ -140,27 +187,37 @@ def stroke_rows(records: list[Record], bench: Bench) -> Rows:
     width = bench.mechanics.backlash
     backlash = 0.0 if width is None else max(width.interval)
     if not records:
-        raise NothingUsable("no log of sliding motion was given")
+        raise UnusableLogs("no log of sliding motion was given")
     parts = [_gated(record, backlash) for record in records]
-    samples, position = joined([part for part, _ in parts]), np.concatenate([place for _, place in parts])
+    samples, position = (
+        joined([part for part, _ in parts]),
+        np.concatenate([place for _, place in parts]),
+    )
     if samples.velocity.size == 0:
-        raise NothingUsable("no stroke is long enough to see the middle of it slip")
+        raise UnusableLogs("no stroke is long enough to see the middle of it slip")
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
     lengths = np.diff(np.append(starts, samples.stroke.size))
     sign = samples.sign[starts]
-    effort, acceleration = (np.add.reduceat(values, starts) / lengths for values in (samples.effort, samples.acceleration))
+    effort, acceleration = (
+        np.add.reduceat(values, starts) / lengths
+        for values in (samples.effort, samples.acceleration)
+    )
     cluster = clusters(samples.stroke, samples.sign, samples.counts, samples.stroke.size)[starts]
     columns = np.column_stack((sign, np.ones(sign.size)))
-    means = Means(columns, effort, sign, np.sqrt(lengths), cluster, np.abs(samples.velocity), starts)
-    return Rows(acceleration, position, means)
+    means = StrokeMeans(
+        columns, effort, sign, np.sqrt(lengths), cluster, np.abs(samples.velocity), starts
+    )
+    return StrokeRows(acceleration, position, means)
 
 
-def _gated(record: Record, backlash: float) -> tuple[Samples, Vector]:
+def _gated(record: MotionRecord, backlash: float) -> tuple[RegressionSamples, Vector]:
     """The samples of each stroke's middle, and their positions."""
     strokes = find_strokes(record)
     moving = strokes.number[strokes.sign != 0.0]
     lengths = np.bincount(moving) if moving.size else np.zeros(1)
-    window = choose_window(record, float(np.median(lengths[lengths > 0])) if moving.size else 0.0, NOISE_SHARE)
+    window = choose_window(
+        record, float(np.median(lengths[lengths > 0])) if moving.size else 0.0, NOISE_SHARE
+    )
     acceleration, velocity, effort = smoothed(record, window)
     mask = slip_mask(record, strokes, velocity, window, backlash)
     along = np.where(np.isfinite(velocity), velocity * strokes.sign, 0.0)
@@ -168,59 +225,85 @@ def _gated(record: Record, backlash: float) -> tuple[Samples, Vector]:
     np.maximum.at(largest, strokes.number, along)
     mask &= along > GATE * largest[strokes.number]
     counts = np.abs(velocity[mask]) * record.period / record.resolution
-    kept = Samples(acceleration[mask], velocity[mask], effort[mask], strokes.number[mask], strokes.sign[mask], counts)
+    kept = RegressionSamples(
+        acceleration[mask],
+        velocity[mask],
+        effort[mask],
+        strokes.number[mask],
+        strokes.sign[mask],
+        counts,
+    )
     return kept, record.position[mask] + 0.5 * record.resolution
 
 
-def _check(means: Means) -> None:
+def _check(means: StrokeMeans) -> None:
     """Raises NothingUsable where the strokes do not tell the friction's line."""
     sign = means.sign
     if min(np.sum(sign > 0.0), np.sum(sign < 0.0)) < FEWEST_STROKES // 2:
-        raise NothingUsable(
+        raise UnusableLogs(
             f"{np.sum(sign > 0.0)} strokes forward and {np.sum(sign < 0.0)} backward are certain to slip; "
             f"at least {FEWEST_STROKES // 2} each way are needed"
         )
     speed = means.mean(means.speed)
     if speed.max() < SPREAD * speed.min():
-        raise NothingUsable(
+        raise UnusableLogs(
             f"all strokes have one speed ({speed.min():.3g} to {speed.max():.3g}), which does not tell viscous from Coulomb friction "
             "(4.37); record sines of several speeds"
         )
 
 
-def fit_rows(rows: Rows, bench: Bench, confidence: float) -> tuple[Pieces, Vector]:
-    """The pieces of friction over speed beside the rows' columns, and the half widths (p,) of what they found, inertia's share included."""
+def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[PiecewiseFriction, Vector]:
+    """The pieces of friction over speed beside the rows' columns, and the half widths (p,) of what
+    they found, inertia's share included."""
     means, inertia = rows.means, bench.mechanics.inertia
     try:
-        pieces = fit_pieces(replace(means, effort=means.effort - inertia.value * rows.acceleration, nuisance=rows.acceleration[:, None]))
-    except Singular as error:
-        raise NothingUsable(str(error)) from None
+        pieces = fit_pieces(
+            replace(
+                means,
+                effort=means.effort - inertia.value * rows.acceleration,
+                nuisance=rows.acceleration[:, None],
+            )
+        )
+    except SingularRegressors as error:
+        raise UnusableLogs(str(error)) from None
     half = pieces.solution.half_width(confidence)
     return pieces, np.hypot(half, _of_inertia(rows, pieces, inertia.interval, confidence))
 
 
-def _of_inertia(rows: Rows, pieces: Pieces, ends: tuple[float, float], confidence: float) -> Vector:
-    """What the bench's range of inertia adds to the half widths: uniform within, at the knees that were found."""
+def _of_inertia(
+    rows: StrokeRows, pieces: PiecewiseFriction, ends: tuple[float, float], confidence: float
+) -> Vector:
+    """What the bench's range of inertia adds to the half widths: uniform within, at the knees that
+    were found."""
     means = rows.means
     rows_of = design(means, pieces.knees) * means.weight[:, None]
-    moved = np.linalg.lstsq(rows_of, (ends[1] - ends[0]) * rows.acceleration * means.weight, rcond=None)[0]
+    moved = np.linalg.lstsq(
+        rows_of, (ends[1] - ends[0]) * rows.acceleration * means.weight, rcond=None
+    )[0]
     out = np.zeros(pieces.solution.value.size)
     out[: moved.size] = ndtri(0.5 + 0.5 * confidence) * np.abs(moved) / np.sqrt(12.0)
     return out
 
 
 def not_negative(found: Interval) -> Interval:
-    """Friction that is zero within its interval and came out below is zero: "almost none" of 4.4.2.2."""
+    """Friction that is zero within its interval and came out below is zero: "almost none" of
+    4.4.2.2."""
     return Interval(0.0, 0.0, found.high) if found.value < 0.0 < found.high else found
 
 
-def regimes_of(pieces: Pieces, half: Vector, bench: Bench) -> tuple[Regime, ...]:
+def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[Regime, ...]:
     """The document's: the viscous friction above each knee."""
     first = pieces.solution.value.size - len(pieces.knees)
     out = []
     for index, knee in enumerate(pieces.knees, start=1):
-        value, width, reach = float(pieces.solution.value[index]), float(half[index]), float(half[first + index - 1])
-        out.append(regime(knee, reach, Interval(value, max(value - width, 0.0), value + width), bench))
+        value, width, reach = (
+            float(pieces.solution.value[index]),
+            float(half[index]),
+            float(half[first + index - 1]),
+        )
+        out.append(
+            regime(knee, reach, Interval(value, max(value - width, 0.0), value + width), bench)
+        )
     return tuple(out)
 
 
@@ -228,4 +311,9 @@ def regime(knee: float, reach: float, viscous: Interval, bench: Bench) -> Regime
     """The document's: the viscous friction above a knee, rad/s | m/s, known to +-`reach`."""
     slope = not_negative(viscous)
     above = Quantity(knee, max(knee - reach, 0.0), knee + reach, si_unit("velocity", bench.axis))
-    return Regime(above, Estimate(slope.value, slope.low, slope.high, si_unit("viscous", bench.axis), source="identified"))
+    return Regime(
+        above,
+        Estimate(
+            slope.value, slope.low, slope.high, si_unit("viscous", bench.axis), source="identified"
+        ),
+    )

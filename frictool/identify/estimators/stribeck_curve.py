@@ -1,11 +1,13 @@
-"""The Stribeck curve (2.34) from runs at constant speeds: one mean effort a run, and what curve they make.
+"""The Stribeck curve (2.34) from runs at constant speeds: one mean effort a run, and what curve
+they make.
 
     effort = (coulomb + (breakaway - coulomb) e^(-|v/v_s|^delta)) s + viscous v + offset
 
-A run is a part of a stroke over which the position follows a straight line to within two counts; at a constant speed inertia does not act.
-For given (v_s, delta) the rest is linear: v_s is searched, delta is 2 or, where the data say so, 1 or 1/2 (2.34 allows any). Schwarz's
-criterion against a straight line says whether there is a fall at all. The interval of v_s comes from its derivative as one more column of
-the regression.
+A run is a part of a stroke over which the position follows a straight line to within two counts; at
+a constant speed inertia does not act. For given (v_s, delta) the rest is linear: v_s is searched,
+delta is 2 or, where the data say so, 1 or 1/2 (2.34 allows any). Schwarz's criterion against a
+straight line says whether there is a fall at all. The interval of v_s comes from its derivative as
+one more column of the regression.
 """
 
 from __future__ import annotations
@@ -19,12 +21,12 @@ from scipy.optimize import minimize_scalar
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
-from frictool.identify.estimators.regimes import EVIDENCE
-from frictool.identify.informative import below_coulomb, too_vague
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit, Interval, NothingUsable
-from frictool.identify.record import Record, Vector
-from frictool.identify.regression.regression import Matrix, Singular, solve
+from frictool.identify.estimators.piecewise_friction import EVIDENCE
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.interval_checks import below_coulomb, too_vague
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.regression.regression import Matrix, SingularRegressors, solve
 from frictool.identify.rows.strokes import find_strokes
 
 BLOCK = 50  # samples whose mean speeds are compared
@@ -37,7 +39,7 @@ FALL = ("breakaway", "stribeck_velocity")
 
 
 @dataclass(frozen=True)
-class Runs:
+class ConstantSpeedRuns:
     """One row a run (m,): `speed` > 0 rad/s | m/s, `sign`, mean `effort` N m | N, `samples`."""
 
     speed: Vector
@@ -46,11 +48,14 @@ class Runs:
     samples: Vector
 
     def design(self, velocity: float, exponent: float) -> Matrix:
-        """The regressors (m, 4) in the order of NAMES; without the fall (m, 3) where `velocity` is 0."""
+        """The regressors (m, 4) in the order of NAMES; without the fall (m, 3) where `velocity` is
+        0."""
         plain = (self.sign, self.sign * self.speed, np.ones(self.sign.size))
         if velocity == 0.0:
             return np.column_stack(plain)
-        return np.column_stack((plain[0], self.sign * np.exp(-((self.speed / velocity) ** exponent)), *plain[1:]))
+        return np.column_stack(
+            (plain[0], self.sign * np.exp(-((self.speed / velocity) ** exponent)), *plain[1:])
+        )
 
     def squares(self, velocity: float, exponent: float) -> float:
         """The weighted sum of squares that the best curve leaves."""
@@ -59,29 +64,44 @@ class Runs:
         return float(np.sum((right - rows @ np.linalg.lstsq(rows, right, rcond=None)[0]) ** 2))
 
 
-def stribeck_curve(records: list[Record], bench: Bench, settings: Settings) -> Fit:
-    """Coulomb, viscous, offset, and, where friction falls with speed, breakaway and Stribeck velocity.
+def stribeck_curve(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
+    """Coulomb, viscous, offset, and, where friction falls with speed, breakaway and Stribeck
+    velocity.
 
-    If the runs cannot give breakaway and Stribeck velocity, both are refused and a straight line is fitted. Raises NothingUsable if there
-    are fewer than six runs at constant speed in each direction, or if their speeds are all alike.
+    If the runs cannot give breakaway and Stribeck velocity, both are refused and a straight line is
+    fitted. Raises NothingUsable if there are fewer than six runs at constant speed in each
+    direction, or if their speeds are all alike.
     """
     runs = find_runs(records)
     velocity, exponent = _choice(runs)
     fit = _fitted(runs, velocity, exponent, settings.confidence)
     if velocity == 0.0:
         return fit
-    reason = next((why for name in FALL if (why := too_vague(name, fit.parameters[name])) is not None), None)
+    reason = next(
+        (why for name in FALL if (why := too_vague(name, fit.parameters[name])) is not None), None
+    )
     if reason is None:
         reason = below_coulomb(fit.parameters["breakaway"], fit.parameters["coulomb"])
     if reason is None:
         return fit
     straight = _fitted(runs, 0.0, exponent, settings.confidence)
-    return replace(straight, refused={**straight.refused, **dict.fromkeys(FALL, f"{reason}; slower runs would tell it")})
+    return replace(
+        straight,
+        refused={**straight.refused, **dict.fromkeys(FALL, f"{reason}; slower runs would tell it")},
+    )
 
 
-def _fitted(runs: Runs, velocity: float, exponent: float, confidence: float) -> Fit:
-    """Return the fit of a curve of this Stribeck velocity and exponent, or of the straight line where the velocity is 0."""
-    design, names = runs.design(velocity, exponent), [name for name in NAMES if velocity > 0.0 or name != "fall"]
+def _fitted(
+    runs: ConstantSpeedRuns, velocity: float, exponent: float, confidence: float
+) -> SlidingFit:
+    """Return the fit of a curve of this Stribeck velocity and exponent, or of the straight line
+    where the velocity is 0."""
+    design, names = (
+        runs.design(velocity, exponent),
+        [name for name in NAMES if velocity > 0.0 or name != "fall"],
+    )
     weight, cluster = np.sqrt(runs.samples), np.arange(runs.speed.size)
     value = np.linalg.lstsq(design * weight[:, None], runs.effort * weight, rcond=None)[0]
     columns = design
@@ -90,21 +110,32 @@ def _fitted(runs: Runs, velocity: float, exponent: float, confidence: float) -> 
         columns = np.column_stack((design, value[1] * design[:, 1] * ratio * exponent / velocity))
     try:
         solution = solve(columns, runs.effort, weight, cluster)
-    except Singular as error:
-        raise NothingUsable(str(error)) from None
+    except SingularRegressors as error:
+        raise UnusableLogs(str(error)) from None
     half = solution.half_width(confidence)
-    found = {name: Interval(float(v), float(v - h), float(v + h)) for name, v, h in zip(names, value, half, strict=False)}
+    found = {
+        name: Interval(float(v), float(v - h), float(v + h))
+        for name, v, h in zip(names, value, half, strict=False)
+    }
     if velocity > 0.0:
-        found |= {"breakaway": _sum(found["coulomb"], found.pop("fall")), "stribeck_velocity": _around(velocity, float(half[-1]))}
+        found |= {
+            "breakaway": _sum(found["coulomb"], found.pop("fall")),
+            "stribeck_velocity": _around(velocity, float(half[-1])),
+        }
     residual = runs.effort - design @ value
-    return Fit(
+    return SlidingFit(
         found,
         {"inertia": "at a constant speed it does not act"},
         float(np.linalg.norm(residual) / np.linalg.norm(runs.effort)),
         None,
         solution.condition,
         int(runs.samples.sum()),
-        {"runs": runs.speed.size, "slowest": float(runs.speed.min()), "fastest": float(runs.speed.max()), "exponent": exponent},
+        {
+            "runs": runs.speed.size,
+            "slowest": float(runs.speed.min()),
+            "fastest": float(runs.speed.max()),
+            "exponent": exponent,
+        },
         Laws(stribeck_exponent=exponent) if velocity > 0.0 else None,
     )
 
@@ -118,22 +149,23 @@ def _sum(one: Interval, other: Interval) -> Interval:
     return _around(one.value + other.value, float(np.hypot(one.half_width, other.half_width)))
 
 
-def find_runs(records: list[Record]) -> Runs:
-    """Every run at a constant speed. Raises NothingUsable where they are too few."""
+def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
+    """Every run at a constant speed. Raises UnusableLogs where they are too few."""
     rows = [row for record in records for row in _runs(record)]
     table = np.array(rows, dtype=np.float64).reshape(-1, 4)
     ways = [int(np.sum(table[:, 1] == side)) for side in (1.0, -1.0)]
     if min(ways) < FEWEST_SPEEDS:
-        raise NothingUsable(
+        raise UnusableLogs(
             f"{ways[0]} runs at a constant speed forward and {ways[1]} backward; at least {FEWEST_SPEEDS} each way are needed"
         )
     if table[:, 0].max() < 2.0 * table[:, 0].min():
-        raise NothingUsable("all runs have one speed; a curve needs several")
-    return Runs(*table.T)
+        raise UnusableLogs("all runs have one speed; a curve needs several")
+    return ConstantSpeedRuns(*table.T)
 
 
-def _runs(record: Record) -> list[tuple[float, float, float, float]]:
-    """(speed, sign, mean effort, samples) of each run of a record: blocks of one stroke are joined as long as they make a line."""
+def _runs(record: MotionRecord) -> list[tuple[float, float, float, float]]:
+    """(speed, sign, mean effort, samples) of each run of a record: blocks of one stroke are joined
+    as long as they make a line."""
     number, found = find_strokes(record).number, []
     edges = [int(edge) for edge in np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)]
     for start, end in itertools.pairwise(edges):
@@ -147,31 +179,38 @@ def _runs(record: Record) -> list[tuple[float, float, float, float]]:
     return found
 
 
-def _straight(record: Record, first: int, last: int) -> bool:
+def _straight(record: MotionRecord, first: int, last: int) -> bool:
     position = record.position[first:last]
     line = np.polyval(np.polyfit(np.arange(position.size), position, 1), np.arange(position.size))
     return bool(np.max(np.abs(position - line)) < STRAIGHT_COUNTS * record.resolution)
 
 
-def _row(record: Record, first: int, last: int) -> list[tuple[float, float, float, float]]:
-    """The run without its first and its last block, in which the speed settles, or nothing where too little is left."""
+def _row(record: MotionRecord, first: int, last: int) -> list[tuple[float, float, float, float]]:
+    """The run without its first and its last block, in which the speed settles, or nothing where
+    too little is left."""
     inner: NDArray[np.int64] = np.arange(first + BLOCK, last - BLOCK)
     if inner.size < BLOCK:
         return []
-    slope = float(np.polyfit(record.time[inner] - record.time[inner[0]], record.position[inner], 1)[0])
+    slope = float(
+        np.polyfit(record.time[inner] - record.time[inner[0]], record.position[inner], 1)[0]
+    )
     if abs(slope) * inner.size * record.period < FEWEST_COUNTS * record.resolution:
         return []
-    return [(abs(slope), float(np.sign(slope)), float(np.mean(record.effort[inner])), float(inner.size))]
+    return [
+        (abs(slope), float(np.sign(slope)), float(np.mean(record.effort[inner])), float(inner.size))
+    ]
 
 
-def _choice(runs: Runs) -> tuple[float, float]:
+def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
     """(v_s, delta) of the best curve, or (0, 2) where a straight line does."""
     count = runs.speed.size
     low, high = np.log(0.3 * runs.speed.min()), np.log(runs.speed.max())
     best = (0.0, EXPONENTS[0], count * np.log(runs.squares(0.0, 2.0) / count) - EVIDENCE)
     for exponent in EXPONENTS:
         places = np.linspace(low, high, 40)
-        near = places[int(np.argmin([runs.squares(float(np.exp(place)), exponent) for place in places]))]
+        near = places[
+            int(np.argmin([runs.squares(float(np.exp(place)), exponent) for place in places]))
+        ]
         reach = places[1] - places[0]
 
         def left(place: float, exponent: float = exponent) -> float:

@@ -1,7 +1,7 @@
 """Least squares on the samples faster than a threshold (4.18), on differences of the position.
 
-The thesis leaves the threshold to the technician; without one given it is a tenth of the top speed, above the Stribeck effect of most
-axes. `least_squares` derives its own from encoder and motion.
+The thesis leaves the threshold to the technician; without one given it is a tenth of the top speed,
+above the Stribeck effect of most axes. `least_squares` derives its own from encoder and motion.
 """
 
 from __future__ import annotations
@@ -9,22 +9,26 @@ from __future__ import annotations
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit
-from frictool.identify.record import Record, Vector
+from frictool.identify.fit_result import SlidingFit
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.rows.differences import differenced_fit
-from frictool.identify.rows.samples import Samples
+from frictool.identify.rows.regression_samples import RegressionSamples
 
 SHARE_OF_TOP_SPEED = 0.1
 
 
-def threshold(records: list[Record], bench: Bench, settings: Settings) -> Fit:
-    """Inertia, viscous, Coulomb and offset from the samples with |v| above the threshold. Raises NothingUsable where too few are."""
+def threshold(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
+    """Inertia, viscous, Coulomb and offset from the samples with |v| above the threshold. Raises
+    NothingUsable where too few are."""
     return differenced_fit(records, bench, settings, lambda rows: faster(rows, settings.threshold))
 
 
-def faster(samples: Samples, slowest: float | None) -> Vector:
-    """eta of (4.18) for each row (n,): 1 above the speed `slowest`, by default a tenth of the top speed, else 0."""
+def faster(samples: RegressionSamples, slowest: float | None) -> Vector:
+    """eta of (4.18) for each row (n,): 1 above the speed `slowest`, by default a tenth of the top
+    speed, else 0."""
     speed = np.abs(samples.velocity)
     least = SHARE_OF_TOP_SPEED * float(speed.max()) if slowest is None else slowest
     return np.where(speed > least, 1.0, 0.0)

@@ -1,17 +1,23 @@
-"""The weak (integral) form: the equation of motion times test functions (1 - s^2)^3, integrated over windows.
+"""The weak (integral) form: the equation of motion times test functions (1 - s^2)^3, integrated
+over windows.
 
-    inertia int(phi'' x) + viscous int(phi x') + coulomb int(phi sign v) + offset int(phi) = int(phi u)
+    inertia int(phi'' x) + viscous int(phi x') + coulomb int(phi sign v) + offset int(phi) = int(phi
+    u)
 
-Nothing is differentiated but the test function, and that by its exact second difference: its analytic second derivative would bias the
-inertia by 4-5 %. Windows follow each other at a sixth of their length; closer ones tell nothing more.
+Nothing is differentiated but the test function, and that by its exact second difference: its
+analytic second derivative would bias the inertia by 4-5 %. Windows follow each other at a sixth of
+their length; closer ones tell nothing more.
 
-Friction that varies with the position, or bends over the speed, has columns of its own where strokes that were not seen ask for them
-(`weak_structure`): Coulomb friction and offset are then the means over the range of the positions, viscous friction that below the knee.
+Friction that varies with the position, or bends over the speed, has columns of its own where
+strokes that were not seen ask for them (`weak_structure`): Coulomb friction and offset are then the
+means over the range of the positions, viscous friction that below the knee.
 
-The window, and whether the inertia can be had, are those of `assess`: its prediction (assess/weak.py) on the strokes of the records. The
-encoder's noise in the regressor of the inertia takes a share off it: that of white noise at most, none where the errors of counts are as
-even as a sawtooth's. Half of it is put back, and half either way is a range within the interval (`unknowns`). Strokes that repeat each
-other repeat their counts' errors, which then push as well as pull: nothing is put back, and all of it is a range.
+The window, and whether the inertia can be had, are those of `assess`: its prediction
+(assess/weak_form_precision.py) on the strokes of the records. The encoder's noise in the regressor
+of the inertia takes a share off it: that of white noise at most, none where the errors of counts
+are as even as a sawtooth's. Half of it is put back, and half either way is a range within the
+interval (`unknowns`). Strokes that repeat each other repeat their counts' errors, which then push
+as well as pull: nothing is put back, and all of it is a range.
 """
 
 from __future__ import annotations
@@ -22,115 +28,186 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import ndtri
 
-from frictool.bell import bell
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
-from frictool.identify.assess.recorded import recorded_facts
-from frictool.identify.assess.verdicts import QUANTILE, percent
-from frictool.identify.assess.weak import weak_deviation
+from frictool.identify.assess.identifiability import QUANTILE, percent
+from frictool.identify.assess.recorded_motion import recorded_facts
+from frictool.identify.assess.weak_form_precision import weak_deviation
 from frictool.identify.estimators.sines import not_negative, regime
-from frictool.identify.estimators.weak_structure import Structure, choose_structure, with_structure
-from frictool.identify.excite.information import Sensing
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
-from frictool.identify.record import Record
-from frictool.identify.regression.unknowns import half_width
-from frictool.identify.rows.friction_columns import Rows, knee_column, position_columns, rows_of
-from frictool.identify.rows.samples import Samples, fit, joined, parameters_of, with_fixed
-from frictool.identify.rows.slipping import slipping_mask, slipping_rows
+from frictool.identify.estimators.weak_structure import (
+    FrictionStructure,
+    choose_structure,
+    with_structure,
+)
+from frictool.identify.excite.cramer_rao import SensorPrecision
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.combined_interval import half_width
+from frictool.identify.rows.friction_columns import (
+    FrictionRows,
+    knee_column,
+    position_columns,
+    rows_of,
+)
+from frictool.identify.rows.regression_samples import (
+    RegressionSamples,
+    fit,
+    joined,
+    parameters_of,
+    with_fixed,
+)
+from frictool.identify.rows.slip_fit import slipping_mask, slipping_rows
 from frictool.identify.rows.smoothing import smoothed_by
 from frictool.identify.rows.strokes import find_strokes
+from frictool.plant.weak_form import bell
 
 OVERLAP = 6  # windows begin at each sixth of their length
 REPEATED = 0.5  # clusters over strokes: below it, most strokes repeat each other
 
 
-def weak(records: list[Record], bench: Bench, settings: Settings) -> Fit:
-    """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises NothingUsable where no window slips throughout."""
+def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSettings) -> SlidingFit:
+    """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises UnusableLogs
+    where no window slips throughout."""
     facts = recorded_facts(records, bench)
     axis, sensing, strokes = facts.axis, facts.sensing, list(facts.strokes)
     deviation, window = weak_deviation(strokes, axis, sensing, settings.window)
     samples, parts = _windows(records, bench, window)
     if samples.velocity.size == 0:
-        raise NothingUsable("no sample slips for a whole window of the weak form")
-    structure = Structure()
+        raise UnusableLogs("no sample slips for a whole window of the weak form")
+    structure = FrictionStructure()
     if parameters_of(samples) == (SLIDING, {}):
         structure = choose_structure(samples, parts, OVERLAP, settings.confidence)
     samples = _chosen(samples, parts, structure)
-    if structure != Structure():  # its columns share the acceleration's power, and a longer window is better
+    if (
+        structure != FrictionStructure()
+    ):  # its columns share the acceleration's power, and a longer window is better
         own = _own_power(samples) / float(np.mean(samples.acceleration**2))
         deviation, window = weak_deviation(strokes, axis, sensing, settings.window, own)
         samples = _chosen(*_windows(records, bench, window), structure)
-    details: dict[str, float | int] = {"window": window, "position_order": structure.order, "knees": len(structure.knees)}
+    details: dict[str, float | int] = {
+        "window": window,
+        "position_order": structure.order,
+        "knees": len(structure.knees),
+    }
     samples = with_fixed(samples, settings.fixed)
     found = fit(samples, np.ones(samples.velocity.size), OVERLAP, settings.confidence, details)
     found = _identified(found, structure, bench, settings.fixed)
     if "inertia" in settings.fixed:
         return found
-    precision, known = QUANTILE * float(deviation[0]) / axis.inertia, facts.known.get("inertia", 1.0)
+    precision, known = (
+        QUANTILE * float(deviation[0]) / axis.inertia,
+        facts.known.get("inertia", 1.0),
+    )
     if precision >= known:
         kept = {name: interval for name, interval in found.parameters.items() if name != "inertia"}
         reason = f"the weak form over {window} samples reaches {percent(precision)}, and the bench knows it to {percent(known)}"
         return replace(found, parameters=kept, refused={**found.refused, "inertia": reason})
-    return replace(found, parameters={**found.parameters, "inertia": _widened(found, samples, sensing, window, settings.confidence)})
+    return replace(
+        found,
+        parameters={
+            **found.parameters,
+            "inertia": _widened(found, samples, sensing, window, settings.confidence),
+        },
+    )
 
 
-def _widened(found: Fit, samples: Samples, sensing: Sensing, window: int, confidence: float) -> Interval:
-    """The inertia with half of the share that the encoder's noise may take off it, and an interval that holds all and nothing of it."""
+def _widened(
+    found: SlidingFit,
+    samples: RegressionSamples,
+    sensing: SensorPrecision,
+    window: int,
+    confidence: float,
+) -> Interval:
+    """The inertia with half of the share that the encoder's noise may take off it, and an interval
+    that holds all and nothing of it."""
     inertia = found.parameters["inertia"]
     if not np.isfinite(inertia.half_width):
         return inertia
     second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / sensing.period**2
-    share = abs(inertia.value) * sensing.step**2 / 12.0 * float(second @ second) / _own_power(samples)
+    share = (
+        abs(inertia.value) * sensing.step**2 / 12.0 * float(second @ second) / _own_power(samples)
+    )
     repeated = found.details["clusters"] < REPEATED * found.details["strokes"]
     put_back, unsure = (0.0, share) if repeated else (0.5 * share, 0.5 * share)
-    half = half_width(confidence, inertia.half_width / float(ndtri(0.5 + 0.5 * confidence)), [unsure])
+    half = half_width(
+        confidence, inertia.half_width / float(ndtri(0.5 + 0.5 * confidence)), [unsure]
+    )
     value = inertia.value + put_back
     return Interval(value, value - half, value + half)
 
 
-def _windows(records: list[Record], bench: Bench, window: int) -> tuple[Samples, list[Rows]]:
-    """A row a window, with all polynomials of the position, and what it is made of record by record."""
+def _windows(
+    records: list[MotionRecord], bench: Bench, window: int
+) -> tuple[RegressionSamples, list[FrictionRows]]:
+    """A row a window, with all polynomials of the position, and what it is made of record by
+    record."""
     every = max(1, window // OVERLAP)
-    low, high = (float(end([end(record.position) for record in records])) for end in (np.min, np.max))
+    low, high = (
+        float(end([end(record.position) for record in records])) for end in (np.min, np.max)
+    )
     samples, parts = [], []
     for record in records:
         strokes, signals = find_strokes(record), smoothed_by(record, bell(window))
-        rows = rows_of(record, strokes.sign, slipping_mask(record, strokes, bench, signals[1], window, every), window)
+        rows = rows_of(
+            record,
+            strokes.sign,
+            slipping_mask(record, strokes, bench, signals[1], window, every),
+            window,
+        )
         found = slipping_rows(record, bench, window, signals, every)
-        samples.append(replace(found, loads={**found.loads, **position_columns(record, rows, low, high)}))
+        samples.append(
+            replace(found, loads={**found.loads, **position_columns(record, rows, low, high)})
+        )
         parts.append(rows)
     return joined(samples), parts
 
 
-def _chosen(samples: Samples, parts: list[Rows], structure: Structure) -> Samples:
-    """The samples with the columns of the structure: `bend_j` the viscous friction from knee j to the next, `knee_j` the knee's place."""
+def _chosen(
+    samples: RegressionSamples, parts: list[FrictionRows], structure: FrictionStructure
+) -> RegressionSamples:
+    """The samples with the columns of the structure: `bend_j` the viscous friction from knee j to
+    the next, `knee_j` the knee's place."""
     chosen, pieces = with_structure(samples, parts, structure), [samples.velocity]
     for j in range(1, len(structure.knees) + 1):
         pieces[-1] = pieces[-1] - chosen.loads[f"bend_{j}"]
         pieces.append(chosen.loads[f"bend_{j}"])
     loads = {**chosen.loads, **{f"bend_{j}": piece for j, piece in enumerate(pieces[1:], start=1)}}
-    loads |= {f"knee_{j}": knee_column(parts, knee) for j, knee in enumerate(structure.knees, start=1)}
+    loads |= {
+        f"knee_{j}": knee_column(parts, knee) for j, knee in enumerate(structure.knees, start=1)
+    }
     return replace(chosen, velocity=pieces[0], loads=loads)
 
 
-def _identified(found: Fit, structure: Structure, bench: Bench, fixed: Mapping[str, Interval]) -> Fit:
-    """The fit with the sliding parameters alone, and the viscous friction above each knee as its law."""
+def _identified(
+    found: SlidingFit, structure: FrictionStructure, bench: Bench, fixed: Mapping[str, Interval]
+) -> SlidingFit:
+    """The fit with the sliding parameters alone, and the viscous friction above each knee as its
+    law."""
     every, regimes = found.parameters, []
     slope = {**fixed, **every}["viscous"].value
     for j, knee in enumerate(structure.knees, start=1):
         above, moved = every[f"bend_{j}"], every[f"knee_{j}"]
         reach, slope = moved.half_width / abs(above.value - slope), above.value
-        regimes.append(regime(knee, reach, Interval(above.value, max(above.low, 0.0), above.high), bench))
+        regimes.append(
+            regime(knee, reach, Interval(above.value, max(above.low, 0.0), above.high), bench)
+        )
     sliding = {name: interval for name, interval in every.items() if name in SLIDING}
     if regimes and "viscous" in sliding:
         sliding["viscous"] = not_negative(sliding["viscous"])
-    return replace(found, parameters=sliding, laws=Laws(regimes=tuple(regimes)) if regimes else None, why=_why(structure))
+    return replace(
+        found,
+        parameters=sliding,
+        laws=Laws(regimes=tuple(regimes)) if regimes else None,
+        why=_why(structure),
+    )
 
 
-def _why(structure: Structure) -> str | None:
+def _why(structure: FrictionStructure) -> str | None:
     """What the structure is, for people."""
-    parts = [f"over the position (polynomials of order {structure.order})"] if structure.order else []
+    parts = (
+        [f"over the position (polynomials of order {structure.order})"] if structure.order else []
+    )
     parts += [f"above a speed of {knee:.4g}" for knee in structure.knees]
     return (
         f"friction has columns of its own {' and '.join(parts)}, with which strokes that were not seen are predicted better"
@@ -139,8 +216,10 @@ def _why(structure: Structure) -> str | None:
     )
 
 
-def _own_power(samples: Samples) -> float:
+def _own_power(samples: RegressionSamples) -> float:
     """The mean square of the acceleration that the other columns leave, (rad/s^2)^2 | (m/s^2)^2."""
     others = np.column_stack((*samples.columns[1:], *samples.loads.values()))
-    left = samples.acceleration - others @ np.linalg.lstsq(others, samples.acceleration, rcond=None)[0]
+    left = (
+        samples.acceleration - others @ np.linalg.lstsq(others, samples.acceleration, rcond=None)[0]
+    )
     return float(np.mean(left**2))

@@ -1,10 +1,13 @@
-"""Which friction the rows of the weak form ask for beside a constant and a slope: polynomials of the position, knees over the speed.
+"""Which friction the rows of the weak form ask for beside a constant and a slope: polynomials of
+the position, knees over the speed.
 
-    order   the smallest whose strokes, not seen by the fit, are predicted as well as the best order's; none where the best is not better
+    order   the smallest whose strokes, not seen by the fit, are predicted as well as the best
+            order's; none where the best is not better
             beyond chance, and by a fifth of the held-out error, than a constant
     knees   one at a time where it explains most, kept by the same rule
 
-An order is chosen again with each knee: what bends over the speed looks like something over the position until it has its own column.
+An order is chosen again with each knee: what bends over the speed looks like something over the
+position until it has its own column.
 """
 
 from __future__ import annotations
@@ -15,12 +18,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from frictool.identify.outcome import SLIDING
-from frictool.identify.record import Vector
-from frictool.identify.regression.alternatives import beyond_chance, by_stroke, halved, held_out_squares
-from frictool.identify.regression.regression import Singular, least, residual_norm
-from frictool.identify.rows.friction_columns import HIGHEST, Rows, bend_column, names_to
-from frictool.identify.rows.samples import Samples, reduced
+from frictool.identify.fit_result import SLIDING
+from frictool.identify.motion_record import Vector
+from frictool.identify.regression.regression import SingularRegressors, least, residual_norm
+from frictool.identify.regression.term_selection import (
+    beyond_chance,
+    by_stroke,
+    halved,
+    held_out_squares,
+)
+from frictool.identify.rows.friction_columns import HIGHEST, FrictionRows, bend_column, names_to
+from frictool.identify.rows.regression_samples import RegressionSamples, reduced
 
 WORTH = 0.8  # of the held-out error: what a richer structure has to come below, as in `load_search`
 MOST_KNEES = 2
@@ -29,29 +37,38 @@ ENDS = 0.05  # of the rows that are slower, and faster, than any knee
 
 
 @dataclass(frozen=True)
-class Structure:
+class FrictionStructure:
     """`order` of the polynomials over the position, 0: none; `knees` rising, rad/s | m/s."""
 
     order: int = 0
     knees: tuple[float, ...] = ()
 
 
-def choose_structure(samples: Samples, parts: Sequence[Rows], overlap: int, confidence: float) -> Structure:
-    """`samples` with all columns of the position, of the records `parts`; a row is correlated with `overlap` others."""
+def choose_structure(
+    samples: RegressionSamples, parts: Sequence[FrictionRows], overlap: int, confidence: float
+) -> FrictionStructure:
+    """`samples` with all columns of the position, of the records `parts`; a row is correlated with
+    `overlap` others."""
     best = _Comparison(samples, parts, (), overlap, confidence).of_best_order()
     for _ in range(MOST_KNEES):
         place = _place(samples, parts, best[0], overlap)
-        other = _Comparison(samples, parts, (*best[0].knees, place), overlap, confidence).of_best_order()
+        other = _Comparison(
+            samples, parts, (*best[0].knees, place), overlap, confidence
+        ).of_best_order()
         if not better(other[1], best[1], confidence):
             break
         best = other
     return best[0]
 
 
-def with_structure(samples: Samples, parts: Sequence[Rows], structure: Structure) -> Samples:
+def with_structure(
+    samples: RegressionSamples, parts: Sequence[FrictionRows], structure: FrictionStructure
+) -> RegressionSamples:
     """The samples with the columns of a structure and no others beside the four of sliding."""
     loads = {name: samples.loads[name] for name in names_to(structure.order)}
-    bends = {f"bend_{j}": bend_column(parts, knee) for j, knee in enumerate(structure.knees, start=1)}
+    bends = {
+        f"bend_{j}": bend_column(parts, knee) for j, knee in enumerate(structure.knees, start=1)
+    }
     return replace(samples, loads={**loads, **bends})
 
 
@@ -59,17 +76,28 @@ def better(richer: Vector | None, simpler: Vector | None, confidence: float) -> 
     """Whether strokes' squares (s,) are smaller beyond chance, and by WORTH."""
     if richer is None or simpler is None:
         return False
-    return bool(np.sum(richer) < WORTH**2 * np.sum(simpler)) and beyond_chance(richer, simpler, confidence)
+    return bool(np.sum(richer) < WORTH**2 * np.sum(simpler)) and beyond_chance(
+        richer, simpler, confidence
+    )
 
 
 class _Comparison:
     """The orders of the polynomials beside some knees, on strokes that a fit has not seen."""
 
-    def __init__(self, samples: Samples, parts: Sequence[Rows], knees: tuple[float, ...], overlap: int, confidence: float) -> None:
-        whole = with_structure(samples, parts, Structure(HIGHEST, knees))
+    def __init__(
+        self,
+        samples: RegressionSamples,
+        parts: Sequence[FrictionRows],
+        knees: tuple[float, ...],
+        overlap: int,
+        confidence: float,
+    ) -> None:
+        whole = with_structure(samples, parts, FrictionStructure(HIGHEST, knees))
         self.knees, self.confidence = tuple(sorted(knees)), confidence
         self.names = (*SLIDING, *whole.loads)
-        self.plain, _, _, self.stroke = reduced(whole, np.ones(samples.velocity.size), len(SLIDING), overlap)
+        self.plain, _, _, self.stroke = reduced(
+            whole, np.ones(samples.velocity.size), len(SLIDING), overlap
+        )
 
     def squares(self, order: int) -> Vector | None:
         """Of each stroke (s,)."""
@@ -78,19 +106,32 @@ class _Comparison:
         squares = held_out_squares(self.plain, self.plain, halved(self.stroke), columns)
         return None if squares is None else by_stroke(squares, self.stroke)
 
-    def of_best_order(self) -> tuple[Structure, Vector | None]:
+    def of_best_order(self) -> tuple[FrictionStructure, Vector | None]:
         """The order, and its squares."""
-        errors = {order: squares for order in range(HIGHEST + 1) if (squares := self.squares(order)) is not None}
+        errors = {
+            order: squares
+            for order in range(HIGHEST + 1)
+            if (squares := self.squares(order)) is not None
+        }
         if 0 not in errors:
-            return Structure(0, self.knees), None
+            return FrictionStructure(0, self.knees), None
         best = min(errors, key=lambda order: float(np.sum(errors[order])))
         chosen = 0
         if better(errors[best], errors[0], self.confidence):
-            chosen = next(order for order in errors if order > 0 and not beyond_chance(errors[best], errors[order], self.confidence))
-        return Structure(chosen, self.knees), errors[chosen]
+            chosen = next(
+                order
+                for order in errors
+                if order > 0 and not beyond_chance(errors[best], errors[order], self.confidence)
+            )
+        return FrictionStructure(chosen, self.knees), errors[chosen]
 
 
-def _place(samples: Samples, parts: Sequence[Rows], found: Structure, overlap: int) -> float:
+def _place(
+    samples: RegressionSamples,
+    parts: Sequence[FrictionRows],
+    found: FrictionStructure,
+    overlap: int,
+) -> float:
     """Where one knee more explains most."""
     others, speed = with_structure(samples, parts, found), np.abs(samples.velocity)
     low, high = (float(np.quantile(speed, share)) for share in (ENDS, 1.0 - ENDS))
@@ -101,9 +142,15 @@ def _place(samples: Samples, parts: Sequence[Rows], found: Structure, overlap: i
         runs = reduced(tried, np.ones(speed.size), len(SLIDING), overlap)[0]
         try:
             return residual_norm(runs, least(runs)[0])
-        except Singular:
+        except SingularRegressors:
             return float(np.inf)
 
-    near = int(np.argmin([left(samples.sign * np.maximum(speed - place, 0.0)) for place in places]))  # roughly: not under the bell
+    near = int(
+        np.argmin([left(samples.sign * np.maximum(speed - place, 0.0)) for place in places])
+    )  # roughly: not under the bell
     bounds = (float(places[max(near - 1, 0)]), float(places[min(near + 1, PLACES - 1)]))
-    return float(minimize_scalar(lambda place: left(bend_column(parts, float(place))), bounds=bounds, method="bounded").x)
+    return float(
+        minimize_scalar(
+            lambda place: left(bend_column(parts, float(place))), bounds=bounds, method="bounded"
+        ).x
+    )

@@ -1,9 +1,11 @@
-"""A multisine of the position: harmonics of one frequency with equal speeds, their phases chosen for a low crest factor of the speed.
+"""A multisine of the position: harmonics of one frequency with equal speeds, their phases chosen
+for a low crest factor of the speed.
 
     v(t) = V sum_k cos(2 pi k f t + phase_k)         phase_k = -pi k (k - 1)/K      (Schroeder 1970)
 
-A lower crest factor lets more speed into the same top speed. Schroeder's phases are the start; then time and frequency are swapped
-(Van der Ouderaa, Schoukens and Renneboog 1988): the speed is clipped, its phases are kept, its amplitudes put right again.
+A lower crest factor lets more speed into the same top speed. Schroeder's phases are the start; then
+time and frequency are swapped (Van der Ouderaa, Schoukens and Renneboog 1988): the speed is
+clipped, its phases are kept, its amplitudes put right again.
 """
 
 from __future__ import annotations
@@ -12,9 +14,9 @@ import math
 
 import numpy as np
 
+from frictool.identify.excite.bench_limits import BenchLimits
+from frictool.identify.excite.cramer_rao import Vector
 from frictool.identify.excite.half_sines import TOP_SHARE, Motion, spare_effort
-from frictool.identify.excite.information import Vector
-from frictool.identify.excite.limits import Limits
 
 HARMONICS = 10
 POINTS = 64  # of a period, for each harmonic
@@ -35,7 +37,8 @@ def crest(phases: Vector) -> float:
 
 
 def low_crest(harmonics: int) -> Vector:
-    """Phases (harmonics,) in rad: of the best crest factor that swapping passes through, never above Schroeder's."""
+    """Phases (harmonics,) in rad: of the best crest factor that swapping passes through, never
+    above Schroeder's."""
     phases = best = schroeder(harmonics)
     for _ in range(SWAPS):
         speed = _period(phases)
@@ -57,16 +60,23 @@ def _circle(phases: Vector) -> Vector:
 
 
 def _sums(angle: Vector, phases: Vector) -> tuple[Vector, Vector, Vector]:
-    """Position, speed and acceleration over the angle of the first harmonic, for V = 1 and 1 rad/s."""
+    """Position, speed and acceleration over the angle of the first harmonic, for V = 1 and 1
+    rad/s."""
     k = np.arange(1, phases.size + 1)
     terms = np.outer(angle, k) + phases
     return np.sin(terms) @ (1.0 / k), np.cos(terms).sum(axis=1), -np.sin(terms) @ k
 
 
 def multisine(
-    limits: Limits, period: float, phases: Vector, frequency: float | None, amplitude: float | None, repetitions: int
+    limits: BenchLimits,
+    period: float,
+    phases: Vector,
+    frequency: float | None,
+    amplitude: float | None,
+    repetitions: int,
 ) -> tuple[Motion, dict[str, float]]:
-    """The motion, and its figures: as large as the limits allow, or of this amplitude (half the way from end to end).
+    """The motion, and its figures: as large as the limits allow, or of this amplitude (half the way
+    from end to end).
 
     Without a frequency that at which travel and speed bind together.
     """
@@ -74,17 +84,29 @@ def multisine(
     reach, top = 0.5 * float(np.ptp(coarse[0])), float(np.abs(coarse[1]).max())
     room = amplitude or 0.5 * limits.travel
     if frequency is None:
-        frequency = TOP_SHARE * limits.speed * reach / (top * 2.0 * math.pi * room) if math.isfinite(room) else SLOWEST
+        frequency = (
+            TOP_SHARE * limits.speed * reach / (top * 2.0 * math.pi * room)
+            if math.isfinite(room)
+            else SLOWEST
+        )
     samples = max(4 * phases.size, round(1.0 / (frequency * period)))
     rate = 2.0 * math.pi / (samples * period)
     position, velocity, acceleration = _sums(np.asarray(rate * period * np.arange(samples)), phases)
     reach, top = 0.5 * float(np.ptp(position)), float(np.abs(velocity).max())
-    largest = min(room / reach, TOP_SHARE * limits.speed / (rate * top), _effort_bound(limits, rate * velocity, rate**2 * acceleration))
+    largest = min(
+        room / reach,
+        TOP_SHARE * limits.speed / (rate * top),
+        _effort_bound(limits, rate * velocity, rate**2 * acceleration),
+    )
     scale = room / reach if amplitude else largest
     start = int(np.argmin(np.abs(velocity)))  # as near to rest as the samples come
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     centre = 0.5 * float(position.max() + position.min())
-    columns = (middle + scale * (position - centre), scale * rate * velocity, scale * rate**2 * acceleration)
+    columns = (
+        middle + scale * (position - centre),
+        scale * rate * velocity,
+        scale * rate**2 * acceleration,
+    )
     motion = tuple(np.tile(np.roll(column, -start), repetitions) for column in columns)
     return (motion[0], motion[1], motion[2]), {
         "frequency_hz": rate / (2.0 * math.pi),
@@ -95,6 +117,8 @@ def multisine(
     }
 
 
-def _effort_bound(limits: Limits, velocity: Vector, acceleration: Vector) -> float:
+def _effort_bound(limits: BenchLimits, velocity: Vector, acceleration: Vector) -> float:
     """The largest scale of a motion that the worst axis follows."""
-    return spare_effort(limits) / float(np.abs(limits.inertia * acceleration + limits.viscous * velocity).max())
+    return spare_effort(limits) / float(
+        np.abs(limits.inertia * acceleration + limits.viscous * velocity).max()
+    )

@@ -1,7 +1,8 @@
-"""A set of sines over speeds for (4.38): half strokes between turning places, several speeds one after the other.
+"""A set of sines over speeds for (4.38): half strokes between turning places, several speeds one
+after the other.
 
-Turning places are drawn anew for each stroke, from a seed, over a tenth of the travel: strokes that repeat each other to the count
-repeat the encoder's error too, which no averaging then removes.
+Turning places are drawn anew for each stroke, from a seed, over a tenth of the travel: strokes that
+repeat each other to the count repeat the encoder's error too, which no averaging then removes.
 """
 
 from __future__ import annotations
@@ -10,9 +11,9 @@ import math
 
 import numpy as np
 
+from frictool.identify.excite.bench_limits import BenchLimits
+from frictool.identify.excite.cramer_rao import PlannedStroke
 from frictool.identify.excite.half_sines import Motion, half_sine, joined, reachable_speed
-from frictool.identify.excite.information import Stroke
-from frictool.identify.excite.limits import Limits
 from frictool.identify.excite.sine import longest_distance
 
 SPEEDS = 6
@@ -21,15 +22,27 @@ SPREAD = 0.1  # of the distance, at either end, over which strokes turn
 DURATION = 30.0  # s
 
 
-def plan(limits: Limits, duration: float = DURATION, speeds: int = SPEEDS, distance: float | None = None) -> list[Stroke]:
-    """The mean stroke of each speed, and how often it is made there and back; each speed has an equal share of `duration` [s]."""
+def plan(
+    limits: BenchLimits,
+    duration: float = DURATION,
+    speeds: int = SPEEDS,
+    distance: float | None = None,
+) -> list[PlannedStroke]:
+    """The mean stroke of each speed, and how often it is made there and back; each speed has an
+    equal share of `duration` [s]."""
     mean = (distance or longest_distance(limits)) * (1.0 - SPREAD)
     fastest = reachable_speed(limits, mean / (1.0 - SPREAD) * (1.0 - 2.0 * SPREAD))
-    strokes = [Stroke(float(speed), mean) for speed in np.linspace(SLOWEST_SHARE, 1.0, speeds) * fastest]
-    return [Stroke(one.speed, mean, max(1, round(duration / (speeds * 2.0 * one.duration)))) for one in strokes]
+    strokes = [
+        PlannedStroke(float(speed), mean)
+        for speed in np.linspace(SLOWEST_SHARE, 1.0, speeds) * fastest
+    ]
+    return [
+        PlannedStroke(one.speed, mean, max(1, round(duration / (speeds * 2.0 * one.duration))))
+        for one in strokes
+    ]
 
 
-def sines(strokes: list[Stroke], limits: Limits, period: float, seed: int) -> Motion:
+def sines(strokes: list[PlannedStroke], limits: BenchLimits, period: float, seed: int) -> Motion:
     """The strokes of a plan, one speed after the other, each turning at places of its own."""
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0

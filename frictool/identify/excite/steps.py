@@ -1,4 +1,5 @@
-"""Steps of the position over the travel, each a half sine that the worst axis can follow, then a rest: for validation."""
+"""Steps of the position over the travel, each a half sine that the worst axis can follow, then a
+rest: for validation."""
 
 from __future__ import annotations
 
@@ -7,22 +8,26 @@ from itertools import pairwise
 
 import numpy as np
 
+from frictool.identify.excite.bench_limits import BenchLimits
 from frictool.identify.excite.half_sines import Motion, half_sine, joined, reachable_speed
-from frictool.identify.excite.limits import Limits
 from frictool.identify.excite.sine import longest_distance
 
 LEVELS = (0.0, 1.0, 0.0, 0.6, 0.2, 0.5, 0.4)  # of the way: long and short, both ways
 REST = 0.5  # s
 
 
-def steps(limits: Limits, period: float, amplitude: float | None, repetitions: int) -> Motion:
-    """Through LEVELS, `repetitions` times; amplitude [rad | m] is half the way between the outermost."""
+def steps(limits: BenchLimits, period: float, amplitude: float | None, repetitions: int) -> Motion:
+    """Through LEVELS, `repetitions` times; amplitude [rad | m] is half the way between the
+    outermost."""
     distance = 2.0 * amplitude if amplitude else longest_distance(limits)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     levels = middle + distance * (np.array(LEVELS * repetitions + LEVELS[:1]) - 0.5)
     parts = []
     for start, end in pairwise(levels):
-        parts += [half_sine(start, end, reachable_speed(limits, abs(end - start)), period), _rest(end, period)]
+        parts += [
+            half_sine(start, end, reachable_speed(limits, abs(end - start)), period),
+            _rest(end, period),
+        ]
     return joined(parts, float(levels[-1]))
 
 

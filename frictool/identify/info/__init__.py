@@ -2,13 +2,13 @@
 
 from typing import TYPE_CHECKING
 
-from frictool.exports import lazily
+from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from frictool.identify.info.information import Information as Information
     from frictool.identify.info.information import info as info
 else:
-    __getattr__, __dir__ = lazily(
+    __getattr__, __dir__ = lazy_exports(
         __name__,
         {
             "Information": "frictool.identify.info.information",

@@ -1,6 +1,7 @@
 """What a log holds and what it is good for: what `frictool info` does.
 
-file ──assemble──▶ streams, each read twice ──logs/quality/survey.py──▶ Survey a stream ──▶ facts ──text.py──▶ text
+file ──assemble──▶ streams, each read twice ──logs/quality/survey.py──▶ Survey a stream ──▶ facts
+──text.py──▶ text
 """
 
 from __future__ import annotations
@@ -13,28 +14,36 @@ from typing import Any
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.identify.feeds import DRIVES, feeds
-from frictool.logs.assembly import EVERYTHING, Assembly, Window, assemble, begun, origins
+from frictool.identify.applicable_methods import DRIVES, applicable_methods
+from frictool.logs.assembly import (
+    EVERYTHING,
+    LogAssembly,
+    TimeWindow,
+    assemble,
+    origins,
+    start_streams,
+)
 from frictool.logs.canonical.mcap_layout import COLUMNS, KIND, message_path
 from frictool.logs.clocks.alignment import CLOCK_OFFSET
-from frictool.logs.clocks.drift import of_streams
+from frictool.logs.clocks.clock_drift import of_streams
 from frictool.logs.in_memory import write_log
 from frictool.logs.log import Log
 from frictool.logs.losses import as_rows
-from frictool.logs.quality.kind import kind_of
-from frictool.logs.quality.kinds import TEST
-from frictool.logs.quality.sign import sign_of
-from frictool.logs.quality.survey import Survey, row, survey
+from frictool.logs.quality.kind_recognition import kind_of
+from frictool.logs.quality.log_kinds import TEST
+from frictool.logs.quality.sign_check import sign_of
+from frictool.logs.quality.survey import StreamSurvey, row, survey
 from frictool.logs.table import LAYOUT
 
 
 @dataclass(frozen=True)
 class Information:
-    """facts: what `--json` prints, a row a signal and what is said of the log as a whole. surveys: what the samples of each stream show."""
+    """facts: what `--json` prints, a row a signal and what is said of the log as a whole. surveys:
+    what the samples of each stream show."""
 
     facts: dict[str, Any]
-    surveys: tuple[Survey, ...]
-    assembly: Assembly
+    surveys: tuple[StreamSurvey, ...]
+    assembly: LogAssembly
 
     @property
     def warnings(self) -> list[str]:
@@ -42,12 +51,19 @@ class Information:
         return [text for text in self.assembly.warnings if text not in self.facts["odd"]]
 
 
-def info(log: Log | Path | str, bench: Bench | None = None, window: Window = EVERYTHING) -> Information:
-    """What is in a log of any length, in bounded memory: it is read twice; `log` in memory or at a path.
+def info(
+    log: Log | Path | str, bench: Bench | None = None, window: TimeWindow = EVERYTHING
+) -> Information:
+    """What is in a log of any length, in bounded memory: it is read twice; `log` in memory or at a
+    path.
 
-    bench: needed of a raw bench file; with it, samples at the actuator's limit are counted. Raises LogError where the log cannot be read.
+    bench: needed of a raw bench file; with it, samples at the actuator's limit are counted. Raises
+    LogError where the log cannot be read.
     """
-    with tempfile.TemporaryDirectory() as temporary, np.errstate(over="ignore", invalid="ignore"):  # numbers near the largest there are
+    with (
+        tempfile.TemporaryDirectory() as temporary,
+        np.errstate(over="ignore", invalid="ignore"),
+    ):  # numbers near the largest there are
         if isinstance(log, Log):
             path = Path(temporary, Path(log.source).name or "log.mcap")
             write_log(log, path)
@@ -57,18 +73,26 @@ def info(log: Log | Path | str, bench: Bench | None = None, window: Window = EVE
         return Information(_facts(made, surveys), tuple(surveys), made)
 
 
-def _surveyed(path: Path, bench: Bench | None, window: Window) -> tuple[Assembly, list[Survey]]:
-    limits: dict[str, float] = {} if bench is None else {bench.actuator.drive: bench.actuator.limit.value}
+def _surveyed(
+    path: Path, bench: Bench | None, window: TimeWindow
+) -> tuple[LogAssembly, list[StreamSurvey]]:
+    limits: dict[str, float] = (
+        {} if bench is None else {bench.actuator.drive: bench.actuator.limit.value}
+    )
     made = assemble([path], bench)
-    places = range(len(begun(made, window)))
+    places = range(len(start_streams(made, window)))
 
-    def stream(place: int) -> Survey:
-        return survey(begun(made, window)[place].head, lambda: begun(made, window)[place].samples, limits)
+    def stream(place: int) -> StreamSurvey:
+        return survey(
+            start_streams(made, window)[place].head,
+            lambda: start_streams(made, window)[place].samples,
+            limits,
+        )
 
     return made, [stream(place) for place in places]
 
 
-def _facts(made: Assembly, surveys: list[Survey]) -> dict[str, Any]:
+def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
     """One row per signal, and what is said of the log as a whole."""
     columns = origins(made, [one.topic for one in surveys]).get(COLUMNS, {})
     main = next((one for one in surveys if "position" in one.signals), surveys[0])
@@ -76,12 +100,18 @@ def _facts(made: Assembly, surveys: list[Survey]) -> dict[str, Any]:
     sign = sign_of(main.opening)
     velocity = main.velocity
     return {
-        "channels": [row(seen, one, columns.get(message_path(seen.topic, one.name))) for seen in surveys for one in seen.signals.values()],
+        "channels": [
+            row(seen, one, columns.get(message_path(seen.topic, one.name)))
+            for seen in surveys
+            for one in seen.signals.values()
+        ],
         "duration_s": max(one.base.duration_s for one in surveys),
         "encoder_step": main.signals["position"].step if "position" in main.signals else None,
         "lost": as_rows(made.told),
         "test": {"kind": test, "given": given},
-        "velocity": None if velocity is None else {"low": velocity[0], "high": velocity[1], "samples": main.window},
+        "velocity": None
+        if velocity is None
+        else {"low": velocity[0], "high": velocity[1], "samples": main.window},
         "work_share": sign.work,
         "reversed": list(sign.reversed),
         "odd": [text for text in (main.jumps.text(), sign.text, _apart(main, surveys)) if text],
@@ -89,15 +119,18 @@ def _facts(made: Assembly, surveys: list[Survey]) -> dict[str, Any]:
         "dated_by": {flow.head.topic: flow.clock for flow in made.flows if flow.clock is not None},
         "clock_offset": made.notes.get(CLOCK_OFFSET, {}),
         "layout": made.notes.get(LAYOUT, {}),
-        "methods": feeds(main, test),
+        "methods": applicable_methods(main, test),
     }
 
 
-def _clocks(main: Survey, surveys: list[Survey]) -> list[dict[str, Any]]:
-    """How the clocks of further streams run against that of the main one, by the first signal that both have."""
+def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, Any]]:
+    """How the clocks of further streams run against that of the main one, by the first signal that
+    both have."""
     found = []
     for other in surveys:
-        common = next((name for name in main.signals if other is not main and name in other.signals), None)
+        common = next(
+            (name for name in main.signals if other is not main and name in other.signals), None
+        )
         clock = None if common is None else of_streams(main.opening, other.opening, common)
         if clock is not None:
             facts = {"offset_s": clock.offset, "drift": clock.drift, "spread_s": clock.spread}
@@ -105,15 +138,24 @@ def _clocks(main: Survey, surveys: list[Survey]) -> list[dict[str, Any]]:
     return found
 
 
-def _test(made: Assembly, main: Survey) -> tuple[str | None, bool]:
+def _test(made: LogAssembly, main: StreamSurvey) -> tuple[str | None, bool]:
     """The kind of test, and whether it was given to `ingest`."""
     given = made.notes.get(KIND, {}).get(TEST)
     return (given, True) if given else (kind_of(main.opening), False)
 
 
-def _apart(main: Survey, surveys: list[Survey]) -> str | None:
+def _apart(main: StreamSurvey, surveys: list[StreamSurvey]) -> str | None:
     """What identification needs of one stream, where a further one has it."""
     if "position" not in main.signals or any(name in main.signals for name in DRIVES):
         return None
-    homes = [f"{other.topic} has the {name}" for other in surveys for name in other.signals if name in DRIVES]
-    return f"{main.topic} has the position and {homes[0]}: `frictool ingest --resample` puts all on one grid" if homes else None
+    homes = [
+        f"{other.topic} has the {name}"
+        for other in surveys
+        for name in other.signals
+        if name in DRIVES
+    ]
+    return (
+        f"{main.topic} has the position and {homes[0]}: `frictool ingest --resample` puts all on one grid"
+        if homes
+        else None
+    )

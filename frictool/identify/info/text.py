@@ -8,11 +8,11 @@ from typing import Any
 
 from frictool.identify.bounded_lines import bounded
 from frictool.identify.info.information import Information
-from frictool.logs.losses import shown
+from frictool.logs.losses import loss_text
 from frictool.logs.provenance import PROVENANCE
-from frictool.logs.quality.kinds import KINDS
-from frictool.logs.quality.quality import FEWEST_LEVELS
-from frictool.logs.quality.survey import Signal, Survey
+from frictool.logs.quality.log_kinds import KINDS
+from frictool.logs.quality.survey import SignalSurvey, StreamSurvey
+from frictool.logs.quality.time_base import FEWEST_LEVELS
 from frictool.logs.text.layout import PLAIN
 
 
@@ -24,11 +24,20 @@ def table(found: Information) -> str:
     lines += _motion(facts, surveys)
     lines += [f"odd: {text}" for text in facts["odd"]]
     lines += [f"dated by: {topic} by {clock}" for topic, clock in facts["dated_by"].items()]
-    lines += [f"clock offset: that of {topic} was ahead by {offset}" for topic, offset in facts["clock_offset"].items()]
+    lines += [
+        f"clock offset: that of {topic} was ahead by {offset}"
+        for topic, offset in facts["clock_offset"].items()
+    ]
     for one in facts["clocks"]:
-        drift = "too short to tell a drift" if one["drift"] is None else f"drift {1e6 * one['drift']:.4g} us in a second"
-        lines.append(f"clock: {one['source']} shows {one['signal']} {one['offset_s']:.4g} s after {one['against']}, {drift}")
-    lines += [f"lost: {shown(loss)}" for loss in made.told]
+        drift = (
+            "too short to tell a drift"
+            if one["drift"] is None
+            else f"drift {1e6 * one['drift']:.4g} us in a second"
+        )
+        lines.append(
+            f"clock: {one['source']} shows {one['signal']} {one['offset_s']:.4g} s after {one['against']}, {drift}"
+        )
+    lines += [f"lost: {loss_text(loss)}" for loss in made.told]
     lines += _fed(facts["methods"])
     lines += [f"layout: {name}: {told}" for name, told in facts["layout"].items() if told != PLAIN]
     lines += [f"{key}: {text}" for key, text in made.notes.get(PROVENANCE, {}).items()]
@@ -40,38 +49,51 @@ def _fed(methods: dict[str, str | None]) -> list[str]:
     by_reason: dict[str | None, list[str]] = {}
     for name, why in methods.items():
         by_reason.setdefault(why, []).append(name)
-    found = [f"does not feed {', '.join(names)}: {why}" for why, names in by_reason.items() if why is not None]
+    found = [
+        f"does not feed {', '.join(names)}: {why}"
+        for why, names in by_reason.items()
+        if why is not None
+    ]
     return [f"feeds {', '.join(by_reason[None])}", *found] if None in by_reason else found
 
 
 def _channels(facts: dict[str, Any]) -> list[str]:
     """One line for each signal."""
-    lines = [f"{'channel':<24} {'unit':<8} {'samples':>9} {'rate [Hz]':>10} {'jitter [s]':>10} {'gaps':>5} {'step':>9}  range"]
+    lines = [
+        f"{'channel':<24} {'unit':<8} {'samples':>9} {'rate [Hz]':>10} {'jitter [s]':>10} {'gaps':>5} {'step':>9}  range"
+    ]
     for row in facts["channels"]:
         channel = f"{row['source']}.{row['name']}"
         step = "none" if row["step"] is None else f"{row['step']:.4g}"
         numbers = f"{row['samples']:>9} {row['rate_hz']:>10.6g} {row['jitter_s']:>10.2g} {row['gaps']:>5} {step:>9}"
-        lines.append(f"{channel:<24} {row['unit']:<8} {numbers}  {row['low']:.6g} to {row['high']:.6g}")
+        lines.append(
+            f"{channel:<24} {row['unit']:<8} {numbers}  {row['low']:.6g} to {row['high']:.6g}"
+        )
     return lines
 
 
-def _signals(seen: Survey) -> list[str]:
+def _signals(seen: StreamSurvey) -> list[str]:
     """What is remarkable about the signals of a stream."""
     lines = []
     for one in seen.signals.values():
         name, rate = f"{seen.topic}.{one.name}", seen.base.rate_hz
         if one.hold is not None:
-            lines.append(f"held: {name} keeps its value for {one.hold} samples ({one.hold / rate:.4g} s) or more")
+            lines.append(
+                f"held: {name} keeps its value for {one.hold} samples ({one.hold / rate:.4g} s) or more"
+            )
         for top in one.flat:
             at = f"{name} is flat at {top.at:.6g} {one.unit}"
-            lines.append(f"saturated: {at} in {top.samples} samples, for up to {top.longest / rate:.4g} s")
+            lines.append(
+                f"saturated: {at} in {top.samples} samples, for up to {top.longest / rate:.4g} s"
+            )
         if one.at_limit:
             lines.append(f"saturated: {name} is at the bench's limit in {one.at_limit} samples")
     return lines
 
 
-def _motion(facts: dict[str, Any], surveys: Sequence[Survey]) -> list[str]:
-    """The encoder step, or why none is seen; velocities; the kind of test. Nothing where the log has no position."""
+def _motion(facts: dict[str, Any], surveys: Sequence[StreamSurvey]) -> list[str]:
+    """The encoder step, or why none is seen; velocities; the kind of test. Nothing where the log
+    has no position."""
     seen = next((one for one in surveys if "position" in one.signals), None)
     if seen is None:
         return []
@@ -79,14 +101,18 @@ def _motion(facts: dict[str, Any], surveys: Sequence[Survey]) -> list[str]:
     lines = [f"encoder step: {_step(position)}"]
     if velocity is not None:
         over = f"over {velocity['samples']} sample{'s' * (velocity['samples'] > 1)}"
-        lines.append(f"velocity: {velocity['low']:.4g} to {velocity['high']:.4g} {position.unit}/s, {over}")
+        lines.append(
+            f"velocity: {velocity['low']:.4g} to {velocity['high']:.4g} {position.unit}/s, {over}"
+        )
     test = facts["test"]
     meaning = f": {KINDS[test['kind']]}" if test["kind"] in KINDS else ""
-    lines.append(f"test: {test['kind'] or 'too short to tell'} ({'given' if test['given'] else 'detected'}){meaning}")
+    lines.append(
+        f"test: {test['kind'] or 'too short to tell'} ({'given' if test['given'] else 'detected'}){meaning}"
+    )
     return lines
 
 
-def _step(position: Signal) -> str:
+def _step(position: SignalSurvey) -> str:
     if position.step is not None:
         return f"{position.step:.6g} {position.unit}"
     if position.levels == 1:

@@ -1,9 +1,10 @@
 """The time constant of the current loop, from commanded and measured current.
 
-    lag i' = command - i          the command of a row is held until the next:  i[k+1] = a i[k] + (1 - a) command[k], a = e^(-period/lag)
+    lag i' = command - i          the command of a row is held until the next:  i[k+1] = a i[k] + (1
+                                  - a) command[k], a = e^(-period/lag)
 
-The measured current is a gain and an offset times i, whatever its noise: i is simulated from the command and compared (output error).
-Parts of the record are left out in turn for the interval.
+The measured current is a gain and an offset times i, whatever its noise: i is simulated from the
+command and compared (output error). Parts of the record are left out in turn for the interval.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
-from frictool.identify.outcome import Interval, NothingUsable
-from frictool.identify.record import Vector
-from frictool.identify.regression.regression import Singular, solve
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.motion_record import Vector
+from frictool.identify.regression.regression import SingularRegressors, solve
 
 PARTS = 30  # of the record, each left out in turn
 SHORTEST, LONGEST = 0.25, 500.0  # periods: a shorter lag is over within the sample
@@ -23,34 +24,54 @@ SURE = 3.0  # deviations that a lag has to be from 0
 
 
 def loop_lag(command: Vector, measured: Vector, period: float, confidence: float) -> Interval:
-    """The time constant in s; command, measured (n,) A. Raises NothingUsable where the two do not tell it."""
+    """The time constant in s; command, measured (n,) A. Raises NothingUsable where the two do not
+    tell it."""
     if command.size < 10 * PARTS or float(np.ptp(command)) == 0.0:
-        raise NothingUsable("the commanded current does not change, or the record is too short to tell the current loop's lag")
+        raise UnusableLogs(
+            "the commanded current does not change, or the record is too short to tell the current loop's lag"
+        )
     if np.array_equal(command, measured):
-        raise NothingUsable("commanded and measured current are the same numbers: log what the sensor measures")
+        raise UnusableLogs(
+            "commanded and measured current are the same numbers: log what the sensor measures"
+        )
 
     def squares(place: float) -> float:
         return float(np.sum(_left(np.exp(place), command, measured, period)[0] ** 2))
 
     places = np.linspace(np.log(SHORTEST * period), np.log(LONGEST * period), 60)
     near, step = places[int(np.argmin([squares(place) for place in places]))], places[1] - places[0]
-    lag = float(np.exp(minimize_scalar(squares, bounds=(near - step, near + step), method="bounded", options={"xatol": 1e-6}).x))
+    lag = float(
+        np.exp(
+            minimize_scalar(
+                squares,
+                bounds=(near - step, near + step),
+                method="bounded",
+                options={"xatol": 1e-6},
+            ).x
+        )
+    )
     residual, columns = _left(lag, command, measured, period)
     error = float(np.std(residual)) / float(np.std(measured))
     if error > LARGEST_ERROR:
-        raise NothingUsable(
+        raise UnusableLogs(
             f"a lag of first order leaves {100.0 * error:.3g} % of the measured current (allowed: {100 * LARGEST_ERROR:g} %)"
         )
     gain = float(np.linalg.lstsq(columns, measured, rcond=None)[0][0])
-    moved = gain * (_current(lag * 1.001, command, period) - _current(lag / 1.001, command, period)) / (0.002 * lag)
+    moved = (
+        gain
+        * (_current(lag * 1.001, command, period) - _current(lag / 1.001, command, period))
+        / (0.002 * lag)
+    )
     parts = np.arange(command.size) * PARTS // command.size
     try:
         solution = solve(np.column_stack((columns, moved)), measured, np.ones(command.size), parts)
-    except Singular as fault:
-        raise NothingUsable(f"the current does not tell the loop's lag: {fault}") from None
+    except SingularRegressors as fault:
+        raise UnusableLogs(f"the current does not tell the loop's lag: {fault}") from None
     half = float(solution.half_width(confidence)[-1])
     if lag < 1.1 * SHORTEST * period or lag < SURE * float(solution.deviation[-1]):
-        raise NothingUsable(f"the current loop's lag is below what samples of {period:g} s tell: {lag:.3g} s, +-{half:.3g}")
+        raise UnusableLogs(
+            f"the current loop's lag is below what samples of {period:g} s tell: {lag:.3g} s, +-{half:.3g}"
+        )
     return Interval(lag, max(lag - half, 0.0), lag + half)
 
 

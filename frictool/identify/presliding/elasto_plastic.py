@@ -1,6 +1,8 @@
-"""The elasto-plastic law's stiffness and elastic limit from slow loops: (2.44) without speed, with the alpha of (2.45)-(2.46).
+"""The elasto-plastic law's stiffness and elastic limit from slow loops: (2.44) without speed, with
+the alpha of (2.45)-(2.46).
 
-    dz/dx = 1 - alpha(z) stiffness |z|/F_s where z goes with the motion, else 1          F = stiffness z
+    dz/dx = 1 - alpha(z) stiffness |z|/F_s where z goes with the motion, else 1          F =
+                                                                                         stiffness z
 
 The elastic limit is searched as its odds, z_ba/(z_max - z_ba), z_max = F_s/stiffness.
 """
@@ -12,18 +14,26 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.identify.outcome import Interval
-from frictool.identify.presliding.loops import Loops
-from frictool.identify.presliding.path_fit import LawFit, fit_path
-from frictool.identify.record import Vector
-from frictool.kernels import kernel
+from frictool.identify.fit_result import Interval
+from frictool.identify.motion_record import Vector
+from frictool.identify.presliding.loops import PreslidingLoops
+from frictool.identify.presliding.path_fit import PreslidingFit, fit_path
+from frictool.runtime.kernels import kernel
 
 FINE = 0.02  # of z_max: longest step
 
 
 @kernel
-def elasto_plastic_path(position: Vector, starts: NDArray[np.bool_], stiffness: float, breakaway: float, share: float, out: Vector) -> None:
-    """Fills out (n,) with the force along `position` (n,), 0 where a path `starts` (n,); share: elastic limit over z_max."""
+def elasto_plastic_path(
+    position: Vector,
+    starts: NDArray[np.bool_],
+    stiffness: float,
+    breakaway: float,
+    share: float,
+    out: Vector,
+) -> None:
+    """Fills out (n,) with the force along `position` (n,), 0 where a path `starts` (n,); share:
+    elastic limit over z_max."""
     limit, z = breakaway / stiffness, 0.0
     for k in range(position.shape[0]):
         if starts[k]:
@@ -48,19 +58,33 @@ def slope(z: float, direction: float, limit: float, share: float) -> float:
     size = abs(z) / limit
     if z * direction <= 0.0 or size < share:
         return 1.0
-    alpha = 1.0 if size >= 1.0 else 0.5 * (math.sin(math.pi * (size - 0.5 * (1.0 + share)) / (1.0 - share)) + 1.0)
+    alpha = (
+        1.0
+        if size >= 1.0
+        else 0.5 * (math.sin(math.pi * (size - 0.5 * (1.0 + share)) / (1.0 - share)) + 1.0)
+    )
     return 1.0 - alpha * size
 
 
-def _path(loops: Loops, value: Vector) -> Vector:
+def _path(loops: PreslidingLoops, value: Vector) -> Vector:
     out = np.empty(loops.position.size)
-    elasto_plastic_path(loops.position, loops.starts, float(value[0]), loops.breakaway.value, share_of(float(value[1])), out)
+    elasto_plastic_path(
+        loops.position,
+        loops.starts,
+        float(value[0]),
+        loops.breakaway.value,
+        share_of(float(value[1])),
+        out,
+    )
     return out
 
 
-def elasto_plastic(loops: Loops, confidence: float) -> LawFit:
-    """sigma_0, N m/rad | N/m, and z_ba, rad | m. Raises NothingUsable where the loops do not tell them."""
-    found = fit_path(loops, _path, np.array([2.0 * loops.breakaway.value / loops.reach, 1.0]), confidence)
+def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
+    """sigma_0, N m/rad | N/m, and z_ba, rad | m. Raises NothingUsable where the loops do not tell
+    them."""
+    found = fit_path(
+        loops, _path, np.array([2.0 * loops.breakaway.value / loops.reach, 1.0]), confidence
+    )
     stiffness, odds = found.parameters
     limit = loops.breakaway.value / stiffness.value
     elastic = limit * share_of(odds.value)
@@ -69,7 +93,9 @@ def elasto_plastic(loops: Loops, confidence: float) -> LawFit:
         float(elastic * np.exp(side * np.hypot(part, np.log(stiffness.high / stiffness.value))))
         for side, part in zip((-1.0, 1.0), own, strict=True)
     )
-    return LawFit((stiffness, Interval(elastic, low, min(high, limit))), found.force_error, found.held_out)
+    return PreslidingFit(
+        (stiffness, Interval(elastic, low, min(high, limit))), found.force_error, found.held_out
+    )
 
 
 def share_of(odds: float) -> float:

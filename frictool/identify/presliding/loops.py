@@ -1,7 +1,9 @@
-"""Slow loops below the breakaway as what the laws of presliding see of them: a path of positions and the friction along it.
+"""Slow loops below the breakaway as what the laws of presliding see of them: a path of positions
+and the friction along it.
 
-The axis hardly accelerates, so that friction is the effort less its offset. As long as the encoder stays within one count, the mean effort
-belongs to the middle of the count; where the effort turns within a count it belongs to no one place, and the row only moves the path.
+The axis hardly accelerates, so that friction is the effort less its offset. As long as the encoder
+stays within one count, the mean effort belongs to the middle of the count; where the effort turns
+within a count it belongs to no one place, and the row only moves the path.
 """
 
 from __future__ import annotations
@@ -12,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.identify.outcome import Interval, NothingUsable
-from frictool.identify.record import Record, Vector
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.rows.strokes import turning_points
 
 FEWEST_BRANCHES = 6
@@ -22,10 +24,12 @@ FEWEST_ROWS = 10  # counts that a record's longest branch has to pass
 
 
 @dataclass(frozen=True)
-class Loops:
-    """n counts one after the other: `position` (n,) rad | m from the first, `speed` (n,), `force` (n,) N m | N, `branch` (n,); `used` (n,).
+class PreslidingLoops:
+    """n counts one after the other: `position` (n,) rad | m from the first, `speed` (n,), `force`
+    (n,) N m | N, `branch` (n,); `used` (n,).
 
-    breakaway: N m | N. count: rad | m of the encoder. starts: of each record, whose contact is taken to be relaxed there.
+    breakaway: N m | N. count: rad | m of the encoder. starts: of each record, whose contact is
+    taken to be relaxed there.
     """
 
     position: Vector
@@ -47,28 +51,40 @@ class Loops:
         return 0.5 * float(np.ptp(self.position))
 
 
-def find_loops(records: list[Record], breakaway: Interval) -> Loops:
-    """The loops of records that never slip. Raises NothingUsable where there are too few, or the encoder does not see them."""
+def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLoops:
+    """The loops of records that never slip. Raises UnusableLogs where there are too few, or the
+    encoder does not see them."""
     parts, above = [], 0
     for record in records:
         number = branches_of(record)
         parts.append(_counts(record, number, above))
         above += int(number[-1]) + 1
-    position, speed, force, branch, used, starts = (np.concatenate(column) for column in zip(*parts, strict=True))
+    position, speed, force, branch, used, starts = (
+        np.concatenate(column) for column in zip(*parts, strict=True)
+    )
     rows = np.bincount(branch[used], minlength=above)
     if rows.max() < FEWEST_ROWS:
-        raise NothingUsable(
+        raise UnusableLogs(
             f"the encoder sees {rows.max()} counts of the longest branch below the breakaway; at least {FEWEST_ROWS} are needed to tell "
             f"presliding, a count of {records[0].resolution * max(int(rows.max()), 1) / FEWEST_ROWS:.2g} or less"
         )
     if above < FEWEST_BRANCHES:
-        raise NothingUsable(f"the effort of the loops reverses {above - len(records)} times; at least {FEWEST_BRANCHES - 1} are needed")
-    return Loops(
-        position, speed, force, branch.astype(np.int64), used.astype(np.bool_), starts.astype(np.bool_), breakaway, records[0].resolution
+        raise UnusableLogs(
+            f"the effort of the loops reverses {above - len(records)} times; at least {FEWEST_BRANCHES - 1} are needed"
+        )
+    return PreslidingLoops(
+        position,
+        speed,
+        force,
+        branch.astype(np.int64),
+        used.astype(np.bool_),
+        starts.astype(np.bool_),
+        breakaway,
+        records[0].resolution,
     )
 
 
-def branches_of(record: Record) -> NDArray[np.int64]:
+def branches_of(record: MotionRecord) -> NDArray[np.int64]:
     """Numbers (n,) from 0 of what lies between two reversals of the effort."""
     points = np.empty(record.effort.size, dtype=np.int64)
     found = turning_points(record.effort, TURN * float(np.ptp(record.effort)), points)
@@ -77,8 +93,11 @@ def branches_of(record: Record) -> NDArray[np.int64]:
     return np.cumsum(turns)
 
 
-def _counts(record: Record, number: NDArray[np.int64], above: int) -> tuple[NDArray[Any], ...]:
-    """One row for each stay within a count: its middle, speed, mean effort, branch, whether of one branch, whether the record's first."""
+def _counts(
+    record: MotionRecord, number: NDArray[np.int64], above: int
+) -> tuple[NDArray[Any], ...]:
+    """One row for each stay within a count: its middle, speed, mean effort, branch, whether of one
+    branch, whether the record's first."""
     starts = np.flatnonzero(np.diff(record.position, prepend=np.inf) != 0.0)
     lengths = np.diff(np.append(starts, record.position.size))
     last = number[starts + lengths - 1]
@@ -89,4 +108,11 @@ def _counts(record: Record, number: NDArray[np.int64], above: int) -> tuple[NDAr
     if starts.size < 2:
         return position, 0.0 * position, record.effort[starts], last + above, inside, first
     speed = np.gradient(position) / np.gradient((starts + 0.5 * lengths) * record.period)
-    return position, speed, np.add.reduceat(record.effort, starts) / lengths, last + above, inside, first
+    return (
+        position,
+        speed,
+        np.add.reduceat(record.effort, starts) / lengths,
+        last + above,
+        inside,
+        first,
+    )

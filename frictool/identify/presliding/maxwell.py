@@ -1,9 +1,12 @@
-"""Maxwell-slip elements from slow loops: the virgin curve of a hysteresis with the memory of annex A, concave and piecewise linear.
+"""Maxwell-slip elements from slow loops: the virgin curve of a hysteresis with the memory of annex
+A, concave and piecewise linear.
 
-    F = sum_i k_i delta_i + offset + damping speed          delta_i follows the path and stops at +-d_i; the last element never slips
+    F = sum_i k_i delta_i + offset + damping speed          delta_i follows the path and stops at
+                                                            +-d_i; the last element never slips
 
-Linear in the stiffnesses k_i >= 0 of given yield displacements d_i. The curve f(z) = sum_i k_i min(z, d_i) reaches the breakaway at z_max,
-beyond its last point along the parabola of friction/virgin_curve.py. Branches are left out in turn for the intervals.
+Linear in the stiffnesses k_i >= 0 of given yield displacements d_i. The curve f(z) = sum_i k_i
+min(z, d_i) reaches the breakaway at z_max, beyond its last point along the parabola of
+friction/virgin_curve.py. Branches are left out in turn for the intervals.
 """
 
 from __future__ import annotations
@@ -15,20 +18,21 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.special import ndtri, stdtrit
 
-from frictool.identify.outcome import Interval, NothingUsable
-from frictool.identify.presliding.loops import Loops
-from frictool.identify.record import Vector
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.motion_record import Vector
+from frictool.identify.presliding.loops import PreslidingLoops
+from frictool.identify.regression.combined_interval import half_width
 from frictool.identify.regression.regression import Matrix
-from frictool.identify.regression.unknowns import half_width
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 ELEMENTS = 12
 ENOUGH = 0.5  # of the breakaway, that the loops have to reach
 
 
 @dataclass(frozen=True)
-class Maxwell:
-    """The virgin curve: displacement (ELEMENTS,) rad | m, force at each; its slope at 0; z_max, rad | m. Errors as of `LawFit`."""
+class MaxwellFit:
+    """The virgin curve: displacement (ELEMENTS,) rad | m, force at each; its slope at 0; z_max, rad
+    | m. Errors as of `LawFit`."""
 
     displacement: Vector
     force: tuple[Interval, ...]
@@ -39,23 +43,30 @@ class Maxwell:
 
 
 @kernel
-def element_paths(position: Vector, starts: NDArray[np.bool_], displacement: Vector, out: Matrix) -> None:
-    """Fills out (n, m) with the deflection of elements that yield at `displacement` (m,) along `position` (n,)."""
+def element_paths(
+    position: Vector, starts: NDArray[np.bool_], displacement: Vector, out: Matrix
+) -> None:
+    """Fills out (n, m) with the deflection of elements that yield at `displacement` (m,) along
+    `position` (n,)."""
     for k in range(position.shape[0]):
         for i in range(displacement.shape[0]):
             before = 0.0 if starts[k] else out[k - 1, i] + position[k] - position[k - 1]
             out[k, i] = min(max(before, -displacement[i]), displacement[i])
 
 
-def maxwell(loops: Loops, confidence: float) -> Maxwell:
-    """The elements and their curve. Raises NothingUsable where the loops stay far below the breakaway."""
+def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
+    """The elements and their curve. Raises UnusableLogs where the loops stay far below the
+    breakaway."""
     displacement = loops.reach * np.arange(1, ELEMENTS + 1) / ELEMENTS
     columns = np.empty((loops.position.size, ELEMENTS))
     element_paths(loops.position, loops.starts, displacement, columns)
     used, number = loops.used, np.unique(loops.branch[loops.used], return_inverse=True)[1]
     rows = np.column_stack((columns, np.ones(columns.shape[0]), loops.speed))[used]
     target, count = loops.force[used], int(number.max()) + 1
-    parts = [(rows[number == b].T @ rows[number == b], rows[number == b].T @ target[number == b]) for b in range(count)]
+    parts = [
+        (rows[number == b].T @ rows[number == b], rows[number == b].T @ target[number == b])
+        for b in range(count)
+    ]
     gram, right = sum(part[0] for part in parts), sum(part[1] for part in parts)
     value = _stiffnesses(gram, right)
     curve = np.minimum(displacement[:, None], displacement[None, :])
@@ -67,41 +78,66 @@ def maxwell(loops: Loops, confidence: float) -> Maxwell:
 
     found = statistics(value)
     if found[ELEMENTS - 1] < ENOUGH * loops.breakaway.value:
-        raise NothingUsable(
+        raise UnusableLogs(
             f"the loops reach {100.0 * found[ELEMENTS - 1] / loops.breakaway.value:.3g} % of the breakaway; at least {100 * ENOUGH:g} % "
             "are needed to tell z_max"
         )
     left = np.array([statistics(_stiffnesses(gram - one, right - other)) for one, other in parts])
     deviation = np.sqrt((count - 1) / count * np.sum((left - left.mean(axis=0)) ** 2, axis=0))
-    deviation *= float(stdtrit(count - 1, 0.5 + 0.5 * confidence)) / float(ndtri(0.5 + 0.5 * confidence))
-    ends = [reached(displacement, found[:ELEMENTS], end) for end in (loops.breakaway.low, loops.breakaway.high)]
-    turned = 0.5 * loops.count * float(found[-2])  # force: within half a count of where the encoder says the axis turned
-    ranges = [*([turned] for _ in displacement), [turned / float(displacement[0])], [0.5 * (ends[1] - ends[0]), 0.5 * loops.count]]
+    deviation *= float(stdtrit(count - 1, 0.5 + 0.5 * confidence)) / float(
+        ndtri(0.5 + 0.5 * confidence)
+    )
+    ends = [
+        reached(displacement, found[:ELEMENTS], end)
+        for end in (loops.breakaway.low, loops.breakaway.high)
+    ]
+    turned = (
+        0.5 * loops.count * float(found[-2])
+    )  # force: within half a count of where the encoder says the axis turned
+    ranges = [
+        *([turned] for _ in displacement),
+        [turned / float(displacement[0])],
+        [0.5 * (ends[1] - ends[0]), 0.5 * loops.count],
+    ]
     half = [half_width(confidence, float(d), r) for d, r in zip(deviation, ranges, strict=True)]
-    intervals = tuple(Interval(float(v), float(v - h), float(v + h)) for v, h in zip(found, half, strict=True))
+    intervals = tuple(
+        Interval(float(v), float(v - h), float(v + h)) for v, h in zip(found, half, strict=True)
+    )
     residual, size = target - rows @ value, loops.breakaway.value
     side = (np.arange(count) // 2) % 2
     unseen = []
     for this in (0, 1):
-        fitted = _stiffnesses(*(sum(parts[b][j] for b in range(count) if side[b] != this) for j in (0, 1)))
+        fitted = _stiffnesses(
+            *(sum(parts[b][j] for b in range(count) if side[b] != this) for j in (0, 1))
+        )
         chosen = side[number] == this
         unseen.append(target[chosen] - rows[chosen] @ fitted)
-    errors = float(np.sqrt(np.mean(residual**2))) / size, float(np.sqrt(np.mean(np.concatenate(unseen) ** 2))) / size
-    return Maxwell(displacement, intervals[:ELEMENTS], intervals[-2], intervals[-1], *errors)
+    errors = (
+        float(np.sqrt(np.mean(residual**2))) / size,
+        float(np.sqrt(np.mean(np.concatenate(unseen) ** 2))) / size,
+    )
+    return MaxwellFit(displacement, intervals[:ELEMENTS], intervals[-2], intervals[-1], *errors)
 
 
 def _stiffnesses(gram: Matrix, right: Vector) -> Vector:
-    """Those of the elements, none negative, the offset and the damping, from the normal equations."""
+    """Those of the elements, none negative, the offset and the damping, from the normal
+    equations."""
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     value, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     kept = value > 1e-12 * value[-1]
     root = np.sqrt(value[kept])[:, None] * vectors[:, kept].T
     low = np.append(np.zeros(ELEMENTS), [-np.inf, -np.inf])
-    return np.asarray(lsq_linear(root, (vectors[:, kept].T @ (right / scale)) / np.sqrt(value[kept]), (low, np.inf)).x / scale)
+    return np.asarray(
+        lsq_linear(
+            root, (vectors[:, kept].T @ (right / scale)) / np.sqrt(value[kept]), (low, np.inf)
+        ).x
+        / scale
+    )
 
 
 def reached(displacement: Vector, force: Vector, breakaway: float) -> float:
-    """Where a curve reaches the breakaway; beyond its end along the parabola that fits it (friction/virgin_curve.py)."""
+    """Where a curve reaches the breakaway; beyond its end along the parabola that fits it
+    (friction/virgin_curve.py)."""
     if force[-1] >= breakaway:
         return float(np.interp(breakaway, np.append(0.0, force), np.append(0.0, displacement)))
     left = 1.0 - np.sqrt(1.0 - force / breakaway)  # z/z_max of the parabola

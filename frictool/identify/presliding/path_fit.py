@@ -1,10 +1,13 @@
-"""A law of presliding fitted to loops: its force along the path of positions against the friction, beside an offset and a damping.
+"""A law of presliding fitted to loops: its force along the path of positions against the friction,
+beside an offset and a damping.
 
-    minimise sum (force - law(path; parameters) - offset - damping speed)^2 over the counts that lie in one branch
+    minimise sum (force - law(path; parameters) - offset - damping speed)^2 over the counts that lie
+    in one branch
 
-Parameters are positive, and searched as logarithms. Branches are left out in turn for the interval, as strokes are in sliding
-(`regression`); what is not known of the breakaway, and half a count of the path's ends, are ranges beside it (`unknowns`). How well a law
-suits is told by branches that the fit has not seen.
+Parameters are positive, and searched as logarithms. Branches are left out in turn for the interval,
+as strokes are in sliding (`regression`); what is not known of the breakaway, and half a count of
+the path's ends, are ranges beside it (`unknowns`). How well a law suits is told by branches that
+the fit has not seen.
 """
 
 from __future__ import annotations
@@ -17,57 +20,79 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.special import ndtri
 
-from frictool.identify.outcome import Interval, NothingUsable
-from frictool.identify.presliding.loops import Loops
-from frictool.identify.record import Vector
-from frictool.identify.regression.regression import Singular, solve
-from frictool.identify.regression.unknowns import half_width
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.motion_record import Vector
+from frictool.identify.presliding.loops import PreslidingLoops
+from frictool.identify.regression.combined_interval import half_width
+from frictool.identify.regression.regression import SingularRegressors, solve
 
 FARTHEST = 30.0  # from the start, either way as a factor
 MOST_STEPS = 40
 MOST_UNSURE = 1.2  # standard deviation of a parameter's logarithm: twice it is a factor of ten
 
-Path = Callable[[Loops, Vector], Vector]  # loops and parameters (p,) in SI -> force (n,) N m | N
+Path = Callable[
+    [PreslidingLoops, Vector], Vector
+]  # loops and parameters (p,) in SI -> force (n,) N m | N
 
 
 @dataclass(frozen=True)
-class LawFit:
-    """`parameters` in the order of the law; force_error, held_out: rms of what is left, on branches seen and not, over the breakaway."""
+class PreslidingFit:
+    """`parameters` in the order of the law; force_error, held_out: rms of what is left, on branches
+    seen and not, over the breakaway."""
 
     parameters: tuple[Interval, ...]
     force_error: float
     held_out: float
 
 
-def fit_path(loops: Loops, path: Path, start: Vector, confidence: float) -> LawFit:
-    """The parameters (p,) of a law from `start` (p,), SI, the stiffness first. Raises NothingUsable where the loops do not tell them."""
+def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: float) -> PreslidingFit:
+    """The parameters (p,) of a law from `start` (p,), SI, the stiffness first. Raises NothingUsable
+    where the loops do not tell them."""
     value, beside = _minimum(loops, path, start, loops.used)
     residual = (loops.force - beside - path(loops, value))[loops.used]
-    columns = np.column_stack([*_slopes(loops, path, value), np.ones(loops.force.size), loops.speed])[loops.used]
+    columns = np.column_stack(
+        [*_slopes(loops, path, value), np.ones(loops.force.size), loops.speed]
+    )[loops.used]
     try:
         solution = solve(columns, residual, np.ones(residual.size), loops.branch[loops.used])
-    except Singular as error:
-        raise NothingUsable(f"the loops do not tell the law: {error}") from None
+    except SingularRegressors as error:
+        raise UnusableLogs(f"the loops do not tell the law: {error}") from None
     statistical = solution.half_width(confidence)[:-2] / float(ndtri(0.5 + 0.5 * confidence))
-    ends = [_minimum(with_breakaway(loops, end), path, value, loops.used)[0] for end in (loops.breakaway.low, loops.breakaway.high)]
-    counts = 0.5 * loops.count * float(value[0]) / loops.breakaway.value  # of z_max: where within its count the axis turned
+    ends = [
+        _minimum(with_breakaway(loops, end), path, value, loops.used)[0]
+        for end in (loops.breakaway.low, loops.breakaway.high)
+    ]
+    counts = (
+        0.5 * loops.count * float(value[0]) / loops.breakaway.value
+    )  # of z_max: where within its count the axis turned
     if not np.all(np.isfinite(statistical) & (statistical < MOST_UNSURE)):
-        raise NothingUsable("the loops tell a parameter to no better than a factor of ten")
+        raise UnusableLogs("the loops tell a parameter to no better than a factor of ten")
     found = []
     for k, centre in enumerate(value):
-        width = half_width(confidence, float(statistical[k]), [0.5 * float(np.log(ends[1][k] / ends[0][k])), counts])
-        found.append(Interval(float(centre), float(centre * np.exp(-width)), float(centre * np.exp(width))))
+        width = half_width(
+            confidence,
+            float(statistical[k]),
+            [0.5 * float(np.log(ends[1][k] / ends[0][k])), counts],
+        )
+        found.append(
+            Interval(float(centre), float(centre * np.exp(-width)), float(centre * np.exp(width)))
+        )
     size = loops.breakaway.value
-    return LawFit(tuple(found), _rms(residual) / size, _rms(_held_out(loops, path, value)) / size)
+    return PreslidingFit(
+        tuple(found), _rms(residual) / size, _rms(_held_out(loops, path, value)) / size
+    )
 
 
-def with_breakaway(loops: Loops, value: float) -> Loops:
+def with_breakaway(loops: PreslidingLoops, value: float) -> PreslidingLoops:
     """The same loops under another breakaway."""
     return replace(loops, breakaway=Interval(value, value, value))
 
 
-def _minimum(loops: Loops, path: Path, start: Vector, rows: NDArray[np.bool_]) -> tuple[Vector, Vector]:
-    """Parameters (p,) from the rows that are True, and offset and damping force (n,) of all; these two are linear, and eliminated."""
+def _minimum(
+    loops: PreslidingLoops, path: Path, start: Vector, rows: NDArray[np.bool_]
+) -> tuple[Vector, Vector]:
+    """Parameters (p,) from the rows that are True, and offset and damping force (n,) of all; these
+    two are linear, and eliminated."""
     columns = np.column_stack((np.ones(loops.speed.size), loops.speed))
     q, r = np.linalg.qr(columns[rows])
 
@@ -76,20 +101,31 @@ def _minimum(loops: Loops, path: Path, start: Vector, rows: NDArray[np.bool_]) -
         return np.asarray(left - q @ (q.T @ left)) / loops.breakaway.value
 
     reach = np.log(FARTHEST)
-    value = np.exp(least_squares(residual, np.log(start), bounds=(np.log(start) - reach, np.log(start) + reach), max_nfev=MOST_STEPS).x)
-    return value, columns @ np.linalg.lstsq(r, q.T @ (loops.force - path(loops, value))[rows], rcond=None)[0]
+    value = np.exp(
+        least_squares(
+            residual,
+            np.log(start),
+            bounds=(np.log(start) - reach, np.log(start) + reach),
+            max_nfev=MOST_STEPS,
+        ).x
+    )
+    return value, columns @ np.linalg.lstsq(
+        r, q.T @ (loops.force - path(loops, value))[rows], rcond=None
+    )[0]
 
 
-def _slopes(loops: Loops, path: Path, value: Vector) -> list[Vector]:
+def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
     """The force's derivative by the logarithm of each parameter, (n,)."""
     step, out = 1e-4, []
     for k in range(value.size):
-        up, down = (value * np.exp(side * step * (np.arange(value.size) == k)) for side in (1.0, -1.0))
+        up, down = (
+            value * np.exp(side * step * (np.arange(value.size) == k)) for side in (1.0, -1.0)
+        )
         out.append((path(loops, up) - path(loops, down)) / (2.0 * step))
     return out
 
 
-def _held_out(loops: Loops, path: Path, start: Vector) -> Vector:
+def _held_out(loops: PreslidingLoops, path: Path, start: Vector) -> Vector:
     """The error at each row, predicted from the branches of the other half (every other pair)."""
     half, errors = (loops.branch // 2) % 2, []
     for side in (0, 1):

@@ -1,7 +1,9 @@
-"""The Preisach distribution from centred cycles (the perspectives of 7.2): Everett's table, and how far its repetitions differ.
+"""The Preisach distribution from centred cycles (the perspectives of 7.2): Everett's table, and how
+far its repetitions differ.
 
-Of each amplitude k z/K, k = 1 .. K, the falling branches from +a to -a (friction/preisach_cycles.py). The r-th branch of every amplitude
-makes one table; value and interval are the mean and Student's of the tables.
+Of each amplitude k z/K, k = 1 .. K, the falling branches from +a to -a
+(friction/preisach_cycles.py). The r-th branch of every amplitude makes one table; value and
+interval are the mean and Student's of the tables.
 """
 
 from __future__ import annotations
@@ -13,9 +15,9 @@ import numpy as np
 from scipy.special import stdtrit
 
 from frictool.friction.preisach_cycles import everett_tail
-from frictool.identify.outcome import Interval, NothingUsable
-from frictool.identify.presliding.loops import Loops
-from frictool.identify.record import Vector
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.motion_record import Vector
+from frictool.identify.presliding.loops import PreslidingLoops
 from frictool.identify.regression.regression import Matrix
 from frictool.identify.rows.strokes import turning_points
 
@@ -30,8 +32,9 @@ Branch = tuple[Vector, Vector]  # positions and forces
 
 
 @dataclass(frozen=True)
-class Table:
-    """`everett` (n + 1, n + 1) over `saturation`, N m | N; `half_width` of it; `limit`: the largest amplitude, rad | m."""
+class EverettTable:
+    """`everett` (n + 1, n + 1) over `saturation`, N m | N; `half_width` of it; `limit`: the largest
+    amplitude, rad | m."""
 
     everett: Matrix
     half_width: Matrix
@@ -39,26 +42,33 @@ class Table:
     limit: Interval
 
 
-def preisach(loops: Loops, confidence: float) -> Table:
-    """The table of as many amplitudes as the loops hold twice each. Raises NothingUsable where there are not even two."""
+def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
+    """The table of as many amplitudes as the loops hold twice each. Raises UnusableLogs where there
+    are not even two."""
     centre = 0.5 * float(loops.position.max() + loops.position.min())
     falling = [(x - centre, f) for x, f in _branches(loops) if x[-1] < x[0]]
     for amplitudes in range(MOST, FEWEST - 1, -1):
         if loops.reach < COUNTS * amplitudes * loops.count:
             continue
-        near = [_near(falling, loops.reach * k / amplitudes, loops.reach / amplitudes) for k in range(1, amplitudes + 1)]
+        near = [
+            _near(falling, loops.reach * k / amplitudes, loops.reach / amplitudes)
+            for k in range(1, amplitudes + 1)
+        ]
         if min(map(len, near)) >= FEWEST_REPEATS:
             return _table(near, loops, confidence)
-    raise NothingUsable(
+    raise UnusableLogs(
         f"no set of centred cycles, amplitudes k z/K for k = 1 to K with K from {FEWEST} to {MOST}, each {FEWEST_REPEATS} times or more"
     )
 
 
-def _branches(loops: Loops) -> list[Branch]:
-    """Each branch, from a reversal of the position to the next: near z_max the effort is flat, and its noise turns before the axis does."""
+def _branches(loops: PreslidingLoops) -> list[Branch]:
+    """Each branch, from a reversal of the position to the next: near z_max the effort is flat, and
+    its noise turns before the axis does."""
     points, edges = np.empty(loops.position.size, dtype=np.int64), []
     threshold = max(TURN_COUNTS * loops.count, TURN * loops.reach)
-    for first, last in itertools.pairwise([*np.flatnonzero(loops.starts).tolist(), loops.position.size]):
+    for first, last in itertools.pairwise(
+        [*np.flatnonzero(loops.starts).tolist(), loops.position.size]
+    ):
         turns = points[: turning_points(loops.position[first:last], threshold, points)] + first
         edges += list(itertools.pairwise([first, *turns.tolist(), last - 1]))
     return [(loops.position[start : end + 1], loops.force[start : end + 1]) for start, end in edges]
@@ -66,28 +76,39 @@ def _branches(loops: Loops) -> list[Branch]:
 
 def _near(falling: list[Branch], amplitude: float, step: float) -> list[Branch]:
     """The branches from +amplitude to -amplitude, resampled."""
-    chosen = [b for b in falling if max(abs(b[0][0] - amplitude), abs(b[0][-1] + amplitude)) < SAME_SIZE * step]
+    chosen = [
+        b
+        for b in falling
+        if max(abs(b[0][0] - amplitude), abs(b[0][-1] + amplitude)) < SAME_SIZE * step
+    ]
     return [_resampled(branch, amplitude) for branch in chosen]
 
 
 def _resampled(branch: Branch, amplitude: float) -> Branch:
-    """The branch on positions that fall from +amplitude to -amplitude; what repeats a position is averaged."""
+    """The branch on positions that fall from +amplitude to -amplitude; what repeats a position is
+    averaged."""
     position, back = np.unique(branch[0], return_inverse=True)
     force = np.bincount(back, branch[1]) / np.bincount(back)
     grid = np.linspace(amplitude, -amplitude, PLACES)
     return grid, np.interp(grid, position, force)
 
 
-def _table(near: list[list[Branch]], loops: Loops, confidence: float) -> Table:
+def _table(near: list[list[Branch]], loops: PreslidingLoops, confidence: float) -> EverettTable:
     repeats = min(map(len, near))
     tables = np.array([everett_tail([branches[r] for branches in near]) for r in range(repeats)])
     falls = np.array([0.5 * float(near[-1][r][1][0] - near[-1][r][1][-1]) for r in range(repeats)])
     reach = float(stdtrit(repeats - 1, 0.5 + 0.5 * confidence)) / np.sqrt(repeats)
     nodes = 2 * len(near) + 1
-    steepest = float(np.max(np.abs(np.diff(tables.mean(axis=0).reshape(nodes, nodes)[-1])))) * (nodes - 1) / (2.0 * loops.reach)
-    half = np.hypot(reach * tables.std(axis=0, ddof=1), steepest * loops.count).reshape(nodes, nodes)
+    steepest = (
+        float(np.max(np.abs(np.diff(tables.mean(axis=0).reshape(nodes, nodes)[-1]))))
+        * (nodes - 1)
+        / (2.0 * loops.reach)
+    )
+    half = np.hypot(reach * tables.std(axis=0, ddof=1), steepest * loops.count).reshape(
+        nodes, nodes
+    )
     size, spread = float(falls.mean()), float(reach * falls.std(ddof=1))
-    return Table(
+    return EverettTable(
         tables.mean(axis=0).reshape(nodes, nodes),
         half,
         Interval(size, size - spread, size + spread),

@@ -7,14 +7,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Matrix = NDArray[np.float64]
 
 
 @kernel
 def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
-    """Fill path (n, p) with the least-squares solution after each of the rows (n, p + 1), [regressors, target]; NaN until it is determined.
+    """Fill path (n, p) with the least-squares solution after each of the rows (n, p + 1),
+    [regressors, target]; NaN until it is determined.
 
     root: square root of the forgetting factor of one row.
     """

@@ -1,31 +1,38 @@
-"""Standard deviations of a least-squares fit whose residuals are correlated along one short record (Newey and West 1987).
+"""Standard deviations of a least-squares fit whose residuals are correlated along one short record
+(Newey and West 1987).
 
-Strokes are what is independent where there are many (`regression`). In a single stroke, where some rows alone tell a parameter, none can be
-left out: here products of residuals up to `reach` rows apart are added up, with weights that fall along a line.
+Strokes are what is independent where there are many (`regression`). In a single stroke, where some
+rows alone tell a parameter, none can be left out: here products of residuals up to `reach` rows
+apart are added up, with weights that fall along a line.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from frictool.identify.record import Vector
-from frictool.identify.regression.regression import SINGULAR, Matrix, Singular
+from frictool.identify.motion_record import Vector
+from frictool.identify.regression.regression import SINGULAR, Matrix, SingularRegressors
 
 
 def newey_west(columns: Matrix, residual: Vector, reach: int) -> Vector:
-    """Standard deviations (p,) from the regressors (n, p) and residuals (n,). Raises Singular where p parameters do not follow."""
+    """Standard deviations (p,) from the regressors (n, p) and residuals (n,). Raises Singular where
+    p parameters do not follow."""
     n, p = columns.shape
     scale = np.linalg.norm(columns, axis=0)
     if n <= p or not np.all(scale > 0.0):
-        raise Singular("the samples used do not excite every parameter")
+        raise SingularRegressors("the samples used do not excite every parameter")
     rows = columns / scale
     singular = np.linalg.svd(rows, compute_uv=False)
     if singular[-1] < SINGULAR * singular[0]:
-        raise Singular(f"the regressors are dependent (condition {singular[0] / max(float(singular[-1]), 1e-300):.2g})")
+        raise SingularRegressors(
+            f"the regressors are dependent (condition {singular[0] / max(float(singular[-1]), 1e-300):.2g})"
+        )
     scores = rows * residual[:, None]
     middle = scores.T @ scores
     for lag in range(1, min(reach, n - 1) + 1):
         product = scores[lag:].T @ scores[:-lag]
         middle += (1.0 - lag / (reach + 1)) * (product + product.T)
     inverse = np.linalg.inv(rows.T @ rows)
-    return np.asarray(np.sqrt(np.maximum(np.diag(inverse @ middle @ inverse), 0.0) * n / (n - p)) / scale)
+    return np.asarray(
+        np.sqrt(np.maximum(np.diag(inverse @ middle @ inverse), 0.0) * n / (n - p)) / scale
+    )

@@ -1,1 +1,2 @@
-"""From a record to rows of regressors: strokes, slip, filters and differences, all signals at one instant."""
+"""From a record to rows of regressors: strokes, slip, filters and differences, all signals at one
+instant."""

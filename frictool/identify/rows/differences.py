@@ -1,8 +1,10 @@
-"""Differences of the position (4.2), as they are or through the first-order filter of 4.2.2, every signal alike.
+"""Differences of the position (4.2), as they are or through the first-order filter of 4.2.2, every
+signal alike.
 
-Acceleration is the second difference, velocity the central one, the effort averaged over the triangle of the second difference: all at
-one instant. Taken at their own rows, (4.2)'s velocity and a held effort are half a sample apart each, an error of viscous T/2 on the
-inertia (+12 % of table 4.1's).
+Acceleration is the second difference, velocity the central one, the effort averaged over the
+triangle of the second difference: all at one instant. Taken at their own rows, (4.2)'s velocity and
+a held effort are half a sample apart each, an error of viscous T/2 on the inertia (+12 % of table
+4.1's).
 """
 
 from __future__ import annotations
@@ -13,40 +15,59 @@ from collections.abc import Callable
 import numpy as np
 from scipy.signal import lfilter
 
-from frictool.bell import effort_weights
 from frictool.documents.bench import Bench
-from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit, NothingUsable
-from frictool.identify.record import Record, Vector
-from frictool.identify.rows.resolution import refuse_hidden_inertia
-from frictool.identify.rows.samples import Samples, fit, joined, with_fixed
+from frictool.identify.fit_result import SlidingFit, UnusableLogs
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.rows.quantisation_limit import refuse_hidden_inertia
+from frictool.identify.rows.regression_samples import RegressionSamples, fit, joined, with_fixed
 from frictool.identify.rows.strokes import find_strokes
+from frictool.plant.weak_form import effort_weights
 
 
-def differenced_fit(records: list[Record], bench: Bench, settings: Settings, weigh: Callable[[Samples], Vector]) -> Fit:
-    """Least squares on all samples of all strokes, each row times weigh(samples) (n,); a weight of 0 leaves it out.
+def differenced_fit(
+    records: list[MotionRecord],
+    bench: Bench,
+    settings: IdentificationSettings,
+    weigh: Callable[[RegressionSamples], Vector],
+) -> SlidingFit:
+    """Least squares on all samples of all strokes, each row times weigh(samples) (n,); a weight of
+    0 leaves it out.
 
-    The inertia is refused where quantisation hides it (4.3), which is soon. Raises NothingUsable where nothing moves.
+    The inertia is refused where quantisation hides it (4.3), which is soon. Raises NothingUsable
+    where nothing moves.
     """
     time_constant = settings.time_constant or 0.0
     samples, memory = differenced(records, time_constant)
     weight = weigh(samples)
     used = with_fixed(samples.rows(weight > 0.0), settings.fixed)
-    found = fit(used, weight[weight > 0.0], memory, settings.confidence, {"time_constant": time_constant})
+    found = fit(
+        used, weight[weight > 0.0], memory, settings.confidence, {"time_constant": time_constant}
+    )
     impulse = np.zeros(50 * memory)
-    impulse[1:4] = np.array([1.0, -2.0, 1.0]) / records[0].period ** 2  # behind a rest, which is what the filter starts from
+    impulse[1:4] = (
+        np.array([1.0, -2.0, 1.0]) / records[0].period ** 2
+    )  # behind a rest, which is what the filter starts from
     response = _low_pass(impulse, time_constant, records[0].period)
-    return refuse_hidden_inertia(found, records[0], bench, response, used.acceleration, f"with a filter of {time_constant:g} s")
+    return refuse_hidden_inertia(
+        found,
+        records[0],
+        bench,
+        response,
+        used.acceleration,
+        f"with a filter of {time_constant:g} s",
+    )
 
 
-def differenced(records: list[Record], time_constant: float) -> tuple[Samples, int]:
-    """Every sample of a stroke, filtered with `time_constant` in s (0: not at all), and over how many rows the filter remembers.
+def differenced(records: list[MotionRecord], time_constant: float) -> tuple[RegressionSamples, int]:
+    """Every sample of a stroke, filtered with `time_constant` in s (0: not at all), and over how
+    many rows the filter remembers.
 
     Raises NothingUsable where nothing moves.
     """
     parts = [_rows(record, time_constant) for record in records]
     if sum(part.velocity.size for part in parts) == 0:
-        raise NothingUsable("no sample moves by more than the encoder's own count to and fro")
+        raise UnusableLogs("no sample moves by more than the encoder's own count to and fro")
     return joined(parts), max(3, memory_of(time_constant, records[0].period))
 
 
@@ -55,7 +76,7 @@ def memory_of(time_constant: float, period: float) -> int:
     return math.ceil(3.0 * time_constant / period)
 
 
-def _rows(record: Record, time_constant: float) -> Samples:
+def _rows(record: MotionRecord, time_constant: float) -> RegressionSamples:
     x, u, period = record.position, record.effort, record.period
     strokes = find_strokes(record)
     before, at, after = effort_weights(period, record.lag)
@@ -67,17 +88,28 @@ def _rows(record: Record, time_constant: float) -> Samples:
     ]
     row = np.arange(record.position.size)
     since = row - np.maximum.accumulate(np.where(np.diff(strokes.number, prepend=-1) != 0, row, 0))
-    remembered = since[1:-1] < memory_of(time_constant, period)  # the filter still holds the stroke before, or the stick between
+    remembered = since[1:-1] < memory_of(
+        time_constant, period
+    )  # the filter still holds the stroke before, or the stick between
     whole = (record.piece[2:] == record.piece[:-2]) & (strokes.sign[1:-1] != 0.0) & ~remembered
-    acceleration, velocity, effort, sign = (_low_pass(signal, time_constant, period)[whole] for signal in signals)
-    return Samples(acceleration, velocity, effort, strokes.number[1:-1][whole], sign, np.abs(velocity) * period / record.resolution)
+    acceleration, velocity, effort, sign = (
+        _low_pass(signal, time_constant, period)[whole] for signal in signals
+    )
+    return RegressionSamples(
+        acceleration,
+        velocity,
+        effort,
+        strokes.number[1:-1][whole],
+        sign,
+        np.abs(velocity) * period / record.resolution,
+    )
 
 
 def _low_pass(signal: Vector, time_constant: float, period: float) -> Vector:
     """A signal (n,) through 1/(time_constant s + 1) by Tustin, started at its first value.
 
-    Held between samples it would let through some of what differences make of counts at half the sampling rate: -13 % of table 4.1's
-    inertia.
+    Held between samples it would let through some of what differences make of counts at half the
+    sampling rate: -13 % of table 4.1's inertia.
     """
     if time_constant == 0.0:
         return signal

@@ -1,11 +1,14 @@
-"""The regressors of what loads an axis beside its four sliding parameters (`load_terms`), smoothed as the position is.
+"""The regressors of what loads an axis beside its four sliding parameters (`load_terms`), smoothed
+as the position is.
 
-    viscous_backward             what viscous friction backward has more than forward; split after it has proved needed
+    viscous_backward             what viscous friction backward has more than forward; split after
+                                 it has proved needed
     stiffness                    x
     gravity_sine, _cosine        sin x, cos x
     ripple_sine, _cosine         sin n x, cos n x
 
-A harmonic is told where the travel bends it: over a short way its sine is a spring and its cosine an offset.
+A harmonic is told where the travel bends it: over a short way its sine is a spring and its cosine
+an offset.
 """
 
 from __future__ import annotations
@@ -15,29 +18,45 @@ from collections.abc import Sequence
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.identify.outcome import NothingUsable
-from frictool.identify.record import Record, Vector
-from frictool.identify.regression.triangles import Tensor, merged
-from frictool.identify.rows.load_terms import DIRECTION, HARMONICS, TERMS, asked, wave_number
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.regression.tsqr import Tensor, merged
+from frictool.identify.rows.load_terms import (
+    DIRECTION,
+    HARMONICS,
+    TERMS,
+    declared_terms,
+    wave_number,
+)
 from frictool.identify.rows.smoothing import bump
 
-LEAST_SHARE = 0.005  # of a harmonic over whole cycles: what has to be left of it beside the other columns
+LEAST_SHARE = (
+    0.005  # of a harmonic over whole cycles: what has to be left of it beside the other columns
+)
 
 
-def load_columns(record: Record, bench: Bench, window: int, velocity: Vector, sign: Vector) -> dict[str, Vector]:
-    """Of each parameter of the terms that the bench asks for its column (n,); smoothed `velocity` and `sign` of the strokes (n,).
+def load_columns(
+    record: MotionRecord, bench: Bench, window: int, velocity: Vector, sign: Vector
+) -> dict[str, Vector]:
+    """Of each parameter of the terms that the bench asks for its column (n,); smoothed `velocity`
+    and `sign` of the strokes (n,).
 
     Raises NothingUsable where a term needs a position that was not measured.
     """
-    terms, out = asked(bench), dict[str, Vector]()
+    terms, out = declared_terms(bench), dict[str, Vector]()
     if record.velocity is not None and any(term != DIRECTION for term in terms):
-        raise NothingUsable(f"{record.name} has a velocity and no position, on which {', '.join(terms)} of load.terms depend")
+        raise UnusableLogs(
+            f"{record.name} has a velocity and no position, on which {', '.join(terms)} of load.terms depend"
+        )
     for term in terms:
         if term == DIRECTION:
             columns: tuple[Vector, ...] = (np.where(sign < 0.0, velocity, 0.0),)
         elif term in HARMONICS:
             angle = wave_number(term, bench) * record.position
-            columns = (_smoothed(np.sin(angle), window, record.period), _smoothed(np.cos(angle), window, record.period))
+            columns = (
+                _smoothed(np.sin(angle), window, record.period),
+                _smoothed(np.cos(angle), window, record.period),
+            )
         else:
             columns = (_smoothed(record.position, window, record.period),)
         out.update(zip(TERMS[term], columns, strict=True))
@@ -49,10 +68,12 @@ def _smoothed(values: Vector, window: int, period: float) -> Vector:
     return np.convolve(values, bump(window, period), mode="same")
 
 
-def untold(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
-    """The parameters of harmonics that the travel does not tell from the other columns, each with the reason.
+def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
+    """The parameters of harmonics that the travel does not tell from the other columns, each with
+    the reason.
 
-    plain (g, q, q): triangles of runs of `rows` rows in all, with the columns called `names` and the target.
+    plain (g, q, q): triangles of runs of `rows` rows in all, with the columns called `names` and
+    the target.
     """
     whole, out = merged(plain)[:, :-1], {}
     for term in HARMONICS:
@@ -64,12 +85,20 @@ def untold(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
         share = float(np.linalg.svd(left, compute_uv=False)[-1]) / np.sqrt(0.5 * rows)
         if share < LEAST_SHARE:
             reason = f"over this travel the other terms do what {term} does but for {100 * share:.2g} % of it"
-            out.update(dict.fromkeys(TERMS[term], f"{reason} (at least {100 * LEAST_SHARE:g} % is needed); move further"))
+            out.update(
+                dict.fromkeys(
+                    TERMS[term],
+                    f"{reason} (at least {100 * LEAST_SHARE:g} % is needed); move further",
+                )
+            )
     return out
 
 
-def by_direction(names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """The same columns, each of one direction: viscous friction where it differs, Coulomb friction and offset where `coulomb` says so."""
+def by_direction(
+    names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor
+) -> tuple[tuple[str, ...], Tensor, Tensor]:
+    """The same columns, each of one direction: viscous friction where it differs, Coulomb friction
+    and offset where `coulomb` says so."""
     change, out = np.eye(len(names) + 1), list(names)
     if "viscous_backward" in names:
         change[names.index("viscous_backward"), names.index("viscous")] = -1.0

@@ -1,12 +1,16 @@
-"""What may load an axis beside the four sliding parameters, each term with its parameters, and the axis that their values make.
+"""What may load an axis beside the four sliding parameters, each term with its parameters, and the
+axis that their values make.
 
-    direction   viscous friction backward differs from that forward; a Coulomb friction that does is one number with the offset
+    direction   viscous friction backward differs from that forward; a Coulomb friction that does is
+                one number with the offset
     spring      + stiffness x
-    gravity     + gravity_sine sin(x) + gravity_cosine cos(x)          rotary axes: an arm that is not balanced
+    gravity     + gravity_sine sin(x) + gravity_cosine cos(x)          rotary axes: an arm that is
+                not balanced
     ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)        n known: poles, slots, teeth
 
-A term belongs to the model where data that took no part say so (`held_out`, `alternatives`), not because it can be fitted. The bench
-may say which there are (`load.terms`): then no other is looked for.
+A term belongs to the model where data that took no part say so (`held_out`, `alternatives`), not
+because it can be fitted. The bench may say which there are (`load.terms`): then no other is looked
+for.
 """
 
 from __future__ import annotations
@@ -24,12 +28,12 @@ from frictool.documents.laws import Load as LoadLaw
 from frictool.documents.laws import Ripple as RippleLaw
 from frictool.documents.load_terms import LoadTerms, Term
 from frictool.documents.quantity import Estimate, si_unit
-from frictool.engine.replay import replayed
-from frictool.identify.outcome import SLIDING, Fit, Interval
-from frictool.identify.record import Record, Vector
+from frictool.engine.effort_replay import replay_parameters
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
+from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.plant.axis import BACKLASH_BREAKAWAY_RATIO, AxisParameters
-from frictool.plant.axis_laws import Laws, Levels
-from frictool.plant.load import Harmonic, Load
+from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
+from frictool.plant.position_load import LoadHarmonic, PositionLoad
 
 DIRECTION, SPRING, GRAVITY, RIPPLE = "direction", "spring", "gravity", "ripple"
 HARMONICS = (GRAVITY, RIPPLE)
@@ -39,7 +43,12 @@ TERMS: dict[str, tuple[str, ...]] = {
     GRAVITY: ("gravity_sine", "gravity_cosine"),
     RIPPLE: ("ripple_sine", "ripple_cosine"),
 }
-DECLARED: dict[str, Term] = {DIRECTION: "viscous_by_direction", SPRING: "spring", GRAVITY: "gravity", RIPPLE: "ripple"}  # in `load.terms`
+DECLARED: dict[str, Term] = {
+    DIRECTION: "viscous_by_direction",
+    SPRING: "spring",
+    GRAVITY: "gravity",
+    RIPPLE: "ripple",
+}  # in `load.terms`
 POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward", "coulomb_backward")
 HALVES = ("coulomb_backward",)  # of no term of their own
 UNTOLD = "the motion does not repeat often enough to compute its uncertainty"
@@ -51,16 +60,21 @@ def names_of(terms: tuple[str, ...]) -> tuple[str, ...]:
     return SLIDING + tuple(name for term in terms for name in TERMS[term])
 
 
-def asked(bench: Bench) -> tuple[str, ...]:
+def declared_terms(bench: Bench) -> tuple[str, ...]:
     """The terms that the bench says there are."""
     named = () if bench.load is None else bench.load.terms
-    return tuple(term for term in TERMS if term in named or (term == DIRECTION and "viscous_by_direction" in named))
+    return tuple(
+        term
+        for term in TERMS
+        if term in named or (term == DIRECTION and "viscous_by_direction" in named)
+    )
 
 
 def possible(bench: Bench) -> tuple[str, ...]:
-    """The terms that this kind of axis may have: what the bench says, or else what needs no number that nobody has given."""
+    """The terms that this kind of axis may have: what the bench says, or else what needs no number
+    that nobody has given."""
     if bench.load is not None:
-        return asked(bench)
+        return declared_terms(bench)
     return (DIRECTION, SPRING, GRAVITY) if bench.axis == "rotary" else (DIRECTION, SPRING)
 
 
@@ -79,7 +93,8 @@ def start_of(name: str, known: Mapping[str, float]) -> float:
 
 
 def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
-    """The size of a change of a parameter that matters as much as a change of the friction does; `travel` rad | m."""
+    """The size of a change of a parameter that matters as much as a change of the friction does;
+    `travel` rad | m."""
     if name == "stiffness":
         return known["coulomb"] / travel
     if name in ("inertia", "viscous", "viscous_backward"):
@@ -87,14 +102,21 @@ def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
     return known["coulomb"]
 
 
-def axis_and_load(values: Mapping[str, float], bench: Bench, record: Record) -> tuple[Vector, Vector]:
-    """The kernels' arrays of engine/replay.py for SI values of a structure's parameters; what they do not give, the bench does."""
+def axis_and_load(
+    values: Mapping[str, float], bench: Bench, record: MotionRecord
+) -> tuple[Vector, Vector]:
+    """The kernels' arrays of engine/effort_replay.py for SI values of a structure's parameters;
+    what they do not give, the bench does."""
     coulomb, mechanics = values["coulomb"], bench.mechanics
     rested = mechanics.breakaway.value if mechanics.breakaway is not None else 0.0
     backward = None
     if "viscous_backward" in values:
-        backward = Levels(values["viscous_backward"], coulomb, max(rested, coulomb))
-    loose = min(mechanics.backlash_coulomb.value, coulomb) if mechanics.backlash_coulomb is not None else coulomb
+        backward = AxisFrictionLevels(values["viscous_backward"], coulomb, max(rested, coulomb))
+    loose = (
+        min(mechanics.backlash_coulomb.value, coulomb)
+        if mechanics.backlash_coulomb is not None
+        else coulomb
+    )
     axis = AxisParameters(
         inertia=values["inertia"],
         viscous=values["viscous"],
@@ -105,34 +127,57 @@ def axis_and_load(values: Mapping[str, float], bench: Bench, record: Record) -> 
         backlash=mechanics.backlash.value if mechanics.backlash is not None else 0.0,
         backlash_coulomb=loose,
         backlash_breakaway=BACKLASH_BREAKAWAY_RATIO * loose,
-        laws=Laws(backward=backward),
+        laws=AxisLaws(backward=backward),
     )
-    load = Load(values.get("stiffness", 0.0))
+    load = PositionLoad(values.get("stiffness", 0.0))
     for term in HARMONICS:
         sine, cosine = TERMS[term]
         if sine in values:
-            load = load._replace(harmonics=(*load.harmonics, Harmonic(wave_number(term, bench), values[sine], values[cosine])))
-    return replayed(axis), np.asarray(load.as_array())
+            load = load._replace(
+                harmonics=(
+                    *load.harmonics,
+                    LoadHarmonic(wave_number(term, bench), values[sine], values[cosine]),
+                )
+            )
+    return replay_parameters(axis), np.asarray(load.as_array())
 
 
 def laws_of(found: Mapping[str, Interval], bench: Bench) -> LawsDocument | None:
-    """The `laws` of model.yaml for what was found beyond the sliding parameters; None where there is nothing."""
+    """The `laws` of model.yaml for what was found beyond the sliding parameters; None where there
+    is nothing."""
 
     def known(name: str, dimension: str) -> Estimate:
         low = max(found[name].low, 0.0) if name in POSITIVE else found[name].low
-        return Estimate(found[name].value, low, found[name].high, si_unit(dimension, bench.axis), source="identified")
+        return Estimate(
+            found[name].value,
+            low,
+            found[name].high,
+            si_unit(dimension, bench.axis),
+            source="identified",
+        )
 
     backward = load = ripple = None
     if "viscous_backward" in found or "coulomb_backward" in found:
         viscous = known("viscous_backward", "viscous") if "viscous_backward" in found else None
-        backward = Backward(viscous, known("coulomb_backward", "effort") if "coulomb_backward" in found else None)
+        backward = Backward(
+            viscous, known("coulomb_backward", "effort") if "coulomb_backward" in found else None
+        )
     stiffness = known("stiffness", "stiffness") if "stiffness" in found else None
-    gravity = Gravity(known("gravity_sine", "effort"), known("gravity_cosine", "effort")) if "gravity_sine" in found else None
+    gravity = (
+        Gravity(known("gravity_sine", "effort"), known("gravity_cosine", "effort"))
+        if "gravity_sine" in found
+        else None
+    )
     if "ripple_sine" in found:
         assert bench.load is not None
         assert bench.load.ripple is not None
         repeats = bench.load.ripple
-        ripple = RippleLaw(repeats.cycles, repeats.per, known("ripple_sine", "effort"), known("ripple_cosine", "effort"))
+        ripple = RippleLaw(
+            repeats.cycles,
+            repeats.per,
+            known("ripple_sine", "effort"),
+            known("ripple_cosine", "effort"),
+        )
     if stiffness is not None or gravity is not None or ripple is not None:
         load = LoadLaw(stiffness, gravity, ripple)
     return None if backward is None and load is None else LawsDocument(backward=backward, load=load)
@@ -143,7 +188,10 @@ def load_values(laws: LawsDocument | None) -> dict[str, float]:
     if laws is None:
         return {}
     load, backward = laws.load or LoadLaw(), laws.backward
-    found: dict[str, Estimate | None] = {"stiffness": load.stiffness, "viscous_backward": None if backward is None else backward.viscous}
+    found: dict[str, Estimate | None] = {
+        "stiffness": load.stiffness,
+        "viscous_backward": None if backward is None else backward.viscous,
+    }
     for name, harmonic in (("gravity", load.gravity), ("ripple", load.ripple)):
         if harmonic is not None:
             found |= {f"{name}_sine": harmonic.sine, f"{name}_cosine": harmonic.cosine}
@@ -159,21 +207,34 @@ def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
 def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
     """Return the bench with these load terms declared, or unchanged if it declares any.
 
-    A regression then has the structure of the simulation. In another structure the offset has another meaning: if viscous friction
-    differs by direction, fitting a single one shifts the offset.
+    A regression then has the structure of the simulation. In another structure the offset has
+    another meaning: if viscous friction differs by direction, fitting a single one shifts the
+    offset.
     """
     if bench.load is not None:
         return bench
-    return msgspec.structs.replace(bench, load=LoadTerms(("offset", *(DECLARED[term] for term in terms))))
+    return msgspec.structs.replace(
+        bench, load=LoadTerms(("offset", *(DECLARED[term] for term in terms)))
+    )
 
 
-def with_laws(fit: Fit, bench: Bench) -> Fit:
+def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
     """The fit with its load parameters as laws; one whose interval does not end is refused."""
     sliding = {name: found for name, found in fit.parameters.items() if name in SLIDING}
-    told = {name: found for name, found in fit.parameters.items() if name not in sliding and np.isfinite(found.half_width)}
+    told = {
+        name: found
+        for name, found in fit.parameters.items()
+        if name not in sliding and np.isfinite(found.half_width)
+    }
     endless = {name: UNTOLD for name in fit.parameters if name not in sliding and name not in told}
-    told = {name: found for name, found in told.items() if name in HALVES or not any(other in endless for other in _term(name))}
-    return replace(fit, parameters=sliding, refused={**fit.refused, **endless}, laws=laws_of(told, bench))
+    told = {
+        name: found
+        for name, found in told.items()
+        if name in HALVES or not any(other in endless for other in _term(name))
+    }
+    return replace(
+        fit, parameters=sliding, refused={**fit.refused, **endless}, laws=laws_of(told, bench)
+    )
 
 
 def _term(name: str) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from frictool.identify.record import Record, Vector
+from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.plant.axis import VELOCITY, rest
 
 T = TypeVar("T")
@@ -21,10 +21,10 @@ START_SHARE = 0.1  # of the top speed: below it an axis starts from rest
 
 
 @dataclass(frozen=True)
-class Segment:
+class RecordSegment:
     """Samples [first, last) of a record, in one piece of its clock."""
 
-    record: Record
+    record: MotionRecord
     first: int
     last: int
 
@@ -41,17 +41,23 @@ class Segment:
     @property
     def reference(self) -> Vector | None:
         """What the controller was asked for (n,), rad | m, where the log holds it."""
-        return None if self.record.reference is None else self.record.reference[self.first : self.last]
+        return (
+            None if self.record.reference is None else self.record.reference[self.first : self.last]
+        )
 
     def start(self) -> Vector:
-        """The state (7,) in which it begins: in motion where the encoder shows so within some samples, else at rest.
+        """The state (7,) in which it begins: in motion where the encoder shows so within some
+        samples, else at rest.
 
-        A start slower than a share of the top speed is one from rest whose first samples were not logged; where it was is forgotten
-        as fast as the axis forgets its speed.
+        A start slower than a share of the top speed is one from rest whose first samples were not
+        logged; where it was is forgotten as fast as the axis forgets its speed.
         """
         position, period = self.position, self.record.period
         state = np.asarray(rest(float(position[0])))
-        passed = np.flatnonzero(np.abs(position[: LONGEST_START + 1] - position[0]) >= COUNTS_OF_A_START * self.record.resolution)
+        passed = np.flatnonzero(
+            np.abs(position[: LONGEST_START + 1] - position[0])
+            >= COUNTS_OF_A_START * self.record.resolution
+        )
         if passed.size:
             within = int(passed[0])
             velocity = float(position[within] - position[0]) / (within * period)
@@ -60,17 +66,24 @@ class Segment:
         return state
 
 
-def whole(records: Sequence[Record]) -> list[Segment]:
+def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
     """Every unbroken piece of the records that is long enough."""
     found = []
     for record in records:
-        edges = np.concatenate(([0], np.flatnonzero(np.diff(record.piece)) + 1, [record.position.size]))
-        found += [Segment(record, int(a), int(b)) for a, b in itertools.pairwise(edges) if b - a >= FEWEST_SAMPLES]
+        edges = np.concatenate(
+            ([0], np.flatnonzero(np.diff(record.piece)) + 1, [record.position.size])
+        )
+        found += [
+            RecordSegment(record, int(a), int(b))
+            for a, b in itertools.pairwise(edges)
+            if b - a >= FEWEST_SAMPLES
+        ]
     return found
 
 
-def thinned(segments: Sequence[Segment], most: int) -> list[Segment]:
-    """Beginnings of segments evenly over all of them, of at most `most` samples together; all where they are no more."""
+def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]:
+    """Beginnings of segments evenly over all of them, of at most `most` samples together; all where
+    they are no more."""
     if sum(one.last - one.first for one in segments) <= most:
         return list(segments)
     wanted = float(np.mean([one.last - one.first for one in segments]))
@@ -79,7 +92,7 @@ def thinned(segments: Sequence[Segment], most: int) -> list[Segment]:
     return [replace(one, last=min(one.last, one.first + most // count)) for one in chosen]
 
 
-def of_each_record(segments: Sequence[Segment], what: Callable[[Record], T]) -> list[T]:
+def of_each_record(segments: Sequence[RecordSegment], what: Callable[[MotionRecord], T]) -> list[T]:
     """what(record) of each segment's record; it is called once for all segments of one record."""
     found: dict[int, T] = {}
     for segment in segments:

@@ -1,4 +1,5 @@
-"""Strokes: what lies between two reversals of the motion. They are the units in which residuals are independent of each other."""
+"""Strokes: what lies between two reversals of the motion. They are the units in which residuals are
+independent of each other."""
 
 from __future__ import annotations
 
@@ -8,18 +9,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.identify.record import Record, Vector
-from frictool.kernels import kernel
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.runtime.kernels import kernel
 
-COUNTS = 1.5  # a reversal shows by more counts than this: one count to and fro is the encoder's own doing
-SHARE_OF_RANGE = 1e-3  # ... and by more than this fraction of the range, against the noise of a fine encoder
+# a reversal shows by more counts than this: one count to and fro is the encoder's own doing
+COUNTS = 1.5
+SHARE_OF_RANGE = (
+    1e-3  # ... and by more than this fraction of the range, against the noise of a fine encoder
+)
 
 
 @kernel
 def turning_points(position: Vector, threshold: float, points: NDArray[np.int64]) -> int:
     """Indices of the reversals of `position` (n,) that show by more than `threshold`.
 
-    Writes them into `points` (n,), which is filled from 0, and returns their number; the first and last sample are not among them.
+    Writes them into `points` (n,), which is filled from 0, and returns their number; the first and
+    last sample are not among them.
     """
     found, direction, extreme = 0, 0, 0
     lowest, highest = 0, 0
@@ -52,7 +57,8 @@ def fill_strokes(
     sign: Vector,
     advance: Vector,
 ) -> None:
-    """Fills `number`, `sign` and `advance` (n,) of `Strokes` from the first sample `starts` (m,) of each; `fresh` (m,) after a break."""
+    """Fills `number`, `sign` and `advance` (n,) of `Strokes` from the first sample `starts` (m,) of
+    each; `fresh` (m,) after a break."""
     n, strokes = position.shape[0], starts.shape[0]
     for stroke in range(strokes):
         start = starts[stroke]
@@ -68,9 +74,11 @@ def fill_strokes(
 
 @dataclass(frozen=True)
 class Strokes:
-    """`number` (n,) of the stroke of each sample, from 0; `sign` (n,) of its direction, 0 where there is no motion;
+    """`number` (n,) of the stroke of each sample, from 0; `sign` (n,) of its direction, 0 where
+    there is no motion;
 
-    `advance` (n,): how far, rad | m, the axis is from where the stroke began, positive along the stroke.
+    `advance` (n,): how far, rad | m, the axis is from where the stroke began, positive along the
+    stroke.
     """
 
     number: NDArray[np.int64]
@@ -78,14 +86,21 @@ class Strokes:
     advance: Vector
 
 
-def find_strokes(record: Record) -> Strokes:
+def find_strokes(record: MotionRecord) -> Strokes:
     """The strokes of a record; a break of the clock ends one."""
     position = record.position
     threshold = max(COUNTS * record.resolution, SHARE_OF_RANGE * float(np.ptp(position)))
     points = np.empty(position.size, dtype=np.int64)
     edges = np.concatenate(([0], np.flatnonzero(np.diff(record.piece)) + 1, [position.size]))
-    turns = [first + points[: turning_points(position[first:last], threshold, points)] + 1 for first, last in itertools.pairwise(edges)]
+    turns = [
+        first + points[: turning_points(position[first:last], threshold, points)] + 1
+        for first, last in itertools.pairwise(edges)
+    ]
     starts = np.sort(np.concatenate((edges[:-1], *turns)).astype(np.int64))
-    number, sign, advance = np.empty(position.size, dtype=np.int64), np.empty(position.size), np.empty(position.size)
+    number, sign, advance = (
+        np.empty(position.size, dtype=np.int64),
+        np.empty(position.size),
+        np.empty(position.size),
+    )
     fill_strokes(position, starts, np.isin(starts, edges), threshold, number, sign, advance)
     return Strokes(number, sign, advance)

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from frictool.documents.quantity import Axis, si_unit
 from frictool.identify.validate.validation import Validation
-from frictool.svg import drawing, render
-from frictool.thinning import shown_samples
+from frictool.presentation.decimation import decimated_indices
+from frictool.presentation.svg import drawing, render
 
 WIDTH, HEIGHT = 7.0, 1.9  # inches; of each axes
 MEASURED, SIMULATED, REFERENCE = "#444444", "#c0392b", "#1f5fa8"
@@ -20,19 +20,30 @@ def picture(validation: Validation, name: str, axis: Axis) -> str:
         figure = Figure(figsize=(WIDTH, HEIGHT * 4), layout="constrained")
         axes = figure.subplots(4, 1, sharex=True)
         if validation.reference is not None:
-            shown = shown_samples(validation.reference)
-            axes[0].plot(validation.time[shown], validation.reference[shown], ":", linewidth=0.9, color=REFERENCE, label="reference")
+            shown = decimated_indices(validation.reference)
+            axes[0].plot(
+                validation.time[shown],
+                validation.reference[shown],
+                ":",
+                linewidth=0.9,
+                color=REFERENCE,
+                label="reference",
+            )
         effort = "effort" if "effort" in validation.measured else "force"
         for ax, signal in zip(axes, ("position", "velocity", effort), strict=False):
             for values, colour, label in (
                 (validation.measured[signal], MEASURED, "measured"),
                 (validation.simulated[signal], SIMULATED, "simulated"),
             ):
-                shown = shown_samples(np.nan_to_num(values))
-                ax.plot(validation.time[shown], values[shown], linewidth=0.9, color=colour, label=label)
-            ax.set_ylabel(effort_label(axis) if signal == effort else f"{signal}\n{si_unit(signal, axis)}")
+                shown = decimated_indices(np.nan_to_num(values))
+                ax.plot(
+                    validation.time[shown], values[shown], linewidth=0.9, color=colour, label=label
+                )
+            ax.set_ylabel(
+                effort_label(axis) if signal == effort else f"{signal}\n{si_unit(signal, axis)}"
+            )
         error = validation.measured["position"] - validation.simulated["position"]
-        shown = shown_samples(error)
+        shown = decimated_indices(error)
         axes[3].plot(validation.time[shown], error[shown], linewidth=0.9, color=SIMULATED)
         axes[3].set_ylabel(f"position error\n{si_unit('position', axis)}")
         axes[0].legend(loc="upper right")

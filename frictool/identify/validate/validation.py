@@ -1,11 +1,14 @@
 """Comparison of a simulated model with the measured axis.
 
     open loop     the measured effort drives the model
-    closed loop   the bench's controller drives the model along the measured reference; effort error: measured less simulated effort
+    closed loop   the bench's controller drives the model along the measured reference; effort
+                  error: measured less simulated effort
 
-Errors are norms over the norm of the measured signal, over all samples but the first. Velocity and acceleration of measured and
-simulated positions alike are differences after the low-pass of the published pipeline (`inverse_dynamic`). The force error of both loops
-is that of `identify` (`force_error.py`): the effort that the model lacks along the measured motion, over the samples certain to slip.
+Errors are norms over the norm of the measured signal, over all samples but the first. Velocity and
+acceleration of measured and simulated positions alike are differences after the low-pass of the
+published pipeline (`inverse_dynamic`). The force error of both loops is that of `identify`
+(`force_error.py`): the effort that the model lacks along the measured motion, over the samples
+certain to slip.
 """
 
 from __future__ import annotations
@@ -17,14 +20,14 @@ import numpy as np
 from scipy.signal import butter, filtfilt
 
 from frictool.documents.model import Model
-from frictool.engine.replay import FREE, replay, replayed
-from frictool.engine.servo import Servo, serve
+from frictool.engine.effort_replay import FREE, replay, replay_parameters
+from frictool.engine.servo import PositionServo, follow_reference
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
+from frictool.identify.fit_result import CURVE, PARAMETERS
 from frictool.identify.force_error import slip_rows
-from frictool.identify.outcome import CURVE, PARAMETERS
-from frictool.identify.record import Record, Vector
-from frictool.identify.rows.segments import Segment, whole
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.rows.segments import RecordSegment, whole
 from frictool.plant.axis import VELOCITY
 from frictool.plant.axis_model import axis_of, load_of
 
@@ -36,10 +39,11 @@ HIGHEST_CUTOFF = 0.4  # of the sampling rate: below half of it
 
 @dataclass(frozen=True)
 class Validation:
-    """Samples (n,) of measured and simulated signals in SI, NaN where the force is not told, and the errors by name.
+    """Samples (n,) of measured and simulated signals in SI, NaN where the force is not told, and
+    the errors by name.
 
-    loop: `open` or `closed`. skip: samples left out at the start of each piece. largest: the largest position error, rad | m.
-    reference (n,): rad | m, of a closed loop.
+    loop: `open` or `closed`. skip: samples left out at the start of each piece. largest: the
+    largest position error, rad | m. reference (n,): rad | m, of a closed loop.
     """
 
     loop: str
@@ -53,28 +57,52 @@ class Validation:
     reference: Vector | None = None
 
 
-def validate(model: Model, record: Record, skip: int, cutoff_hz: float, servo: Servo | None = None, moving: bool = False) -> Validation:
-    """Replays `record` through `model`, each unbroken piece from its first measured position, at rest unless `moving`.
+def validate(
+    model: Model,
+    record: MotionRecord,
+    skip: int,
+    cutoff_hz: float,
+    servo: PositionServo | None = None,
+    moving: bool = False,
+) -> Validation:
+    """Replays `record` through `model`, each unbroken piece from its first measured position, at
+    rest unless `moving`.
 
-    Raises LogError where the record holds no piece longer than `skip`, nothing moves, or a closed loop has no reference; NoSolutionError
-    where the simulation fails.
+    Raises LogError where the record holds no piece longer than `skip`, nothing moves, or a closed
+    loop has no reference; NoSolutionError where the simulation fails.
     """
     if record.velocity is not None:
-        raise LogError(record.name, "has a velocity and no position, against which a model is validated")
-    pieces = [piece for piece in whole([record]) if piece.last - piece.first > skip + 3 * FILTER_ORDER]
+        raise LogError(
+            record.name, "has a velocity and no position, against which a model is validated"
+        )
+    pieces = [
+        piece for piece in whole([record]) if piece.last - piece.first > skip + 3 * FILTER_ORDER
+    ]
     if not pieces:
-        raise LogError(record.name, f"has no unbroken piece longer than the {skip} samples that are skipped; skip fewer")
+        raise LogError(
+            record.name,
+            f"has no unbroken piece longer than the {skip} samples that are skipped; skip fewer",
+        )
     if float(np.ptp(record.position)) <= 2.0 * record.resolution:
         raise LogError(record.name, "the position does not change; a model is validated on motion")
     if cutoff_hz * float(record.time[-1] - record.time[0]) < 1.0:
-        raise LogError(record.name, f"is shorter than the period of a cut-off at {cutoff_hz:g} Hz; raise --cutoff-hz")
+        raise LogError(
+            record.name,
+            f"is shorter than the period of a cut-off at {cutoff_hz:g} Hz; raise --cutoff-hz",
+        )
     if servo is not None and record.reference is None:
-        raise LogError(record.name, "has no channel reference, which a closed loop follows; leave the gains out for the open loop")
+        raise LogError(
+            record.name,
+            "has no channel reference, which a closed loop follows; leave the gains out for the open loop",
+        )
     cutoff = min(cutoff_hz, HIGHEST_CUTOFF / record.period)
     force = _force(model, record)
     runs = [_run(model, piece, servo, moving, cutoff) | _cut(force, piece) for piece in pieces]
     counted = [{name: pair_part(pair, skip) for name, pair in run.items()} for run in runs]
-    signals = {name: tuple(np.concatenate([run[name][side] for run in counted]) for side in (0, 1)) for name in counted[0]}
+    signals = {
+        name: tuple(np.concatenate([run[name][side] for run in counted]) for side in (0, 1))
+        for name in counted[0]
+    }
     gap = signals["position"][0] - signals["position"][1]
     return Validation(
         CLOSED if servo else OPEN,
@@ -85,7 +113,11 @@ def validate(model: Model, record: Record, skip: int, cutoff_hz: float, servo: S
         float(np.sqrt(np.mean(gap**2))),
         float(np.max(np.abs(gap))),
         {name: _relative(*pair) for name, pair in signals.items()},
-        None if servo is None else np.concatenate([piece.reference[skip:] for piece in pieces if piece.reference is not None]),
+        None
+        if servo is None
+        else np.concatenate(
+            [piece.reference[skip:] for piece in pieces if piece.reference is not None]
+        ),
     )
 
 
@@ -101,25 +133,37 @@ def _relative(measured: Vector, simulated: Vector) -> float | None:
     return float(np.linalg.norm((measured - simulated)[known])) / size if size > 0.0 else None
 
 
-def _force(model: Model, record: Record) -> tuple[Vector, Vector]:
-    """Return the smoothed measured effort (n,) and the model's along the measured motion, NaN where the axis may not slip."""
+def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
+    """Return the smoothed measured effort (n,) and the model's along the measured motion, NaN where
+    the axis may not slip."""
     measured, modelled = np.full((2, record.position.size), np.nan)
     rows = slip_rows(record, model.bench)
     if rows is not None:
-        values = {name: given.value for name in FIELDS if (given := getattr(model.parameters, name)) is not None}
-        measured[rows.index], modelled[rows.index] = rows.effort, rows.modelled_effort(values, model.laws)
+        values = {
+            name: given.value
+            for name in FIELDS
+            if (given := getattr(model.parameters, name)) is not None
+        }
+        measured[rows.index], modelled[rows.index] = (
+            rows.effort,
+            rows.modelled_effort(values, model.laws),
+        )
     return measured, modelled
 
 
-def _cut(force: tuple[Vector, Vector], piece: Segment) -> dict[str, tuple[Vector, Vector]]:
+def _cut(force: tuple[Vector, Vector], piece: RecordSegment) -> dict[str, tuple[Vector, Vector]]:
     """Return the part of both efforts that belongs to a piece."""
     return {"force": (force[0][piece.first : piece.last], force[1][piece.first : piece.last])}
 
 
-def _run(model: Model, piece: Segment, servo: Servo | None, moving: bool, cutoff: float) -> dict[str, tuple[Vector, Vector]]:
+def _run(
+    model: Model, piece: RecordSegment, servo: PositionServo | None, moving: bool, cutoff: float
+) -> dict[str, tuple[Vector, Vector]]:
     """Signal -> (measured, simulated), each (n,)."""
     record, axis = piece.record, axis_of(model)
-    p = replayed(axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=record.lag))
+    p = replay_parameters(
+        axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=record.lag)
+    )
     load, n, period = load_of(model).as_array(), piece.last - piece.first, piece.record.period
     state = piece.start()
     if not moving:
@@ -128,7 +172,9 @@ def _run(model: Model, piece: Segment, servo: Servo | None, moving: bool, cutoff
     simulated_effort: dict[str, tuple[Vector, Vector]] = {}
     if servo is not None:
         assert piece.reference is not None
-        status = serve(p, load, state, np.array(servo), piece.reference, float(effort[0]), period, x, v, u)
+        status = follow_reference(
+            p, load, state, np.array(servo), piece.reference, float(effort[0]), period, x, v, u
+        )
         simulated_effort["effort"] = (effort, u)
     else:
         status = replay(p, load, state, effort, piece.position, FREE, period, x, v)

@@ -1,4 +1,5 @@
-"""A table of arrays that a file holds one after the other (MATLAB, NumPy): each column is read from a stream of its own, in step."""
+"""A table of arrays that a file holds one after the other (MATLAB, NumPy): each column is read from
+a stream of its own, in step."""
 
 from __future__ import annotations
 
@@ -12,9 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.errors import LogError
-from frictool.logs.arrays.byte_streams import Bytes
-from frictool.logs.expansion import refusal
-from frictool.logs.table import BLOCK_ROWS, BehindDamage, Block, Loss, Nanoseconds, find, listed
+from frictool.logs.arrays.byte_streams import ByteStream
+from frictool.logs.table import (
+    BLOCK_ROWS,
+    DataLoss,
+    LostColumnError,
+    Nanoseconds,
+    RowBlock,
+    find,
+    listed,
+)
+from frictool.logs.unpacked_size import refusal
 
 _LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
 FIRST_YEAR, LAST_YEAR = 1678, 2261  # what ns since 1970 in 64 bits can tell
@@ -22,10 +31,11 @@ STRIDED_BYTES = 1 << 22  # of the rows of a matrix that are read at once for one
 
 
 @dataclass(frozen=True)
-class Column:
-    """Numbers inside a stream: `rows` of `dtype`, from byte `offset` on, each `step` bytes after the one before."""
+class ArrayColumn:
+    """Numbers inside a stream: `rows` of `dtype`, from byte `offset` on, each `step` bytes after
+    the one before."""
 
-    open: Callable[[], Bytes]
+    open: Callable[[], ByteStream]
     offset: int
     dtype: np.dtype[Any]
     rows: int
@@ -33,15 +43,15 @@ class Column:
     unit: str | None = None
 
 
-class Feed:
+class ColumnReader:
     """The numbers of a column, some at a time."""
 
-    def __init__(self, column: Column) -> None:
+    def __init__(self, column: ArrayColumn) -> None:
         self.column = column
         self.stream = column.open()
         self._before = column.offset  # bytes to pass over before the next number
 
-    def __enter__(self) -> Feed:
+    def __enter__(self) -> ColumnReader:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -64,54 +74,80 @@ class Feed:
 
 @dataclass
 class ArrayTable:
-    """The columns of one file; `others` says of what else lies in it what it is; `damage` what was wrong beside the columns."""
+    """The columns of one file; `others` says of what else lies in it what it is; `damage` what was
+    wrong beside the columns."""
 
     source: str
-    columns: Mapping[str, Column]
+    columns: Mapping[str, ArrayColumn]
     size: int
     others: Mapping[str, str] = field(default_factory=dict)
     damage: str | None = None
-    dated: Column | None = None  # dates (datetime64), the clock of the rows
+    dated: ArrayColumn | None = None  # dates (datetime64), the clock of the rows
     topic: str = ""
     clock: str | None = None
 
     def __post_init__(self) -> None:
         self.names = tuple(self.columns)
-        self.units: Mapping[str, str | None] = {name: column.unit for name, column in self.columns.items()}
+        self.units: Mapping[str, str | None] = {
+            name: column.unit for name, column in self.columns.items()
+        }
 
     def line(self, row: int) -> int | None:
         """None: the file has no lines."""
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """As `Table.find`; a column of a matrix is `x(:,1)` as MATLAB counts, or `x[:, 0]` as NumPy does.
+        """As `Table.find`; a column of a matrix is `x(:,1)` as MATLAB counts, or `x[:, 0]` as NumPy
+        does.
 
         Raises LogError where it is no real vector, and where it may lie behind what is damaged.
         """
         if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
-            raise LogError(self.source, f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: {listed(self.names)}")
+            raise LogError(
+                self.source,
+                f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: {listed(self.names)}",
+            )
         found = find_array(self.names, wanted)
         if found is None and self.damage is not None:
-            raise BehindDamage(self.source, f"is damaged: {self.damage}; read before that: {listed(self.names)}, and no {wanted!r}")
+            raise LostColumnError(
+                self.source,
+                f"is damaged: {self.damage}; read before that: {listed(self.names)}, and no {wanted!r}",
+            )
         return found
 
-    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
-        """As `Table.blocks`. Raises LogError where the columns differ in length, and where one is cut off or damaged."""
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        """As `Table.blocks`. Raises LogError where the columns differ in length, and where one is
+        cut off or damaged."""
         chosen = {name: self.columns[name] for name in wanted}
         every = {**({} if self.dated is None else {str(self.clock): self.dated}), **chosen}
-        rows, read = common_rows(self.source, {name: column.rows for name, column in every.items()}), 0
+        rows, read = (
+            common_rows(self.source, {name: column.rows for name, column in every.items()}),
+            0,
+        )
         if self.damage is not None and losses is None:
             raise LogError(self.source, f"is damaged: {self.damage}")
         check_rows(self.source, self.size, rows, len(every))
         with ExitStack() as stack:
-            feeds = {name: stack.enter_context(Feed(column)) for name, column in every.items()}
+            feeds = {
+                name: stack.enter_context(ColumnReader(column)) for name, column in every.items()
+            }
             while read < rows:
                 n = min(BLOCK_ROWS, rows - read)
                 taken = {name: feed.take(n) for name, feed in feeds.items()}
                 there = min(values.size for values in taken.values())
                 if there:
-                    time = None if self.dated is None else self._stamps(read, taken[str(self.clock)][:there])
-                    block = Block(read, {name: taken[name][:there].astype(np.float64) for name in chosen}, time)
+                    time = (
+                        None
+                        if self.dated is None
+                        else self._stamps(read, taken[str(self.clock)][:there])
+                    )
+                    block = RowBlock(
+                        read,
+                        {name: taken[name][:there].astype(np.float64) for name in chosen},
+                        time,
+                    )
                     read += there
                     yield block, self.size * read // rows
                 if there < n:
@@ -124,18 +160,27 @@ class ArrayTable:
         missing = np.flatnonzero(np.isnat(dates) | (years < FIRST_YEAR) | (years > LAST_YEAR))
         if missing.size:
             found = f"{self.clock!r} has {dates[missing[0]]} at sample {row + int(missing[0]) + 1}"
-            raise LogError(self.source, f"{found}; allowed: a time in the years {FIRST_YEAR} to {LAST_YEAR}")
+            raise LogError(
+                self.source, f"{found}; allowed: a time in the years {FIRST_YEAR} to {LAST_YEAR}"
+            )
         return dates.astype("M8[ns]").astype(np.int64)
 
-    def _check(self, streams: Mapping[str, Bytes], rows: int, read: int, losses: list[Loss] | None) -> None:
-        """Tells of each stream that ended early; where all were whole, reads them to their end, where their checksums are."""
+    def _check(
+        self, streams: Mapping[str, ByteStream], rows: int, read: int, losses: list[DataLoss] | None
+    ) -> None:
+        """Tells of each stream that ended early; where all were whole, reads them to their end,
+        where their checksums are."""
         if read == rows:
             for stream in streams.values():
                 stream.check()
         after = f" after {read} of {rows} samples" if read < rows else ""
-        found = [Loss((name,), f"variable {name!r} {s.damage}{after}", samples=rows - read) for name, s in streams.items() if s.damage]
+        found = [
+            DataLoss((name,), f"variable {name!r} {s.damage}{after}", samples=rows - read)
+            for name, s in streams.items()
+            if s.damage
+        ]
         if self.damage is not None and not found:  # of something else in the file
-            found = [Loss((), self.damage, samples=0)]
+            found = [DataLoss((), self.damage, samples=0)]
         for loss in found:
             if losses is None:
                 raise LogError(self.source, f"is damaged: {loss.reason}")
@@ -149,13 +194,15 @@ def check_rows(source: str, size: int, rows: int, columns: int) -> None:
 
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the one of `names` with this name, number from 1, or name in the other notation of matrices; else None."""
+    """Return the one of `names` with this name, number from 1, or name in the other notation of
+    matrices; else None."""
     found = find(names, wanted)
     return other_notation(names, str(wanted)) if found is None else found
 
 
 def common_rows(source: str, rows: Mapping[str, int]) -> int:
-    """The number of rows that all columns have, 0 of no column. Raises LogError where they differ."""
+    """The number of rows that all columns have, 0 of no column. Raises LogError where they
+    differ."""
     first = next(iter(rows), "")
     for name, n in rows.items():
         if n != rows[first]:
@@ -165,11 +212,16 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
 
 
 def other_notation(names: Sequence[str], wanted: str) -> str | None:
-    """The name of a matrix's column or row that is asked for with other blanks, or in NumPy's notation where the name is in MATLAB's."""
+    """The name of a matrix's column or row that is asked for with other blanks, or in NumPy's
+    notation where the name is in MATLAB's."""
     compact = {name.replace(" ", ""): name for name in names}
     match = _LINE.fullmatch(wanted.replace(" ", ""))
     if match is None:
         return None
     array, bracket, before, number, after = match.groups(default="")
-    other = f"({before}{int(number) + 1}{after})" if bracket == "[" else f"[{before}{int(number) - 1}{after}]"
+    other = (
+        f"({before}{int(number) + 1}{after})"
+        if bracket == "["
+        else f"[{before}{int(number) - 1}{after}]"
+    )
     return compact.get(match.group()) or compact.get(array + other)

@@ -1,6 +1,7 @@
 """Bytes of a part of a file, as they stand or inflated, in pieces.
 
-A stream never raises: it ends early, and `damage` says why, so that everything before a damage can be salvaged.
+A stream never raises: it ends early, and `damage` says why, so that everything before a damage can
+be salvaged.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import IO
 PIECE = 1 << 16  # bytes read at once
 
 
-class Bytes:
+class ByteStream:
     """Bytes of a file from `start` on, `length` of them at most."""
 
     def __init__(self, path: Path, start: int, length: int) -> None:
@@ -22,7 +23,7 @@ class Bytes:
         self.position = 0
         self.damage: str | None = None
 
-    def __enter__(self) -> Bytes:
+    def __enter__(self) -> ByteStream:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -46,7 +47,8 @@ class Bytes:
             size -= len(self.read(min(size, PIECE)))
 
     def check(self) -> None:
-        """Reads what remains, where only the end tells whether the bytes were the right ones; sets `damage` where they were not."""
+        """Reads what remains, where only the end tells whether the bytes were the right ones; sets
+        `damage` where they were not."""
 
     def _piece(self, most: int) -> bytes:
         """Some of the next bytes; none at the end, or where `damage` is set."""
@@ -59,7 +61,7 @@ class Bytes:
         return part
 
 
-class Plain(Bytes):
+class FileBytes(ByteStream):
     """Bytes as they stand in the file: skipping is free."""
 
     def skip(self, size: int) -> None:
@@ -71,7 +73,7 @@ class Plain(Bytes):
             self.damage = self.damage or f"is cut off: {size - step} bytes are missing"
 
 
-class Inflated(Bytes):
+class InflatedBytes(ByteStream):
     """The content of a zlib stream; its checksum is checked where it ends."""
 
     def __init__(self, path: Path, start: int, length: int) -> None:
@@ -99,7 +101,7 @@ class Inflated(Bytes):
         return b""
 
 
-class Wrapped(Bytes):
+class ArchiveBytes(ByteStream):
     """A stream that another library decodes and checks (a member of a zip archive)."""
 
     def __init__(self, opened: IO[bytes], length: int) -> None:
@@ -115,6 +117,8 @@ class Wrapped(Bytes):
     def _piece(self, most: int) -> bytes:
         try:
             return super()._piece(most)
-        except Exception as error:  # zipfile raises its own, zlib's, lzma's and others on damaged members
+        except (
+            Exception
+        ) as error:  # zipfile raises its own, zlib's, lzma's and others on damaged members
             self.damage = f"its archive is damaged ({str(error) or type(error).__name__})"
             return b""

@@ -1,4 +1,5 @@
-"""The arrays of a MATLAB file of version 4: one after the other, each a head of 20 bytes, a name, and its numbers in column order."""
+"""The arrays of a MATLAB file of version 4: one after the other, each a head of 20 bytes, a name,
+and its numbers in column order."""
 
 from __future__ import annotations
 
@@ -11,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictool.logs.arrays.array_table import Column
-from frictool.logs.arrays.byte_streams import Plain
+from frictool.logs.arrays.array_table import ArrayColumn
+from frictool.logs.arrays.byte_streams import FileBytes
 from frictool.logs.arrays.mat_array import MatArray
 
 HEAD = 20
@@ -24,8 +25,9 @@ KINDS = ("", "char", "sparse")
 _NAME = re.compile(rb"[A-Za-z][A-Za-z0-9_]*\0+")
 
 
-class Head(NamedTuple):
-    """The head of an array: byte order, type of its numbers (a position in NUMBERS), kind (in KINDS), shape, length of its name."""
+class Mat4Header(NamedTuple):
+    """The head of an array: byte order, type of its numbers (a position in NUMBERS), kind (in
+    KINDS), shape, length of its name."""
 
     order: str
     number: int
@@ -37,7 +39,12 @@ class Head(NamedTuple):
     @property
     def bytes(self) -> int:
         """Of its numbers."""
-        return np.dtype(NUMBERS[self.number]).itemsize * self.shape[0] * self.shape[1] * (2 if self.is_complex else 1)
+        return (
+            np.dtype(NUMBERS[self.number]).itemsize
+            * self.shape[0]
+            * self.shape[1]
+            * (2 if self.is_complex else 1)
+        )
 
 
 def looks_like(head: bytes) -> bool:
@@ -47,7 +54,8 @@ def looks_like(head: bytes) -> bool:
 
 
 def arrays(path: Path, size: int) -> Iterator[MatArray]:
-    """The arrays of a file of `size` bytes. Raises ValueError where it is cut off or damaged; an array that is cut off is given before."""
+    """The arrays of a file of `size` bytes. Raises ValueError where it is cut off or damaged; an
+    array that is cut off is given before."""
     position = 0
     with path.open("rb") as file:
         while position < size:
@@ -62,19 +70,28 @@ def arrays(path: Path, size: int) -> Iterator[MatArray]:
             yield _array(path, head, name.rstrip(b"\0").decode("ascii"), start, size)
             position = start + head.bytes
             if position > size:
-                raise ValueError(f"an array at byte {start} announces {head.bytes} bytes, {size - start} are there")
+                raise ValueError(
+                    f"an array at byte {start} announces {head.bytes} bytes, {size - start} are there"
+                )
 
 
-def _array(path: Path, head: Head, name: str, start: int, size: int) -> MatArray:
+def _array(path: Path, head: Mat4Header, name: str, start: int, size: int) -> MatArray:
     if head.kind or head.is_complex:
         return MatArray(name, head.shape, KINDS[head.kind] or f"complex {CLASSES[head.number]}")
     dtype = np.dtype(head.order + NUMBERS[head.number])
-    place = Column(partial(Plain, path, start, size - start), 0, dtype, head.shape[0] * head.shape[1], dtype.itemsize)
+    place = ArrayColumn(
+        partial(FileBytes, path, start, size - start),
+        0,
+        dtype,
+        head.shape[0] * head.shape[1],
+        dtype.itemsize,
+    )
     return MatArray(name, head.shape, CLASSES[head.number], place)
 
 
-def _head(data: bytes) -> Head | None:
-    """The head in 20 bytes, or None where there is none. Its first number is 1000 order + 10 number + kind."""
+def _head(data: bytes) -> Mat4Header | None:
+    """The head in 20 bytes, or None where there is none. Its first number is 1000 order + 10 number
+    + kind."""
     if len(data) < HEAD:
         return None
     for code, order in ORDERS.items():
@@ -83,6 +100,12 @@ def _head(data: bytes) -> Head | None:
         hundreds, rest = divmod(rest, 100)
         number, kind = divmod(rest, 10)
         fits = order_code == code and hundreds == 0 and number < len(NUMBERS) and kind < len(KINDS)
-        if fits and rows >= 0 and columns >= 0 and imaginary in (0, 1) and 2 <= name_bytes <= LONGEST_NAME:
-            return Head(order, number, kind, (rows, columns), bool(imaginary), name_bytes)
+        if (
+            fits
+            and rows >= 0
+            and columns >= 0
+            and imaginary in (0, 1)
+            and 2 <= name_bytes <= LONGEST_NAME
+        ):
+            return Mat4Header(order, number, kind, (rows, columns), bool(imaginary), name_bytes)
     return None

@@ -1,6 +1,8 @@
-"""MATLAB files of version 7.3, which are HDF5, through h5py (extra `mat73`); other HDF5 files as well.
+"""MATLAB files of version 7.3, which are HDF5, through h5py (extra `mat73`); other HDF5 files as
+well.
 
-Names are those of mat_format.py: `data.signals.values(:,2)`, `runs(2).x`, `cells{1}`. Nothing that a file links to in another file is read.
+Names are those of mat_format.py: `data.signals.values(:,2)`, `runs(2).x`, `cells{1}`. Nothing that
+a file links to in another file is read.
 """
 
 from __future__ import annotations
@@ -14,12 +16,12 @@ import numpy as np
 
 from frictool.errors import LogError
 from frictool.logs.arrays.array_table import check_rows, common_rows
-from frictool.logs.arrays.guard import Described, guarded
 from frictool.logs.arrays.mat_array import ADVICE, lines
-from frictool.logs.extras import library
+from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.log import Vector
-from frictool.logs.source import open_log
-from frictool.logs.table import BLOCK_ROWS, Block, Loss, Table, find, listed
+from frictool.logs.open_file import open_log
+from frictool.logs.optional_libraries import library
+from frictool.logs.table import BLOCK_ROWS, DataLoss, RawTable, RowBlock, find, listed
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout
@@ -35,18 +37,19 @@ def sniff(head: bytes, path: Path) -> bool:
     return any(head[at : at + 8] == SIGNATURE for at in HEADS)
 
 
-def tables(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
-    """The one table of the file: all its vectors, of which those have to be of one length that are asked for together."""
+def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
+    """The one table of the file: all its vectors, of which those have to be of one length that are
+    asked for together."""
     open_log(path).close()
     library(path, "h5py", "mat73")
-    return guarded(path, _open)
+    return open_guarded(path, _open)
 
 
-def _open(path: Path) -> Sequence[Described]:
+def _open(path: Path) -> Sequence[LibraryTable]:
     import h5py
 
     file = h5py.File(path, "r")
-    columns: dict[str, Line] = {}
+    columns: dict[str, HdfVector] = {}
     others: dict[str, str] = {}
     for number, (name, item) in enumerate(_inside("", file, 0)):
         if number > MOST:
@@ -56,7 +59,10 @@ def _open(path: Path) -> Sequence[Described]:
         if name not in found:
             others[name] = _described(item)
     if not columns:
-        raise LogError(path, f"has no real numeric vector; found: {listed([f'{name} ({text})' for name, text in others.items()])}")
+        raise LogError(
+            path,
+            f"has no real numeric vector; found: {listed([f'{name} ({text})' for name, text in others.items()])}",
+        )
     return (HdfTable(str(path), columns, others),)
 
 
@@ -65,12 +71,15 @@ def _inside(prefix: str, group: Any, depth: int) -> Iterator[tuple[str, Any]]:
     import h5py
 
     for key in group:
-        if not key.startswith("#") and isinstance(group.get(key, getlink=True), h5py.HardLink):  # `#refs#` is what references lead to
+        if not key.startswith("#") and isinstance(
+            group.get(key, getlink=True), h5py.HardLink
+        ):  # `#refs#` is what references lead to
             yield from _item(f"{prefix}.{key}" if prefix else key, group[key], depth)
 
 
 def _item(name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
-    """An array or a structure, and what is inside it; `runs(2).x` is field x of the second structure of an array of them."""
+    """An array or a structure, and what is inside it; `runs(2).x` is field x of the second
+    structure of an array of them."""
     import h5py
 
     yield name, item
@@ -83,7 +92,11 @@ def _item(name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
         owner, _, key = name.rpartition(".")
         for number, reference in enumerate(item[()].ravel() if item.size <= MOST else (), start=1):
             if reference:
-                yield from _item(f"{name}{{{number}}}" if is_cell else f"{owner}({number}).{key}", item.file[reference], depth + 1)
+                yield from _item(
+                    f"{name}{{{number}}}" if is_cell else f"{owner}({number}).{key}",
+                    item.file[reference],
+                    depth + 1,
+                )
 
 
 def _class(item: Any) -> str:
@@ -105,7 +118,7 @@ def _described(item: Any) -> str:
 
 
 @dataclass(frozen=True)
-class Line:
+class HdfVector:
     """A vector inside a dataset: the index of each axis, None on the one that runs."""
 
     dataset: Any
@@ -117,10 +130,15 @@ class Line:
         return np.asarray(self.dataset[where]).astype(np.float64)
 
 
-def _columns(name: str, dataset: Any) -> Iterator[tuple[str, Line]]:
+def _columns(name: str, dataset: Any) -> Iterator[tuple[str, HdfVector]]:
     """The vectors in a dataset by their names. MATLAB's first axis is HDF5's last."""
     elsewhere = dataset.external is not None or dataset.is_virtual
-    if dataset.dtype.kind not in "iufb" or _class(dataset) == "char" or not dataset.shape or elsewhere:
+    if (
+        dataset.dtype.kind not in "iufb"
+        or _class(dataset) == "char"
+        or not dataset.shape
+        or elsewhere
+    ):
         return
     if EMPTY in dataset.attrs or OBJECT in dataset.attrs:
         return
@@ -129,12 +147,14 @@ def _columns(name: str, dataset: Any) -> Iterator[tuple[str, Line]]:
     for line in lines(name, shape):
         sides = [number for number, n in enumerate(shape) if n != 1]
         if len(sides) == 1:
-            index: list[int | None] = [None if number == sides[0] else 0 for number in range(len(shape))]
+            index: list[int | None] = [
+                None if number == sides[0] else 0 for number in range(len(shape))
+            ]
         elif line.stride == 1:
             index = [None, line.first // shape[0]]
         else:
             index = [line.first, None]
-        yield line.name, Line(dataset, tuple(index[::-1] if is_matlab else index), line.rows)
+        yield line.name, HdfVector(dataset, tuple(index[::-1] if is_matlab else index), line.rows)
 
 
 @dataclass
@@ -142,7 +162,7 @@ class HdfTable:
     """The vectors of an open file."""
 
     source: str
-    columns: Mapping[str, Line]
+    columns: Mapping[str, HdfVector]
     others: Mapping[str, str]
     topic: str = ""
     clock: str | None = None
@@ -160,7 +180,9 @@ class HdfTable:
         """None: the file has no lines."""
         return None
 
-    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
         """As `Table.blocks`; from a block on that cannot be decoded, the rest is lost."""
         chosen = {name: self.columns[name] for name in wanted}
         rows = common_rows(self.source, {name: line.rows for name, line in chosen.items()})
@@ -173,6 +195,6 @@ class HdfTable:
                 reason = f"is damaged after {first} of {rows} samples: {error}"
                 if losses is None:
                     raise LogError(self.source, reason) from None
-                losses.append(Loss((), reason, samples=rows - first))
+                losses.append(DataLoss((), reason, samples=rows - first))
                 return
-            yield Block(first, columns), self.size * (first + n) // rows
+            yield RowBlock(first, columns), self.size * (first + n) // rows

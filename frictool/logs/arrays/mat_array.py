@@ -7,14 +7,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from frictool.logs.arrays.array_table import Column
+from frictool.logs.arrays.array_table import ArrayColumn
 
-ADVICE = "an object; save its times and values as vectors, in MATLAB or with the Python package mat-io"
+ADVICE = (
+    "an object; save its times and values as vectors, in MATLAB or with the Python package mat-io"
+)
 MOST_COLUMNS = 1000  # of a matrix; one with more is a picture, or is damaged
 
 
-class Line(NamedTuple):
-    """One column (or row) of a matrix: its name, the place of its first number in column order, how many, and how far apart."""
+class MatrixLine(NamedTuple):
+    """One column (or row) of a matrix: its name, the place of its first number in column order, how
+    many, and how far apart."""
 
     name: str
     first: int
@@ -24,28 +27,38 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True)
 class MatArray:
-    """name: with its path, `data.signals.values`. kind: the class. place: its numbers in column order, where they are real."""
+    """name: with its path, `data.signals.values`. kind: the class. place: its numbers in column
+    order, where they are real."""
 
     name: str
     shape: tuple[int, ...]
     kind: str
-    place: Column | None = None
+    place: ArrayColumn | None = None
     text: str | None = None
 
     def __str__(self) -> str:
         return f"{'x'.join(map(str, self.shape))} {self.kind}".strip()
 
-    def columns(self) -> Iterator[tuple[str, Column]]:
+    def columns(self) -> Iterator[tuple[str, ArrayColumn]]:
         """The vectors in it, by the name that asks for them."""
         if self.place is None:
             return
         for line in lines(self.name, self.shape):
             size = self.place.dtype.itemsize
-            yield line.name, replace(self.place, offset=self.place.offset + line.first * size, rows=line.rows, step=line.stride * size)
+            yield (
+                line.name,
+                replace(
+                    self.place,
+                    offset=self.place.offset + line.first * size,
+                    rows=line.rows,
+                    step=line.stride * size,
+                ),
+            )
 
 
-def lines(name: str, shape: tuple[int, ...]) -> Iterator[Line]:
-    """The vectors in an array: itself, or the columns of a matrix, `name(:,1)`; of a matrix wider than high (Simulink's To File) the rows.
+def lines(name: str, shape: tuple[int, ...]) -> Iterator[MatrixLine]:
+    """The vectors in an array: itself, or the columns of a matrix, `name(:,1)`; of a matrix wider
+    than high (Simulink's To File) the rows.
 
     >>> [line.name for line in lines("x", (9, 2))], [line.name for line in lines("x", (1, 1, 9))]
     (['x(:,1)', 'x(:,2)'], ['x'])
@@ -53,15 +66,15 @@ def lines(name: str, shape: tuple[int, ...]) -> Iterator[Line]:
     sides = [n for n in shape if n != 1]
     size = math.prod(shape)
     if len(sides) == 1 and size > 1:
-        yield Line(name, 0, size, 1)
+        yield MatrixLine(name, 0, size, 1)
     elif len(sides) == 2 and len(shape) == 2 and 1 < min(shape) <= MOST_COLUMNS:
         high, wide = shape
         if high >= wide:
             for k in range(wide):
-                yield Line(f"{name}(:,{k + 1})", k * high, high, 1)
+                yield MatrixLine(f"{name}(:,{k + 1})", k * high, high, 1)
         else:
             for k in range(high):
-                yield Line(f"{name}({k + 1},:)", k, wide, high)
+                yield MatrixLine(f"{name}({k + 1},:)", k, wide, high)
 
 
 def described(arrays: list[MatArray]) -> dict[str, str]:

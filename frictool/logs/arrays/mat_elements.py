@@ -1,11 +1,14 @@
-"""The data elements of a MATLAB file of version 5 to 7 ("level 5 MAT-File Format"): what lies in it, and where its numbers are.
+"""The data elements of a MATLAB file of version 5 to 7 ("level 5 MAT-File Format"): what lies in
+it, and where its numbers are.
 
-`scipy.io` reads these files too, but ends the process with a segmentation fault on some damaged ones. Here every length is checked
-against what there is before it is believed, and the checksum of a compressed variable is.
+`scipy.io` reads these files too, but ends the process with a segmentation fault on some damaged
+ones. Here every length is checked against what there is before it is believed, and the checksum of
+a compressed variable is.
 
-A file is a head of 128 bytes, then elements: type (4), bytes (4), content, filled up to 8. A variable is an element of type MATRIX, alone
-or inside one of type COMPRESSED; its content is again elements: flags, shape, name, real part, imaginary part. The fields of a structure
-and the cells of a cell array are MATRIX elements without a name inside it.
+A file is a head of 128 bytes, then elements: type (4), bytes (4), content, filled up to 8. A
+variable is an element of type MATRIX, alone or inside one of type COMPRESSED; its content is again
+elements: flags, shape, name, real part, imaginary part. The fields of a structure and the cells of
+a cell array are MATRIX elements without a name inside it.
 """
 
 from __future__ import annotations
@@ -19,8 +22,8 @@ from pathlib import Path
 
 import numpy as np
 
-from frictool.logs.arrays.array_table import Column
-from frictool.logs.arrays.byte_streams import Bytes, Inflated, Plain
+from frictool.logs.arrays.array_table import ArrayColumn
+from frictool.logs.arrays.byte_streams import ByteStream, FileBytes, InflatedBytes
 from frictool.logs.arrays.mat_array import ADVICE, MatArray
 
 HEAD_BYTES = 128
@@ -30,18 +33,41 @@ SMALL_BYTES = 4096  # flags, shape and name of a variable are shorter
 LARGEST_TEXT = 1 << 20  # bytes of all field names of a structure
 DEEPEST = 12  # structures within structures
 MOST = 20_000  # arrays that are listed
-NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+NUMBERS = {
+    1: "i1",
+    2: "u1",
+    3: "i2",
+    4: "u2",
+    5: "i4",
+    6: "u4",
+    7: "f4",
+    9: "f8",
+    12: "i8",
+    13: "u8",
+}
 TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
 CLASSES = (
     *("unknown", "cell", "struct", "object", "char", "sparse", "double", "single"),
-    *("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "function", "opaque"),
+    *(
+        "int8",
+        "uint8",
+        "int16",
+        "uint16",
+        "int32",
+        "uint32",
+        "int64",
+        "uint64",
+        "function",
+        "opaque",
+    ),
 )
 NUMERIC = frozenset(CLASSES[6:16])
 
 
 @dataclass(frozen=True)
-class Tag:
-    """The head of an element; `inline` is its content where that is packed into the head, `fill` the bytes that follow the content."""
+class MatTag:
+    """The head of an element; `inline` is its content where that is packed into the head, `fill`
+    the bytes that follow the content."""
 
     kind: int
     length: int
@@ -50,9 +76,11 @@ class Tag:
 
 
 def arrays(path: Path, size: int) -> Iterator[MatArray]:
-    """The numeric and text arrays of a file of `size` bytes, in its order; fields as `name.field`, cells as `name{1}`.
+    """The numeric and text arrays of a file of `size` bytes, in its order; fields as `name.field`,
+    cells as `name{1}`.
 
-    Raises ValueError at the point where it is cut off or damaged. A variable that is cut off inside its numbers is given before.
+    Raises ValueError at the point where it is cut off or damaged. A variable that is cut off inside
+    its numbers is given before.
     """
     with path.open("rb") as file:
         order = ">" if file.read(HEAD_BYTES)[126:128] == b"MI" else "<"
@@ -65,45 +93,57 @@ def arrays(path: Path, size: int) -> Iterator[MatArray]:
             kind, length = struct.unpack(order + "II", head)
             start = position + 8
             if kind not in (MATRIX, COMPRESSED):
-                raise ValueError(f"an element of type {kind} stands at byte {position}; allowed: variables")
-            for array in _variable(path, start if kind == COMPRESSED else position, min(length, size - start), kind == COMPRESSED, order):
+                raise ValueError(
+                    f"an element of type {kind} stands at byte {position}; allowed: variables"
+                )
+            for array in _variable(
+                path,
+                start if kind == COMPRESSED else position,
+                min(length, size - start),
+                kind == COMPRESSED,
+                order,
+            ):
                 count += 1
                 if count > MOST:
                     raise ValueError(f"has more than {MOST} arrays")
                 yield array
             position = start + length
             if position > size:
-                raise ValueError(f"a variable at byte {start} announces {length} bytes, {size - start} are there")
+                raise ValueError(
+                    f"a variable at byte {start} announces {length} bytes, {size - start} are there"
+                )
 
 
-def _variable(path: Path, start: int, length: int, compressed: bool, order: str) -> Iterator[MatArray]:
-    stream_type: type[Bytes] = Inflated if compressed else Plain
+def _variable(
+    path: Path, start: int, length: int, compressed: bool, order: str
+) -> Iterator[MatArray]:
+    stream_type: type[ByteStream] = InflatedBytes if compressed else FileBytes
     open_stream = partial(stream_type, path, start, length if compressed else length + 8)
     with open_stream() as stream:
-        walk = _Walk(stream, order, open_stream)
+        walk = _MatVariableReader(stream, order, open_stream)
         tag = walk.tag()
         if tag.kind != MATRIX:
             raise ValueError(f"a variable is an element of type {tag.kind}; allowed: {MATRIX}")
         yield from walk.matrix("", tag.length, 0)
 
 
-class _Walk:
+class _MatVariableReader:
     """Goes through the elements of one variable."""
 
-    def __init__(self, stream: Bytes, order: str, open_stream: partial[Bytes]) -> None:
+    def __init__(self, stream: ByteStream, order: str, open_stream: partial[ByteStream]) -> None:
         self.stream = stream
         self.order = order
         self.open = open_stream
 
-    def tag(self) -> Tag:
+    def tag(self) -> MatTag:
         """The next element's head."""
         kind, length = struct.unpack(self.order + "II", self.exactly(8))
         if kind >> 16:  # up to 4 bytes are packed into the head
             small = kind >> 16
             if small > 4:
                 raise ValueError(f"a packed element announces {small} bytes; allowed: 4")
-            return Tag(kind & 0xFFFF, small, struct.pack(self.order + "I", length)[:small], 0)
-        return Tag(kind, length, None, 0 if kind == COMPRESSED else -length % 8)
+            return MatTag(kind & 0xFFFF, small, struct.pack(self.order + "I", length)[:small], 0)
+        return MatTag(kind, length, None, 0 if kind == COMPRESSED else -length % 8)
 
     def exactly(self, size: int) -> bytes:
         data = self.stream.read(size)
@@ -117,11 +157,14 @@ class _Walk:
         if tag.inline is not None:
             return tag.kind, tag.inline
         if tag.length > most:
-            raise ValueError(f"a part of a variable announces {tag.length} bytes; allowed there: {most}")
+            raise ValueError(
+                f"a part of a variable announces {tag.length} bytes; allowed there: {most}"
+            )
         return tag.kind, self.exactly(tag.length + tag.fill)[: tag.length]
 
     def matrix(self, path: str, length: int, depth: int) -> Iterator[MatArray]:
-        """The arrays in a MATRIX of `length` bytes whose head has been read; `path` is "" for a variable, which brings its own name."""
+        """The arrays in a MATRIX of `length` bytes whose head has been read; `path` is "" for a
+        variable, which brings its own name."""
         end = self.stream.position + length
         if length == 0:  # an empty array
             return
@@ -151,14 +194,20 @@ class _Walk:
             raise ValueError(f"the shape of a variable is negative: {shape}")
         return shape
 
-    def content(self, name: str, shape: tuple[int, ...], kind: str, is_complex: bool, depth: int) -> Iterator[MatArray]:
+    def content(
+        self, name: str, shape: tuple[int, ...], kind: str, is_complex: bool, depth: int
+    ) -> Iterator[MatArray]:
         if kind in NUMERIC:
             yield self.numbers(name, shape, kind, is_complex)
         elif kind in ("struct", "cell"):
             if depth >= DEEPEST:
                 raise ValueError(f"{name!r} lies deeper than {DEEPEST} structures")
             yield MatArray(name, shape, kind)
-            yield from self.fields(name, shape, depth) if kind == "struct" else self.cells(name, shape, depth)
+            yield from (
+                self.fields(name, shape, depth)
+                if kind == "struct"
+                else self.cells(name, shape, depth)
+            )
         elif kind == "char":
             code, data = self.small(LARGEST_TEXT)
             yield MatArray(name, shape, kind, text=data.decode(self.encoding(code), "replace"))
@@ -167,7 +216,11 @@ class _Walk:
 
     def encoding(self, code: int) -> str:
         encoding = TEXTS.get(code, "latin-1")
-        return encoding if "-8" in encoding or "latin" in encoding else encoding + ("-be" if self.order == ">" else "-le")
+        return (
+            encoding
+            if "-8" in encoding or "latin" in encoding
+            else encoding + ("-be" if self.order == ">" else "-le")
+        )
 
     def numbers(self, name: str, shape: tuple[int, ...], kind: str, is_complex: bool) -> MatArray:
         if math.prod(shape) == 0:
@@ -177,11 +230,15 @@ class _Walk:
             raise ValueError(f"variable {name!r} holds no numbers but type {tag.kind}")
         dtype = np.dtype(self.order + NUMBERS[tag.kind])
         if tag.length != dtype.itemsize * math.prod(shape):
-            raise ValueError(f"variable {name!r} of {'x'.join(map(str, shape))} {kind} announces {tag.length} bytes of numbers")
+            raise ValueError(
+                f"variable {name!r} of {'x'.join(map(str, shape))} {kind} announces {tag.length} bytes of numbers"
+            )
         # numbers packed into the head lie in its last 4 bytes
         offset = self.stream.position if tag.inline is None else self.stream.position - 4
-        place = Column(self.open, offset, dtype, math.prod(shape), dtype.itemsize)
-        return MatArray(name, shape, f"{'complex ' * is_complex}{kind}", None if is_complex else place)
+        place = ArrayColumn(self.open, offset, dtype, math.prod(shape), dtype.itemsize)
+        return MatArray(
+            name, shape, f"{'complex ' * is_complex}{kind}", None if is_complex else place
+        )
 
     def fields(self, name: str, shape: tuple[int, ...], depth: int) -> Iterator[MatArray]:
         _, data = self.small()
@@ -189,7 +246,10 @@ class _Walk:
         _, names = self.small(LARGEST_TEXT)
         if width <= 0 or len(names) % width:
             raise ValueError(f"the field names of structure {name!r} are damaged")
-        fields = [names[at : at + width].partition(b"\0")[0].decode("latin-1") for at in range(0, len(names), width)]
+        fields = [
+            names[at : at + width].partition(b"\0")[0].decode("latin-1")
+            for at in range(0, len(names), width)
+        ]
         for number in range(1, math.prod(shape) + 1 if fields else 1):
             owner = name if math.prod(shape) == 1 else f"{name}({number})"
             for one in fields:

@@ -1,7 +1,9 @@
-"""Streams as a MATLAB file of version 5 (what MATLAB saves with -v6): `time`, `position` ..., and a structure `units`.
+"""Streams as a MATLAB file of version 5 (what MATLAB saves with -v6): `time`, `position` ..., and a
+structure `units`.
 
-Of several streams each is a structure in `streams`: `streams.axis.position`, `streams.axis.units.position`. The elements are those that
-mat_elements.py reads; the file says nothing of clock and machine.
+Of several streams each is a structure in `streams`: `streams.axis.position`,
+`streams.axis.units.position`. The elements are those that mat_elements.py reads; the file says
+nothing of clock and machine.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from frictool.documents.provenance import readable
 from frictool.errors import OutputError
 from frictool.logs.arrays.mat_elements import CLASSES, HEAD_BYTES, MATRIX
 from frictool.logs.canonical.mcap_writer import Notes
-from frictool.logs.conversion import Outgoing, flat_names
+from frictool.logs.conversion import OutgoingStream, flat_names
 from frictool.logs.log import Vector
 
 INT8, INT32, UINT16, UINT32, DOUBLE = 1, 5, 4, 6, 9  # types of elements
@@ -22,19 +24,23 @@ LONGEST = 2**31 - 1  # bytes of a variable that MATLAB reads
 Value = Vector | str | Mapping[str, "Value"]
 
 
-def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
-    """Writes all streams and the notes, each a structure of texts. Raises OutputError where a variable is longer than MATLAB reads."""
+def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
+    """Writes all streams and the notes, each a structure of texts. Raises OutputError where a
+    variable is longer than MATLAB reads."""
     values: dict[str, Mapping[str, Value]] = {}
     for stream, key in zip(streams, flat_names(streams), strict=True):
         units: Mapping[str, Value] = dict(zip(stream.names, stream.units, strict=True))
         values[key] = {**dict(zip(stream.names, stream.whole(), strict=True)), "units": units}
-    top: Mapping[str, Value] = next(iter(values.values())) if len(values) == 1 else {"streams": values}
+    top: Mapping[str, Value] = (
+        next(iter(values.values())) if len(values) == 1 else {"streams": values}
+    )
     for piece in pieces({**top, "notes": notes}):
         target.write(piece)
 
 
 def pieces(values: Mapping[str, Value]) -> Iterator[bytes]:
-    """A whole file of named variables: texts, structures, arrays (n,) as columns, (n, m). Raises OutputError where one is too long."""
+    """A whole file of named variables: texts, structures, arrays (n,) as columns, (n, m). Raises
+    OutputError where one is too long."""
     yield b"MATLAB 5.0 MAT-file, written by frictool".ljust(HEAD_BYTES - 4) + b"\x00\x01IM"
     for name, value in values.items():
         yield _matrix(name, value)
@@ -47,7 +53,9 @@ def _matrix(name: str, value: Value) -> bytes:
         width = max(map(len, fields), default=0) + 1
         names = b"".join(key.encode("ascii").ljust(width, b"\0") for key in fields)
         content = (
-            _element(INT32, struct.pack("<i", width)) + _element(INT8, names) + b"".join(_matrix("", inner) for inner in fields.values())
+            _element(INT32, struct.pack("<i", width))
+            + _element(INT8, names)
+            + b"".join(_matrix("", inner) for inner in fields.values())
         )
         return _array(name, "struct", (1, 1), content)
     if isinstance(value, str):
@@ -59,7 +67,9 @@ def _matrix(name: str, value: Value) -> bytes:
 
 def _array(name: str, kind: str, shape: tuple[int, int], content: bytes) -> bytes:
     flags = _element(UINT32, struct.pack("<II", CLASSES.index(kind), 0))
-    head = flags + _element(INT32, struct.pack("<ii", *shape)) + _element(INT8, name.encode("ascii"))
+    head = (
+        flags + _element(INT32, struct.pack("<ii", *shape)) + _element(INT8, name.encode("ascii"))
+    )
     if len(head) + len(content) > LONGEST:
         raise OutputError(
             f"variable {name or 'of a structure'} has {len(content)} bytes; MATLAB reads {LONGEST}: convert a part of the log"

@@ -1,7 +1,9 @@
-"""ASAM MDF (2 to 4) through asammdf (extra `mdf`): a table for each channel group, dated by its master channel.
+"""ASAM MDF (2 to 4) through asammdf (extra `mdf`): a table for each channel group, dated by its
+master channel.
 
-Channels are called as in the file, `nAct\\ETKC:1`; the same name in several groups is `GROUP/NAME`. Values are physical ones; a channel
-whose conversion gives texts keeps its raw numbers. A sample that is marked invalid is an empty cell, and damage without salvage.
+Channels are called as in the file, `nAct\\ETKC:1`; the same name in several groups is `GROUP/NAME`.
+Values are physical ones; a channel whose conversion gives texts keeps its raw numbers. A sample
+that is marked invalid is an empty cell, and damage without salvage.
 """
 
 from __future__ import annotations
@@ -17,12 +19,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.errors import LogError
-from frictool.logs.arrays.guard import Described, guarded
-from frictool.logs.arrays.mdf_cut import Padded, described_at, records_before
-from frictool.logs.extras import library
+from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
+from frictool.logs.arrays.truncated_mdf import ZeroPaddedFile, described_at, records_before
 from frictool.logs.log import Vector
-from frictool.logs.source import open_log
-from frictool.logs.table import BLOCK_ROWS, SALVAGE, Block, Loss, Nanoseconds, Table, find, listed
+from frictool.logs.open_file import open_log
+from frictool.logs.optional_libraries import library
+from frictool.logs.table import (
+    BLOCK_ROWS,
+    SALVAGE,
+    DataLoss,
+    Nanoseconds,
+    RawTable,
+    RowBlock,
+    find,
+    listed,
+)
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout
@@ -38,14 +49,15 @@ def sniff(head: bytes, path: Path) -> bool:
     return head.startswith(MAGIC)
 
 
-def tables(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
-    """The channel groups that have samples. Raises LogError where there is none, or the file is damaged."""
+def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
+    """The channel groups that have samples. Raises LogError where there is none, or the file is
+    damaged."""
     open_log(path).close()
     library(path, "asammdf", "mdf")
-    return guarded(path, _open)
+    return open_guarded(path, _open)
 
 
-def _open(path: Path) -> Sequence[Described]:
+def _open(path: Path) -> Sequence[LibraryTable]:
     from asammdf import MDF
 
     logging.disable(logging.CRITICAL)
@@ -53,17 +65,30 @@ def _open(path: Path) -> Sequence[Described]:
         file, end = MDF(path.open("rb")), None
     except Exception:  # the library raises what its parts raise
         try:
-            file, end = MDF(Padded(path)), path.stat().st_size
+            file, end = MDF(ZeroPaddedFile(path)), path.stat().st_size
         except Exception:
             raise LogError(path, _unreadable(path)) from None
     version = int(file.version[0])
-    start = int(file.header.abs_time) if version == 4 else int(file.start_time.timestamp()) * 1_000_000_000
+    start = (
+        int(file.header.abs_time)
+        if version == 4
+        else int(file.start_time.timestamp()) * 1_000_000_000
+    )
     groups: Sequence[Any] = file.groups
-    named = [(index, _group_name(index, group)) for index, group in enumerate(groups) if group.channel_group.cycles_nr]
+    named = [
+        (index, _group_name(index, group))
+        for index, group in enumerate(groups)
+        if group.channel_group.cycles_nr
+    ]
     count = Counter(name for _, name in named)
-    found = [_group(path, file, index, name if count[name] == 1 else f"{name} {index + 1}", start, end) for index, name in named]
+    found = [
+        _group(path, file, index, name if count[name] == 1 else f"{name} {index + 1}", start, end)
+        for index, name in named
+    ]
     if not any(table.names for table in found):
-        if described_at(path) is not None:  # the library may take the zeros behind the end for a file without channels
+        if (
+            described_at(path) is not None
+        ):  # the library may take the zeros behind the end for a file without channels
             raise LogError(path, _unreadable(path))
         empty = [f"{name} ({what})" for table in found for name, what in table.others.items()]
         raise LogError(path, f"has no channel of numbers with samples; found: {listed(empty)}")
@@ -91,23 +116,40 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int |
     count = Counter(channel.name for channel in group.channels)
     master, columns, units, others = file.masters_db.get(index), {}, {}, {}
     for number, channel in enumerate(group.channels):
-        name = channel.name if count[channel.name] == 1 else f"{channel.name} (channel {number + 1})"
+        name = (
+            channel.name if count[channel.name] == 1 else f"{channel.name} (channel {number + 1})"
+        )
         conversion = getattr(channel.conversion, "conversion_type", None)
         raw = conversion in TO_TEXT[version]
-        sample, _ = file.get(group=index, index=number, samples_only=True, raw=raw, ignore_invalidation_bits=True, record_count=1)
+        sample, _ = file.get(
+            group=index,
+            index=number,
+            samples_only=True,
+            raw=raw,
+            ignore_invalidation_bits=True,
+            record_count=1,
+        )
         if sample.dtype.kind in "iufb" and sample.ndim == 1:
-            columns[name] = Channel(number, raw)
-            units[name] = None if raw else file.get_channel_unit(group=index, index=number).strip() or None
+            columns[name] = MdfChannel(number, raw)
+            units[name] = (
+                None if raw else file.get_channel_unit(group=index, index=number).strip() or None
+            )
         else:
-            others[name] = "an array" if sample.ndim > 1 or sample.dtype.names else "no number but a text"
+            others[name] = (
+                "an array" if sample.ndim > 1 or sample.dtype.names else "no number but a text"
+            )
     is_time = master is not None and (version < 4 or group.channels[master].sync_type == TIME)
-    clock = next((name for name, channel in columns.items() if channel.index == master), None) if is_time else None
+    clock = (
+        next((name for name, channel in columns.items() if channel.index == master), None)
+        if is_time
+        else None
+    )
     whole = None if end is None else records_before(group, end)
     return MdfTable(str(path), topic, columns, units, others, clock, file, index, start, whole)
 
 
 @dataclass(frozen=True)
-class Channel:
+class MdfChannel:
     """A channel by its number in the group, and whether its raw numbers are taken."""
 
     index: int
@@ -116,11 +158,12 @@ class Channel:
 
 @dataclass
 class MdfTable:
-    """A channel group of an open file. start: the time of the file, in ns since 1970. whole: how many records are there of a cut file."""
+    """A channel group of an open file. start: the time of the file, in ns since 1970. whole: how
+    many records are there of a cut file."""
 
     source: str
     topic: str
-    columns: Mapping[str, Channel]
+    columns: Mapping[str, MdfChannel]
     units: Mapping[str, str | None]
     others: Mapping[str, str]
     clock: str | None
@@ -142,7 +185,9 @@ class MdfTable:
         """None: the file has no lines."""
         return None
 
-    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
         """As `Table.blocks`; from a block on that cannot be decoded, the rest is lost."""
         readable = self.rows if self.whole is None else self.whole
         cut = f"the file is cut off; group {self.topic!r} has {readable} of {self.rows} samples"
@@ -158,14 +203,16 @@ class MdfTable:
             except Exception as error:  # the library raises what its parts raise
                 reason = f"group {self.topic!r} is damaged or cut off: {str(error) or type(error).__name__}"
                 if losses is None:
-                    raise LogError(self.source, f"{reason}; read before it: {first} samples") from None
-                losses.append(Loss((), reason, samples=self.rows - first))
+                    raise LogError(
+                        self.source, f"{reason}; read before it: {first} samples"
+                    ) from None
+                losses.append(DataLoss((), reason, samples=self.rows - first))
                 return
-            yield Block(first, columns, time), self.size * (first + n) // self.rows
+            yield RowBlock(first, columns, time), self.size * (first + n) // self.rows
         if self.whole is not None and losses is not None:
-            losses.append(Loss((), cut, samples=self.rows - readable))
+            losses.append(DataLoss((), cut, samples=self.rows - readable))
 
-    def _read(self, name: str, first: int, n: int, losses: list[Loss] | None) -> Vector:
+    def _read(self, name: str, first: int, n: int, losses: list[DataLoss] | None) -> Vector:
         """Samples of a channel; nan where they are invalid."""
         values, invalid = self._samples(name, first, n)
         if invalid is None or not invalid.any():

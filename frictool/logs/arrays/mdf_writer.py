@@ -1,4 +1,5 @@
-"""Streams as MDF 4.10, one channel group each, through asammdf (extra `mdf`). The file starts when the log's clock says, else in 1970."""
+"""Streams as MDF 4.10, one channel group each, through asammdf (extra `mdf`). The file starts when
+the log's clock says, else in 1970."""
 
 from __future__ import annotations
 
@@ -11,17 +12,20 @@ from xml.sax.saxutils import escape
 
 from frictool.logs.canonical.mcap_layout import EPOCH_KEY, TIME
 from frictool.logs.canonical.mcap_writer import Notes
-from frictool.logs.conversion import TIME_NAME, Outgoing
+from frictool.logs.conversion import TIME_NAME, OutgoingStream
 from frictool.logs.provenance import PROVENANCE
 
 VERSION = "4.10"
 
 
-def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
+def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
     """Writes all streams, one after the other; what is not written yet lies in a temporary file."""
     from asammdf import MDF
 
-    with tempfile.TemporaryDirectory(prefix="frictool-") as folder, MDF(version=VERSION, temporary_folder=folder) as file:
+    with (
+        tempfile.TemporaryDirectory(prefix="frictool-") as folder,
+        MDF(version=VERSION, temporary_folder=folder) as file,
+    ):
         for index, stream in enumerate(streams):
             _append(file, index, stream)
         file.header.abs_time = max(0, int(notes.get(TIME, {}).get(EPOCH_KEY, 0)))
@@ -32,8 +36,9 @@ def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
             shutil.copyfileobj(saved, target, 1 << 20)
 
 
-def _append(file: Any, index: int, stream: Outgoing) -> None:
-    """A stream as a group: asammdf takes its first block with names and units, the others as bare numbers."""
+def _append(file: Any, index: int, stream: OutgoingStream) -> None:
+    """A stream as a group: asammdf takes its first block with names and units, the others as bare
+    numbers."""
     from asammdf import Signal
 
     for number, (time, *columns) in enumerate(stream.blocks()):

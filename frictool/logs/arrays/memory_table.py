@@ -9,14 +9,16 @@ import numpy as np
 
 from frictool.errors import LogError
 from frictool.logs.log import Vector
-from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, Table, find
+from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock, find
 
 
 @dataclass(frozen=True)
 class MemoryTable:
-    """columns: name -> (n,) numbers. units: name -> unit that the file gives, or None. source, topic, clock: as in Table.
+    """columns: name -> (n,) numbers. units: name -> unit that the file gives, or None. source,
+    topic, clock: as in Table.
 
-    time_ns: (n,) where the file dates its rows. first_line: of the rows in the file, where each has a line.
+    time_ns: (n,) where the file dates its rows. first_line: of the rows in the file, where each has
+    a line.
     """
 
     columns: Mapping[str, Vector]
@@ -38,14 +40,19 @@ class MemoryTable:
     def find(self, wanted: str | int) -> str | None:
         return find(self.names, wanted)
 
-    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
         """Raises LogError where the columns that are wanted differ in length."""
         chosen = {name: self.columns[name] for name in wanted}
         rows = _common_size(self.source, chosen)
         for first in range(0, rows, BLOCK_ROWS):
             part = slice(first, first + BLOCK_ROWS)
             dated = None if self.time_ns is None else self.time_ns[part]
-            yield Block(first, {name: values[part] for name, values in chosen.items()}, dated), self.size * min(part.stop, rows) // rows
+            yield (
+                RowBlock(first, {name: values[part] for name, values in chosen.items()}, dated),
+                self.size * min(part.stop, rows) // rows,
+            )
 
     def line(self, row: int) -> int | None:
         return None if self.first_line is None else self.first_line + row
@@ -56,13 +63,16 @@ def _common_size(source: str, columns: Mapping[str, Vector]) -> int:
     first, *others = columns
     for name in others:
         if columns[name].size != columns[first].size:
-            found = f"{first!r} has {columns[first].size} samples, {name!r} has {columns[name].size}"
+            found = (
+                f"{first!r} has {columns[first].size} samples, {name!r} has {columns[name].size}"
+            )
             raise LogError(source, f"{found}; the columns of one log have one time base")
     return int(columns[first].size)
 
 
-def in_memory(table: Table, wanted: Sequence[str], most: int) -> MemoryTable:
-    """The columns `wanted` of a table, of the blocks that hold its first `most` rows. Raises LogError as its blocks do."""
+def in_memory(table: RawTable, wanted: Sequence[str], most: int) -> MemoryTable:
+    """The columns `wanted` of a table, of the blocks that hold its first `most` rows. Raises
+    LogError as its blocks do."""
     blocks, rows = [], 0
     for block, _ in table.blocks(wanted):
         blocks.append(block)
@@ -72,4 +82,11 @@ def in_memory(table: Table, wanted: Sequence[str], most: int) -> MemoryTable:
     columns = {name: np.concatenate([block.columns[name] for block in blocks]) for name in wanted}
     dates = [block.time_ns for block in blocks if block.time_ns is not None]
     time_ns = np.concatenate(dates) if dates else None
-    return MemoryTable(columns, {name: table.units.get(name) for name in wanted}, table.source, table.topic, table.clock, time_ns)
+    return MemoryTable(
+        columns,
+        {name: table.units.get(name) for name in wanted},
+        table.source,
+        table.topic,
+        table.clock,
+        time_ns,
+    )

@@ -1,4 +1,5 @@
-"""Streams as NumPy arrays, `np.load(file)["position"]`; of several streams `axis_force.position`. Units and notes are arrays of text."""
+"""Streams as NumPy arrays, `np.load(file)["position"]`; of several streams `axis_force.position`.
+Units and notes are arrays of text."""
 
 from __future__ import annotations
 
@@ -11,13 +12,13 @@ import numpy as np
 from numpy.lib import format as npy
 
 from frictool.logs.canonical.mcap_writer import Notes
-from frictool.logs.conversion import Outgoing, flat_names
+from frictool.logs.conversion import OutgoingStream, flat_names
 
 UNITS, NOTES = "units", "notes"  # (n, 2): names and units; JSON
 START = (1980, 1, 1, 0, 0, 0)  # of every member: the earliest that an archive knows
 
 
-def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
+def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
     """Writes all streams, one after the other."""
     units = []
     with zipfile.ZipFile(target, "w") as archive:
@@ -30,6 +31,8 @@ def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
         _put(archive, NOTES, np.array(json.dumps(notes, ensure_ascii=False)))
 
 
-def _put(archive: zipfile.ZipFile, name: str, array: np.ndarray[tuple[int, ...], np.dtype[np.generic]]) -> None:
+def _put(
+    archive: zipfile.ZipFile, name: str, array: np.ndarray[tuple[int, ...], np.dtype[np.generic]]
+) -> None:
     with archive.open(zipfile.ZipInfo(f"{name}.npy", START), "w", force_zip64=True) as member:
         npy.write_array(member, array, version=(1, 0), allow_pickle=False)

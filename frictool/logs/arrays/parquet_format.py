@@ -1,4 +1,5 @@
-"""Parquet through pyarrow (extra `parquet`): row groups in batches, nested fields as `a.b`, units from the fields' metadata.
+"""Parquet through pyarrow (extra `parquet`): row groups in batches, nested fields as `a.b`, units
+from the fields' metadata.
 
 The first column of timestamps is the clock of the rows, exact to the nanosecond.
 """
@@ -15,11 +16,11 @@ import numpy as np
 
 from frictool.errors import LogError
 from frictool.logs.arrays.array_table import check_rows
-from frictool.logs.arrays.guard import Described, guarded
-from frictool.logs.extras import library
+from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.log import Vector
-from frictool.logs.source import open_log
-from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, Table, find, listed
+from frictool.logs.open_file import open_log
+from frictool.logs.optional_libraries import library
+from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock, find, listed
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout
@@ -35,36 +36,63 @@ def sniff(head: bytes, path: Path) -> bool:
     return head.startswith(MAGIC)
 
 
-def tables(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
-    """The one table of the file. Raises LogError where its end, which says what is in it, is damaged or missing."""
+def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
+    """The one table of the file. Raises LogError where its end, which says what is in it, is
+    damaged or missing."""
     with open_log(path) as stream:
         stream.seek(-min(len(MAGIC), path.stat().st_size), 2)
         if stream.read() != MAGIC:
-            raise LogError(path, "is cut off: a Parquet file says at its end what is in it, and has no such end; nothing can be salvaged")
+            raise LogError(
+                path,
+                "is cut off: a Parquet file says at its end what is in it, and has no such end; nothing can be salvaged",
+            )
     library(path, "pyarrow.parquet", "parquet")
-    return guarded(path, _open)
+    return open_guarded(path, _open)
 
 
-def _open(path: Path) -> Sequence[Described]:
+def _open(path: Path) -> Sequence[LibraryTable]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     pa.set_cpu_count(1)
     pa.set_io_thread_count(1)
     pa.set_memory_pool(pa.system_memory_pool())  # which gives back what is free
-    file = pq.ParquetFile(path, buffer_size=BUFFER, pre_buffer=False, page_checksum_verification=True)
+    file = pq.ParquetFile(
+        path, buffer_size=BUFFER, pre_buffer=False, page_checksum_verification=True
+    )
     flat = [(name, field) for one in file.schema_arrow for name, field in _flat(one.name, one, 0)]
     count = Counter(name for name, _ in flat)
     fields = dict(flat)
     columns = {name: field for name, field in flat if _is_number(field.type) and count[name] == 1}
-    clock = next((name for name, field in fields.items() if pa.types.is_timestamp(field.type) and count[name] == 1), None)
+    clock = next(
+        (
+            name
+            for name, field in fields.items()
+            if pa.types.is_timestamp(field.type) and count[name] == 1
+        ),
+        None,
+    )
     several = "a name that several columns have"
-    others = {name: f"a column of {field.type}" if count[name] == 1 else several for name, field in fields.items() if name not in columns}
+    others = {
+        name: f"a column of {field.type}" if count[name] == 1 else several
+        for name, field in fields.items()
+        if name not in columns
+    }
     if not columns:
         raise LogError(
-            path, f"has no column of real numbers; found: {listed([f'{name} ({field.type})' for name, field in fields.items()])}"
+            path,
+            f"has no column of real numbers; found: {listed([f'{name} ({field.type})' for name, field in fields.items()])}",
         )
-    return (ParquetTable(str(path), file, tuple(columns), {name: _unit(field) for name, field in columns.items()}, others, clock),)
+    return (
+        ParquetTable(
+            str(path),
+            file,
+            tuple(columns),
+            {name: _unit(field) for name, field in columns.items()},
+            others,
+            clock,
+        ),
+    )
 
 
 def _flat(name: str, field: Any, depth: int) -> Iterator[tuple[str, Any]]:
@@ -81,7 +109,13 @@ def _flat(name: str, field: Any, depth: int) -> Iterator[tuple[str, Any]]:
 def _is_number(kind: Any) -> bool:
     import pyarrow as pa
 
-    checks = (pa.types.is_integer, pa.types.is_floating, pa.types.is_boolean, pa.types.is_decimal, pa.types.is_duration)
+    checks = (
+        pa.types.is_integer,
+        pa.types.is_floating,
+        pa.types.is_boolean,
+        pa.types.is_decimal,
+        pa.types.is_duration,
+    )
     return any(check(kind) for check in checks)
 
 
@@ -112,17 +146,25 @@ class ParquetTable:
         """As `Table.find`: the guard has looked at what is no number."""
         return find(self.names, wanted)
 
-    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
-        """As `Table.blocks`; a row group that cannot be decoded is lost from there on, the next one is read."""
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        """As `Table.blocks`; a row group that cannot be decoded is lost from there on, the next one
+        is read."""
         chosen = [*wanted, *([] if self.clock is None else [self.clock])]
         total, row = self.file.metadata.num_rows, 0
         check_rows(self.source, self.size, total, len(chosen))
         for group in range(self.file.num_row_groups):
             end = row + self.file.metadata.row_group(group).num_rows
             try:
-                for batch in self.file.iter_batches(BLOCK_ROWS, row_groups=[group], columns=chosen, use_threads=False):
+                for batch in self.file.iter_batches(
+                    BLOCK_ROWS, row_groups=[group], columns=chosen, use_threads=False
+                ):
                     if batch.num_rows:
-                        yield self._block(row, batch, wanted), self.size * min(row + batch.num_rows, total) // max(total, 1)
+                        yield (
+                            self._block(row, batch, wanted),
+                            self.size * min(row + batch.num_rows, total) // max(total, 1),
+                        )
                     row += batch.num_rows
                 if row != end:
                     raise ValueError(f"it announces {end} rows up to there, {row} are there")
@@ -130,24 +172,31 @@ class ParquetTable:
                 reason = f"row group {group + 1} is damaged: {error}"
                 if losses is None:
                     raise LogError(self.source, f"{reason}; read before it: {row} rows") from None
-                losses.append(Loss((), reason, samples=max(end - row, 0)))
+                losses.append(DataLoss((), reason, samples=max(end - row, 0)))
                 row = end
 
     def line(self, row: int) -> int | None:
         """None: the file has no lines."""
         return None
 
-    def _block(self, row: int, batch: Any, wanted: Sequence[str]) -> Block:
+    def _block(self, row: int, batch: Any, wanted: Sequence[str]) -> RowBlock:
         arrays = {name: _inside(batch, name) for name in wanted}
         time = None if self.clock is None else self._stamps(row, _inside(batch, self.clock))
-        return Block(row, {name: _numbers(array) for name, array in arrays.items()}, time)
+        return RowBlock(row, {name: _numbers(array) for name, array in arrays.items()}, time)
 
     def _stamps(self, row: int, array: Any) -> Nanoseconds:
         import pyarrow as pa
 
         if array.null_count:
-            raise LogError(self.source, f"column {self.clock!r} has no time in some of the rows {row + 1} to {row + len(array)}")
-        exact: Nanoseconds = array.cast(pa.timestamp("ns", array.type.tz)).cast(pa.int64()).to_numpy(zero_copy_only=False)
+            raise LogError(
+                self.source,
+                f"column {self.clock!r} has no time in some of the rows {row + 1} to {row + len(array)}",
+            )
+        exact: Nanoseconds = (
+            array.cast(pa.timestamp("ns", array.type.tz))
+            .cast(pa.int64())
+            .to_numpy(zero_copy_only=False)
+        )
         return exact
 
 
@@ -177,5 +226,7 @@ def _numbers(array: Any) -> Vector:
         array = array.cast(pa.int64())
     if pa.types.is_boolean(array.type):
         array = array.cast(pa.uint8())
-    numbers: Vector = array.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False).astype(np.float64)
+    numbers: Vector = (
+        array.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False).astype(np.float64)
+    )
     return numbers

@@ -1,4 +1,5 @@
-"""A stream as Parquet: doubles, the unit in each field's metadata, the log's notes in the schema's (extra `parquet`)."""
+"""A stream as Parquet: doubles, the unit in each field's metadata, the log's notes in the schema's
+(extra `parquet`)."""
 
 from __future__ import annotations
 
@@ -8,18 +9,25 @@ from typing import BinaryIO
 
 from frictool.logs.arrays.parquet_format import UNIT
 from frictool.logs.canonical.mcap_writer import Notes
-from frictool.logs.conversion import Outgoing
+from frictool.logs.conversion import OutgoingStream
 
 
-def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
+def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
     """Writes the one stream, a row group for each block."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     (stream,) = streams
     named = zip(stream.names, stream.units, strict=True)
-    fields = [pa.field(name, pa.float64(), nullable=False, metadata={UNIT: unit}) for name, unit in named]
-    schema = pa.schema(fields, metadata={name: json.dumps(entries, ensure_ascii=False) for name, entries in notes.items()})
-    with pq.ParquetWriter(target, schema, compression="zstd", use_dictionary=False, write_page_checksum=True) as writer:
+    fields = [
+        pa.field(name, pa.float64(), nullable=False, metadata={UNIT: unit}) for name, unit in named
+    ]
+    schema = pa.schema(
+        fields,
+        metadata={name: json.dumps(entries, ensure_ascii=False) for name, entries in notes.items()},
+    )
+    with pq.ParquetWriter(
+        target, schema, compression="zstd", use_dictionary=False, write_page_checksum=True
+    ) as writer:
         for columns in stream.blocks():
             writer.write_table(pa.table(columns, schema=schema))

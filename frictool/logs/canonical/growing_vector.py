@@ -1,4 +1,5 @@
-"""A vector that grows at its end, so that what is read stands in one place at once and is not held twice."""
+"""A vector that grows at its end, so that what is read stands in one place at once and is not held
+twice."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ MARGIN = 1.05  # of the length that a file seems to need: compression varies alo
 
 
 class GrowingVector:
-    """Room is taken for the length that the file seems to need, and no more than `most` on that ground."""
+    """Room is taken for the length that the file seems to need, and no more than `most` on that
+    ground."""
 
     def __init__(self, dtype: DTypeLike, most: int) -> None:
         self._data, self._size, self._most = np.empty(0, dtype), 0, most

@@ -10,37 +10,48 @@ from numpy.typing import NDArray
 
 from frictool.logs.canonical.mcap_layout import RECORD_HEAD
 
-SHORTEST = 14  # least bytes of the body of a schema, channel or message; a chunk holds no other records
+SHORTEST = (
+    14  # least bytes of the body of a schema, channel or message; a chunk holds no other records
+)
 MOST_SHORT = 100_000  # most records with a shorter body that are read
 _HEAD = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
 
 
-class Bounds(NamedTuple):
-    """Records that lie one behind the other in `data`: kind (n,), where the body begins (n,), its bytes (n,)."""
+class RecordBounds(NamedTuple):
+    """Records that lie one behind the other in `data`: kind (n,), where the body begins (n,), its
+    bytes (n,)."""
 
     opcode: NDArray[np.uint8]
     start: NDArray[np.int64]
     length: NDArray[np.int64]
 
-    def first(self, n: int) -> Bounds:
-        return Bounds(self.opcode[:n], self.start[:n], self.length[:n])
+    def first(self, n: int) -> RecordBounds:
+        return RecordBounds(self.opcode[:n], self.start[:n], self.length[:n])
 
 
-def record_bounds(data: bytes) -> Bounds:
-    """Return the bounds of each record of a chunk. Raises ValueError at a broken record; `whole_records` returns those before it."""
+def record_bounds(data: bytes) -> RecordBounds:
+    """Return the bounds of each record of a chunk. Raises ValueError at a broken record;
+    `whole_records` returns those before it."""
     bounds, end = whole_records(data)
     if end != len(data):
         if end < len(data) and not data[end]:
-            raise ValueError(f"a record of kind 0 stands at byte {end} of its chunk; allowed: 1 and above")
+            raise ValueError(
+                f"a record of kind 0 stands at byte {end} of its chunk; allowed: 1 and above"
+            )
         if int((bounds.length < SHORTEST).sum()) >= MOST_SHORT:
-            raise ValueError(f"more than {MOST_SHORT} records of a chunk are shorter than {SHORTEST} bytes")
-        raise ValueError(f"a record is announced that does not fit the {len(data) - end} bytes left of its chunk")
+            raise ValueError(
+                f"more than {MOST_SHORT} records of a chunk are shorter than {SHORTEST} bytes"
+            )
+        raise ValueError(
+            f"a record is announced that does not fit the {len(data) - end} bytes left of its chunk"
+        )
     return bounds
 
 
-def whole_records(data: bytes) -> tuple[Bounds, int]:
-    """Return the complete records and the end of the last one; it stops at a record of kind 0, and at too many short records."""
+def whole_records(data: bytes) -> tuple[RecordBounds, int]:
+    """Return the complete records and the end of the last one; it stops at a record of kind 0, and
+    at too many short records."""
     uniform = _uniform(data)
     if uniform is not None:
         return uniform, len(data)
@@ -61,10 +72,12 @@ def whole_records(data: bytes) -> tuple[Bounds, int]:
         position = end
     heads = np.array(begins, np.int64)
     lengths = np.diff(heads, append=position) - RECORD_HEAD
-    return Bounds(np.frombuffer(data, np.uint8)[heads], heads + RECORD_HEAD, lengths), position
+    return RecordBounds(
+        np.frombuffer(data, np.uint8)[heads], heads + RECORD_HEAD, lengths
+    ), position
 
 
-def _uniform(data: bytes) -> Bounds | None:
+def _uniform(data: bytes) -> RecordBounds | None:
     """The same without a loop, where all records are of one kind and one length."""
     if len(data) < RECORD_HEAD:
         return None
@@ -79,4 +92,4 @@ def _uniform(data: bytes) -> Bounds | None:
         return None
     count = heads.shape[0]
     starts = np.arange(count, dtype=np.int64) * step + RECORD_HEAD
-    return Bounds(np.full(count, opcode, np.uint8), starts, np.full(count, length, np.int64))
+    return RecordBounds(np.full(count, opcode, np.uint8), starts, np.full(count, length, np.int64))

@@ -1,4 +1,5 @@
-"""The records inside an MCAP chunk: decompressed within the size that it declares, its CRC checked."""
+"""The records inside an MCAP chunk: decompressed within the size that it declares, its CRC
+checked."""
 
 from __future__ import annotations
 
@@ -10,24 +11,27 @@ import zstandard
 
 LARGEST = 256_000_000  # bytes; ours hold at most 4 million
 PIECE = 1 << 16
-_FIXED = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
+_FIXED = struct.Struct(
+    "<QQQII"
+)  # start, end, uncompressed size, CRC, length of the compression's name
 _U64 = struct.Struct("<Q")
 
 
-class _Own(threading.local):
+class _ThreadDecompressor(threading.local):
     """A decompressor for each thread: one works on one frame at a time."""
 
     def __init__(self) -> None:
         self.zstd = zstandard.ZstdDecompressor()
 
 
-_own = _Own()
+_own = _ThreadDecompressor()
 
 
 def chunk_data(body: bytes) -> bytes:
     """The plain records of the chunk whose content is `body`.
 
-    Raises ValueError where sizes do not fit, decompression fails, or the CRC is wrong (0: the writer left it out).
+    Raises ValueError where sizes do not fit, decompression fails, or the CRC is wrong (0: the
+    writer left it out).
     """
     _, _, size, crc, name_length = _FIXED.unpack_from(body)
     name_end = _FIXED.size + name_length
@@ -47,7 +51,8 @@ def chunk_data(body: bytes) -> bytes:
 
 
 def plain_size(body: bytes) -> int:
-    """The bytes of the records in a chunk, as its head announces them, or as many as are looked at; 0 where the head is cut."""
+    """The bytes of the records in a chunk, as its head announces them, or as many as are looked at;
+    0 where the head is cut."""
     return min(int(_FIXED.unpack_from(body)[2]), LARGEST) if len(body) >= _FIXED.size else 0
 
 
@@ -73,7 +78,8 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
 
 
 def chunk_prefix(rest: bytes) -> bytes:
-    """The plain records of a chunk whose content was cut, as far as they can be had; the last is a part of a record.
+    """The plain records of a chunk whose content was cut, as far as they can be had; the last is a
+    part of a record.
 
     Raises ValueError where not even the chunk's own head is there.
     """

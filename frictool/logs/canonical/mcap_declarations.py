@@ -1,4 +1,5 @@
-"""What the records of an MCAP file declare: schemas, channels, metadata, and how many messages there should be."""
+"""What the records of an MCAP file declare: schemas, channels, metadata, and how many messages
+there should be."""
 
 from __future__ import annotations
 
@@ -13,14 +14,15 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Metadata, Schema, Statistics
 
-from frictool.logs.canonical.mcap_bounds import Bounds
+from frictool.logs.canonical.mcap_bounds import RecordBounds
 
 UNREADABLE = (McapError, struct.error, ValueError)  # what a damaged record raises
 
 
 @dataclass
-class Declarations:
-    """Gathered record by record. counts: of messages by the statistics, channel -> how many; None where there are none."""
+class McapDeclarations:
+    """Gathered record by record. counts: of messages by the statistics, channel -> how many; None
+    where there are none."""
 
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
@@ -28,7 +30,8 @@ class Declarations:
     counts: dict[int, int] | None = None
 
     def take(self, opcode: int, body: bytes) -> Channel | None:
-        """Takes in a record; kinds that declare nothing are skipped. Returns the channel if it is one. Raises UNREADABLE."""
+        """Takes in a record; kinds that declare nothing are skipped. Returns the channel if it is
+        one. Raises UNREADABLE."""
         stream = ReadDataStream(io.BytesIO(body))
         if opcode == Opcode.SCHEMA:
             schema = Schema.read(stream)
@@ -45,8 +48,11 @@ class Declarations:
         return None
 
 
-def declared(data: bytes, bounds: Bounds) -> Iterator[tuple[int, bytes]]:
-    """The schemas and channels among the records of a chunk, each with its kind: it holds no other declaration, and above all no chunk."""
-    for place in np.flatnonzero((bounds.opcode == Opcode.SCHEMA) | (bounds.opcode == Opcode.CHANNEL)).tolist():
+def declared(data: bytes, bounds: RecordBounds) -> Iterator[tuple[int, bytes]]:
+    """The schemas and channels among the records of a chunk, each with its kind: it holds no other
+    declaration, and above all no chunk."""
+    for place in np.flatnonzero(
+        (bounds.opcode == Opcode.SCHEMA) | (bounds.opcode == Opcode.CHANNEL)
+    ).tolist():
         start = int(bounds.start[place])
         yield int(bounds.opcode[place]), data[start : start + int(bounds.length[place])]

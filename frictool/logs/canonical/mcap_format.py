@@ -1,4 +1,5 @@
-"""The canonical log, whole: read into memory, and written from there. The layout is in mcap_layout.py."""
+"""The canonical log, whole: read into memory, and written from there. The layout is in
+mcap_layout.py."""
 
 from __future__ import annotations
 
@@ -8,72 +9,104 @@ from typing import BinaryIO
 import numpy as np
 
 from frictool.errors import LogError
-from frictool.logs.canonical.chunks import chunked
+from frictool.logs.canonical.canonical_reader import CanonicalReader
 from frictool.logs.canonical.growing_vector import GrowingVector
-from frictool.logs.canonical.mcap_layout import LATEST, NS, UNITS, Head
-from frictool.logs.canonical.mcap_notes import heads, notes, shift_ns
-from frictool.logs.canonical.mcap_reader import guarded
-from frictool.logs.canonical.mcap_walk import Walk
+from frictool.logs.canonical.mcap_layout import LATEST, NS, UNITS, StreamHeader
+from frictool.logs.canonical.mcap_metadata import heads, notes, shift_ns
+from frictool.logs.canonical.mcap_reader import checked_pieces
 from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
-from frictool.logs.flow import Samples
+from frictool.logs.canonical.sample_chunks import chunked
 from frictool.logs.log import Log, Stream
-from frictool.logs.source import open_log
+from frictool.logs.open_file import open_log
+from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import Nanoseconds
 
 
 def read_mcap(path: Path) -> Log:
-    """The canonical log at `path`: streams in the order of their channels, time in s, signals in SI as written.
+    """The canonical log at `path`: streams in the order of their channels, time in s, signals in SI
+    as written.
 
-    Raises LogError, naming the byte and the time reached, where the file is missing, no MCAP, cut off, or damaged (every CRC is checked);
-    and where it is an MCAP that is not canonical, naming the channel. Memory is bounded by what the file really holds.
+    Raises LogError, naming the byte and the time reached, where the file is missing, no MCAP, cut
+    off, or damaged (every CRC is checked); and where it is an MCAP that is not canonical, naming
+    the channel. Memory is bounded by what the file really holds.
     """
     with open_log(path) as stream:
-        walk = Walk(path, stream)
+        walk = CanonicalReader(path, stream)
         vectors: dict[int, list[GrowingVector]] = {}  # channel -> time, fields
-        for piece in guarded(walk):
+        for piece in checked_pieces(walk):
             parts = (piece.samples.time, *piece.samples.values)
-            grown = vectors.setdefault(piece.channel, [GrowingVector(part.dtype, walk.size // part.itemsize) for part in parts])
+            grown = vectors.setdefault(
+                piece.channel,
+                [GrowingVector(part.dtype, walk.size // part.itemsize) for part in parts],
+            )
             for vector, part in zip(grown, parts, strict=True):
                 vector.append(part, walk.done / walk.size)
     shift, streams = shift_ns(path, walk.metadata), []
-    for number, head in zip(walk.channels, heads(path, walk.metadata, walk.channels.values()), strict=True):
+    for number, head in zip(
+        walk.channels, heads(path, walk.metadata, walk.channels.values()), strict=True
+    ):
         time, *values = (vector.whole() for vector in vectors[number])
         signals = dict(zip(head.fields, values, strict=True))
-        streams.append(Stream(head.topic, (time - shift) / NS, signals, dict(zip(head.fields, head.units, strict=True))))
+        streams.append(
+            Stream(
+                head.topic,
+                (time - shift) / NS,
+                signals,
+                dict(zip(head.fields, head.units, strict=True)),
+            )
+        )
     return Log(tuple(streams), notes(walk.metadata), str(path))
 
 
 def write_mcap(log: Log, stream: BinaryIO) -> None:
-    """Writes a log as canonical MCAP. Times are rounded to ns; a log that starts before 0 is shifted, and the reader shifts it back.
+    """Writes a log as canonical MCAP. Times are rounded to ns; a log that starts before 0 is
+    shifted, and the reader shifts it back.
 
-    Raises LogError where a stream is empty, a value is not finite, or times do not increase by at least 1 ns; ValueError where a topic
-    or a signal has a name that ROS 2 tools would refuse.
+    Raises LogError where a stream is empty, a value is not finite, or times do not increase by at
+    least 1 ns; ValueError where a topic or a signal has a name that ROS 2 tools would refuse.
     """
     written = tuple(_head(one) for one in log.streams)
     times = [_nanoseconds(log.source, one) for one in log.streams]
     shift = max([0, *(-int(time[0]) for time in times)])
     metadata = {name: entries for name, entries in log.metadata.items() if name != UNITS}
     streams = [
-        Samples(time, tuple(one.signals[name] for name in head.fields)) for one, head, time in zip(log.streams, written, times, strict=True)
+        SampleBlock(time, tuple(one.signals[name] for name in head.fields))
+        for one, head, time in zip(log.streams, written, times, strict=True)
     ]
-    write_streams(CanonicalWriter(stream, written, metadata, shift), [chunked(iter([one])) for one in streams])
+    write_streams(
+        CanonicalWriter(stream, written, metadata, shift), [chunked(iter([one])) for one in streams]
+    )
 
 
-def _head(stream: Stream) -> Head:
-    return Head(stream.topic, tuple(stream.signals), tuple(stream.units[name] for name in stream.signals))
+def _head(stream: Stream) -> StreamHeader:
+    return StreamHeader(
+        stream.topic, tuple(stream.signals), tuple(stream.units[name] for name in stream.signals)
+    )
 
 
 def _nanoseconds(source: str, stream: Stream) -> Nanoseconds:
     if not stream.time.size or not stream.signals:
-        raise LogError(source, f"stream {stream.topic} has no {'signals' if stream.time.size else 'samples'}; nothing to write")
+        raise LogError(
+            source,
+            f"stream {stream.topic} has no {'signals' if stream.time.size else 'samples'}; nothing to write",
+        )
     for name, values in {"time": stream.time, **stream.signals}.items():
         if not np.isfinite(values).all():
             sample = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise LogError(source, f"stream {stream.topic}, {name}: sample {sample + 1} is {values[sample]}; allowed: finite numbers")
+            raise LogError(
+                source,
+                f"stream {stream.topic}, {name}: sample {sample + 1} is {values[sample]}; allowed: finite numbers",
+            )
     if np.abs(stream.time).max() > LATEST:
-        raise LogError(source, f"stream {stream.topic}: time {stream.time[-1]:g} s is beyond {LATEST:g} s; is its unit right?")
+        raise LogError(
+            source,
+            f"stream {stream.topic}: time {stream.time[-1]:g} s is beyond {LATEST:g} s; is its unit right?",
+        )
     time = np.rint(stream.time * NS).astype(np.int64)
     if time.size > 1 and np.diff(time).min() <= 0:
         sample = int(np.flatnonzero(np.diff(time) <= 0)[0]) + 1
-        raise LogError(source, f"stream {stream.topic}: time does not increase by 1 ns or more at sample {sample + 1}")
+        raise LogError(
+            source,
+            f"stream {stream.topic}: time does not increase by 1 ns or more at sample {sample + 1}",
+        )
     return time

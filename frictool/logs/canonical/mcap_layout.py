@@ -1,13 +1,17 @@
 """The canonical log's layout inside MCAP, shared by its writer and its reader.
 
     Header                 profile `ros2`
-    Schema, Channel        one channel per stream: `/axis`, `/axis/NAME`, `/mechanism`; encoding `cdr`; schema `ros2msg`, flat `float64`
-    Metadata               `units` (`/axis.position` -> `rad`), `time` (where times were shifted), `provenance`, ...
-    Chunk, MessageIndex    at most four seconds of one stream, zstd; nothing in it but its messages, so that it is one NumPy array
+    Schema, Channel        one channel per stream: `/axis`, `/axis/NAME`, `/mechanism`; encoding
+                           `cdr`; schema `ros2msg`, flat `float64`
+    Metadata               `units` (`/axis.position` -> `rad`), `time` (where times were shifted),
+                           `provenance`, ...
+    Chunk, MessageIndex    at most four seconds of one stream, zstd; nothing in it but its messages,
+                           so that it is one NumPy array
     DataEnd                with the CRC of everything before it
     summary                schemas, channels, statistics, chunk and metadata indexes, offsets
 
-A message is the time in ns (log time = publish time) and the values of all fields: 35 bytes of framing and 8 a field, in one dtype.
+A message is the time in ns (log time = publish time) and the values of all fields: 35 bytes of
+framing and 8 a field, in one dtype.
 """
 
 from __future__ import annotations
@@ -22,13 +26,20 @@ MAGIC = b"\x89MCAP0\r\n"
 PROFILE = "ros2"
 MESSAGE_ENCODING = "cdr"
 SCHEMA_ENCODING = "ros2msg"
-SCHEMA_NAME = "frictool_msgs/msg/Axis"  # a second set of fields is Axis2: tools key a schema by its name
+SCHEMA_NAME = (
+    "frictool_msgs/msg/Axis"  # a second set of fields is Axis2: tools key a schema by its name
+)
 UNITS = "units"  # metadata record: MESSAGE PATH -> unit
 TIME = "time"  # metadata record: SHIFT_KEY -> ns added to every time, where a log starts before 0
 SHIFT_KEY = "shift_ns"
-EPOCH_KEY = "epoch_ns"  # of the record `time`: the clocks' time at 0 of the log, in ns; the clocks stand beside it, TOPIC -> clock
+# of the record `time`: the clocks' time at 0 of the log, in ns; the clocks stand beside it, TOPIC
+# -> clock
+EPOCH_KEY = "epoch_ns"
 KIND = "log"  # metadata record: what kind of log this is
-UNIT, DATE = "unit", "date"  # keys of the record KIND: which actuator the log is of, and of when (ISO 8601), where somebody has said so
+UNIT, DATE = (
+    "unit",
+    "date",
+)  # keys of the record KIND: which actuator the log is of, and of when (ISO 8601), where somebody has said so
 COLUMNS = "columns"  # metadata record: MESSAGE PATH -> the raw column that it was made from
 
 RECORD_HEAD = 9  # opcode (1), length (8)
@@ -46,8 +57,9 @@ Records = NDArray[np.void]
 
 
 @dataclass(frozen=True)
-class Head:
-    """What a stream is, before its samples: topic, and its fields with their units, in the order of the file."""
+class StreamHeader:
+    """What a stream is, before its samples: topic, and its fields with their units, in the order of
+    the file."""
 
     topic: str
     fields: tuple[str, ...]
@@ -55,10 +67,14 @@ class Head:
 
     def __post_init__(self) -> None:
         if not TOPIC.fullmatch(self.topic):
-            raise ValueError(f"topic {self.topic!r}; allowed: /axis, /axis/NAME or /mechanism, NAME of letters, digits and _")
+            raise ValueError(
+                f"topic {self.topic!r}; allowed: /axis, /axis/NAME or /mechanism, NAME of letters, digits and _"
+            )
         for name in self.fields:
             if not FIELD_NAME.fullmatch(name):
-                raise ValueError(f"signal {name!r}; allowed: lower-case letters, digits and single _")
+                raise ValueError(
+                    f"signal {name!r}; allowed: lower-case letters, digits and single _"
+                )
 
 
 def message_dtype(fields: int) -> np.dtype[np.void]:
@@ -87,7 +103,8 @@ def schema_text(fields: tuple[str, ...]) -> str:
 
 
 def schema_fields(text: str) -> tuple[str, ...] | None:
-    """The fields of a `ros2msg` definition, or None where it is not a flat list of distinct float64."""
+    """The fields of a `ros2msg` definition, or None where it is not a flat list of distinct
+    float64."""
     lines = [line.partition("#")[0].strip() for line in text.splitlines()]
     matches = [_FIELD_LINE.fullmatch(line) for line in lines if line]
     names = tuple(match.group(1) for match in matches if match)

@@ -7,54 +7,75 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from frictool.errors import LogError
+from frictool.logs.canonical.canonical_reader import CanonicalReader
 from frictool.logs.canonical.mcap_bounds import whole_records
-from frictool.logs.canonical.mcap_contents import contents
-from frictool.logs.canonical.mcap_declarations import UNREADABLE, Declarations, declared
-from frictool.logs.canonical.mcap_layout import COLUMNS, MAGIC, NS, TIME, Head, message_path
-from frictool.logs.canonical.mcap_losses import Lost
-from frictool.logs.canonical.mcap_notes import epoch_ns, heads, notes, shift_ns
-from frictool.logs.canonical.mcap_records import FileRecords, Record
-from frictool.logs.canonical.mcap_streams import Piece, axis_fields
-from frictool.logs.canonical.mcap_walk import Walk
-from frictool.logs.flow import Samples
-from frictool.logs.losses import Losses
-from frictool.logs.source import head_of, open_log
-from frictool.logs.table import Loss
+from frictool.logs.canonical.mcap_declarations import UNREADABLE, McapDeclarations, declared
+from frictool.logs.canonical.mcap_layout import COLUMNS, MAGIC, NS, TIME, StreamHeader, message_path
+from frictool.logs.canonical.mcap_losses import CanonicalLoss
+from frictool.logs.canonical.mcap_metadata import epoch_ns, heads, notes, shift_ns
+from frictool.logs.canonical.mcap_records import FileRecord, FileRecords
+from frictool.logs.canonical.mcap_sections import contents
+from frictool.logs.canonical.mcap_streams import ChannelSamples, axis_fields
+from frictool.logs.losses import LossList
+from frictool.logs.open_file import head_of, open_log
+from frictool.logs.stream_source import SampleBlock
+from frictool.logs.table import DataLoss
 
 
-def open_mcap(path: Path, salvage: bool = False) -> tuple[list[CanonicalStream], dict[str, dict[str, str]], list[Loss]]:
-    """The streams of a canonical log, its metadata records, and what cannot be read of it: the file has been read once, and checked.
+def open_mcap(
+    path: Path, salvage: bool = False
+) -> tuple[list[CanonicalStream], dict[str, dict[str, str]], list[DataLoss]]:
+    """The streams of a canonical log, its metadata records, and what cannot be read of it: the file
+    has been read once, and checked.
 
     Raises LogError as `read_mcap` does; with `salvage` only where nothing can be read.
     """
-    lost: list[Lost] | None = [] if salvage else None
+    lost: list[CanonicalLoss] | None = [] if salvage else None
     chunks: dict[int, set[int]] = {}
     with open_log(path) as stream:
-        walk = Walk(path, stream, lost)
-        for piece in guarded(walk):
+        walk = CanonicalReader(path, stream, lost)
+        for piece in checked_pieces(walk):
             chunks.setdefault(piece.channel, set()).update(piece.chunks)
     if salvage:
         walk.channels = {number: one for number, one in walk.channels.items() if one.samples}
     metadata = walk.metadata
     shift, epoch, kept = shift_ns(path, metadata), epoch_ns(path, metadata), notes(metadata)
     streams = []
-    for number, head in zip(walk.channels, heads(path, metadata, walk.channels.values()), strict=True):
-        stored = {name: kept.get(COLUMNS, {}).get(message_path(head.topic, name)) for name in ("time", *head.fields)}
+    for number, head in zip(
+        walk.channels, heads(path, metadata, walk.channels.values()), strict=True
+    ):
+        stored = {
+            name: kept.get(COLUMNS, {}).get(message_path(head.topic, name))
+            for name in ("time", *head.fields)
+        }
         columns = {name: text for name, text in stored.items() if text is not None}
         clock = None if epoch is None else kept[TIME].get(head.topic, "unknown")
-        streams.append(CanonicalStream(str(path), head, columns, number, frozenset(chunks[number]), shift, walk.size, epoch, clock))
+        streams.append(
+            CanonicalStream(
+                str(path),
+                head,
+                columns,
+                number,
+                frozenset(chunks[number]),
+                shift,
+                walk.size,
+                epoch,
+                clock,
+            )
+        )
     return streams, kept, [_loss(one, walk, shift) for one in lost or ()]
 
 
 @dataclass
 class CanonicalStream:
-    """One stream of a canonical log that has been checked (a Flow). chunks: where those begin that hold its samples.
+    """One stream of a canonical log that has been checked (a Flow). chunks: where those begin that
+    hold its samples.
 
     epoch: what its clock showed at 0 of the log, in ns, where a clock dates it.
     """
 
     source: str
-    head: Head
+    head: StreamHeader
     columns: Mapping[str, str]
     number: int
     chunks: frozenset[int]
@@ -63,36 +84,46 @@ class CanonicalStream:
     epoch: int | None = None
     clock: str | None = None
     done: int = 0
-    losses: Losses = field(default_factory=Losses)
+    losses: LossList = field(default_factory=LossList)
     warnings: tuple[str, ...] = ()
 
-    def samples(self, salvage: bool = False) -> Iterator[Samples]:
+    def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
         """See Flow. What is damaged has been told by `open_mcap`."""
         path = Path(self.source)
         with open_log(path) as stream:
-            walk = Walk(path, stream, [] if salvage else None, self.chunks)
-            for piece in guarded(walk):
+            walk = CanonicalReader(path, stream, [] if salvage else None, self.chunks)
+            for piece in checked_pieces(walk):
                 self.done = walk.done
                 if piece.channel == self.number:
-                    yield Samples(piece.samples.time + ((self.epoch or 0) - self.shift), piece.samples.values)
+                    yield SampleBlock(
+                        piece.samples.time + ((self.epoch or 0) - self.shift), piece.samples.values
+                    )
 
 
 def is_canonical(path: Path) -> bool:
-    """Whether an MCAP file is a log of frictool's own: its first channel tells; one without any is taken for one.
+    """Whether an MCAP file is a log of frictool's own: its first channel tells; one without any is
+    taken for one.
 
     False for what is no MCAP. Raises LogError where the file cannot be read.
     """
     if not head_of(path).startswith(MAGIC[:5]):
         return False
     with open_log(path) as stream:
-        declarations = Declarations()
+        declarations = McapDeclarations()
         try:
             for item, _ in contents(FileRecords(stream, path.stat().st_size)):
-                inside = [(item.opcode, item.body)] if isinstance(item, Record) else declared(item.data, whole_records(item.data)[0])
+                inside = (
+                    [(item.opcode, item.body)]
+                    if isinstance(item, FileRecord)
+                    else declared(item.data, whole_records(item.data)[0])
+                )
                 for opcode, body in inside:
                     channel = declarations.take(opcode, body)
                     if channel is not None:
-                        return axis_fields(channel, declarations.schemas.get(channel.schema_id)) is not None
+                        return (
+                            axis_fields(channel, declarations.schemas.get(channel.schema_id))
+                            is not None
+                        )
         except UNREADABLE:
             return True
         except OSError as error:
@@ -100,7 +131,7 @@ def is_canonical(path: Path) -> bool:
     return True
 
 
-def guarded(walk: Walk) -> Iterator[Piece]:
+def checked_pieces(walk: CanonicalReader) -> Iterator[ChannelSamples]:
     """The pieces of a walk. Raises LogError where the system refuses to read on."""
     try:
         yield from walk.pieces()
@@ -108,9 +139,11 @@ def guarded(walk: Walk) -> Iterator[Piece]:
         walk.fail(f"cannot be read: {error.strerror or error}")
 
 
-def _loss(one: Lost, walk: Walk, shift: int) -> Loss:
+def _loss(one: CanonicalLoss, walk: CanonicalReader, shift: int) -> DataLoss:
     """What is lost, in the log's time and by its channels."""
-    of = walk.channels.values() if one.channel not in walk.channels else [walk.channels[one.channel]]
+    of = (
+        walk.channels.values() if one.channel not in walk.channels else [walk.channels[one.channel]]
+    )
     paths = tuple(message_path(declared.topic, name) for declared in of for name in declared.fields)
     first, last = (None if at is None else (at - shift) / NS for at in (one.first, one.last))
-    return Loss(paths, one.reason, first, last, one.samples)
+    return DataLoss(paths, one.reason, first, last, one.samples)

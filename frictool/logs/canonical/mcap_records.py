@@ -1,9 +1,11 @@
-"""The records of an MCAP file in their order: each is checked, and what cannot be read is named and stepped over.
+"""The records of an MCAP file in their order: each is checked, and what cannot be read is named and
+stepped over.
 
     file ──▶ Record, Record, Damage, Record, Loose, ...
 
-A `Damage` stands where bytes cannot be records, where a CRC is wrong, where the file ends too early. The walk goes on at the next record
-that can be one, so that a caller who salvages simply carries on; any other raises an error at the first `Damage`.
+A `Damage` stands where bytes cannot be records, where a CRC is wrong, where the file ends too
+early. The walk goes on at the next record that can be one, so that a caller who salvages simply
+carries on; any other raises an error at the first `Damage`.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 from mcap.opcode import Opcode
 
-from frictool.logs.canonical.counted_bytes import PIECE, CountedBytes
+from frictool.logs.canonical.crc_stream import PIECE, CountedBytes
 from frictool.logs.canonical.mcap_bounds import whole_records
 from frictool.logs.canonical.mcap_layout import MAGIC, RECORD_HEAD
 
@@ -25,18 +27,23 @@ RECORD_BYTES = 1 << 30  # no record that is read whole comes near
 LONGEST_REST = 64_000_000  # bytes of a chunk that the end of the file cut
 PEEKED = 64  # first bytes of a body in which its lengths stand
 MESSAGE_HEAD = 22  # channel (2), sequence (4), log time (8), publish time (8)
-FRAMED = (Opcode.CHUNK, Opcode.MESSAGE_INDEX)  # have lengths of their own, which tell whether the record's is right
+FRAMED = (
+    Opcode.CHUNK,
+    Opcode.MESSAGE_INDEX,
+)  # have lengths of their own, which tell whether the record's is right
 CHECKED = (Opcode.DATA_END, Opcode.FOOTER)  # have the CRC of what is before them
 _HEAD = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
-_CHUNK = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
+_CHUNK = struct.Struct(
+    "<QQQII"
+)  # start, end, uncompressed size, CRC, length of the compression's name
 _INDEX = struct.Struct("<HI")  # channel, bytes of entries
 _CANDIDATE = re.compile(rb"[\x01-\x0f].{5}\0\0\0", re.DOTALL)  # an opcode and a length below 1 TB
 _COMPRESSIONS = (b"", b"lz4", b"zstd")
 _KINDS = frozenset(int(opcode) for opcode in Opcode)
 
 
-class Record(NamedTuple):
+class FileRecord(NamedTuple):
     """One record: its body is empty where it is an attachment, which no log needs."""
 
     opcode: int
@@ -44,15 +51,17 @@ class Record(NamedTuple):
     offset: int
 
 
-class Loose(NamedTuple):
-    """Messages outside chunks that follow one another, as they stand in the file: whole records, the first of them at `offset`."""
+class LooseMessages(NamedTuple):
+    """Messages outside chunks that follow one another, as they stand in the file: whole records,
+    the first of them at `offset`."""
 
     data: bytes
     offset: int
 
 
-class Damage(NamedTuple):
-    """Bytes `start` to `end` of the file that are lost, and why. rest: what is there of a chunk that the end of the file cut.
+class DamagedBytes(NamedTuple):
+    """Bytes `start` to `end` of the file that are lost, and why. rest: what is there of a chunk
+    that the end of the file cut.
 
     bare: these are no more than the head of a chunk whose records follow one by one.
     """
@@ -71,22 +80,26 @@ class FileRecords:
         self._stream = stream
         self.size = self._size = size
         self._bytes = CountedBytes(stream, size)
-        self._doubtful: int | None = None  # where the last message begins, if it is what was read last
+        self._doubtful: int | None = (
+            None  # where the last message begins, if it is what was read last
+        )
 
     @property
     def offset(self) -> int:
         return self._bytes.offset
 
-    def __iter__(self) -> Iterator[Record | Loose | Damage]:
+    def __iter__(self) -> Iterator[FileRecord | LooseMessages | DamagedBytes]:
         """The records up to the footer. Raises OSError."""
         take = self._bytes.take
         if take(len(MAGIC)) != MAGIC:
-            yield Damage(0, len(MAGIC), "its first bytes are not those of an MCAP file of version 0")
+            yield DamagedBytes(
+                0, len(MAGIC), "its first bytes are not those of an MCAP file of version 0"
+            )
         opcode = 0
         while opcode != Opcode.FOOTER:
             start, head = self.offset, self._bytes.peek(RECORD_HEAD)
             if not head:
-                yield Damage(start, start, "the file ends without a footer")
+                yield DamagedBytes(start, start, "the file ends without a footer")
                 return
             opcode, length = _HEAD.unpack(head) if len(head) == RECORD_HEAD else (0, 1)
             before = self._bytes.crc() if opcode in CHECKED else None
@@ -97,7 +110,7 @@ class FileRecords:
                 continue
             if fits and opcode == Opcode.MESSAGE:
                 self._doubtful = start
-                yield Loose(head + take(length) + self._following(), start)
+                yield LooseMessages(head + take(length) + self._following(), start)
                 continue
             body = take(length) if fits else b""
             if not fits or (opcode in FRAMED and not _coherent(opcode, length, body[:PEEKED])):
@@ -108,10 +121,12 @@ class FileRecords:
                 continue
             self._doubtful = None
             if opcode in CHECKED and (wrong := self._wrong_crc(opcode, head, body, before)):
-                yield Damage(start, start, wrong)
-            yield Record(opcode, body, start)
+                yield DamagedBytes(start, start, wrong)
+            yield FileRecord(opcode, body, start)
         if take(len(MAGIC) + 1) != MAGIC:
-            yield Damage(self.offset, self._size, "the closing magic is not at the end of the file")
+            yield DamagedBytes(
+                self.offset, self._size, "the closing magic is not at the end of the file"
+            )
 
     def _following(self) -> bytes:
         """The messages that come next, some at a time."""
@@ -131,21 +146,32 @@ class FileRecords:
 
     def _may_be(self, opcode: int, length: int) -> bool:
         known = opcode in _KINDS or opcode >= 0x80  # from there on, opcodes are private
-        fits = length <= self._size - self.offset and (length <= RECORD_BYTES or opcode == Opcode.ATTACHMENT)
+        fits = length <= self._size - self.offset and (
+            length <= RECORD_BYTES or opcode == Opcode.ATTACHMENT
+        )
         fits &= opcode != Opcode.MESSAGE or length >= MESSAGE_HEAD
         return known and fits
 
     def _wrong_crc(self, opcode: int, head: bytes, body: bytes, before: int | None) -> str | None:
-        """What is wrong at the end of the data section, or of the summary. before: the CRC up to it; 0 stands for no CRC."""
+        """What is wrong at the end of the data section, or of the summary. before: the CRC up to
+        it; 0 stands for no CRC."""
         if len(body) < 4:
             return None
         self._bytes.begin_crc()
-        section, wanted, covered = ("data", body[:4], b"") if opcode == Opcode.DATA_END else ("summary", body[-4:], head + body[:-4])
-        right = before is None or int.from_bytes(wanted, "little") in (0, zlib.crc32(covered, before))
+        section, wanted, covered = (
+            ("data", body[:4], b"")
+            if opcode == Opcode.DATA_END
+            else ("summary", body[-4:], head + body[:-4])
+        )
+        right = before is None or int.from_bytes(wanted, "little") in (
+            0,
+            zlib.crc32(covered, before),
+        )
         return None if right else f"the CRC of the {section} is wrong"
 
-    def _stepped_over(self, start: int, opcode: int, length: int) -> Damage:
-        """Goes on at the next record; what lies between is lost. A message before it may have had a wrong length, and others be in it."""
+    def _stepped_over(self, start: int, opcode: int, length: int) -> DamagedBytes:
+        """Goes on at the next record; what lies between is lost. A message before it may have had a
+        wrong length, and others be in it."""
         found = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
         self._doubtful = None
         bare = opcode == Opcode.CHUNK and found == start + RECORD_HEAD + _CHUNK.size + _LENGTH.size
@@ -156,8 +182,19 @@ class FileRecords:
             rest = self._stream.read(end - start - RECORD_HEAD)
         self._bytes.step_to(end)
         if opcode in _KINDS and found is None:
-            return Damage(start, end, f"a record of {length} bytes is announced, {end - start - RECORD_HEAD} remain", rest)
-        return Damage(min(start, end), end, f"no record begins here: kind {opcode:#04x}, {length} bytes announced", rest, bare)
+            return DamagedBytes(
+                start,
+                end,
+                f"a record of {length} bytes is announced, {end - start - RECORD_HEAD} remain",
+                rest,
+            )
+        return DamagedBytes(
+            min(start, end),
+            end,
+            f"no record begins here: kind {opcode:#04x}, {length} bytes announced",
+            rest,
+            bare,
+        )
 
     def _next_record(self, start: int) -> int | None:
         """Where the next record begins, from `start` on."""
@@ -171,7 +208,8 @@ class FileRecords:
         return None
 
     def _begins(self, at: int) -> bool:
-        """Whether a record begins here: its lengths agree with one another, and another record or the end follows it."""
+        """Whether a record begins here: its lengths agree with one another, and another record or
+        the end follows it."""
         self._stream.seek(at)
         data = self._stream.read(RECORD_HEAD + PEEKED)
         opcode, length = _HEAD.unpack_from(data)
@@ -182,14 +220,23 @@ class FileRecords:
         following = self._stream.read(RECORD_HEAD)
         if len(following) < RECORD_HEAD:
             return opcode != Opcode.MESSAGE or not following
-        return following.startswith(MAGIC) if opcode == Opcode.FOOTER else following[0] in _KINDS or following[0] >= 0x80
+        return (
+            following.startswith(MAGIC)
+            if opcode == Opcode.FOOTER
+            else following[0] in _KINDS or following[0] >= 0x80
+        )
 
 
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
-    """Whether the lengths in the first bytes of a body agree with its own; kinds without such lengths are not gone on with."""
+    """Whether the lengths in the first bytes of a body agree with its own; kinds without such
+    lengths are not gone on with."""
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
         start, end, _, _, name = _CHUNK.unpack_from(body)
-        packed = int.from_bytes(body[_CHUNK.size + name : _CHUNK.size + name + 8], "little") if name <= 4 else -1
+        packed = (
+            int.from_bytes(body[_CHUNK.size + name : _CHUNK.size + name + 8], "little")
+            if name <= 4
+            else -1
+        )
         known = body[_CHUNK.size : _CHUNK.size + name] in _COMPRESSIONS
         return known and start <= end and packed == length - _CHUNK.size - name - 8
     if opcode == Opcode.MESSAGE_INDEX and length >= _INDEX.size:

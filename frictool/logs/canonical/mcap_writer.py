@@ -24,7 +24,6 @@ from mcap.records import (
 )
 
 from frictool.documents.provenance import readable
-from frictool.logs.canonical.chunks import merged
 from frictool.logs.canonical.mcap_layout import (
     MAGIC,
     MESSAGE_ENCODING,
@@ -34,13 +33,14 @@ from frictool.logs.canonical.mcap_layout import (
     SHIFT_KEY,
     TIME,
     UNITS,
-    Head,
+    StreamHeader,
     message_path,
     schema_text,
 )
-from frictool.logs.canonical.mcap_packing import Packed, Packer, Unpacked
-from frictool.logs.flow import Samples
+from frictool.logs.canonical.mcap_packing import ChunkPacker, ChunkSamples, PackedChunk
+from frictool.logs.canonical.sample_chunks import merged
 from frictool.logs.log import Vector
+from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import Nanoseconds
 
 LIBRARY = "frictool"
@@ -60,35 +60,46 @@ class CanonicalWriter:
         shift_ns: what was added to every time to make it positive; the reader subtracts it.
     """
 
-    def __init__(self, stream: BinaryIO, heads: tuple[Head, ...], metadata: Notes, shift_ns: int = 0) -> None:
+    def __init__(
+        self, stream: BinaryIO, heads: tuple[StreamHeader, ...], metadata: Notes, shift_ns: int = 0
+    ) -> None:
         self._stream = stream
         self.shift_ns = shift_ns
         self._offset = 0
         self._crc = 0
         self._schemas, self._channels = _declarations(heads)
-        self._packer = Packer(heads)
+        self._packer = ChunkPacker(heads)
         self._counts = [0] * len(heads)
         self._span: tuple[int, int] | None = None
         self._chunks: list[bytes] = []  # their indexes
         self._metadata: list[MetadataIndex] = []
         self._thread = ThreadPoolExecutor(1)  # compresses while the next samples are read
-        self._batch: list[Unpacked] = []
+        self._batch: list[ChunkSamples] = []
         self._held = 0  # bytes in the batch
-        self._packing: deque[Future[tuple[list[Packed], bytes]]] = deque()
+        self._packing: deque[Future[tuple[list[PackedChunk], bytes]]] = deque()
         self._put(MAGIC)
         for record in (Header(PROFILE, LIBRARY), *self._schemas, *self._channels):
             self._put(_bytes(record))
-        units = {message_path(h.topic, name): unit for h in heads for name, unit in zip(h.fields, h.units, strict=True)}
+        units = {
+            message_path(h.topic, name): unit
+            for h in heads
+            for name, unit in zip(h.fields, h.units, strict=True)
+        }
         shift = {TIME: {**metadata.get(TIME, {}), SHIFT_KEY: str(shift_ns)}} if shift_ns else {}
         for name, entries in {**metadata, UNITS: units, **shift}.items():
             self.describe(name, entries)
 
     def chunk(self, index: int, time: Nanoseconds, values: Sequence[Vector]) -> None:
-        """Appends samples of stream `index`: time (n,) in ns, not negative; one vector (n,) for each of its fields."""
-        self._batch.append(Unpacked(index, self._counts[index], time, values))
+        """Appends samples of stream `index`: time (n,) in ns, not negative; one vector (n,) for
+        each of its fields."""
+        self._batch.append(ChunkSamples(index, self._counts[index], time, values))
         self._counts[index] += time.size
         first, last = int(time[0]), int(time[-1])
-        self._span = (first, last) if self._span is None else (min(self._span[0], first), max(self._span[1], last))
+        self._span = (
+            (first, last)
+            if self._span is None
+            else (min(self._span[0], first), max(self._span[1], last))
+        )
         self._held += time.nbytes * (1 + len(values))
         if self._held >= BATCH_BYTES:
             self._submit()
@@ -99,11 +110,11 @@ class CanonicalWriter:
         if len(self._packing) > MOST_PACKING:
             self._put_chunks(*self._packing.popleft().result())
 
-    def _pack(self, batch: list[Unpacked]) -> tuple[list[Packed], bytes]:
+    def _pack(self, batch: list[ChunkSamples]) -> tuple[list[PackedChunk], bytes]:
         chunks = [self._packer.packed(one) for one in batch]
         return chunks, b"".join(part for one in chunks for part in (one.record, one.behind))
 
-    def _put_chunks(self, chunks: list[Packed], together: bytes) -> None:
+    def _put_chunks(self, chunks: list[PackedChunk], together: bytes) -> None:
         start = self._offset
         self._put(together)
         for one in chunks:
@@ -126,7 +137,9 @@ class CanonicalWriter:
         summary, offsets = b"", b""
         for opcode, records in groups:
             group = b"".join(records)
-            offsets += _bytes(SummaryOffset(opcode, start + len(summary), len(group))) if group else b""
+            offsets += (
+                _bytes(SummaryOffset(opcode, start + len(summary), len(group))) if group else b""
+            )
             summary += group
         footer = _bytes(Footer(start, start + len(summary), 0))
         crc = zlib.crc32(summary + offsets + footer[:-4])
@@ -165,8 +178,11 @@ class CanonicalWriter:
         self._offset += len(data)
 
 
-def write_streams(writer: CanonicalWriter, streams: list[Iterator[Samples]], last: Callable[[], Notes] = dict) -> None:
-    """Writes the chunks of all streams in the order of time, and the file's end. Times are in ns, before the writer's shift.
+def write_streams(
+    writer: CanonicalWriter, streams: list[Iterator[SampleBlock]], last: Callable[[], Notes] = dict
+) -> None:
+    """Writes the chunks of all streams in the order of time, and the file's end. Times are in ns,
+    before the writer's shift.
 
     last: gives metadata records that are known only when all samples have been read.
     """
@@ -177,14 +193,16 @@ def write_streams(writer: CanonicalWriter, streams: list[Iterator[Samples]], las
     writer.finish()
 
 
-def _declarations(heads: tuple[Head, ...]) -> tuple[list[Schema], list[Channel]]:
+def _declarations(heads: tuple[StreamHeader, ...]) -> tuple[list[Schema], list[Channel]]:
     """One schema per distinct set of fields, one channel per stream."""
     schemas: dict[tuple[str, ...], Schema] = {}
     channels = []
     for number, head in enumerate(heads, start=1):
         identity = len(schemas) + 1
         name = SCHEMA_NAME if identity == 1 else f"{SCHEMA_NAME}{identity}"
-        schema = schemas.setdefault(head.fields, Schema(identity, schema_text(head.fields).encode(), SCHEMA_ENCODING, name))
+        schema = schemas.setdefault(
+            head.fields, Schema(identity, schema_text(head.fields).encode(), SCHEMA_ENCODING, name)
+        )
         channels.append(Channel(number, head.topic, MESSAGE_ENCODING, {}, schema.id))
     if len({channel.topic for channel in channels}) < len(channels):
         raise ValueError("two streams of one topic")

@@ -1,11 +1,13 @@
-"""ColumnChoice of the column and the unit of each channel of a file; open questions where the file does not decide.
+"""ColumnChoice of the column and the unit of each channel of a file; open questions where the file
+does not decide.
 
-    fits        unit of the channel's dimension and name of the channel's quantity; the unit alone if no name decides
+    fits        unit of the channel's dimension and name of the channel's quantity; the unit alone
+                if no name decides
     is chosen   the column with the clearest name; a question if several are equally clear
     unit        as the file gives it, else the end of the name; a question if there is neither
 
-Recordings of ROS give joint states in SI, counts are whole numbers under the name of an encoder, and times of a logger at more than 50 Hz
-can only be seconds. Nothing else is assumed.
+Recordings of ROS give joint states in SI, counts are whole numbers under the name of an encoder,
+and times of a logger at more than 50 Hz can only be seconds. Nothing else is assumed.
 """
 
 from __future__ import annotations
@@ -19,17 +21,29 @@ import numpy as np
 from frictool.documents.bench import OPEN
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
 from frictool.logs.arrays.memory_table import MemoryTable
+from frictool.logs.channels.column_names import QUANTITIES, clarity, is_command, quantities, unit_in
 from frictool.logs.channels.mapping import COUNT, EFFORT, TIME
-from frictool.logs.channels.naming import QUANTITIES, clarity, is_command, quantities, unit_in
 from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.log import Vector
-from frictool.logs.quality.quality import encoder_step
+from frictool.logs.quality.time_base import encoder_step
 
-CHANNELS = (TIME, "position", "reference", "velocity", "current", "current_command", "voltage", EFFORT)
+CHANNELS = (
+    TIME,
+    "position",
+    "reference",
+    "velocity",
+    "current",
+    "current_command",
+    "voltage",
+    EFFORT,
+)
 DRIVES = ("current", "voltage")
 MOST_NAMES = 8  # most names of columns in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
-SECONDS = 1e-5, 0.02  # s: a time without a unit is in seconds if its steps lie in this range; in ms, no logger is so fast
+SECONDS = (
+    1e-5,
+    0.02,
+)  # s: a time without a unit is in seconds if its steps lie in this range; in ms, no logger is so fast
 CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> units to choose from, rotary and linear
     TIME: ("s, ms, us", "s, ms, us"),
     "position": ("rad, deg, turn, count", "m, mm, count"),
@@ -40,7 +54,9 @@ CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> units to choose from,
 }
 LABEL = re.compile(r"\[([^\]]*)\]$")  # the joint of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
-LOAD_SIDE = "the drive's torque or force, or what a sensor measures behind it? only the drive's is effort"
+LOAD_SIDE = (
+    "the drive's torque or force, or what a sensor measures behind it? only the drive's is effort"
+)
 
 
 @dataclass(frozen=True)
@@ -62,7 +78,8 @@ class OfferedColumn:
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Column and unit chosen for a channel, OPEN while a question remains; columns: all that fit; table: that of the first one."""
+    """Column and unit chosen for a channel, OPEN while a question remains; columns: all that fit;
+    table: that of the first one."""
 
     column: str
     unit: str
@@ -93,12 +110,15 @@ def fits(unit: str, dimension: str, axis: Axis) -> bool:
 
 
 def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
-    """Choose a column for each channel that at least one column fits; return the choices by channel."""
+    """Choose a column for each channel that at least one column fits; return the choices by
+    channel."""
     fitting: dict[str, list[tuple[int, OfferedColumn]]] = {}
     for one in offered:
         found, rank = _channels(one, axis)
         for channel in found:
-            dated = channel == TIME and one.table.time_ns is not None  # the file dates its rows by itself, and more exactly
+            dated = (
+                channel == TIME and one.table.time_ns is not None
+            )  # the file dates its rows by itself, and more exactly
             if not dated:
                 fitting.setdefault(channel, []).append((rank, one))
     chosen: dict[str, ColumnChoice] = {}
@@ -109,7 +129,11 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
         label = _label(contenders[0].name)
         choice = _choice(channel, [one for one in contenders if _label(one.name) == label], axis)
         if channel != EFFORT or choice.column != OPEN or not any(name in chosen for name in DRIVES):
-            chosen[channel] = choice  # an effort that a sensor may have measured is not needed if there is a current or a voltage
+            chosen[channel] = (
+                # an effort that a sensor may have measured is not needed if there is a current or a
+                # voltage
+                choice
+            )
     return chosen
 
 
@@ -119,13 +143,20 @@ def _label(name: str) -> str:
 
 
 def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
-    """Return the channels that a column fits and the rank of its clarity, 0 for the best; several channels if its name is contradictory."""
-    given = [name for name in dict.fromkeys((*CHANNEL_DIMENSIONS, TIME)) if one.unit is None or fits(one.unit, dimension_of(name), axis)]
+    """Return the channels that a column fits and the rank of its clarity, 0 for the best; several
+    channels if its name is contradictory."""
+    given = [
+        name
+        for name in dict.fromkeys((*CHANNEL_DIMENSIONS, TIME))
+        if one.unit is None or fits(one.unit, dimension_of(name), axis)
+    ]
     named = quantities(one.name)
     if is_command(one.name):
         wanted = {"position": "reference", "current": "current_command", "voltage": "voltage"}
         found = [wanted[name] for name in named if name in wanted and wanted[name] in given]
-        return found or (["reference"] if not named and "reference" in given else []), clarity(one.name)
+        return found or (["reference"] if not named and "reference" in given else []), clarity(
+            one.name
+        )
     found = [name for name in named if name in given]
     if found or one.unit is None or (clarity(one.name) < len(QUANTITIES) and not named):
         return found, clarity(one.name) if len(found) == 1 else len(QUANTITIES)
@@ -141,12 +172,19 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
     column = first.name
     if len(contenders) > 1:
         column = OPEN
-        questions.append(ColumnQuestion(channel, "column", _quoted(names), "several columns fit equally well"))
+        questions.append(
+            ColumnQuestion(channel, "column", _quoted(names), "several columns fit equally well")
+        )
     elif several:
         column = OPEN
         what = " or ".join(quantities(first.name))
         questions.append(
-            ColumnQuestion(channel, "column", _quoted(names), f"its name says {what}; move the line to the channel that it is")
+            ColumnQuestion(
+                channel,
+                "column",
+                _quoted(names),
+                f"its name says {what}; move the line to the channel that it is",
+            )
         )
     elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):
         column = OPEN
@@ -171,7 +209,11 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
         if SECONDS[0] <= interval <= SECONDS[1]:
             return "s", None
         why += f", and its steps are {interval:.6g}; leave time out where it counts samples"
-    if dimension == "position" and re.search(r"enc|count|tick", one.name.lower()) and np.array_equal(values, np.rint(values)):
+    if (
+        dimension == "position"
+        and re.search(r"enc|count|tick", one.name.lower())
+        and np.array_equal(values, np.rint(values))
+    ):
         return COUNT, None
     step = encoder_step(values) if dimension == "position" else None
     why += "" if step is None else f", where its steps are multiples of {step:.6g}"
@@ -181,4 +223,8 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
 
 def _quoted(names: Sequence[str]) -> tuple[str, ...]:
     shown = tuple(repr(name) for name in names)
-    return shown if len(shown) <= MOST_NAMES else (*shown[: MOST_NAMES - 1], f"{len(shown) - MOST_NAMES + 1} more")
+    return (
+        shown
+        if len(shown) <= MOST_NAMES
+        else (*shown[: MOST_NAMES - 1], f"{len(shown) - MOST_NAMES + 1} more")
+    )

@@ -1,4 +1,5 @@
-"""The bench as one file's instrument has it: the instrument's columns, layout and period where it says them."""
+"""The bench as one file's instrument has it: the instrument's columns, layout and period where it
+says them."""
 
 from __future__ import annotations
 
@@ -14,8 +15,9 @@ from frictool.logs.canonical.mcap_layout import NS
 
 
 @dataclass(frozen=True)
-class View:
-    """name: of the instrument, None where the file is no instrument's. ahead_ns: of its clock, where that is given; else `estimate`."""
+class InstrumentBench:
+    """name: of the instrument, None where the file is no instrument's. ahead_ns: of its clock,
+    where that is given; else `estimate`."""
 
     name: str | None
     bench: Bench
@@ -23,13 +25,21 @@ class View:
     estimate: ClockEstimate | None = None
 
 
-def view_of(path: Path, bench: Bench) -> View:
-    """The bench as it is for a file, by the file's name. Raises LogError where it is of several instruments."""
-    fitting = {name: one for name, one in (bench.instruments or {}).items() if fnmatchcase(path.name, one.files)}
+def view_of(path: Path, bench: Bench) -> InstrumentBench:
+    """The bench as it is for a file, by the file's name. Raises LogError where it is of several
+    instruments."""
+    fitting = {
+        name: one
+        for name, one in (bench.instruments or {}).items()
+        if fnmatchcase(path.name, one.files)
+    }
     if not fitting:
-        return View(None, bench)
+        return InstrumentBench(None, bench)
     if len(fitting) > 1:
-        raise LogError(path, f"is of several instruments of bench {bench.name!r}: {', '.join(fitting)}; make their `files` tell them apart")
+        raise LogError(
+            path,
+            f"is of several instruments of bench {bench.name!r}: {', '.join(fitting)}; make their `files` tell them apart",
+        )
     ((name, one),) = fitting.items()
     seen = msgspec.structs.replace(
         bench,
@@ -39,4 +49,4 @@ def view_of(path: Path, bench: Bench) -> View:
         sample_period_s=one.sample_period_s or bench.sample_period_s,
     )
     ahead = 0 if one.clock_offset is None else round(one.clock_offset.value * NS)
-    return View(name, seen, ahead, one.clock_estimate)
+    return InstrumentBench(name, seen, ahead, one.clock_estimate)

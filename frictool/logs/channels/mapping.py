@@ -1,7 +1,9 @@
-"""Conversion of raw columns to channels in SI, block by block; `bench.columns` names the column and the unit of each channel.
+"""Conversion of raw columns to channels in SI, block by block; `bench.columns` names the column and
+the unit of each channel.
 
-A channel is (scale * raw + offset) in the unit of the bench. In `count`, it is times the encoder's resolution and direction, and the
-counter of a position is followed first (encoder.py). Positions and references that wrap are unwrapped (unwrapping.py).
+A channel is (scale * raw + offset) in the unit of the bench. In `count`, it is times the encoder's
+resolution and direction, and the counter of a position is followed first (encoder.py). Positions
+and references that wrap are unwrapped (unwrapping.py).
 """
 
 from __future__ import annotations
@@ -15,21 +17,21 @@ import numpy as np
 from frictool.documents.bench import Bench, Column
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, factor_to_si, si_unit
 from frictool.errors import LogError
-from frictool.logs.canonical.mcap_layout import LATEST, NS, Head, message_path
-from frictool.logs.channels.encoder import Counter, outside
-from frictool.logs.channels.ledger import Dropped, Ledger, Rows
+from frictool.logs.canonical.mcap_layout import LATEST, NS, StreamHeader, message_path
+from frictool.logs.channels.encoder import EncoderCounter, outside
+from frictool.logs.channels.loss_ledger import DroppedRows, LossLedger, Rows
 from frictool.logs.channels.unwrapping import POSITION, Unwrapping
-from frictool.logs.clocks.drift import TwoClocks
-from frictool.logs.clocks.increasing import increasing
-from frictool.logs.clocks.intervals import Intervals
-from frictool.logs.flow import Samples
+from frictool.logs.clocks.clock_drift import ClockPair
+from frictool.logs.clocks.longest_increasing import increasing
+from frictool.logs.clocks.sample_intervals import SampleIntervals
 from frictool.logs.log import Vector
-from frictool.logs.losses import Losses
+from frictool.logs.losses import LossList
 from frictool.logs.quality.jumps import JUMPS
-from frictool.logs.quality.opening import Opening
-from frictool.logs.quality.quality import TimeBase
-from frictool.logs.quality.sign import sign_of
-from frictool.logs.table import SALVAGE, Block, Loss, Nanoseconds, Table, fail_at
+from frictool.logs.quality.opening_samples import OpeningSamples
+from frictool.logs.quality.sign_check import sign_of
+from frictool.logs.quality.time_base import TimeBase
+from frictool.logs.stream_source import SampleBlock
+from frictool.logs.table import SALVAGE, DataLoss, Nanoseconds, RawTable, RowBlock, fail_at
 from frictool.logs.text.units import ISO_8601
 
 TIME = "time"
@@ -43,8 +45,9 @@ RATE_NOTED = 0.01  # relative difference of the log's period from the bench's
 RATE_REFUSED = 0.2
 
 
-class Source(NamedTuple):
-    """Where a channel comes from: the column of the file by its name, what the bench says of it, and the factor to SI of its numbers."""
+class ChannelSource(NamedTuple):
+    """Where a channel comes from: the column of the file by its name, what the bench says of it,
+    and the factor to SI of its numbers."""
 
     channel: str
     name: str
@@ -56,56 +59,86 @@ class Source(NamedTuple):
         return values
 
 
-class Mapper:
+class ChannelMapper:
     """A table's columns on their way to one stream (a Flow).
 
     Args:
         table: where they come from.
         bench: the rig.
-        columns: channel -> the bench's column and its name in the table; `time` where a column gives it.
-        topic: of the stream.
-        derive: whether `effort` is made from the drive where no column gives it.
-        period: what the rate is checked against, in s; None leaves it unchecked.
+        columns: channel -> the bench's column and its name in the table; `time` where a column
+        gives it. topic: of the stream. derive: whether `effort` is made from the drive where no
+        column gives it. period: what the rate is checked against, in s; None leaves it unchecked.
 
     Raises LogError where a unit contradicts the file's.
     """
 
     def __init__(
-        self, table: Table, bench: Bench, columns: Mapping[str, tuple[Column, str]], topic: str, derive: bool, period: float | None
+        self,
+        table: RawTable,
+        bench: Bench,
+        columns: Mapping[str, tuple[Column, str]],
+        topic: str,
+        derive: bool,
+        period: float | None,
     ) -> None:
         self._table, self._bench, self._period = table, bench, period
-        sources = [Source(channel, name, one, _factor(table, bench, channel, name, one)) for channel, (one, name) in columns.items()]
+        sources = [
+            ChannelSource(channel, name, one, _factor(table, bench, channel, name, one))
+            for channel, (one, name) in columns.items()
+        ]
         self._time = next((one for one in sources if one.channel == TIME), None)
         self._sources = [one for one in sources if one.channel != TIME]
         self._wanted = tuple(dict.fromkeys(one.name for one in sources))
         self._drive = bench.actuator.drive if derive else None
         fields = [one.channel for one in self._sources] + ([EFFORT] if self._drive else [])
-        self.head = Head(topic, tuple(fields), tuple(si_unit(CHANNEL_DIMENSIONS[name], bench.axis) for name in fields))
-        self.columns: Mapping[str, str] = {one.channel: f"{one.name} [{one.column.unit}]" for one in sources}
+        self.head = StreamHeader(
+            topic,
+            tuple(fields),
+            tuple(si_unit(CHANNEL_DIMENSIONS[name], bench.axis) for name in fields),
+        )
+        self.columns: Mapping[str, str] = {
+            one.channel: f"{one.name} [{one.column.unit}]" for one in sources
+        }
         self.source = table.source
         self.clock = table.clock if self._time is None else None
         self.size = table.size
         self.warnings: tuple[str, ...] = ()
         self._paths = {
-            one.name: tuple(message_path(topic, other.channel) for other in sources if other.name == one.name) for one in sources
+            one.name: tuple(
+                message_path(topic, other.channel) for other in sources if other.name == one.name
+            )
+            for one in sources
         }
         self._begin()
 
     def _begin(self) -> None:
         """Forgets what has been read."""
-        self.done, self.losses, self.warnings = 0, Losses(), ()
-        self._counter, self._intervals, self._opening = Counter(self._bench), Intervals(), Opening(self.head)
-        count = next((one.factor * one.column.scale for one in self._sources if _in_counts(one)), None)
+        self.done, self.losses, self.warnings = 0, LossList(), ()
+        self._counter, self._intervals, self._opening = (
+            EncoderCounter(self._bench),
+            SampleIntervals(),
+            OpeningSamples(self.head),
+        )
+        count = next(
+            (one.factor * one.column.scale for one in self._sources if _in_counts(one)), None
+        )
         columns = {one.channel: one.name for one in self._sources}
         self._unwrapping = Unwrapping(self.source, self._bench, columns, count)
-        self._clocks = TwoClocks()
-        self._rounding = 0.0  # s, of the times: that of the double which holds the number in the file
-        self._ledger = Ledger(self.losses, self._paths, tuple(message_path(self.head.topic, name) for name in self.head.fields))
+        self._clocks = ClockPair()
+        self._rounding = (
+            0.0  # s, of the times: that of the double which holds the number in the file
+        )
+        self._ledger = LossLedger(
+            self.losses,
+            self._paths,
+            tuple(message_path(self.head.topic, name) for name in self.head.fields),
+        )
 
-    def samples(self, salvage: bool = False) -> Iterator[Samples]:
-        """See Flow. Also refuses times that do not increase, fewer than 2 samples, and a period that is not the bench's by 20 %."""
+    def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
+        """See Flow. Also refuses times that do not increase, fewer than 2 samples, and a period
+        that is not the bench's by 20 %."""
         self._begin()
-        inbox: list[Loss] | None = [] if salvage else None
+        inbox: list[DataLoss] | None = [] if salvage else None
         for block, done in self._table.blocks(self._wanted, inbox):
             self._ledger.take(inbox, self._last)
             rows, dropped = self._finite(block, salvage)
@@ -121,27 +154,41 @@ class Mapper:
             if time.size:
                 self._opening.take(mapped)
                 if POSITION in self.head.fields:
-                    self._unwrapping.check(time / NS, mapped.values[self.head.fields.index(POSITION)])
+                    self._unwrapping.check(
+                        time / NS, mapped.values[self.head.fields.index(POSITION)]
+                    )
                 yield mapped
         self._ledger.take(inbox, self._last)
         self._ledger.close()
         self._unwrapping.finish()
         if self._intervals.samples < 2:
-            raise LogError(self.source, f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; a log has at least 2")
+            raise LogError(
+                self.source,
+                f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; a log has at least 2",
+            )
         sign = sign_of(self._opening.stream).text
         rate = check_rate(self.source, self._intervals.base(), self._period)
         drift = self._clocks.finding(self.clock, 1.0 / self._intervals.base().rate_hz)
         rounded = (ROUNDED.format(self._rounding),) if self._rounding > 1.0 / NS else ()
         question = self._unwrapping.question
-        counter = [text for text in self._counter.findings() if question is None or not text.startswith(JUMPS)]
-        self.warnings = (*rate, *rounded, *counter, *(text for text in (question, drift, sign) if text))
+        counter = [
+            text
+            for text in self._counter.findings()
+            if question is None or not text.startswith(JUMPS)
+        ]
+        self.warnings = (
+            *rate,
+            *rounded,
+            *counter,
+            *(text for text in (question, drift, sign) if text),
+        )
 
     @property
     def _last(self) -> int | None:
         """The time of the last sample, in ns."""
         return self._intervals.last_ns if self._intervals.samples else None
 
-    def _finite(self, block: Block, salvage: bool) -> tuple[Rows, list[Dropped]]:
+    def _finite(self, block: RowBlock, salvage: bool) -> tuple[Rows, list[DroppedRows]]:
         """The rows without nan, inf and numbers that nothing measures, and the others."""
         bad = {name: ~(np.abs(block.columns[name]) <= LARGEST) for name in self._wanted}
         bad = {name: mask for name, mask in bad.items() if mask.any()}
@@ -156,11 +203,11 @@ class Mapper:
         for name, mask in bad.items():
             rows = np.flatnonzero(mask & left)  # a row that lacks several numbers is lost once
             if rows.size:
-                dropped.append(Dropped(f"column {name!r} has no finite number there", rows))
+                dropped.append(DroppedRows(f"column {name!r} has no finite number there", rows))
             left &= ~mask
         return np.flatnonzero(left), dropped
 
-    def _times(self, block: Block, rows: Rows) -> Nanoseconds:
+    def _times(self, block: RowBlock, rows: Rows) -> Nanoseconds:
         """The times of rows of a block, in ns."""
         if self._time is None and block.time_ns is not None:
             return block.time_ns[rows]
@@ -170,7 +217,14 @@ class Mapper:
             raw = block.columns[self._time.name][rows]
             seconds = self._time.si(raw)
             if raw.size:
-                self._rounding = max(self._rounding, float(np.spacing(np.abs(raw[-1])) * abs(self._time.column.scale) * self._time.factor))
+                self._rounding = max(
+                    self._rounding,
+                    float(
+                        np.spacing(np.abs(raw[-1]))
+                        * abs(self._time.column.scale)
+                        * self._time.factor
+                    ),
+                )
         if seconds.size and np.abs(seconds).max() > LATEST:
             worst = int(np.argmax(np.abs(seconds)))
             found = f"time {seconds[worst]:g} s is beyond {LATEST:g} s; is its unit right?"
@@ -178,7 +232,9 @@ class Mapper:
         time: Nanoseconds = np.rint(seconds * NS).astype(np.int64)
         return time
 
-    def _in_order(self, block: Block, rows: Rows, time: Nanoseconds, salvage: bool) -> tuple[Rows, Nanoseconds, list[Dropped]]:
+    def _in_order(
+        self, block: RowBlock, rows: Rows, time: Nanoseconds, salvage: bool
+    ) -> tuple[Rows, Nanoseconds, list[DroppedRows]]:
         """The rows and their times without those whose time does not increase."""
         back = np.flatnonzero(time[1:] <= time[:-1]) + 1
         if time.size and self._last is not None and time[0] <= self._last:
@@ -188,32 +244,45 @@ class Mapper:
         if not salvage:
             row = int(back[0])
             before = time[row - 1] if row else self._last
-            found = f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
+            found = (
+                f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
+            )
             if time[row] == before and self._time is not None:
                 found += "; if it is too coarse, leave time out of columns: rows are then sample_period_s apart"
             raise fail_at(self._table, block.first_row + int(rows[row]), f"{found}; {SALVAGE}")
         kept = increasing(time, self._last)
-        return rows[kept], time[kept], [Dropped("time does not increase", np.delete(rows, kept))]
+        return (
+            rows[kept],
+            time[kept],
+            [DroppedRows("time does not increase", np.delete(rows, kept))],
+        )
 
-    def _mapped(self, block: Block, rows: Rows, time: Nanoseconds) -> Samples:
+    def _mapped(self, block: RowBlock, rows: Rows, time: Nanoseconds) -> SampleBlock:
         """The rows in SI."""
         every = rows.size == next(iter(block.columns.values())).size
         values: dict[str, Vector] = {}
         for one in self._sources:
             raw = block.columns[one.name] if every else block.columns[one.name][rows]
             if _in_counts(one):
-                values[one.channel] = one.si(self._counted(block, one, rows, time, self._unwrapping.follow(one.channel, raw)))
+                values[one.channel] = one.si(
+                    self._counted(block, one, rows, time, self._unwrapping.follow(one.channel, raw))
+                )
             else:
                 values[one.channel] = self._unwrapping.follow(one.channel, one.si(raw))
         if self._drive is not None:
             values[EFFORT] = self._bench.actuator.constant.value * values[self._drive]
-        return Samples(time, tuple(values.values()))
+        return SampleBlock(time, tuple(values.values()))
 
-    def _counted(self, block: Block, source: Source, rows: Rows, time: Nanoseconds, raw: Vector) -> Vector:
+    def _counted(
+        self, block: RowBlock, source: ChannelSource, rows: Rows, time: Nanoseconds, raw: Vector
+    ) -> Vector:
         """The encoder's counts without the jumps of its counter."""
         bits = self._bench.encoder.wrap_bits
         if bits is None:
-            allowed, bad = "at most 2^53 counts", next(iter(np.flatnonzero(np.abs(raw) > MOST_COUNTS).tolist()), None)
+            allowed, bad = (
+                "at most 2^53 counts",
+                next(iter(np.flatnonzero(np.abs(raw) > MOST_COUNTS).tolist()), None),
+            )
         else:
             allowed, bad = f"a counter of encoder.wrap_bits = {bits}", outside(raw, bits)
         if bad is not None:
@@ -222,17 +291,25 @@ class Mapper:
         return self._counter.follow(time / NS, raw)
 
 
-def _in_counts(source: Source) -> bool:
+def _in_counts(source: ChannelSource) -> bool:
     return source.channel == POSITION and source.column.unit == COUNT
 
 
-def _factor(table: Table, bench: Bench, channel: str, name: str, column: Column) -> float:
-    """What the scaled numbers of a channel are multiplied by to be in SI, checked against the unit in the file."""
-    unit, given, dimension = column.unit, table.units.get(name), CHANNEL_DIMENSIONS.get(channel, TIME)
+def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Column) -> float:
+    """What the scaled numbers of a channel are multiplied by to be in SI, checked against the unit
+    in the file."""
+    unit, given, dimension = (
+        column.unit,
+        table.units.get(name),
+        CHANNEL_DIMENSIONS.get(channel, TIME),
+    )
     key = f"columns.{channel}.unit of bench {bench.name!r}"
     if given == ISO_8601:
         dates = "holds dates and dates the rows by itself; leave it out of columns"
-        raise LogError(table.source, f"column {name!r} {dates} (found in columns.{channel} of bench {bench.name!r})")
+        raise LogError(
+            table.source,
+            f"column {name!r} {dates} (found in columns.{channel} of bench {bench.name!r})",
+        )
     if unit == COUNT and dimension == "position":
         factor = bench.encoder.resolution * bench.encoder.direction
         agrees = given is None or given.lower() in (COUNT, "counts")
@@ -243,7 +320,10 @@ def _factor(table: Table, bench: Bench, channel: str, name: str, column: Column)
             raise LogError(table.source, f"{key}: {error}") from None
         agrees = given in (None, unit) or _same(str(given), dimension, bench, factor)
     if not agrees and column.scale == 1.0:  # a scale may be what turns one unit into the other
-        raise LogError(table.source, f"column {name!r} is in {given!r}, but {key} says {unit!r}; make them agree")
+        raise LogError(
+            table.source,
+            f"column {name!r} is in {given!r}, but {key} says {unit!r}; make them agree",
+        )
     return factor
 
 
@@ -255,16 +335,21 @@ def _same(unit: str, dimension: str, bench: Bench, factor: float) -> bool:
 
 
 def check_rate(source: str, base: TimeBase, wanted: float | None) -> tuple[str, ...]:
-    """Raises LogError where a stream's period is not the one that is wanted, in s; returns what is merely odd about its times."""
+    """Raises LogError where a stream's period is not the one that is wanted, in s; returns what is
+    merely odd about its times."""
     period = 1.0 / base.rate_hz
     noted = []
     if wanted is not None:
         difference = abs(period / wanted - 1.0)
         rates = f"the period is {period:.6g} s, the bench's sample_period_s {wanted:.6g} s"
         if difference > RATE_REFUSED:
-            raise LogError(source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; is the unit of time right?")
+            raise LogError(
+                source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; is the unit of time right?"
+            )
         if difference > RATE_NOTED:
             noted.append(rates)
     if base.gaps:
-        noted.append(f"{base.gaps} gap{'s' * (base.gaps != 1)} in time, the longest {base.longest_gap_s:.6g} s")
+        noted.append(
+            f"{base.gaps} gap{'s' * (base.gaps != 1)} in time, the longest {base.longest_gap_s:.6g} s"
+        )
     return tuple(noted)

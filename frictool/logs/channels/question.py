@@ -10,7 +10,8 @@ from dataclasses import dataclass
 class ColumnQuestion:
     """Open question on the column or the unit of a channel.
 
-    key: `column` or `unit`; candidates: the columns or units that fit; why: the reason for the question, as text.
+    key: `column` or `unit`; candidates: the columns or units that fit; why: the reason for the
+    question, as text.
     """
 
     channel: str

@@ -1,9 +1,11 @@
-"""Unwrapping of positions and references that a sensor shows modulo a period, block by block: each step is the shorter of the two.
+"""Unwrapping of positions and references that a sensor shows modulo a period, block by block: each
+step is the shorter of the two.
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
-The period is `encoder.wrap`; of a position that is not in counts, also the range of a counter of `encoder.wrap_bits`. A position that
-wraps although the bench does not say so is refused (quality/wraps.py).
+The period is `encoder.wrap`; of a position that is not in counts, also the range of a counter of
+`encoder.wrap_bits`. A position that wraps although the bench does not say so is refused
+(quality/wrap_detection.py).
 """
 
 from __future__ import annotations
@@ -16,14 +18,15 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
 from frictool.logs.log import Vector
-from frictool.logs.quality.wraps import WrapSearch
+from frictool.logs.quality.wrap_detection import WrapSearch
 
 POSITION, REFERENCE = "position", "reference"
 SLACK = 0.01  # of the period: tolerance of the range of the numbers
 
 
 class PeriodicSignal:
-    """Unwrapped signal of one period, in the unit of its numbers, up to the last sample followed."""
+    """Unwrapped signal of one period, in the unit of its numbers, up to the last sample
+    followed."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -37,15 +40,21 @@ class PeriodicSignal:
         Raises
         ------
         ValueError
-            If a step is longer than half a period although the numbers cover more than one period: they do not wrap at this period.
+            If a step is longer than half a period although the numbers cover more than one period:
+            they do not wrap at this period.
         """
         if not shown.size:
             return shown
         steps = np.diff(shown, prepend=shown[0] if self._last is None else self._last)
         turns = self._turns + np.cumsum(np.rint(steps / self._period))
-        self._low, self._high = min(self._low, float(shown.min())), max(self._high, float(shown.max()))
+        self._low, self._high = (
+            min(self._low, float(shown.min())),
+            max(self._high, float(shown.max())),
+        )
         if turns.any() and self._high - self._low > (1.0 + SLACK) * self._period:
-            raise ValueError(f"found {self._low:.6g} and {self._high:.6g}, farther apart than one period of {self._period:.6g}")
+            raise ValueError(
+                f"found {self._low:.6g} and {self._high:.6g}, farther apart than one period of {self._period:.6g}"
+            )
         self._last, self._turns = float(shown[-1]), float(turns[-1])
         return shown - self._period * turns
 
@@ -65,7 +74,9 @@ class Unwrapping:
         Size of one count of the position in rad or m; None if the position is not in counts.
     """
 
-    def __init__(self, source: str, bench: Bench, columns: Mapping[str, str], count: float | None) -> None:
+    def __init__(
+        self, source: str, bench: Bench, columns: Mapping[str, str], count: float | None
+    ) -> None:
         self._source, self._bench, self._columns = source, bench, columns
         encoder = bench.encoder
         periods: dict[str, float] = {}
@@ -76,10 +87,13 @@ class Unwrapping:
             elif count is not None:  # the counter of wrap_bits is followed in encoder.py
                 periods.pop(POSITION, None)
         self._periodic = {name: PeriodicSignal(period) for name, period in periods.items()}
-        self._wraps = WrapSearch(bench, count is not None and math.isclose(abs(count), encoder.resolution))
+        self._wraps = WrapSearch(
+            bench, count is not None and math.isclose(abs(count), encoder.resolution)
+        )
 
     def follow(self, channel: str, shown: Vector) -> Vector:
-        """Return the next samples (n,) of a channel without the jumps of its period: raw numbers of a position in counts, else rad or m.
+        """Return the next samples (n,) of a channel without the jumps of its period: raw numbers of
+        a position in counts, else rad or m.
 
         Raises LogError where the numbers cover more than the period of the bench.
         """
@@ -90,15 +104,19 @@ class Unwrapping:
         except ValueError as error:
             key = "wrap" if self._bench.encoder.wrap is not None else "wrap_bits"
             allowed = f"the numbers of one period of encoder.{key} in bench {self._bench.name!r}"
-            raise LogError(self._source, f"column {self._columns[channel]!r}: {error}; allowed: {allowed}") from None
+            raise LogError(
+                self._source, f"column {self._columns[channel]!r}: {error}; allowed: {allowed}"
+            ) from None
 
     def check(self, time: Vector, position: Vector) -> None:
-        """Raise LogError where a wrap is left in the position: the next samples (n,) in s, and rad or m."""
+        """Raise LogError where a wrap is left in the position: the next samples (n,) in s, and rad
+        or m."""
         self._wraps.take(time, position)
         self._refuse()
 
     def finish(self) -> None:
-        """Raise LogError where a wrap is left in the last samples of the position; call it after the last block."""
+        """Raise LogError where a wrap is left in the last samples of the position; call it after
+        the last block."""
         self._wraps.finish()
         self._refuse()
 

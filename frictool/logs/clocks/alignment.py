@@ -1,4 +1,5 @@
-"""How far the clock of one file's instrument is ahead of another's, found from what both have recorded (clock_offset.py)."""
+"""How far the clock of one file's instrument is ahead of another's, found from what both have
+recorded (clock_offset.py)."""
 
 from __future__ import annotations
 
@@ -6,16 +7,20 @@ from pathlib import Path
 
 from frictool.documents.bench import ClockEstimate
 from frictool.errors import LogError
-from frictool.logs.canonical.chunks import joined
 from frictool.logs.canonical.mcap_layout import NS, message_path
-from frictool.logs.flow import Flow
+from frictool.logs.canonical.sample_chunks import join_blocks
 from frictool.logs.log import Vector
+from frictool.logs.stream_source import StreamSource
 
-CLOCK_OFFSET = "clock_offset"  # metadata record: topic -> how far its clock was ahead, and how that is known
+CLOCK_OFFSET = (
+    "clock_offset"  # metadata record: topic -> how far its clock was ahead, and how that is known
+)
 MOST_SAMPLES = 1_000_000  # of the start of each that are compared
 
 
-def aligned(reference: Flow, flow: Flow, estimate: ClockEstimate, reference_ahead_ns: int) -> tuple[int, str]:
+def aligned(
+    reference: StreamSource, flow: StreamSource, estimate: ClockEstimate, reference_ahead_ns: int
+) -> tuple[int, str]:
     """How far the clock of `flow` is ahead, in ns, and how that is known.
 
     Raises LogError where their samples do not tell, or the two are of one file.
@@ -23,7 +28,10 @@ def aligned(reference: Flow, flow: Flow, estimate: ClockEstimate, reference_ahea
     from frictool.logs.clocks.clock_offset import clock_offset
 
     if reference.source == flow.source:
-        raise LogError(flow.source, "clock_estimate compares an instrument with the log's first file; name another file before this one")
+        raise LogError(
+            flow.source,
+            "clock_estimate compares an instrument with the log's first file; name another file before this one",
+        )
     try:
         t, x = _signal(reference, estimate.reference)
         u, y = _signal(flow, estimate.channel)
@@ -32,18 +40,22 @@ def aligned(reference: Flow, flow: Flow, estimate: ClockEstimate, reference_ahea
         names = f"{estimate.channel} and {estimate.reference} of {Path(reference.source).name}"
         raise LogError(flow.source, f"clock_estimate from {names}: {error}") from None
     path = message_path(reference.head.topic, estimate.reference)
-    return round(found.value * NS), f"from {found.low:.6g} to {found.high:.6g} s (95 %), {estimate.channel} against {path}"
+    return round(
+        found.value * NS
+    ), f"from {found.low:.6g} to {found.high:.6g} s (95 %), {estimate.channel} against {path}"
 
 
-def _signal(flow: Flow, name: str) -> tuple[Vector, Vector]:
+def _signal(flow: StreamSource, name: str) -> tuple[Vector, Vector]:
     """Times in s and values of a field. Raises ValueError where there is no such field."""
     if name not in flow.head.fields:
-        raise ValueError(f"{Path(flow.source).name} has no {name}; it has {', '.join(flow.head.fields)}")
+        raise ValueError(
+            f"{Path(flow.source).name} has no {name}; it has {', '.join(flow.head.fields)}"
+        )
     pieces, rows = [], 0
     for piece in flow.samples():
         pieces.append(piece)
         rows += piece.time.size
         if rows >= MOST_SAMPLES:
             break
-    read = joined(pieces)
+    read = join_blocks(pieces)
     return read.time / NS, read.values[flow.head.fields.index(name)]

@@ -1,12 +1,15 @@
 """How far one instrument's clock is ahead of another's, from a quantity that both have recorded.
 
-    y(u) = a + b x(u - tau) + e        u: times of the clock that is ahead by tau; x by linear interpolation
+    y(u) = a + b x(u - tau) + e        u: times of the clock that is ahead by tau; x by linear
+                                       interpolation
 
-both smoothed alike before: the noise of x is smaller between its samples than at them, and would draw tau there.
+both smoothed alike before: the noise of x is smaller between its samples than at them, and would
+draw tau there.
 
-tau is where the least squares of e are smallest, for |tau| <= most. Its variance follows from the slope s = b x' with what a and b can
-make good taken out, and from the autocovariance of s e (W. K. Newey, K. D. West, Econometrica 55, 1987), since what is left of a fit of
-two instruments is no white noise:
+tau is where the least squares of e are smallest, for |tau| <= most. Its variance follows from the
+slope s = b x' with what a and b can make good taken out, and from the autocovariance of s e (W. K.
+Newey, K. D. West, Econometrica 55, 1987), since what is left of a fit of two instruments is no
+white noise:
 
     var tau = sum_k w_k sum_i (s e)_i (s e)_{i+k} / (sum_i s_i^2)^2
 """
@@ -29,7 +32,7 @@ AS_GOOD = 1.5  # times the least squares: another offset that fits so well canno
 NORMAL_95 = 1.96
 
 
-class Offset(NamedTuple):
+class ClockOffset(NamedTuple):
     """tau and the ends of its 95 % interval, in s; explained: part of the variance of y."""
 
     value: float
@@ -38,14 +41,16 @@ class Offset(NamedTuple):
     explained: float
 
 
-def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Offset:
+def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> ClockOffset:
     """tau of y (m,) at times u (m,) against x (n,) at times t (n,), all times in s.
 
     Raises ValueError, with a message for people, where the two tell no offset.
     """
     within = np.flatnonzero((u - most >= t[0]) & (u + most <= t[-1]))
     if within.size < FEWEST:
-        raise ValueError(f"they have {within.size} samples in common for any offset up to {most:g} s; at least {FEWEST} are needed")
+        raise ValueError(
+            f"they have {within.size} samples in common for any offset up to {most:g} s; at least {FEWEST} are needed"
+        )
     within = within[:: -(-within.size // MOST)]
     steps = float(np.median(np.diff(t))), float(np.median(np.diff(u)))
     step, width = min(steps), SMOOTHED * max(steps)
@@ -59,16 +64,29 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Off
     misfit = np.array([left(tau) for tau in lags])
     best = int(np.argmin(misfit))
     if best in (0, lags.size - 1):
-        raise ValueError(f"the best offset lies at the end of what is allowed, {lags[best]:.6g} s; is it larger?")
-    tau = float(minimize_scalar(left, bounds=(lags[best - 1], lags[best + 1]), method="bounded", options={"xatol": 1e-6 * step}).x)
+        raise ValueError(
+            f"the best offset lies at the end of what is allowed, {lags[best]:.6g} s; is it larger?"
+        )
+    tau = float(
+        minimize_scalar(
+            left,
+            bounds=(lags[best - 1], lags[best + 1]),
+            method="bounded",
+            options={"xatol": 1e-6 * step},
+        ).x
+    )
     explained = 1.0 - left(tau) / max(float(np.sum(y**2)), np.finfo(float).tiny)
     if explained < LEAST_EXPLAINED:
-        raise ValueError(f"at best, at {tau:.6g} s, the one explains {max(explained, 0.0):.0%} of the other; are they the same quantity?")
+        raise ValueError(
+            f"at best, at {tau:.6g} s, the one explains {max(explained, 0.0):.0%} of the other; are they the same quantity?"
+        )
     half = NORMAL_95 * _deviation(t, x, u, y, tau, width)
     _refuse_others(lags, misfit, best, max(half, 2.0 * step))
     if half > most / 2.0:
-        raise ValueError(f"the offset is {tau:.6g} s, give or take {half:.2g} s; that tells nothing within {most:g} s")
-    return Offset(tau, tau - half, tau + half, explained)
+        raise ValueError(
+            f"the offset is {tau:.6g} s, give or take {half:.2g} s; that tells nothing within {most:g} s"
+        )
+    return ClockOffset(tau, tau - half, tau + half, explained)
 
 
 def _fit(t: Vector, x: Vector, u: Vector, y: Vector, tau: float) -> tuple[float, Vector]:
@@ -82,7 +100,9 @@ def _fit(t: Vector, x: Vector, u: Vector, y: Vector, tau: float) -> tuple[float,
 
 def _deviation(t: Vector, x: Vector, u: Vector, y: Vector, tau: float, width: float) -> float:
     gain, error = _fit(t, x, u, y, tau)
-    slope = gain * (np.interp(u - tau + width, t, x) - np.interp(u - tau - width, t, x)) / (2.0 * width)
+    slope = (
+        gain * (np.interp(u - tau + width, t, x) - np.interp(u - tau - width, t, x)) / (2.0 * width)
+    )
     regressors = np.column_stack([np.ones(u.size), np.interp(u - tau, t, x)])
     slope -= regressors @ np.linalg.lstsq(regressors, slope, rcond=None)[0]
     score = slope * error
@@ -99,7 +119,13 @@ def _refuse_others(lags: Vector, misfit: Vector, best: int, near: float) -> None
     """Raises ValueError where another minimum fits as well, as it is with periodic motion."""
     inner = misfit[1:-1]
     minima = 1 + np.flatnonzero((inner <= misfit[:-2]) & (inner <= misfit[2:]))
-    others = [at for at in minima if abs(lags[at] - lags[best]) > near and misfit[at] < AS_GOOD * misfit[best]]
+    others = [
+        at
+        for at in minima
+        if abs(lags[at] - lags[best]) > near and misfit[at] < AS_GOOD * misfit[best]
+    ]
     if others:
         both = f"{lags[best]:.6g} s and {lags[others[0]]:.6g} s"
-        raise ValueError(f"offsets of {both} fit alike; allow less than half a period of the motion")
+        raise ValueError(
+            f"offsets of {both} fit alike; allow less than half a period of the motion"
+        )

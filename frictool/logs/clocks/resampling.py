@@ -1,9 +1,12 @@
-"""Streams of different time bases on one grid, where the user asks for it: nothing is extrapolated, and commands are held.
+"""Streams of different time bases on one grid, where the user asks for it: nothing is extrapolated,
+and commands are held.
 
-    held      a command or a drive at the control period keeps its value until the next one: the last sample at or before each time
+    held      a command or a drive at the control period keeps its value until the next one: the
+              last sample at or before each time
     linear    everything else, between the samples around each time
 
-The grid begins at the first time at which every stream has a sample, to the ns, and ends where the first of them ends.
+The grid begins at the first time at which every stream has a sample, to the ns, and ends where the
+first of them ends.
 """
 
 from __future__ import annotations
@@ -13,22 +16,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.logs.canonical.chunks import joined, merged
-from frictool.logs.canonical.mcap_layout import Head, message_path
-from frictool.logs.flow import Samples
+from frictool.logs.canonical.mcap_layout import StreamHeader, message_path
+from frictool.logs.canonical.sample_chunks import join_blocks, merged
 from frictool.logs.log import MAIN_TOPIC, Vector
+from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import BLOCK_ROWS, Nanoseconds
 
 HELD = ("reference", "current", "voltage")
 EFFORT = "effort"
-RESAMPLED = (
-    "resampled"  # metadata record: `period_s`, and MESSAGE PATH -> `held` or `linear`, with the path that it was where it is another
-)
+# metadata record: `period_s`, and MESSAGE PATH -> `held` or `linear`, with the former path if it is
+# another
+RESAMPLED = "resampled"
 
 
 @dataclass(frozen=True)
-class Part:
-    """One field of the grid's stream: of which stream and of which of its fields; whether it is held."""
+class GridField:
+    """One field of the grid's stream: of which stream and of which of its fields; whether it is
+    held."""
 
     stream: int
     place: int
@@ -36,20 +40,22 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Grid:
-    """The stream `/axis` to be: its head, where each field comes from, the period in ns, and what the log says of all that."""
+class ResamplingGrid:
+    """The stream `/axis` to be: its head, where each field comes from, the period in ns, and what
+    the log says of all that."""
 
-    head: Head
-    parts: tuple[Part, ...]
+    head: StreamHeader
+    parts: tuple[GridField, ...]
     period_ns: int
     note: dict[str, str]
 
 
-def grid(heads: Sequence[Head], derived: Sequence[str], period_ns: int) -> Grid:
-    """The fields of all streams in one; derived: topics whose effort is made from the drive and is held as the drive is."""
+def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) -> ResamplingGrid:
+    """The fields of all streams in one; derived: topics whose effort is made from the drive and is
+    held as the drive is."""
     fields: list[str] = []
     units: list[str] = []
-    parts: list[Part] = []
+    parts: list[GridField] = []
     note = {"period_s": f"{period_ns / 1e9:.9g}"}
     for number, head in enumerate(heads):
         for place, (name, unit) in enumerate(zip(head.fields, head.units, strict=True)):
@@ -58,30 +64,39 @@ def grid(heads: Sequence[Head], derived: Sequence[str], period_ns: int) -> Grid:
             was = message_path(head.topic, name)
             fields.append(new)
             units.append(unit)
-            parts.append(Part(number, place, held))
+            parts.append(GridField(number, place, held))
             path = message_path(MAIN_TOPIC, new)
             note[path] = ("held" if held else "linear") + (f", from {was}" if was != path else "")
-    return Grid(Head(MAIN_TOPIC, tuple(fields), tuple(units)), tuple(parts), period_ns, note)
+    return ResamplingGrid(
+        StreamHeader(MAIN_TOPIC, tuple(fields), tuple(units)), tuple(parts), period_ns, note
+    )
 
 
 def _prefixed(topic: str, name: str, taken: list[str]) -> str:
     """`NAME_field` for a field of `/axis/NAME` whose name another stream has."""
-    words = "_".join(filter(None, topic.removeprefix(MAIN_TOPIC).lower().replace("/", "_").split("_")))
-    base = new = f"{words}_{name}" if words[:1].isalpha() else f"more_{words}_{name}".replace("__", "_")
+    words = "_".join(
+        filter(None, topic.removeprefix(MAIN_TOPIC).lower().replace("/", "_").split("_"))
+    )
+    base = new = (
+        f"{words}_{name}" if words[:1].isalpha() else f"more_{words}_{name}".replace("__", "_")
+    )
     number = 2
     while new in taken:
         new, number = f"{base}_{number}", number + 1
     return new
 
 
-def resampled(streams: Sequence[Iterator[Samples]], on: Grid) -> Iterator[Samples]:
-    """The grid's stream, in pieces. Each stream is kept only as far as the next grid times need it."""
-    kept: list[Samples | None] = [None] * len(streams)
+def resampled(
+    streams: Sequence[Iterator[SampleBlock]], on: ResamplingGrid
+) -> Iterator[SampleBlock]:
+    """The grid's stream, in pieces. Each stream is kept only as far as the next grid times need
+    it."""
+    kept: list[SampleBlock | None] = [None] * len(streams)
     start: int | None = None
     row = 0
     for place, piece in merged(streams):
         before = kept[place]
-        kept[place] = piece if before is None else joined([before, piece])
+        kept[place] = piece if before is None else join_blocks([before, piece])
         there = [one for one in kept if one is not None]
         if len(there) < len(streams):
             continue
@@ -90,13 +105,18 @@ def resampled(streams: Sequence[Iterator[Samples]], on: Grid) -> Iterator[Sample
         while rows > 0:
             count = min(rows, BLOCK_ROWS)
             time = start + (row + np.arange(count)) * on.period_ns
-            yield Samples(time, tuple(_at(there[part.stream], part, time) for part in on.parts))
+            yield SampleBlock(time, tuple(_at(there[part.stream], part, time) for part in on.parts))
             row, rows = row + count, rows - count
         following = start + row * on.period_ns
-        kept = [one.part(max(0, int(np.searchsorted(one.time, following, side="right")) - 1), one.time.size) for one in there]
+        kept = [
+            one.part(
+                max(0, int(np.searchsorted(one.time, following, side="right")) - 1), one.time.size
+            )
+            for one in there
+        ]
 
 
-def _at(samples: Samples, part: Part, time: Nanoseconds) -> Vector:
+def _at(samples: SampleBlock, part: GridField, time: Nanoseconds) -> Vector:
     """A signal at times (n,) in ns that lie within its own."""
     values = samples.values[part.place]
     before = np.searchsorted(samples.time, time, side="right") - 1

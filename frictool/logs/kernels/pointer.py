@@ -1,7 +1,9 @@
-"""An array as a bare pointer to its first element, for loops that hand it from function to function.
+"""An array as a bare pointer to its first element, for loops that hand it from function to
+function.
 
-numba counts references to an array wherever one is handed over, inlined or not, with an atomic addition each time: more than the reading
-of a digit costs. A pointer is not counted, and its indices are not looked at for being negative. The caller keeps the array alive.
+numba counts references to an array wherever one is handed over, inlined or not, with an atomic
+addition each time: more than the reading of a digit costs. A pointer is not counted, and its
+indices are not looked at for being negative. The caller keeps the array alive.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
     A   __/~~\\__/~~          state  A B    00  10  11  01
     B   ____/~~\\__           count mod 4    0   1   2   3
 
-From one sample to the next the state may stay, or move by one; where it moves by two, nobody knows which way: an illegal transition.
+From one sample to the next the state may stay, or move by one; where it moves by two, nobody knows
+which way: an illegal transition.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 UNKNOWN = -1  # level before the first sample
 LEVEL_A, LEVEL_B, COUNT, ILLEGAL = 0, 1, 2, 3  # fields of the state
@@ -20,15 +21,26 @@ TURN = np.array([0, 3, 1, 2])  # count modulo 4, of 2 A + B
 
 @kernel
 def count_quadrature(
-    a: NDArray[np.float64], b: NDArray[np.float64], low: float, high: float, state: NDArray[np.int64], counts: NDArray[np.float64]
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    low: float,
+    high: float,
+    state: NDArray[np.int64],
+    counts: NDArray[np.float64],
 ) -> None:
-    """Counts (n,) of the levels a, b (n,), which are high from `high` on and low again from `low` down; low <= high.
+    """Counts (n,) of the levels a, b (n,), which are high from `high` on and low again from `low`
+    down; low <= high.
 
-    state: (4,), carried from block to block; it starts as (UNKNOWN, UNKNOWN, 0, 0), and its last two fields are the count and the number
-    of illegal transitions. A sample that is not finite leaves its level as it was.
+    state: (4,), carried from block to block; it starts as (UNKNOWN, UNKNOWN, 0, 0), and its last
+    two fields are the count and the number of illegal transitions. A sample that is not finite
+    leaves its level as it was.
     """
     for k in range(a.size):
-        before = -1 if state[LEVEL_A] == UNKNOWN or state[LEVEL_B] == UNKNOWN else TURN[2 * state[LEVEL_A] + state[LEVEL_B]]
+        before = (
+            -1
+            if state[LEVEL_A] == UNKNOWN or state[LEVEL_B] == UNKNOWN
+            else TURN[2 * state[LEVEL_A] + state[LEVEL_B]]
+        )
         for channel, value in ((LEVEL_A, a[k]), (LEVEL_B, b[k])):
             if value >= high:
                 state[channel] = 1

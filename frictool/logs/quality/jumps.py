@@ -1,8 +1,10 @@
-"""Steps of a position that no axis makes: counts that were skipped, a counter that wraps, a counter that an index pulse resets.
+"""Steps of a position that no axis makes: counts that were skipped, a counter that wraps, a counter
+that an index pulse resets.
 
-A step is a jump where it is longer than the allowance, twice what the top speed covers in its interval and two counts more (a servo may
-be faster than its specification). Where no top speed is known, it is one where it stands alone: ten times its neighbours, and three
-times what all but one step in a hundred of the block are.
+A step is a jump where it is longer than the allowance, twice what the top speed covers in its
+interval and two counts more (a servo may be faster than its specification). Where no top speed is
+known, it is one where it stands alone: ten times its neighbours, and three times what all but one
+step in a hundred of the block are.
 """
 
 from __future__ import annotations
@@ -27,12 +29,14 @@ FEWEST_RESETS = 3  # jumps to one value before it is called an index's
 
 
 def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
-    """The longest steps (n,) in counts within `intervals` (n,) in s; top speed in rad/s | m/s, resolution in rad | m of a count."""
+    """The longest steps (n,) in counts within `intervals` (n,) in s; top speed in rad/s | m/s,
+    resolution in rad | m of a count."""
     return np.asarray(SPEEDING * top_speed * intervals / resolution + SLACK_COUNTS)
 
 
 def lone(steps: Vector) -> NDArray[np.bool_]:
-    """True (n,) where a step of counts (n,) is so much longer than those beside it that no motion explains it."""
+    """True (n,) where a step of counts (n,) is so much longer than those beside it that no motion
+    explains it."""
     size = np.abs(steps)
     if size.size < 3 or size.max() <= ALONE * SLACK_COUNTS:
         return np.zeros(size.size, dtype=np.bool_)
@@ -42,8 +46,9 @@ def lone(steps: Vector) -> NDArray[np.bool_]:
 
 
 @dataclass
-class Jumps:
-    """The jumps of one position, gathered block after block, all in counts but for the time of the first in s."""
+class PositionJumps:
+    """The jumps of one position, gathered block after block, all in counts but for the time of the
+    first in s."""
 
     count: int = 0
     first_s: float = math.nan
@@ -56,22 +61,30 @@ class Jumps:
     unwrapped: bool = False  # the wraps of the counter have been undone before
 
     def take(self, time: Vector, steps: Vector, landings: Vector, slack: float) -> None:
-        """Adds jumps (m,): when, how far, to which count of the counter; `slack`: what motion may have added to a step."""
+        """Adds jumps (m,): when, how far, to which count of the counter; `slack`: what motion may
+        have added to a step."""
         if not steps.size:
             return
         if not self.count:
             self.first_s, self.first_counts = float(time[0]), float(abs(steps[0]))
         self.count += int(steps.size)
         size = np.abs(steps)
-        self.shortest, self.longest = min(self.shortest, float(size.min())), max(self.longest, float(size.max()))
+        self.shortest, self.longest = (
+            min(self.shortest, float(size.min())),
+            max(self.longest, float(size.max())),
+        )
         self.lowest_landing = min(self.lowest_landing, float(landings.min()))
         self.highest_landing = max(self.highest_landing, float(landings.max()))
         self.slack = max(self.slack, slack)
 
     @property
     def wrap_bits(self) -> int | None:
-        """Return the bits of a counter that wraps: several jumps are as long as its range and land within it, up to the slack."""
-        if self.count < FEWEST_WRAPS or self.highest_landing - self.lowest_landing > self.longest + self.slack:
+        """Return the bits of a counter that wraps: several jumps are as long as its range and land
+        within it, up to the slack."""
+        if (
+            self.count < FEWEST_WRAPS
+            or self.highest_landing - self.lowest_landing > self.longest + self.slack
+        ):
             return None
         bits = round(math.log2(max(self.longest, 1.0)))
         near = max(abs(self.shortest - 2.0**bits), abs(self.longest - 2.0**bits))
@@ -79,8 +92,12 @@ class Jumps:
 
     @property
     def index(self) -> float | None:
-        """The count to which every jump returns, within the slack, where there are enough to tell."""
-        if self.count < FEWEST_RESETS or self.highest_landing - self.lowest_landing > 2.0 * self.slack:
+        """The count to which every jump returns, within the slack, where there are enough to
+        tell."""
+        if (
+            self.count < FEWEST_RESETS
+            or self.highest_landing - self.lowest_landing > 2.0 * self.slack
+        ):
             return None
         return 0.5 * (self.lowest_landing + self.highest_landing)
 
@@ -89,7 +106,9 @@ class Jumps:
         if not self.count:
             return None
         when = "once, at" if self.count == 1 else f"{self.count} times, the first at"
-        return f"{JUMPS} {when} {self.first_s:.6g} s, by {self.first_counts:.0f} counts; {self.hint()}"
+        return (
+            f"{JUMPS} {when} {self.first_s:.6g} s, by {self.first_counts:.0f} counts; {self.hint()}"
+        )
 
     def hint(self) -> str:
         """What the jumps may be, and what to try."""
@@ -98,4 +117,8 @@ class Jumps:
             return f"does its counter wrap? then set encoder.wrap_bits, here to {bits}"
         if index is not None:
             return f"each returns to about {index:.0f}: does an index pulse reset the counter? then set encoder.index_reset: true"
-        return "are counts lost? " + ("is mechanics.top_speed right?" if self.unwrapped else "does the sensor wrap (encoder.wrap)?")
+        return "are counts lost? " + (
+            "is mechanics.top_speed right?"
+            if self.unwrapped
+            else "does the sensor wrap (encoder.wrap)?"
+        )

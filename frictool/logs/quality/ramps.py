@@ -1,9 +1,11 @@
-"""Recognise breakaway ramps: the drive rises along a line while the axis rests, the axis starts, the drive falls back, several times.
+"""Recognise breakaway ramps: the drive rises along a line while the axis rests, the axis starts,
+the drive falls back, several times.
 
-A creeping axis also rests between two counts of its encoder, and the drive of its servo rises there along a line, by the servo's
-gain times a count. The two differ in that rise. In a ramp the drive starts low, rises by most of the friction, and starts the axis in
-its own direction. In a creeping motion, and in one that follows a load such as gravity, the drive changes by a small share of its level,
-or it brakes the load.
+A creeping axis also rests between two counts of its encoder, and the drive of its servo rises there
+along a line, by the servo's gain times a count. The two differ in that rise. In a ramp the drive
+starts low, rises by most of the friction, and starts the axis in its own direction. In a creeping
+motion, and in one that follows a load such as gravity, the drive changes by a small share of its
+level, or it brakes the load.
 """
 
 from __future__ import annotations
@@ -18,14 +20,17 @@ from frictool.logs.log import Vector
 
 REST = 30  # samples without motion: enough to fit a line to the drive
 STRAIGHT = 0.8  # least squared correlation of drive and time in the second half of a rest
-RISE = 0.25  # least rise in the second half of a rest, relative to the drive at the start of the motion; a ramp from 0 has 0.5
+# least rise in the second half of a rest, relative to the drive at the start of the motion; a ramp
+# from 0 has 0.5
+RISE = 0.25
 FEWEST_RAMPS = 5
 RAMP_SHARE = 0.75  # least share of ramps in the time of the rests that end in a motion
 REST_SHARE = 0.5  # least share of rests in the time of the log
 
 
 def rests_of(moved: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first sample of each rest and the first after it; moved (n - 1,): whether the position changes between two samples."""
+    """Return the first sample of each rest and the first after it; moved (n - 1,): whether the
+    position changes between two samples."""
     edges = [0, *(np.flatnonzero(moved) + 1).tolist()]
     return [(start, end) for start, end in itertools.pairwise(edges) if end - start >= REST]
 
@@ -37,10 +42,15 @@ def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector)
         return False
     moved = np.array([_direction(position, end) != 0.0 for _, end in rests])
     ramps = ramps_among(rests, position, drive)
-    return bool(np.sum(ramps) >= FEWEST_RAMPS and np.sum(length[ramps]) >= RAMP_SHARE * np.sum(length[moved]))
+    return bool(
+        np.sum(ramps) >= FEWEST_RAMPS
+        and np.sum(length[ramps]) >= RAMP_SHARE * np.sum(length[moved])
+    )
 
 
-def ramps_among(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector) -> NDArray[np.bool_]:
+def ramps_among(
+    rests: Sequence[tuple[int, int]], position: Vector, drive: Vector
+) -> NDArray[np.bool_]:
     """Return which rests (m,) are breakaway ramps.
 
     Parameters
@@ -48,23 +58,31 @@ def ramps_among(rests: Sequence[tuple[int, int]], position: Vector, drive: Vecto
     rests
         First sample of each rest and first sample after it, each rest at least `REST` samples long.
     position, drive
-        (n,) in any unit; the drive is an effort, a current or a voltage. Its level midway between both directions counts as its zero, so
-        that a constant load or a sensor's offset does not matter; where the axis starts in one direction only, zero is zero.
+        (n,) in any unit; the drive is an effort, a current or a voltage. Its level midway between
+        both directions counts as its zero, so that a constant load or a sensor's offset does not
+        matter; where the axis starts in one direction only, zero is zero.
     """
     direction = np.array([_direction(position, end) for _, end in rests])
-    lines = [_line(side * drive[start:end]) for (start, end), side in zip(rests, direction, strict=True)]
+    lines = [
+        _line(side * drive[start:end]) for (start, end), side in zip(rests, direction, strict=True)
+    ]
     level, rise, straight = np.array(lines).reshape(-1, 3).T
     driving = level - direction * _zero(level, direction)
-    return np.asarray((direction != 0.0) & (straight >= STRAIGHT) & (driving > 0.0) & (rise >= RISE * driving), dtype=np.bool_)
+    return np.asarray(
+        (direction != 0.0) & (straight >= STRAIGHT) & (driving > 0.0) & (rise >= RISE * driving),
+        dtype=np.bool_,
+    )
 
 
 def _direction(position: Vector, end: int) -> float:
-    """Return the sign of the motion that follows a rest, 0 where the position comes back or the log ends."""
+    """Return the sign of the motion that follows a rest, 0 where the position comes back or the log
+    ends."""
     return float(np.sign(position[min(end + REST, position.size) - 1] - position[end - 1]))
 
 
 def _line(drive: Vector) -> tuple[float, float, float]:
-    """Return the level of the drive at the end of a rest, and its rise and squared correlation with time over the second half."""
+    """Return the level of the drive at the end of a rest, and its rise and squared correlation with
+    time over the second half."""
     half = drive[drive.size // 2 :]
     if np.ptp(half) == 0.0:
         return float(half[-1]), 0.0, 0.0
@@ -74,6 +92,11 @@ def _line(drive: Vector) -> tuple[float, float, float]:
 
 
 def _zero(level: Vector, direction: Vector) -> float:
-    """Return the drive midway between the starts of both directions, 0 where there is one direction."""
+    """Return the drive midway between the starts of both directions, 0 where there is one
+    direction."""
     forward, backward = level[direction > 0.0], level[direction < 0.0]
-    return 0.5 * float(np.median(forward) - np.median(backward)) if forward.size and backward.size else 0.0
+    return (
+        0.5 * float(np.median(forward) - np.median(backward))
+        if forward.size and backward.size
+        else 0.0
+    )

@@ -1,18 +1,23 @@
 """Repeated jumps of one size in a position: a wrap of any period, without a list of periods.
 
-A step s is long if it exceeds half of the position's range, without single samples that leave and come back. If the sensor wraps, the axis
-moves by u against the direction of s, and the period is P = |s| + u. The four steps around s bound u, so that each long step gives an
-interval of P. The search takes the period that lies in most of these intervals, and compares the motion around the steps with it:
+A step s is long if it exceeds half of the position's range, without single samples that leave and
+come back. If the sensor wraps, the axis moves by u against the direction of s, and the period is P
+= |s| + u. The four steps around s bound u, so that each long step gives an interval of P. The
+search takes the period that lies in most of these intervals, and compares the motion around the
+steps with it:
 
-    forward     before and after the step, the axis moves against s, as one that goes on across the end of the period
+    forward     before and after the step, the axis moves against s, as one that goes on across the
+                end of the period
     backward    before or after, it moves along s, as after a dropout; no wrap
     at rest     neither: noise, or an axis that stands
 
-The motion on one side is the sum of 2, 8, 32 or 128 steps. It counts if it exceeds 4 times the mean difference of neighbouring steps, which
-is noise, and 3 times the smallest of these steps, which is a count. Noise at the end of the period makes several steps to and fro: the
-first of them counts if their number is odd.
+The motion on one side is the sum of 2, 8, 32 or 128 steps. It counts if it exceeds 4 times the mean
+difference of neighbouring steps, which is noise, and 3 times the smallest of these steps, which is
+a count. Noise at the end of the period makes several steps to and fro: the first of them counts if
+their number is odd.
 
-A sawtooth whose return takes one sample looks like a wrap, unless the drive can move the axis so far in that time.
+A sawtooth whose return takes one sample looks like a wrap, unless the drive can move the axis so
+far in that time.
 """
 
 from __future__ import annotations
@@ -36,7 +41,9 @@ CLEAR = 4.0  # times the mean difference of neighbouring steps: what a motion ha
 COUNTS = 3.0  # times the smallest step: the same
 FEWEST = 8.0  # encoder steps: nothing is decided in a narrower range
 LONG = 0.5  # of the range: a longer step may be a wrap
-BACK = 0.25  # of a step: a sample is out of range if the step after it undoes this step but for less
+BACK = (
+    0.25  # of a step: a sample is out of range if the step after it undoes this step but for less
+)
 MOST = 5_000  # long steps kept
 FASTEST = 0.45  # of the period: bound of the motion between two samples
 KNOWN = 0.1  # of the period: bound of the mean width of the intervals that the long steps give
@@ -55,10 +62,11 @@ SPEED_SLACK = 2.0  # times the top speed of the bench
 class RepeatedJump:
     """Steps that fit one period.
 
-    low, high: bounds of the period. reach: range of the position, in rad or m as they are. count: number of steps; first: time in s and
-    positions before and after the first. forward: number of steps across which the axis moves on. slow: it moves less than P / 100 in the
-    steps beside. centred: all steps lead from one end of plus and minus half a period to the other. movable: the drive can move the axis
-    that far in one sample.
+    low, high: bounds of the period. reach: range of the position, in rad or m as they are. count:
+    number of steps; first: time in s and positions before and after the first. forward: number of
+    steps across which the axis moves on. slow: it moves less than P / 100 in the steps beside.
+    centred: all steps lead from one end of plus and minus half a period to the other. movable: the
+    drive can move the axis that far in one sample.
     """
 
     low: float
@@ -79,7 +87,9 @@ class RepeatedJumps:
         mechanics, actuator = bench.mechanics, bench.actuator
         lightest = mechanics.inertia.interval[0] or mechanics.inertia.value
         self._acceleration = FORCE_SLACK * actuator.limit.value * actuator.constant.value / lightest
-        self._speed = math.inf if mechanics.top_speed is None else SPEED_SLACK * mechanics.top_speed.value
+        self._speed = (
+            math.inf if mechanics.top_speed is None else SPEED_SLACK * mechanics.top_speed.value
+        )
         self._noise = 2.0 * bench.encoder.resolution
         self._narrow = FEWEST * bench.encoder.resolution
         self._low, self._high = math.inf, -math.inf
@@ -87,13 +97,20 @@ class RepeatedJumps:
         self._position: Vector = np.empty(0)
         self._first = 0  # number of the first sample kept
         self._judged = 0  # steps at the start of the samples kept that have been judged
-        self._ends: Matrix = np.empty((0, 5))  # time before and after, position before and after, and number of each long step
-        self._around: Matrix = np.empty((0, 2 * WINDOW))  # the steps around it; NaN outside of the log
+        self._ends: Matrix = np.empty(
+            (0, 5)
+        )  # time before and after, position before and after, and number of each long step
+        self._around: Matrix = np.empty(
+            (0, 2 * WINDOW)
+        )  # the steps around it; NaN outside of the log
 
     def take(self, time: Vector, position: Vector) -> None:
         """Add samples (n,) that follow those before: s, and rad or m."""
         if position.size:
-            self._time, self._position = np.append(self._time, time), np.append(self._position, position)
+            self._time, self._position = (
+                np.append(self._time, time),
+                np.append(self._position, position),
+            )
             self._judge(self._position.size - 1 - WINDOW)
 
     def finish(self) -> None:
@@ -101,7 +118,8 @@ class RepeatedJumps:
         self._judge(self._position.size - 1)
 
     def found(self) -> RepeatedJump | None:
-        """Return the jump of the steps judged so far, or None if none of one size repeats itself as a wrap does."""
+        """Return the jump of the steps judged so far, or None if none of one size repeats itself as
+        a wrap does."""
         crossing = self._crossings()
         steps = (self._ends[:, 3] - self._ends[:, 2])[crossing]
         size, around = np.abs(steps), -np.sign(steps)[:, None] * self._around[crossing]
@@ -121,7 +139,10 @@ class RepeatedJumps:
         fastest = float(np.quantile(np.maximum(np.abs(least), np.abs(most))[fits], NEARLY_ALL))
         wraps = np.zeros(size.size, np.bool_)
         wraps[usable] = fits & (size[usable] > 0.5 * period)
-        vague = fastest > FASTEST * period or float(np.mean((longest - shortest)[fits])) > KNOWN * period + 2.0 * self._noise
+        vague = (
+            fastest > FASTEST * period
+            or float(np.mean((longest - shortest)[fits])) > KNOWN * period + 2.0 * self._noise
+        )
         if vague or wraps.sum() < MOSTLY * size.size:
             return None
         motion = (around - period * np.rint(around / period))[wraps]
@@ -133,12 +154,25 @@ class RepeatedJumps:
         centred = bool((np.abs(ends[:, 2] + ends[:, 3]) <= 2.0 * fastest + self._noise).all())
         first = float(ends[0, 1]), float(ends[0, 2]), float(ends[0, 3])
         reach = self._high - self._low
-        return RepeatedJump(low, high, reach, len(ends), first, forward, fastest < SLOW * period, centred, self._can_move(ends))
+        return RepeatedJump(
+            low,
+            high,
+            reach,
+            len(ends),
+            first,
+            forward,
+            fastest < SLOW * period,
+            centred,
+            self._can_move(ends),
+        )
 
     def _crossings(self) -> NDArray[np.intp]:
-        """Return the first of each odd number of long steps to and fro; an even number leads back, as a glitch does."""
+        """Return the first of each odd number of long steps to and fro; an even number leads back,
+        as a glitch does."""
         sign, place = np.sign(self._ends[:, 3] - self._ends[:, 2]), self._ends[:, 4]
-        starts = np.flatnonzero((np.diff(sign, prepend=0.0) == 0.0) | (np.diff(place, prepend=-np.inf) > TO_AND_FRO))
+        starts = np.flatnonzero(
+            (np.diff(sign, prepend=0.0) == 0.0) | (np.diff(place, prepend=-np.inf) > TO_AND_FRO)
+        )
         length = np.diff(np.append(starts, sign.size))
         return np.asarray(starts[length % 2 == 1])
 
@@ -147,7 +181,8 @@ class RepeatedJumps:
         return LONG * (self._high - self._low)
 
     def _judge(self, end: int) -> None:
-        """Keep the long steps before `end` that have not been judged, and the samples that later steps need."""
+        """Keep the long steps before `end` that have not been judged, and the samples that later
+        steps need."""
         start = self._judged
         if end <= start:
             return
@@ -158,7 +193,13 @@ class RepeatedJumps:
         offsets = np.delete(np.arange(2 * WINDOW + 1), WINDOW)
         time, position = self._time, self._position
         ends: Matrix = np.column_stack(
-            (time[place], time[place + 1], position[place], position[place + 1], (self._first + place).astype(np.float64))
+            (
+                time[place],
+                time[place + 1],
+                position[place],
+                position[place + 1],
+                (self._first + place).astype(np.float64),
+            )
         )
         self._ends = np.concatenate((self._ends, ends))[:MOST]
         self._around = np.concatenate((self._around, padded[place[:, None] + offsets]))[:MOST]
@@ -169,22 +210,31 @@ class RepeatedJumps:
         self._first += dropped
 
     def _extend(self, steps: Vector, start: int, end: int) -> None:
-        """Widen the range by the samples after the judged steps, without those that leave and come back."""
+        """Widen the range by the samples after the judged steps, without those that leave and come
+        back."""
         after = np.append(steps[start + 1 :], 0.0)[: end - start]
         back = np.abs(steps[start:end] + after) < BACK * np.abs(steps[start:end])
         inside = self._position[start + 1 : end + 1][~back]
         if math.isinf(self._low):
             inside = np.append(self._position[start], inside)
-        self._low, self._high = float(inside.min(initial=self._low)), float(inside.max(initial=self._high))
+        self._low, self._high = (
+            float(inside.min(initial=self._low)),
+            float(inside.max(initial=self._high)),
+        )
 
     def _can_move(self, ends: Matrix) -> bool:
         """Return whether the axis can make one of the steps, from one speed to the same speed."""
         interval, size = ends[:, 1] - ends[:, 0], np.abs(ends[:, 3] - ends[:, 2])
-        return bool((size <= np.minimum(0.25 * self._acceleration * interval**2, self._speed * interval)).any())
+        return bool(
+            (
+                size <= np.minimum(0.25 * self._acceleration * interval**2, self._speed * interval)
+            ).any()
+        )
 
 
 def _directions(around: Matrix) -> tuple[int, int]:
-    """Return the numbers of forward and of backward motions (m, 2 WINDOW), each the steps around one long step and against it."""
+    """Return the numbers of forward and of backward motions (m, 2 WINDOW), each the steps around
+    one long step and against it."""
     change = np.abs(np.diff(around, axis=1))
     noise = np.nansum(change, axis=1) / np.maximum(np.isfinite(change).sum(axis=1), 1)
     size = np.abs(around)
@@ -201,7 +251,8 @@ def _directions(around: Matrix) -> tuple[int, int]:
 
 
 def _most_covered(low: Vector, high: Vector) -> tuple[float, float]:
-    """Return the bounds of the region that nearly the most of the intervals low to high (n,) cover."""
+    """Return the bounds of the region that nearly the most of the intervals low to high (n,)
+    cover."""
     ends = np.concatenate((low, high))
     opens = np.concatenate((np.ones(low.size), -np.ones(high.size)))
     order = np.lexsort((-opens, ends))

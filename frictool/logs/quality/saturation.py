@@ -1,8 +1,11 @@
-"""Flat tops: a signal that stays at its extreme value because its amplifier, its sensor or its converter goes no further.
+"""Flat tops: a signal that stays at its extreme value because its amplifier, its sensor or its
+converter goes no further.
 
-Around a maximum a smooth signal is a parabola: in classes of one width its topmost holds at most 1/(sqrt(2) - 1) = 2.4 times the samples
-of the next, however it is quantised. A clipped one has most of them in the topmost, in runs of the same value. A signal that repeats its
-values everywhere (a command between two updates) says nothing by repeating them at the top, and one that ends at 0 is at rest there.
+Around a maximum a smooth signal is a parabola: in classes of one width its topmost holds at most
+1/(sqrt(2) - 1) = 2.4 times the samples of the next, however it is quantised. A clipped one has most
+of them in the topmost, in runs of the same value. A signal that repeats its values everywhere (a
+command between two updates) says nothing by repeating them at the top, and one that ends at 0 is at
+rest there.
 """
 
 from __future__ import annotations
@@ -17,7 +20,8 @@ from frictool.logs.log import Vector
 SHORTEST = 4  # samples in a row at the extreme
 SHARP = 5.0  # times the samples of the class beside it; a parabola has 2.4
 CLASS = 1e-3  # of the range: the width of a class, where the quantisation is finer
-REPEATING = 0.5  # share of samples that repeat the one before, away from the extremes: a signal that is held
+# share of samples that repeat the one before, away from the extremes: a signal that is held
+REPEATING = 0.5
 
 
 @dataclass(frozen=True)
@@ -29,13 +33,14 @@ class FlatTop:
     longest: int
 
 
-class Tops:
-    """The extremes of one signal whose lowest and highest value, and step where it has one, are known from a first pass."""
+class FlatTopDetector:
+    """The extremes of one signal whose lowest and highest value, and step where it has one, are
+    known from a first pass."""
 
     def __init__(self, low: float, high: float, step: float | None) -> None:
         self._low, self._high = low, high
         self._width = max(step or 0.0, CLASS * (high - low))
-        self._sides = (_Side(), _Side())
+        self._sides = (_ExtremeCounts(), _ExtremeCounts())
         self._last = np.nan
         self._repeats = self._others = 0
 
@@ -44,22 +49,36 @@ class Tops:
         if not values.size:
             return
         for side, depth in zip(self._sides, (values - self._low, self._high - values), strict=True):
-            side.take(depth < 0.5 * self._width, (depth >= 0.5 * self._width) & (depth < 1.5 * self._width))
-        inside = (values - self._low >= 0.5 * self._width) & (self._high - values >= 0.5 * self._width)
+            side.take(
+                depth < 0.5 * self._width,
+                (depth >= 0.5 * self._width) & (depth < 1.5 * self._width),
+            )
+        inside = (values - self._low >= 0.5 * self._width) & (
+            self._high - values >= 0.5 * self._width
+        )
         self._repeats += int(np.sum(inside & (np.diff(values, prepend=self._last) == 0.0)))
         self._others += int(np.sum(inside))
         self._last = float(values[-1])
 
     def found(self) -> tuple[FlatTop, ...]:
         """The flat tops, the lower before the upper."""
-        if self._high <= self._low or self._others < SHORTEST or self._repeats > REPEATING * self._others:
+        if (
+            self._high <= self._low
+            or self._others < SHORTEST
+            or self._repeats > REPEATING * self._others
+        ):
             return ()
         ends = zip((self._low, self._high), self._sides, strict=True)
-        return tuple(FlatTop(at, side.samples, side.longest) for at, side in ends if side.is_flat and abs(at) > 0.5 * self._width)
+        return tuple(
+            FlatTop(at, side.samples, side.longest)
+            for at, side in ends
+            if side.is_flat and abs(at) > 0.5 * self._width
+        )
 
 
-class _Side:
-    """How many samples lie in the outermost class and in the next, and the longest run in the outermost."""
+class _ExtremeCounts:
+    """How many samples lie in the outermost class and in the next, and the longest run in the
+    outermost."""
 
     def __init__(self) -> None:
         self.samples = self.beside = self.longest = self._run = 0

@@ -1,4 +1,5 @@
-"""What the samples of a log say of the instruments that took them, stream by stream, in bounded memory.
+"""What the samples of a log say of the instruments that took them, stream by stream, in bounded
+memory.
 
 pass 1   times, range, values taken (quantisation), changes (what is held), velocities, jumps
 pass 2   flat tops, for which the range and the quantisation have to be known
@@ -13,31 +14,36 @@ from typing import Any
 
 import numpy as np
 
-from frictool.logs.canonical.chunks import joined
-from frictool.logs.canonical.mcap_layout import NS, Head
-from frictool.logs.clocks.intervals import Intervals
-from frictool.logs.flow import Samples
+from frictool.logs.canonical.mcap_layout import NS, StreamHeader
+from frictool.logs.canonical.sample_chunks import join_blocks
+from frictool.logs.clocks.sample_intervals import SampleIntervals
 from frictool.logs.log import Stream, Vector
-from frictool.logs.quality.held import Held
-from frictool.logs.quality.jumps import Jumps, lone
-from frictool.logs.quality.levels import Levels
-from frictool.logs.quality.opening import Opening
-from frictool.logs.quality.quality import TimeBase
-from frictool.logs.quality.saturation import FlatTop, Tops
-from frictool.logs.quality.speed import Speed
+from frictool.logs.quality.jumps import PositionJumps, lone
+from frictool.logs.quality.opening_samples import OpeningSamples
+from frictool.logs.quality.quantisation import DistinctValues
+from frictool.logs.quality.saturation import FlatTop, FlatTopDetector
+from frictool.logs.quality.time_base import TimeBase
+from frictool.logs.quality.velocity_range import VelocityRange
+from frictool.logs.quality.zero_order_hold import HoldDetector
+from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import BLOCK_ROWS
 
 POSITION, REFERENCE = "position", "reference"
-UNSATURATED = (POSITION, REFERENCE)  # at the ends of a stroke a position stands, and so does what it is to follow
+UNSATURATED = (
+    POSITION,
+    REFERENCE,
+)  # at the ends of a stroke a position stands, and so does what it is to follow
 AT_LIMIT = 0.98  # of the limit: a measurement of it has noise
-Pieces = Callable[[], Iterator[Samples]]
+Pieces = Callable[[], Iterator[SampleBlock]]
 
 
 @dataclass
-class Signal:
-    """One signal: its unit, range, quantisation (None: no lattice), for how many samples it is held (None: it is not), flat tops.
+class SignalSurvey:
+    """One signal: its unit, range, quantisation (None: no lattice), for how many samples it is held
+    (None: it is not), flat tops.
 
-    levels: how many values it takes, at least. at_limit: samples at the bench's limit, None where it has none for this signal.
+    levels: how many values it takes, at least. at_limit: samples at the bench's limit, None where
+    it has none for this signal.
     """
 
     name: str
@@ -52,47 +58,64 @@ class Signal:
 
 
 @dataclass
-class Survey:
-    """One stream: its times, its signals, the velocities that the position shows over `window` samples, its jumps, its opening."""
+class StreamSurvey:
+    """One stream: its times, its signals, the velocities that the position shows over `window`
+    samples, its jumps, its opening."""
 
     topic: str
     base: TimeBase
-    signals: dict[str, Signal]
+    signals: dict[str, SignalSurvey]
     opening: Stream
     velocity: tuple[float, float] | None = None
     window: int | None = None
-    jumps: Jumps = field(default_factory=Jumps)
+    jumps: PositionJumps = field(default_factory=PositionJumps)
 
 
-def survey(head: Head, pieces: Pieces, limits: Mapping[str, float]) -> Survey:
-    """The survey of one stream; `pieces` gives its samples from the start, and is asked twice. Raises LogError as `pieces` does.
+def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> StreamSurvey:
+    """The survey of one stream; `pieces` gives its samples from the start, and is asked twice.
+    Raises LogError as `pieces` does.
 
     limits: signal -> the largest value, either way, that the bench lets it have.
     """
-    signals = {name: Signal(name, unit) for name, unit in zip(head.fields, head.units, strict=True)}
-    intervals, levels, held = Intervals(), {name: Levels() for name in signals}, {name: Held() for name in signals}
-    opening = Opening(head)
+    signals = {
+        name: SignalSurvey(name, unit) for name, unit in zip(head.fields, head.units, strict=True)
+    }
+    intervals, levels, held = (
+        SampleIntervals(),
+        {name: DistinctValues() for name in signals},
+        {name: HoldDetector() for name in signals},
+    )
+    opening = OpeningSamples(head)
     for piece in _blocks(pieces()):
         opening.take(piece)
         intervals.add(piece.time)
         for name, values in zip(head.fields, piece.values, strict=True):
             one = signals[name]
-            one.low, one.high = min(one.low, float(values.min())), max(one.high, float(values.max()))
+            one.low, one.high = (
+                min(one.low, float(values.min())),
+                max(one.high, float(values.max())),
+            )
             levels[name].take(values)
             held[name].take(values)
     for name, one in signals.items():
         one.levels, one.step = levels[name].count, levels[name].step
         one.hold = held[name].samples(one.step)
-    found = Survey(head.topic, intervals.base(), signals, opening.stream)
+    found = StreamSurvey(head.topic, intervals.base(), signals, opening.stream)
     _second_pass(head, pieces, found, limits)
     return found
 
 
-def _second_pass(head: Head, pieces: Pieces, found: Survey, limits: Mapping[str, float]) -> None:
+def _second_pass(
+    head: StreamHeader, pieces: Pieces, found: StreamSurvey, limits: Mapping[str, float]
+) -> None:
     """Flat tops, samples at a limit, velocities and jumps, into `found`."""
-    tops = {name: Tops(one.low, one.high, one.step) for name, one in found.signals.items() if name not in UNSATURATED}
+    tops = {
+        name: FlatTopDetector(one.low, one.high, one.step)
+        for name, one in found.signals.items()
+        if name not in UNSATURATED
+    }
     position = found.signals.get(POSITION)
-    speed = Speed(None if position is None else position.step)
+    speed = VelocityRange(None if position is None else position.step)
     before = np.empty(0), np.empty(0)
     for piece in _blocks(pieces()):
         values = dict(zip(head.fields, piece.values, strict=True))
@@ -100,11 +123,15 @@ def _second_pass(head: Head, pieces: Pieces, found: Survey, limits: Mapping[str,
             one.take(values[name])
         for name in limits.keys() & values.keys():
             signal = found.signals[name]
-            signal.at_limit = (signal.at_limit or 0) + int(np.sum(np.abs(values[name]) >= AT_LIMIT * limits[name]))
+            signal.at_limit = (signal.at_limit or 0) + int(
+                np.sum(np.abs(values[name]) >= AT_LIMIT * limits[name])
+            )
         if position is not None:
             time, place = piece.time / NS, values[POSITION]
             speed.take(time, place)
-            _jumps(found.jumps, np.append(before[0], time), np.append(before[1], place), position.step)
+            _jumps(
+                found.jumps, np.append(before[0], time), np.append(before[1], place), position.step
+            )
             before = time[-1:], place[-1:]
     for name, one in tops.items():
         found.signals[name].flat = one.found()
@@ -112,37 +139,47 @@ def _second_pass(head: Head, pieces: Pieces, found: Survey, limits: Mapping[str,
         found.velocity, found.window = speed.range, speed.window
 
 
-def _jumps(jumps: Jumps, time: Vector, position: Vector, step: float | None) -> None:
+def _jumps(jumps: PositionJumps, time: Vector, position: Vector, step: float | None) -> None:
     """The steps of a piece that stand alone, in counts."""
     if step is not None and position.size > 2:
         steps = np.diff(position) / step
         alone = lone(steps)
-        jumps.take(time[1:][alone], steps[alone], position[1:][alone] / step, float(np.abs(steps[~alone]).max(initial=0.0)) + 2.0)
+        jumps.take(
+            time[1:][alone],
+            steps[alone],
+            position[1:][alone] / step,
+            float(np.abs(steps[~alone]).max(initial=0.0)) + 2.0,
+        )
 
 
-def _blocks(pieces: Iterator[Samples]) -> Iterator[Samples]:
-    """The same samples, BLOCK_ROWS at a time: what is found does not depend on how a file is cut."""
-    waiting: list[Samples] = []
+def _blocks(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
+    """The same samples, BLOCK_ROWS at a time: what is found does not depend on how a file is
+    cut."""
+    waiting: list[SampleBlock] = []
     rows = 0
     for piece in pieces:
         waiting.append(piece)
         rows += piece.time.size
         while rows >= BLOCK_ROWS:
-            whole = joined(waiting)
+            whole = join_blocks(waiting)
             yield whole.part(0, BLOCK_ROWS)
             rows -= BLOCK_ROWS
             waiting = [whole.part(BLOCK_ROWS, BLOCK_ROWS + rows)]
     if rows:
-        yield joined(waiting)
+        yield join_blocks(waiting)
 
 
-def in_memory(stream: Stream) -> tuple[Head, Pieces]:
+def in_memory(stream: Stream) -> tuple[StreamHeader, Pieces]:
     """A stream in memory, as `survey` takes it."""
-    samples = Samples(np.rint(stream.time * NS).astype(np.int64), tuple(stream.signals.values()))
-    return Head(stream.topic, tuple(stream.signals), tuple(stream.units[name] for name in stream.signals)), lambda: iter((samples,))
+    samples = SampleBlock(
+        np.rint(stream.time * NS).astype(np.int64), tuple(stream.signals.values())
+    )
+    return StreamHeader(
+        stream.topic, tuple(stream.signals), tuple(stream.units[name] for name in stream.signals)
+    ), lambda: iter((samples,))
 
 
-def row(found: Survey, one: Signal, column: str | None) -> dict[str, Any]:
+def row(found: StreamSurvey, one: SignalSurvey, column: str | None) -> dict[str, Any]:
     """The machine's view of one signal; times in s, values in its unit."""
     base = found.base
     return {
@@ -161,5 +198,8 @@ def row(found: Survey, one: Signal, column: str | None) -> dict[str, Any]:
         "step": one.step,
         "held_s": None if one.hold is None else one.hold / base.rate_hz,
         "at_limit": one.at_limit,
-        "flat_tops": [{"at": top.at, "samples": top.samples, "longest_s": top.longest / base.rate_hz} for top in one.flat],
+        "flat_tops": [
+            {"at": top.at, "samples": top.samples, "longest_s": top.longest / base.rate_hz}
+            for top in one.flat
+        ],
     }

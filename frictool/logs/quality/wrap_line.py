@@ -1,4 +1,5 @@
-"""The line of a bench that states the period of a position that wraps, in the unit of the log or in turns, whichever number is shorter."""
+"""The line of a bench that states the period of a position that wraps, in the unit of the log or in
+turns, whichever number is shorter."""
 
 from __future__ import annotations
 
@@ -17,11 +18,16 @@ COUNT, ANGLE, WHOLE = "count", "deg", "turn"
 class WrapLine:
     """Writer of the line `wrap` or `wrap_bits` under `encoder`.
 
-    counted: the position was read as whole counts of the encoder, so that `wrap_bits` mends a wrap of 2^b counts.
+    counted: the position was read as whole counts of the encoder, so that `wrap_bits` mends a wrap
+    of 2^b counts.
     """
 
     def __init__(self, bench: Bench, counted: bool) -> None:
-        self._rotary, self._resolution, self.counted = bench.axis == "rotary", bench.encoder.resolution, counted
+        self._rotary, self._resolution, self.counted = (
+            bench.axis == "rotary",
+            bench.encoder.resolution,
+            counted,
+        )
         self._unit = si_unit("position", bench.axis)
         column = bench.columns.get("position")
         if column is not None and column.unit != COUNT:
@@ -45,7 +51,8 @@ class WrapLine:
         return f"wrap: {{value: {value}, unit: {unit}}}"
 
     def is_round(self, low: float, high: float) -> bool:
-        """Return whether a number of two digits in the unit of the log lies between two bounds in rad or m."""
+        """Return whether a number of two digits in the unit of the log lies between two bounds in
+        rad or m."""
         return low < high and shortest(low / self._factor, high / self._factor)[0] <= ROUND
 
     def round(self, low: float, high: float) -> float:
@@ -54,7 +61,8 @@ class WrapLine:
 
 
 def shortest(low: float, high: float) -> tuple[int, str]:
-    """Return the number of digits and the text of the shortest positive decimal between two bounds; DIGITS at most.
+    """Return the number of digits and the text of the shortest positive decimal between two bounds;
+    DIGITS at most.
 
     >>> shortest(24.98, 25.03), shortest(3.13, 3.15)
     ((2, '25'), (3, '3.14'))
@@ -63,5 +71,8 @@ def shortest(low: float, high: float) -> tuple[int, str]:
     for digits in range(1, DIGITS):
         text = f"{middle:.{digits}g}"
         if low <= float(text) <= high:
-            return digits, f"{float(text):.{digits}g}" if "e" not in text else f"{float(text):.{DIGITS}g}"
+            return (
+                digits,
+                f"{float(text):.{digits}g}" if "e" not in text else f"{float(text):.{DIGITS}g}",
+            )
     return DIGITS, f"{middle:.{DIGITS}g}"

@@ -1,11 +1,13 @@
 """Numbers out of serialised messages: CDR as ROS 2 writes it, and the plainer form of ROS 1.
 
-Where a number lies in a message depends on nothing but the lengths that come before it: of strings and of sequences. So one message is
-walked through field by field; all others of its size that carry the same lengths at the same places (`Layout.guards`) lie the same way,
-and their numbers are taken from them all at once. A recording of one publisher has one layout, or a few.
+Where a number lies in a message depends on nothing but the lengths that come before it: of strings
+and of sequences. So one message is walked through field by field; all others of its size that carry
+the same lengths at the same places (`Layout.guards`) lie the same way, and their numbers are taken
+from them all at once. A recording of one publisher has one layout, or a few.
 
-CDR: 4 bytes say the byte order; each number is aligned to its own size behind them (to 4 bytes at most in version 2); a text has its
-length with the closing NUL, a sequence its length; a fixed array has none. ROS 1: little-endian, nothing aligned, texts without NUL.
+CDR: 4 bytes say the byte order; each number is aligned to its own size behind them (to 4 bytes at
+most in version 2); a text has its length with the closing NUL, a sequence its length; a fixed array
+has none. ROS 1: little-endian, nothing aligned, texts without NUL.
 """
 
 from __future__ import annotations
@@ -19,20 +21,26 @@ from numpy.typing import NDArray
 
 from frictool.logs.log import Vector
 from frictool.logs.recordings.messages import LABELS, MOST_LISTED, Messages, gather
-from frictool.logs.recordings.ros_message import NUMBERS, Field, Message
+from frictool.logs.recordings.ros_message import NUMBERS, MessageField, MessageType
 
 Bytes = NDArray[np.uint8]
 MOST_STEPS = 200_000  # fields and messages in one message
 MOST_LAYOUTS = 64  # of one batch; further messages are read one by one
 PADDING = 7  # bytes that may follow a message
 KEPT_LAYOUTS = 16
-ORDER = {0: ">", 1: "<", 6: ">", 7: "<"}  # second byte of CDR: plain CDR of version 1 and of version 2
+ORDER = {
+    0: ">",
+    1: "<",
+    6: ">",
+    7: "<",
+}  # second byte of CDR: plain CDR of version 1 and of version 2
 LARGEST_ALIGNMENT = {0: 8, 1: 8, 6: 4, 7: 4}
 
 
 @dataclass(frozen=True)
-class Leaf:
-    """A number, or an array of numbers, of a message: where it begins, what each number is (`<f8`), how many; None: no array."""
+class NumberField:
+    """A number, or an array of numbers, of a message: where it begins, what each number is (`<f8`),
+    how many; None: no array."""
 
     path: str
     offset: int
@@ -49,59 +57,81 @@ class Leaf:
             yield from (f"{self.path}[{index}]" for index in range(self.count))
 
     def slot(self, path: str) -> tuple[int, str] | None:
-        """Offset and kind of the number that is called `path`, or None where it is not one of these."""
+        """Offset and kind of the number that is called `path`, or None where it is not one of
+        these."""
         if self.count is None:
             return (self.offset, self.dtype) if path == self.path else None
         if not path.startswith(self.path + "[") or not path.endswith("]"):
             return None
         key = path[len(self.path) + 1 : -1]
-        index = self.labels.index(key) if key in self.labels else int(key) if key.isascii() and key.isdigit() and len(key) < 10 else -1
-        return (self.offset + index * int(self.dtype[-1]), self.dtype) if 0 <= index < self.count else None
+        index = (
+            self.labels.index(key)
+            if key in self.labels
+            else int(key)
+            if key.isascii() and key.isdigit() and len(key) < 10
+            else -1
+        )
+        return (
+            (self.offset + index * int(self.dtype[-1]), self.dtype)
+            if 0 <= index < self.count
+            else None
+        )
 
 
 @dataclass(frozen=True)
-class Layout:
-    """Where the numbers of a message of `size` bytes lie; the bytes at `guards` are those that decide it, and `found` what stands there."""
+class MessageLayout:
+    """Where the numbers of a message of `size` bytes lie; the bytes at `guards` are those that
+    decide it, and `found` what stands there."""
 
     size: int
-    leaves: tuple[Leaf, ...]
+    leaves: tuple[NumberField, ...]
     guards: tuple[tuple[int, bytes], ...]
 
     def slots(self, paths: tuple[str, ...]) -> list[tuple[int, str] | None]:
-        return [next((slot for leaf in self.leaves if (slot := leaf.slot(path))), None) for path in paths]
+        return [
+            next((slot for leaf in self.leaves if (slot := leaf.slot(path))), None)
+            for path in paths
+        ]
 
     def fits(self, messages: Messages) -> NDArray[np.bool_]:
         """Which messages lie this way."""
         fits: NDArray[np.bool_] = messages.length == self.size
         at = np.flatnonzero(fits)
-        guards = np.concatenate([np.arange(offset, offset + len(found)) for offset, found in self.guards] or [np.empty(0, np.intp)])
+        guards = np.concatenate(
+            [np.arange(offset, offset + len(found)) for offset, found in self.guards]
+            or [np.empty(0, np.intp)]
+        )
         wanted = np.frombuffer(b"".join(found for _, found in self.guards), np.uint8)
         fits[at] = (messages.data[messages.start[at][:, None] + guards] == wanted).all(axis=1)
         return fits
 
 
-class _Walk:
+class _CdrReader:
     """One message, field by field."""
 
     def __init__(self, data: bytes, aligned: bool) -> None:
         self.data, self.position = data, 0
-        self.leaves: list[Leaf] = []
+        self.leaves: list[NumberField] = []
         self.guards: list[tuple[int, bytes]] = []
         self.steps = MOST_STEPS
         self.aligned, self.order, self.base, self.largest = aligned, "<", 0, 8
         if aligned:
             kind = data[1] if len(data) >= 4 and data[0] == 0 else -1
             if kind not in ORDER:
-                raise ValueError(f"begins with {data[:4].hex(' ') or 'nothing'}; allowed: plain CDR, 00 00 to 00 01 or 00 06 to 00 07")
+                raise ValueError(
+                    f"begins with {data[:4].hex(' ') or 'nothing'}; allowed: plain CDR, 00 00 to 00 01 or 00 06 to 00 07"
+                )
             self.order, self.largest = ORDER[kind], LARGEST_ALIGNMENT[kind]
             self.guards.append((0, data[:2]))
             self.position = self.base = 4
 
-    def layout(self, message: Message) -> Layout:
+    def layout(self, message: MessageType) -> MessageLayout:
         self.message(message, "", ())
         if len(self.data) - self.position > PADDING:
-            raise ValueError(f"is {len(self.data)} bytes long, and its definition is over after {self.position}")
-        return Layout(len(self.data), tuple(self.leaves), tuple(self.guards))
+            raise ValueError(
+                f"is {len(self.data)} bytes long, and its definition is over after {self.position}"
+            )
+        return MessageLayout(len(self.data), tuple(self.leaves), tuple(self.guards))
 
     def take(self, size: int, alignment: int) -> int:
         """Where the next `size` bytes begin."""
@@ -111,7 +141,9 @@ class _Walk:
         start = self.position
         self.position += size
         if self.position > len(self.data):
-            raise ValueError(f"is {len(self.data)} bytes long, and at least {self.position} are announced")
+            raise ValueError(
+                f"is {len(self.data)} bytes long, and at least {self.position} are announced"
+            )
         return start
 
     def length(self) -> int:
@@ -121,7 +153,9 @@ class _Walk:
         self.guards.append((start, raw))
         (value,) = struct.unpack(self.order + "I", raw)
         if value > len(self.data) - self.position:
-            raise ValueError(f"announces {value} elements with {len(self.data) - self.position} bytes left")
+            raise ValueError(
+                f"announces {value} elements with {len(self.data) - self.position} bytes left"
+            )
         return int(value)
 
     def text(self, guarded: bool) -> str:
@@ -132,7 +166,7 @@ class _Walk:
             self.guards.append((start, raw))
         return raw.rstrip(b"\0").decode("utf-8", "replace")
 
-    def message(self, message: Message, prefix: str, labels: tuple[str, ...]) -> None:
+    def message(self, message: MessageType, prefix: str, labels: tuple[str, ...]) -> None:
         self.steps -= 1 + len(message.fields)
         if self.steps < 0:
             raise ValueError(f"has more than {MOST_STEPS} fields in it")
@@ -141,26 +175,40 @@ class _Walk:
         for part in message.fields:
             labels = self.field(part, f"{prefix}{part.name}", labels) or labels
 
-    def field(self, part: Field, path: str, labels: tuple[str, ...]) -> tuple[str, ...]:
+    def field(self, part: MessageField, path: str, labels: tuple[str, ...]) -> tuple[str, ...]:
         """One field; returns what it says of the names of the others, if it does."""
-        count = None if part.repeat == "once" else part.size if part.repeat == "fixed" else self.length()
+        count = (
+            None
+            if part.repeat == "once"
+            else part.size
+            if part.repeat == "fixed"
+            else self.length()
+        )
         if count is not None and count > len(self.data) - self.position:
-            raise ValueError(f"has {count} elements in {path!r} with {len(self.data) - self.position} bytes left")
+            raise ValueError(
+                f"has {count} elements in {path!r} with {len(self.data) - self.position} bytes left"
+            )
         named = labels if len(labels) == count else ()
-        if isinstance(part.kind, Message):
+        if isinstance(part.kind, MessageType):
             for k in range(1 if count is None else count):
                 name = path if count is None else f"{path}[{named[k] if named else k}]"
                 self.message(part.kind, f"{name}.", labels)
         elif part.kind == "wstring":
             raise ValueError(f"has wide text in {path!r}, which is written in more than one way")
         elif part.kind == "string":
-            texts = tuple(self.text(part.name in LABELS) for _ in range(1 if count is None else count))
-            return texts if part.name in LABELS and count is not None and len(set(texts)) == count else ()
+            texts = tuple(
+                self.text(part.name in LABELS) for _ in range(1 if count is None else count)
+            )
+            return (
+                texts
+                if part.name in LABELS and count is not None and len(set(texts)) == count
+                else ()
+            )
         elif count != 0:
             dtype = NUMBERS[part.kind]
             size = int(dtype[1])
             start = self.take(size * (1 if count is None else count), size)
-            self.leaves.append(Leaf(path, start, self.order + dtype, count, named))
+            self.leaves.append(NumberField(path, start, self.order + dtype, count, named))
         return ()
 
 
@@ -168,15 +216,18 @@ class _Walk:
 class MessageDecoder:
     """Takes numbers out of the messages of one type. aligned: CDR, else ROS 1."""
 
-    message: Message
+    message: MessageType
     aligned: bool = True
-    _layouts: list[Layout] = field(default_factory=list)
+    _layouts: list[MessageLayout] = field(default_factory=list)
 
     def names(self, data: bytes) -> list[str]:
-        """The paths of the numbers of one message. Raises ValueError where it is not of the type."""
+        """The paths of the numbers of one message. Raises ValueError where it is not of the
+        type."""
         return [path for leaf in self._walked(data).leaves for path in leaf.paths()]
 
-    def columns(self, messages: Messages, paths: tuple[str, ...]) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
+    def columns(
+        self, messages: Messages, paths: tuple[str, ...]
+    ) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
         """See `Decoder`."""
         values = np.full((len(paths), messages.start.size), np.nan)
         present = np.zeros(values.shape, bool)
@@ -195,15 +246,22 @@ class MessageDecoder:
                 continue
             self._layouts = [layout, *self._layouts[: KEPT_LAYOUTS - 1]]
             among = left if tried < MOST_LAYOUTS else left[:1]
-            left = np.append(self._fill(layout, messages, among, paths, values, present), left[among.size :])
+            left = np.append(
+                self._fill(layout, messages, among, paths, values, present), left[among.size :]
+            )
         return values, present, failed
 
-    def _walked(self, data: bytes) -> Layout:
-        return _Walk(data, self.aligned).layout(self.message)
+    def _walked(self, data: bytes) -> MessageLayout:
+        return _CdrReader(data, self.aligned).layout(self.message)
 
     @staticmethod
     def _fill(
-        layout: Layout, messages: Messages, left: NDArray[np.intp], paths: tuple[str, ...], values: Vector, present: NDArray[np.bool_]
+        layout: MessageLayout,
+        messages: Messages,
+        left: NDArray[np.intp],
+        paths: tuple[str, ...],
+        values: Vector,
+        present: NDArray[np.bool_],
     ) -> NDArray[np.intp]:
         """Fills in the messages of this layout; returns those that are left."""
         if not left.size:
@@ -213,6 +271,8 @@ class MessageDecoder:
         for path, slot in enumerate(layout.slots(paths)):
             if slot is not None:
                 offset, dtype = slot
-                values[path, rows] = gather(messages.data, messages.start[rows] + offset, int(dtype[-1])).view(dtype)[:, 0]
+                values[path, rows] = gather(
+                    messages.data, messages.start[rows] + offset, int(dtype[-1])
+                ).view(dtype)[:, 0]
                 present[path, rows] = True
         return left[~fits]

@@ -1,4 +1,5 @@
-"""Which decoder takes the numbers out of a topic's messages: by the encodings that a recording names."""
+"""Which decoder takes the numbers out of a topic's messages: by the encodings that a recording
+names."""
 
 from __future__ import annotations
 
@@ -14,16 +15,23 @@ from frictool.logs.recordings.ros_idl import parse_idl
 from frictool.logs.recordings.ros_message import parse_message, short_name
 
 
-def topic_of(path: Path, name: str, kind: str, encoding: str, form: str, definition: bytes) -> Topic:
-    """A topic of messages of the type `kind`, written in `encoding` (`cdr`, `ros1`, `json`, `protobuf`), defined by `definition` in the
-    language `form` (`ros2msg`, ...). Where they cannot be decoded, the topic says why.
+def topic_of(
+    path: Path, name: str, kind: str, encoding: str, form: str, definition: bytes
+) -> Topic:
+    """A topic of messages of the type `kind`, written in `encoding` (`cdr`, `ros1`, `json`,
+    `protobuf`), defined by `definition` in the language `form` (`ros2msg`, ...). Where they cannot
+    be decoded, the topic says why.
     """
     try:
         return Topic(name, kind, _decoder(path, kind, encoding, form, definition))
     except LogError as error:  # a library is missing; told where the topic is asked for
         return Topic(name, kind, refused=str(error).removeprefix(f"{path}: "))
     except (ValueError, RecursionError) as error:
-        return Topic(name, kind, refused=f"the definition of {kind or 'its messages'} cannot be read: {error}")
+        return Topic(
+            name,
+            kind,
+            refused=f"the definition of {kind or 'its messages'} cannot be read: {error}",
+        )
 
 
 def _decoder(path: Path, kind: str, encoding: str, form: str, definition: bytes) -> Decoder:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from frictool.logs.recordings.object_numbers import ObjectDecoder
+from frictool.logs.recordings.object_decoder import ObjectDecoder
 
 LONGEST = 2_000_000  # bytes of a message
 

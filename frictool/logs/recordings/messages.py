@@ -8,7 +8,12 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
-LABELS = ("name", "names", "joint_names", "interface_names")  # arrays of texts that name the elements of the arrays beside and below them
+LABELS = (
+    "name",
+    "names",
+    "joint_names",
+    "interface_names",
+)  # arrays of texts that name the elements of the arrays beside and below them
 MOST_LISTED = 1000  # elements of an array that are listed one by one
 
 Bytes = NDArray[np.uint8]
@@ -17,7 +22,8 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Messages:
-    """n messages: when each was recorded [ns], where in `data` its payload begins and how many bytes it has; all of them lie in it."""
+    """n messages: when each was recorded [ns], where in `data` its payload begins and how many
+    bytes it has; all of them lie in it."""
 
     log_time: Integers
     data: Bytes
@@ -33,10 +39,15 @@ class Messages:
         return Messages(self.log_time[which], self.data, self.start[which], self.length[which])
 
 
-def packed(log_time: list[int], payloads: list[bytes]) -> Messages:
+def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
     """Messages that are read one by one, put one behind the other."""
     length = np.fromiter(map(len, payloads), np.int64, len(payloads))
-    return Messages(np.array(log_time, np.int64), np.frombuffer(b"".join(payloads), np.uint8), np.cumsum(length) - length, length)
+    return Messages(
+        np.array(log_time, np.int64),
+        np.frombuffer(b"".join(payloads), np.uint8),
+        np.cumsum(length) - length,
+        length,
+    )
 
 
 def gather(data: Bytes, start: Integers, width: int) -> Bytes:

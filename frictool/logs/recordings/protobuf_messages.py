@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from frictool.logs.extras import library
-from frictool.logs.recordings.object_numbers import ObjectDecoder
+from frictool.logs.optional_libraries import library
+from frictool.logs.recordings.object_decoder import ObjectDecoder
 
 EXTRA = "protobuf"
 
@@ -14,10 +14,12 @@ EXTRA = "protobuf"
 def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
     """The decoder of the type `kind`.
 
-    Raises LogError where the library is missing, ValueError where the descriptors are damaged or do not hold the type.
+    Raises LogError where the library is missing, ValueError where the descriptors are damaged or do
+    not hold the type.
     """
     descriptors, message, factory, pools = (
-        library(path, f"google.protobuf.{name}", EXTRA) for name in ("descriptor_pb2", "message", "message_factory", "descriptor_pool")
+        library(path, f"google.protobuf.{name}", EXTRA)
+        for name in ("descriptor_pb2", "message", "message_factory", "descriptor_pool")
     )
     try:
         given = descriptors.FileDescriptorSet.FromString(definition)
@@ -39,14 +41,22 @@ def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
 def _add(pool: Any, files: dict[str, Any]) -> None:
     """Adds files to a pool, each after those that it builds on."""
     while files:
-        name = next((name for name, file in files.items() if not any(other in files for other in file.dependency)), None)
+        name = next(
+            (
+                name
+                for name, file in files.items()
+                if not any(other in files for other in file.dependency)
+            ),
+            None,
+        )
         if name is None:
             raise ValueError("files of descriptors build on each other")
         pool.Add(files.pop(name))
 
 
 def _mapping(found: Any) -> dict[str, object]:
-    """A message as a mapping of its fields: those that are not set have their default, except messages and what is optional."""
+    """A message as a mapping of its fields: those that are not set have their default, except
+    messages and what is optional."""
     values: dict[str, object] = {}
     for field in found.DESCRIPTOR.fields:
         if field.has_presence and not found.HasField(field.name):
@@ -56,9 +66,13 @@ def _mapping(found: Any) -> dict[str, object]:
             values[field.name] = list(value) if field.is_repeated else value
         elif field.message_type.GetOptions().map_entry:
             values[field.name] = {
-                str(key): value[key] if field.message_type.fields_by_name["value"].message_type is None else _mapping(value[key])
+                str(key): value[key]
+                if field.message_type.fields_by_name["value"].message_type is None
+                else _mapping(value[key])
                 for key in value
             }
         else:
-            values[field.name] = [_mapping(one) for one in value] if field.is_repeated else _mapping(value)
+            values[field.name] = (
+                [_mapping(one) for one in value] if field.is_repeated else _mapping(value)
+            )
     return values

@@ -1,9 +1,11 @@
-"""A recording of messages on topics (MCAP, ROS 2 and ROS 1 bags) as tables: each topic that carries numbers is one, with its own time base.
+"""A recording of messages on topics (MCAP, ROS 2 and ROS 1 bags) as tables: each topic that carries
+numbers is one, with its own time base.
 
     container ──Messages, Gap, Messages, ...──▶ decoder ──numbers──▶ Table
 
-A column is called by its path: `/joint_states.position[arm]`, `/motor.data`, `/imu.linear_acceleration.x`. The elements of an array are
-called by the texts of the `name` array beside it, and by their index from 0 as well.
+A column is called by its path: `/joint_states.position[arm]`, `/motor.data`,
+`/imu.linear_acceleration.x`. The elements of an array are called by the texts of the `name` array
+beside it, and by their index from 0 as well.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.log import Vector
 from frictool.logs.recordings.messages import Messages
-from frictool.logs.table import BLOCK_ROWS, SALVAGE, Block, Loss, Nanoseconds, find, listed
+from frictool.logs.table import BLOCK_ROWS, SALVAGE, DataLoss, Nanoseconds, RowBlock, find, listed
 
 LOG_TIME = "log time"
 STAMPS = ("header.stamp", "stamp", "timestamp")  # where a message says of what time it tells
@@ -27,10 +29,15 @@ STAMP_PARTS = (("sec", "nanosec"), ("sec", "nsec"), ("seconds", "nanos"))
 FARTHEST_APART = 3600.0  # s, of two clocks that are meant to show the same time
 SAMPLED = 20  # messages of a topic that tell what numbers it carries
 PART_BYTES = 8_000_000  # of messages that are decoded at once
-HOUSEKEEPING = ("rcl_interfaces/", "rosgraph_msgs/", "bond/", "diagnostic_msgs/")  # types that tell of the software and not of the rig
+HOUSEKEEPING = (
+    "rcl_interfaces/",
+    "rosgraph_msgs/",
+    "bond/",
+    "diagnostic_msgs/",
+)  # types that tell of the software and not of the rig
 
 
-class Gap(NamedTuple):
+class MessageGap(NamedTuple):
     """Messages of a topic that could not be read: why, and how many where that is known."""
 
     reason: str
@@ -44,8 +51,11 @@ class Decoder(Protocol):
         """The paths of the numbers of one message. Raises ValueError where it cannot be read."""
         ...
 
-    def columns(self, messages: Messages, paths: tuple[str, ...]) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
-        """The numbers (paths, n), nan where a message has none; whether it has it (paths, n); and why a message could not be read."""
+    def columns(
+        self, messages: Messages, paths: tuple[str, ...]
+    ) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
+        """The numbers (paths, n), nan where a message has none; whether it has it (paths, n); and
+        why a message could not be read."""
         ...
 
 
@@ -53,8 +63,9 @@ class Decoder(Protocol):
 class Topic:
     """A topic: the type of its messages; how they are decoded, or why they cannot be.
 
-    paths: the numbers that its first messages have. stamp: what dates these messages, and the paths of its parts; None where nothing does.
-    apart_s: by how much a stamp is from the log time: clocks that are far apart were never set by one another.
+    paths: the numbers that its first messages have. stamp: what dates these messages, and the paths
+    of its parts; None where nothing does. apart_s: by how much a stamp is from the log time: clocks
+    that are far apart were never set by one another.
     """
 
     name: str
@@ -67,7 +78,8 @@ class Topic:
     sampled: int = 0
 
     def sample(self, messages: Messages) -> None:
-        """Learns what there is from the first messages; those that are damaged tell nothing, and a stamp of 0 is none."""
+        """Learns what there is from the first messages; those that are damaged tell nothing, and a
+        stamp of 0 is none."""
         first = messages.at(slice(0, max(0, SAMPLED - self.sampled)))
         self.sampled += first.start.size
         if self.decoder is None or not first.start.size:
@@ -84,27 +96,37 @@ class Topic:
                 self.apart_s = float(np.abs(seconds - first.log_time / NS).max())
 
 
-class Container(Protocol):
+class RecordingFile(Protocol):
     """A file of messages, opened. size: its bytes."""
 
     source: str
     size: int
     topics: dict[str, Topic]
 
-    def messages(self, topic: str) -> Iterator[tuple[Messages | Gap, int]]:
-        """The messages of a topic in the order of the file, and what is lost between them; each with the bytes worked through so far."""
+    def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
+        """The messages of a topic in the order of the file, and what is lost between them; each
+        with the bytes worked through so far."""
         ...
 
 
 class TopicTable:
-    """The numbers of one topic (a `Table`). clock: the stamp that dates its rows, or the log time."""
+    """The numbers of one topic (a `Table`). clock: the stamp that dates its rows, or the log
+    time."""
 
-    def __init__(self, container: Container, topic: Topic, clock: str | None) -> None:
-        stamp = topic.stamp if topic.stamp is not None and clock in (None, topic.stamp[0]) else (LOG_TIME, ())
+    def __init__(self, container: RecordingFile, topic: Topic, clock: str | None) -> None:
+        stamp = (
+            topic.stamp
+            if topic.stamp is not None and clock in (None, topic.stamp[0])
+            else (LOG_TIME, ())
+        )
         self._container, self._topic, self._stamp = container, topic, stamp[1]
         self.source, self.size, self.topic = container.source, container.size, topic.name
-        parts = topic.stamp[1] if topic.stamp is not None else ()  # they date the rows and are no signals
-        self.names = tuple(f"{topic.name}.{path}" for path in _listed(topic.paths) if path not in parts)
+        parts = (
+            topic.stamp[1] if topic.stamp is not None else ()
+        )  # they date the rows and are no signals
+        self.names = tuple(
+            f"{topic.name}.{path}" for path in _listed(topic.paths) if path not in parts
+        )
         self.units: Mapping[str, str | None] = dict.fromkeys(self.names)
         self.clock: str | None = stamp[0]
 
@@ -113,38 +135,51 @@ class TopicTable:
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """By name, by number from 1, or by an index where `names` has labels. Raises LogError where the topic carries no such number."""
+        """By name, by number from 1, or by an index where `names` has labels. Raises LogError where
+        the topic carries no such number."""
         if isinstance(wanted, int) or not wanted.startswith(f"{self.topic}."):
             return find(self.names, wanted)
         if wanted[len(self.topic) + 1 :] in self._topic.paths:
             return wanted
         if not self.names:
-            raise LogError(self.source, f"topic {self.topic} carries no numbers: {self._topic.refused or self._topic.kind}")
+            raise LogError(
+                self.source,
+                f"topic {self.topic} carries no numbers: {self._topic.refused or self._topic.kind}",
+            )
         return None
 
-    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
-        """See `Table`. A message that has none of the wanted numbers is no row: several publishers may share a topic."""
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        """See `Table`. A message that has none of the wanted numbers is no row: several publishers
+        may share a topic."""
         decoder = self._topic.decoder
         if decoder is None:
             raise LogError(self.source, f"topic {self.topic}: {self._topic.refused}")
         paths = tuple(name.removeprefix(f"{self.topic}.") for name in wanted)
         read = rows = 0
         for piece, done in self._container.messages(self.topic):
-            if isinstance(piece, Gap):
+            if isinstance(piece, MessageGap):
                 self._lost(piece, losses)
                 continue
             for part in _parts(piece):
                 values, present, failed = decoder.columns(part, paths + self._stamp)
                 for index, reason in failed.items():
                     when = f"{int(part.log_time[index]) / NS:.9g} s of its clock"
-                    self._lost(Gap(f"message {read + index + 1}, recorded at {when}, {reason}", 1), losses)
+                    self._lost(
+                        MessageGap(f"message {read + index + 1}, recorded at {when}, {reason}", 1),
+                        losses,
+                    )
                 read += part.start.size
                 rowed = present[: len(paths)].any(axis=0)
                 kept = values[:, rowed]
                 if kept.shape[1]:
                     time = self._times(part.log_time[rowed], kept[len(paths) :])
                     recorded = part.log_time[rowed] if self._stamp else None
-                    yield Block(rows, dict(zip(wanted, kept, strict=False)), time, recorded), done
+                    yield (
+                        RowBlock(rows, dict(zip(wanted, kept, strict=False)), time, recorded),
+                        done,
+                    )
                     rows += kept.shape[1]
 
     def _times(self, log_time: Nanoseconds, stamp: Vector) -> Nanoseconds:
@@ -152,33 +187,51 @@ class TopicTable:
             return log_time
         bad = ~np.isfinite(stamp).all(axis=0) | (np.abs(stamp) > 9e9).any(axis=0)
         if bad.any():
-            raise LogError(self.source, f"topic {self.topic}: a message has no {self.clock}; try clock: {LOG_TIME}")
+            raise LogError(
+                self.source,
+                f"topic {self.topic}: a message has no {self.clock}; try clock: {LOG_TIME}",
+            )
         seconds, nanoseconds = stamp.astype(np.int64)
         time: Nanoseconds = seconds * NS + nanoseconds
         return time
 
-    def _lost(self, gap: Gap, losses: list[Loss] | None) -> None:
+    def _lost(self, gap: MessageGap, losses: list[DataLoss] | None) -> None:
         if losses is None:
             raise LogError(self.source, f"{gap.reason} (topic {self.topic}); {SALVAGE}")
-        losses.append(Loss((), gap.reason, samples=gap.samples))
+        losses.append(DataLoss((), gap.reason, samples=gap.samples))
 
 
-def tables_of(container: Container, clock: str | None = None) -> tuple[TopicTable, ...]:
+def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[TopicTable, ...]:
     """A table for each topic; those without numbers have no columns.
 
-    clock: `log time`, or the path of a stamp in the messages; None takes the stamp where there is one, except where another topic has
-    none and the stamps are of a clock that was never set by the recorder's: streams of one log need one.
+    clock: `log time`, or the path of a stamp in the messages; None takes the stamp where there is
+    one, except where another topic has none and the stamps are of a clock that was never set by the
+    recorder's: streams of one log need one.
 
-    Raises LogError that lists the topics where none carries numbers, or where no topic has the clock that is asked for.
+    Raises LogError that lists the topics where none carries numbers, or where no topic has the
+    clock that is asked for.
     """
-    carrying = [topic for topic in container.topics.values() if topic.paths and not topic.kind.startswith(HOUSEKEEPING)]
+    carrying = [
+        topic
+        for topic in container.topics.values()
+        if topic.paths and not topic.kind.startswith(HOUSEKEEPING)
+    ]
     if not carrying:
-        seen = [f"{topic.name} ({topic.refused or topic.kind or 'no type'})" for topic in container.topics.values()]
+        seen = [
+            f"{topic.name} ({topic.refused or topic.kind or 'no type'})"
+            for topic in container.topics.values()
+        ]
         raise LogError(container.source, f"has no topic with numbers; found: {listed(seen)}")
     known = sorted({LOG_TIME, *(topic.stamp[0] for topic in carrying if topic.stamp)})
     if clock not in (None, *known):
-        raise LogError(container.source, f"no topic has the clock {clock!r}; found: {', '.join(known)}")
-    if clock is None and any(topic.stamp is None for topic in carrying) and max(topic.apart_s for topic in carrying) > FARTHEST_APART:
+        raise LogError(
+            container.source, f"no topic has the clock {clock!r}; found: {', '.join(known)}"
+        )
+    if (
+        clock is None
+        and any(topic.stamp is None for topic in carrying)
+        and max(topic.apart_s for topic in carrying) > FARTHEST_APART
+    ):
         clock = LOG_TIME
     return tuple(TopicTable(container, topic, clock) for topic in container.topics.values())
 
@@ -205,7 +258,9 @@ def _parts(messages: Messages) -> Iterator[Messages]:
     ends = np.cumsum(messages.length)
     first, before = 0, 0
     while first < messages.start.size:
-        last = min(int(np.searchsorted(ends, before + PART_BYTES, side="right")), first + BLOCK_ROWS)
+        last = min(
+            int(np.searchsorted(ends, before + PART_BYTES, side="right")), first + BLOCK_ROWS
+        )
         last = max(last, first + 1)
         yield messages.at(slice(first, last))
         first, before = last, int(ends[last - 1])

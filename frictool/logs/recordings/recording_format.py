@@ -1,4 +1,5 @@
-"""Recordings of messages: MCAP of any tool, ROS 2 bags (MCAP, db3, folders of parts), ROS 1 bags. Each topic with numbers is a table."""
+"""Recordings of messages: MCAP of any tool, ROS 2 bags (MCAP, db3, folders of parts), ROS 1 bags.
+Each topic with numbers is a table."""
 
 from __future__ import annotations
 
@@ -7,33 +8,37 @@ from pathlib import Path
 
 from frictool.documents.bench import Layout
 from frictool.logs.canonical.mcap_layout import MAGIC
-from frictool.logs.recordings import recorded_bag, recorded_db3
-from frictool.logs.recordings.recorded_bag import BagRecording
-from frictool.logs.recordings.recorded_db3 import Db3Recording
-from frictool.logs.recordings.recorded_mcap import McapRecording
-from frictool.logs.recordings.recorded_parts import SplitRecording
-from frictool.logs.recordings.recording import Container, tables_of
-from frictool.logs.source import head_of
-from frictool.logs.table import Table
+from frictool.logs.open_file import head_of
+from frictool.logs.recordings import ros1_bag, ros2_sqlite
+from frictool.logs.recordings.mcap_recording import McapRecording
+from frictool.logs.recordings.recording import RecordingFile, tables_of
+from frictool.logs.recordings.ros1_bag import BagRecording
+from frictool.logs.recordings.ros2_sqlite import Db3Recording
+from frictool.logs.recordings.split_recording import SplitRecording
+from frictool.logs.table import RawTable
 
 
 def sniff(head: bytes, path: Path) -> bool:
     """Whether the file is an MCAP or a bag."""
-    return head.startswith((MAGIC[:5], recorded_bag.MAGIC, recorded_db3.MAGIC))
+    return head.startswith((MAGIC[:5], ros1_bag.MAGIC, ros2_sqlite.MAGIC))
 
 
-def tables(path: Path, layout: Layout | None) -> tuple[Table, ...]:
-    """A table for each topic that carries numbers. Raises LogError where there is none, or where the file cannot be read."""
+def tables(path: Path, layout: Layout | None) -> tuple[RawTable, ...]:
+    """A table for each topic that carries numbers. Raises LogError where there is none, or where
+    the file cannot be read."""
     return tables_of(_opened(path), None if layout is None else layout.clock)
 
 
-def tables_of_parts(paths: Sequence[Path], layout: Layout | None) -> tuple[Table, ...]:
+def tables_of_parts(paths: Sequence[Path], layout: Layout | None) -> tuple[RawTable, ...]:
     """The same of the parts of one recording, in their order."""
-    return tables_of(SplitRecording(paths[0], [_opened(path) for path in paths]), None if layout is None else layout.clock)
+    return tables_of(
+        SplitRecording(paths[0], [_opened(path) for path in paths]),
+        None if layout is None else layout.clock,
+    )
 
 
-def _opened(path: Path) -> Container:
+def _opened(path: Path) -> RecordingFile:
     head = head_of(path)
-    if head.startswith(recorded_bag.MAGIC):
+    if head.startswith(ros1_bag.MAGIC):
         return BagRecording(path)
-    return Db3Recording(path) if head.startswith(recorded_db3.MAGIC) else McapRecording(path)
+    return Db3Recording(path) if head.startswith(ros2_sqlite.MAGIC) else McapRecording(path)

@@ -1,4 +1,5 @@
-"""Definitions of common ROS messages, for recordings that leave them out: bags of ROS 2 before Iron carry only the names of their types."""
+"""Definitions of common ROS messages, for recordings that leave them out: bags of ROS 2 before Iron
+carry only the names of their types."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Definitions of messages in OMG IDL (`ros2idl`) as ROS 2 writes it: modules, structures, sequences, arrays, typedefs, enumerations."""
+"""Definitions of messages in OMG IDL (`ros2idl`) as ROS 2 writes it: modules, structures,
+sequences, arrays, typedefs, enumerations."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from frictool.logs.recordings.ros_message import (
     TEXTS,
     WELL_KNOWN,
     Definitions,
-    Message,
+    MessageType,
     Repeat,
     assembled,
     parse_message,
@@ -30,17 +31,20 @@ _BASIC = {
 Type = tuple[str, Repeat, int]
 
 
-def parse_idl(name: str, text: str) -> Message:
-    """The message `name` (`sensor_msgs/msg/JointState`) of an IDL text. Raises ValueError where it is not as ROS 2 writes it."""
-    parser = _Parser([match["token"] for match in _TOKENS.finditer(text) if match["token"]])
+def parse_idl(name: str, text: str) -> MessageType:
+    """The message `name` (`sensor_msgs/msg/JointState`) of an IDL text. Raises ValueError where it
+    is not as ROS 2 writes it."""
+    parser = _IdlParser([match["token"] for match in _TOKENS.finditer(text) if match["token"]])
     parser.definitions(())
     for known, lines in WELL_KNOWN.items():
         found = parse_message(known, lines)
-        parser.structures.setdefault(known, [(one.name, str(one.kind), one.repeat, one.size) for one in found.fields])
+        parser.structures.setdefault(
+            known, [(one.name, str(one.kind), one.repeat, one.size) for one in found.fields]
+        )
     return assembled(short_name(name), parser.structures)
 
 
-class _Parser:
+class _IdlParser:
     def __init__(self, tokens: list[str]) -> None:
         self.tokens, self.at = tokens, 0
         self.structures: Definitions = {}
@@ -151,8 +155,15 @@ class _Parser:
         if word in _BASIC:
             return _BASIC[word], "once", 0
         full = (word, "::".join((*scope, word)))
-        return next((self.aliases[name] for name in full if name in self.aliases), self.structure(word, scope))
+        return next(
+            (self.aliases[name] for name in full if name in self.aliases),
+            self.structure(word, scope),
+        )
 
     @staticmethod
     def structure(word: str, scope: tuple[str, ...]) -> Type:
-        return short_name((word if "::" in word else "::".join((*scope, word))).replace("::", "/")), "once", 0
+        return (
+            short_name((word if "::" in word else "::".join((*scope, word))).replace("::", "/")),
+            "once",
+            0,
+        )

@@ -1,6 +1,8 @@
-"""What a ROS message is made of: its definition (`ros2msg`, `ros1msg`: the type and all that it contains, one text) as a tree of fields.
+"""What a ROS message is made of: its definition (`ros2msg`, `ros1msg`: the type and all that it
+contains, one text) as a tree of fields.
 
-float64[] position        # a sequence; float64[6] has a fixed length, float64[<=6] a bound, which says nothing of the bytes
+float64[] position        # a sequence; float64[6] has a fixed length, float64[<=6] a bound, which
+                          says nothing of the bytes
 std_msgs/Header header    # a message in it, defined behind a line of ===
 """
 
@@ -40,26 +42,29 @@ _FIELD = re.compile(r"\s*([\w/]+)(?:<=\d+)?(\[(?:<=)?\d*\])?\s+(\w+)\s*(=?)", re
 Repeat = Literal["once", "fixed", "sequence"]
 
 
-class Message(NamedTuple):
+class MessageType(NamedTuple):
     """A type of message and its fields in their order."""
 
     name: str
-    fields: tuple[Field, ...]
+    fields: tuple[MessageField, ...]
 
 
-class Field(NamedTuple):
-    """One field. kind: a key of NUMBERS, one of TEXTS, or the message that it holds; size: of a fixed array, else 0."""
+class MessageField(NamedTuple):
+    """One field. kind: a key of NUMBERS, one of TEXTS, or the message that it holds; size: of a
+    fixed array, else 0."""
 
     name: str
-    kind: str | Message
+    kind: str | MessageType
     repeat: Repeat = "once"
     size: int = 0
 
 
-Definitions = dict[str, list[tuple[str, str, Repeat, int]]]  # message -> name, kind, repeat and size of each field
+Definitions = dict[
+    str, list[tuple[str, str, Repeat, int]]
+]  # message -> name, kind, repeat and size of each field
 
 
-def parse_message(name: str, text: str) -> Message:
+def parse_message(name: str, text: str) -> MessageType:
     """The message `name` (`sensor_msgs/msg/JointState`) of a definition.
 
     Raises ValueError where a line is no field, or a message that is used is not defined.
@@ -81,22 +86,30 @@ def short_name(name: str) -> str:
     return name.replace("/msg/", "/")
 
 
-def assembled(name: str, definitions: Definitions) -> Message:
-    """The tree under a message. Raises ValueError where a message that is used is not defined, or the tree has no end."""
+def assembled(name: str, definitions: Definitions) -> MessageType:
+    """The tree under a message. Raises ValueError where a message that is used is not defined, or
+    the tree has no end."""
     left = MOST_FIELDS
 
-    def build(name: str, depth: int) -> Message:
+    def build(name: str, depth: int) -> MessageType:
         nonlocal left
         if name not in definitions:
             raise ValueError(f"message {name!r} is used and not defined")
         left -= len(definitions[name])
         if depth > DEEPEST or left < 0:
-            raise ValueError(f"message {name!r} lies more than {DEEPEST} messages deep, or has more than {MOST_FIELDS} fields in it")
+            raise ValueError(
+                f"message {name!r} lies more than {DEEPEST} messages deep, or has more than {MOST_FIELDS} fields in it"
+            )
         fields = (
-            Field(field, kind if kind in NUMBERS or kind in TEXTS else build(kind, depth + 1), repeat, size)
+            MessageField(
+                field,
+                kind if kind in NUMBERS or kind in TEXTS else build(kind, depth + 1),
+                repeat,
+                size,
+            )
             for field, kind, repeat, size in definitions[name]
         )
-        return Message(name, tuple(fields))
+        return MessageType(name, tuple(fields))
 
     return build(name, 0)
 
@@ -115,7 +128,9 @@ def _fields(message: str, lines: str) -> list[tuple[str, str, Repeat, int]]:
             continue
         fixed = array[1:-1].isdigit() if array else False
         repeat: Repeat = "once" if not array else "fixed" if fixed else "sequence"
-        found.append((name, _full_name(kind, message), repeat, int(array[1:-1]) if array and fixed else 0))
+        found.append(
+            (name, _full_name(kind, message), repeat, int(array[1:-1]) if array and fixed else 0)
+        )
     return found
 
 

@@ -1,6 +1,7 @@
 """The cells of a line of text, what is a number among them, and which signs part them.
 
-The lines at the start of a file tell: of the signs that are tried, those are taken that make the most numbers of what stands there.
+The lines at the start of a file tell: of the signs that are tried, those are taken that make the
+most numbers of what stands there.
 """
 
 from __future__ import annotations
@@ -14,19 +15,38 @@ from frictool.documents.bench import Layout
 BLANK = " "
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "blank": BLANK}
 MARKS = {"point": ".", "comma": ","}
-THOUSANDS = {None: "", "point": ".", "comma": ",", "blank": " \u00a0\u202f", "apostrophe": "'\u2019"}
+THOUSANDS = {
+    None: "",
+    "point": ".",
+    "comma": ",",
+    "blank": " \u00a0\u202f",
+    "apostrophe": "'\u2019",
+}
 # in this order where several do alike: a comma between cells leaves the point for decimals
-DIALECTS = ((",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), (BLANK, "."), (BLANK, ","), (",", ","))
+DIALECTS = (
+    (",", "."),
+    (";", "."),
+    (";", ","),
+    ("\t", "."),
+    ("\t", ","),
+    (BLANK, "."),
+    (BLANK, ","),
+    (",", ","),
+)
 _BETWEEN_BLANKS = re.compile(r'"[^"]*"|\S+(?:[ \t]+\[[^\]]*\])?')  # a name keeps the unit behind it
 _STAMP = re.compile(r"(\d{4}-\d\d-\d\d[Tt ])?\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[+-]\d\d(:?\d\d)?)?")
 _NUMBERS = {
-    mark: re.compile(rf"[+-]?(?:(?:[0-9]+(?:{form}[0-9]*)?|{form}[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf|infinity)", re.IGNORECASE)
+    mark: re.compile(
+        rf"[+-]?(?:(?:[0-9]+(?:{form}[0-9]*)?|{form}[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf|infinity)",
+        re.IGNORECASE,
+    )
     for mark, form in ((".", r"\."), (",", ","))
 }
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
-    """The cells of a line, without the blanks and quotes around them; between blanks there are no empty cells."""
+    """The cells of a line, without the blanks and quotes around them; between blanks there are no
+    empty cells."""
     if delimiter == BLANK:
         return [cell.strip('"') for cell in _BETWEEN_BLANKS.findall(line)]
     try:
@@ -60,12 +80,21 @@ def dialect(lines: Sequence[str], given: Layout) -> tuple[str, str]:
         total = 0.0
         for line in lines:
             cells = [cell for cell in cells_of(line, tried[0]) if cell]
-            found = sum(number(cell, tried[1], THOUSANDS[given.thousands]) is not None or is_stamp(cell) for cell in cells)
-            total += found**2 / len(cells) if cells else 0.0  # so many, times the share that they are
+            found = sum(
+                number(cell, tried[1], THOUSANDS[given.thousands]) is not None or is_stamp(cell)
+                for cell in cells
+            )
+            total += (
+                found**2 / len(cells) if cells else 0.0
+            )  # so many, times the share that they are
         return total
 
     delimiter, mark = DELIMITERS.get(given.delimiter or ""), MARKS.get(given.decimal or "")
-    left = [(one, other) for one, other in DIALECTS if delimiter in (None, one) and mark in (None, other)]
+    left = [
+        (one, other)
+        for one, other in DIALECTS
+        if delimiter in (None, one) and mark in (None, other)
+    ]
     if given.thousands == "blank":
         left = [one for one in left if one[0] != BLANK]
     return max(left, key=numbers) if left else (delimiter or ",", mark or ".")

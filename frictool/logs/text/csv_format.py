@@ -1,10 +1,13 @@
-"""Raw text of a bench, CSV and its kin: rows of numbers, read in blocks by a compiled pass over the bytes (kernels/rows.py).
+"""Raw text of a bench, CSV and its kin: rows of numbers, read in blocks by a compiled pass over the
+bytes (kernels/row_scanner.py).
 
     bytes ──▶ layout, from the first lines (layout.py)
           ──▶ rows ──▶ Block, Block, ...
-                └─ a cell that is no plain number is looked at here: it is a number all the same, or it is blank, or it is no number
+                └─ a cell that is no plain number is looked at here: it is a number all the same, or
+                it is blank, or it is no number
 
-Without salvage the first of the last two ends the reading; with it, it is nan, and a row that has not the cells of the others is left out.
+Without salvage the first of the last two ends the reading; with it, it is nan, and a row that has
+not the cells of the others is left out.
 """
 
 from __future__ import annotations
@@ -21,13 +24,13 @@ from frictool.documents.bench import Layout
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import LATEST, NS
 from frictool.logs.day_clock import DayClock
-from frictool.logs.kernels.rows import CELL, CUT, ROW, SKIP, STAMP
-from frictool.logs.source import open_log
-from frictool.logs.table import SALVAGE, Block, Loss, find
-from frictool.logs.text.batches import Batch, Feed, Issue, batches
-from frictool.logs.text.bytes import decoded, encoding_of, head_bytes, is_text, text_bytes
+from frictool.logs.kernels.row_scanner import CELL, CUT, ROW, SKIP, STAMP
+from frictool.logs.open_file import open_log
+from frictool.logs.table import SALVAGE, DataLoss, RowBlock, find
 from frictool.logs.text.cells import THOUSANDS, number
 from frictool.logs.text.layout import LONGEST_LINE, find_layout
+from frictool.logs.text.row_batches import RowBatch, RowIssue, TextWindow, batches
+from frictool.logs.text.text_encoding import decoded, encoding_of, head_bytes, is_text, text_bytes
 
 NO_END = "the last line has no line end: the file may be cut; add a line end if it is whole, or write layout.whole: true in the bench"
 _DATE = re.compile(r"\d+[./-]\d+[./-]\d+\b")
@@ -56,9 +59,15 @@ class CsvTable:
         self.source, self.topic, self.size = str(path), "", path.stat().st_size
         encoding = encoding_of(head, given.encoding)
         text = head_bytes(head, encoding)
-        self.layout = found = find_layout(path, decoded(text, encoding), len(head) >= self.size, encoding, given)
+        self.layout = found = find_layout(
+            path, decoded(text, encoding), len(head) >= self.size, encoding, given
+        )
         ends = re.finditer(rb"\r\n|\n|\r", text)
-        self._start = next((end.end() for end in islice(ends, found.first_line - 2, None)), 0) if found.first_line > 1 else 0
+        self._start = (
+            next((end.end() for end in islice(ends, found.first_line - 2, None)), 0)
+            if found.first_line > 1
+            else 0
+        )
         self.names, self.clock, self.told = found.names, found.clock, found.told
         self.units = dict(zip(found.names, found.units, strict=True))
 
@@ -68,11 +77,25 @@ class CsvTable:
     def line(self, row: int) -> int | None:
         """The line of a row: blank lines count as lines and not as rows."""
         slots = np.full(len(self.names), SKIP)
-        return next((batch.last_line for batch in self._batches(slots, 0, row) if batch.first_row + batch.rows > row), None)
+        return next(
+            (
+                batch.last_line
+                for batch in self._batches(slots, 0, row)
+                if batch.first_row + batch.rows > row
+            ),
+            None,
+        )
 
-    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
-        """See Table. A cell that is no number is nan where damage is a loss; a row without the cells of the others is left out."""
-        chosen = [name for name in dict.fromkeys(wanted) if name != self.clock or self.layout.stamps is None]
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        """See Table. A cell that is no number is nan where damage is a loss; a row without the
+        cells of the others is left out."""
+        chosen = [
+            name
+            for name in dict.fromkeys(wanted)
+            if name != self.clock or self.layout.stamps is None
+        ]
         slots = np.full(len(self.names), SKIP)
         slots[[self.names.index(name) for name in chosen]] = np.arange(len(chosen))
         if self.layout.stamps is not None:
@@ -92,33 +115,50 @@ class CsvTable:
         if not rows:
             raise LogError(self.source, "has no rows")
 
-    def _block(self, batch: Batch, chosen: Sequence[str], begin: int, end: int, clock: DayClock) -> Block:
+    def _block(
+        self, batch: RowBatch, chosen: Sequence[str], begin: int, end: int, clock: DayClock
+    ) -> RowBlock:
         first, layout = batch.first_row + begin, self.layout
-        columns = {name: values[begin:end] for name, values in zip(chosen, batch.values, strict=True)}
+        columns = {
+            name: values[begin:end] for name, values in zip(chosen, batch.values, strict=True)
+        }
         if layout.stamps is not None:
-            return Block(first, columns, clock.onward(batch.stamps[begin:end]))
+            return RowBlock(first, columns, clock.onward(batch.stamps[begin:end]))
         if layout.period_ns is not None:
             with np.errstate(over="ignore", invalid="ignore"):
-                time = np.rint(layout.start_ns + np.arange(first, first + end - begin) * layout.period_ns)
+                time = np.rint(
+                    layout.start_ns + np.arange(first, first + end - begin) * layout.period_ns
+                )
             if not np.abs(time[[0, -1]]).max() < LATEST * NS:
-                raise LogError(self.source, f"{layout.clock} dates its rows beyond {LATEST:g} s; is it right?")
-            return Block(first, columns, time.astype(np.int64))
-        return Block(first, columns)
+                raise LogError(
+                    self.source, f"{layout.clock} dates its rows beyond {LATEST:g} s; is it right?"
+                )
+            return RowBlock(first, columns, time.astype(np.int64))
+        return RowBlock(first, columns)
 
-    def _batches(self, slots: NDArray[np.int64], width: int, until: int | None) -> Iterator[Batch]:
+    def _batches(
+        self, slots: NDArray[np.int64], width: int, until: int | None
+    ) -> Iterator[RowBatch]:
         layout = self.layout
         dialect = ord(layout.delimiter), ord(layout.mark)
-        feed = Feed(text_bytes(self._path, layout.encoding), self._start)
+        feed = TextWindow(text_bytes(self._path, layout.encoding), self._start)
         return batches(self.source, feed, layout.first_line, dialect, slots, width, until)
 
-    def _judged(self, batch: Batch, slots: NDArray[np.int64], losses: list[Loss] | None) -> Iterator[tuple[int, Loss]]:
-        """The rows of a batch that are left out, and why; puts in the numbers that only looked like none.
+    def _judged(
+        self, batch: RowBatch, slots: NDArray[np.int64], losses: list[DataLoss] | None
+    ) -> Iterator[tuple[int, DataLoss]]:
+        """The rows of a batch that are left out, and why; puts in the numbers that only looked like
+        none.
 
         Raises LogError at the first issue where damage is no loss.
         """
         for issue in batch.issues:
             cell = decoded(issue.text, self.layout.encoding).strip().strip('"').strip()
-            value = number(cell, self.layout.mark, self.layout.thousands) if issue.kind == CELL else None
+            value = (
+                number(cell, self.layout.mark, self.layout.thousands)
+                if issue.kind == CELL
+                else None
+            )
             if value is not None and slots[issue.what] >= 0:
                 batch.values[slots[issue.what], issue.row] = value
                 continue
@@ -126,23 +166,39 @@ class CsvTable:
                 continue
             message = self._message(issue, cell)
             if losses is None:
-                one = issue.kind == ROW or message.endswith("allowed: a number")  # and not the way in which the whole file is written
-                raise LogError(self.source, f"{message}; {SALVAGE}" if one else message, line=issue.line)
+                one = issue.kind == ROW or message.endswith(
+                    "allowed: a number"
+                )  # and not the way in which the whole file is written
+                raise LogError(
+                    self.source, f"{message}; {SALVAGE}" if one else message, line=issue.line
+                )
             if issue.kind != CELL or slots[issue.what] == STAMP:
-                yield issue.row, Loss((), f"line {issue.line}: {message}", samples=1)
+                yield issue.row, DataLoss((), f"line {issue.line}: {message}", samples=1)
 
-    def _message(self, issue: Issue, cell: str) -> str:
+    def _message(self, issue: RowIssue, cell: str) -> str:
         if issue.kind == CUT:
             return NO_END
         layout = self.layout
         if issue.kind == ROW:
             cut = "; is the file cut off here?" if issue.what < len(self.names) else ""
-            where = f"the header in line {layout.header_line}" if layout.header_line else "the first of the numbers"
+            where = (
+                f"the header in line {layout.header_line}"
+                if layout.header_line
+                else "the first of the numbers"
+            )
             return f"has {issue.what} cells, {where} has {len(self.names)}{cut}"
         shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else "an empty cell"
         other = "," if layout.mark == "." else "."
-        hint = f" with a decimal {'point' if layout.mark == '.' else 'comma'}" if number(cell, other) is not None else ""
-        signs = [name for name, signs in THOUSANDS.items() if layout.mark not in signs and number(cell, layout.mark, signs) is not None]
+        hint = (
+            f" with a decimal {'point' if layout.mark == '.' else 'comma'}"
+            if number(cell, other) is not None
+            else ""
+        )
+        signs = [
+            name
+            for name, signs in THOUSANDS.items()
+            if layout.mark not in signs and number(cell, layout.mark, signs) is not None
+        ]
         if signs and signs[0] is not None and not hint:
             hint = f"; does it have a sign for thousands? then give layout.thousands: {signs[0]} in the bench"
         if issue.what == layout.stamps or _DATE.match(cell):

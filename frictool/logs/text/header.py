@@ -1,6 +1,7 @@
 """Header of a text file: metadata, the names of the columns, their units.
 
-metadata lines       a sample interval among them is found; TwinCAT's repeat their key: `Name,a,Name,b` has the names, `Unit` the units
+metadata lines       a sample interval among them is found; TwinCAT's repeat their key:
+                     `Name,a,Name,b` has the names, `Unit` the units
 header               the nearest line above the numbers that is a line of labels
 units                inside the header's names, or in a line of their own beneath it
 rows of numbers      from the first line on that has numbers where most lines have them
@@ -20,14 +21,39 @@ IsNumber = Callable[[str], bool]
 Rows = Sequence[Sequence[str]]
 TIME_UNITS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}  # ns
 RATE_UNITS = {"Hz": 1e9, "kHz": 1e6, "MHz": 1e3}  # ns, over the rate
-_INTERVAL = re.compile(r"(.*\b)?(sampl\w*|time|horizontal)?[ _]*(interval|increment|period|xincr\w*|tinc|dt)\b.*", re.IGNORECASE)
+_INTERVAL = re.compile(
+    r"(.*\b)?(sampl\w*|time|horizontal)?[ _]*(interval|increment|period|xincr\w*|tinc|dt)\b.*",
+    re.IGNORECASE,
+)
 _RATE = re.compile(r".*\bsampl\w*[ _](rate|frequency|freq)\b.*", re.IGNORECASE)
 CHANNEL_KEYS = (  # that begin the lines about the channels in an export of TwinCAT's scope
-    *("name", "symbolcomment", "data-type", "sampletime[ms]", "variablesize", "symbolbased", "indexgroup", "indexoffset"),
-    *("symbolname", "netid", "port", "offset", "scalefactor", "bitmask", "unit", "unit scalefactor", "unit offset"),
+    *(
+        "name",
+        "symbolcomment",
+        "data-type",
+        "sampletime[ms]",
+        "variablesize",
+        "symbolbased",
+        "indexgroup",
+        "indexoffset",
+    ),
+    *(
+        "symbolname",
+        "netid",
+        "port",
+        "offset",
+        "scalefactor",
+        "bitmask",
+        "unit",
+        "unit scalefactor",
+        "unit offset",
+    ),
 )
 FEWEST_KEYS = 3  # lines that begin with one of them
-START, INCREMENT = "start", "increment"  # columns of an oscilloscope's export whose only numbers stand beneath their names
+START, INCREMENT = (
+    "start",
+    "increment",
+)  # columns of an oscilloscope's export whose only numbers stand beneath their names
 
 
 def trimmed(row: Sequence[str]) -> Sequence[str]:
@@ -39,14 +65,21 @@ def trimmed(row: Sequence[str]) -> Sequence[str]:
 
 
 def first_row(rows: Rows, is_number: IsNumber) -> int | None:
-    """The index of the first line of numbers, or None: it has as many cells as most lines, and numbers where most of those have them."""
+    """The index of the first line of numbers, or None: it has as many cells as most lines, and
+    numbers where most of those have them."""
     numeric = [(index, row) for index, row in enumerate(rows) if any(map(is_number, row))]
     if not numeric:
         return None
     width = Counter(len(row) for _, row in numeric).most_common(1)[0][0]
     full = [(index, row) for index, row in numeric if len(row) == width]
-    later = [row for _, row in full[len(full) // 2 :]]  # what stands above the numbers is less likely among them
-    usual = [column for column in range(width) if 2 * sum(is_number(row[column]) for row in later) > len(later)]
+    later = [
+        row for _, row in full[len(full) // 2 :]
+    ]  # what stands above the numbers is less likely among them
+    usual = [
+        column
+        for column in range(width)
+        if 2 * sum(is_number(row[column]) for row in later) > len(later)
+    ]
     for index, row in full:
         filled = [column for column in usual if row[column]]
         found = sum(is_number(row[column]) for column in filled)
@@ -56,20 +89,28 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
 
 
 def _stands_over_units(rows: Rows, index: int) -> bool:
-    """Whether what looks like numbers names the columns of an oscilloscope, `x-axis,1,2` over `second,Volt,Volt`."""
+    """Whether what looks like numbers names the columns of an oscilloscope, `x-axis,1,2` over
+    `second,Volt,Volt`."""
     below = rows[index + 1] if index + 1 < len(rows) else ()
     return len(below) == len(rows[index]) and all(is_unit(cell) for cell in below)
 
 
 def labels_above(rows: Rows, first: int, is_number: IsNumber) -> tuple[int | None, int | None]:
-    """The indexes of the header and of the line of units, above the first row of numbers: (header, units), None where there is none."""
+    """The indexes of the header and of the line of units, above the first row of numbers: (header,
+    units), None where there is none."""
     above = [index for index in range(first) if any(rows[index])]
-    keyed = {rows[index][0].lower(): index for index in above if rows[index][0].lower() in CHANNEL_KEYS}
+    keyed = {
+        rows[index][0].lower(): index for index in above if rows[index][0].lower() in CHANNEL_KEYS
+    }
     if len(keyed) >= FEWEST_KEYS:
         return keyed.get("name"), keyed.get("unit")
     if not above or not _are_labels(rows, above[-1], first):
         return None, None
-    if len(above) > 1 and _are_labels(rows, above[-2], first) and _are_units(rows[above[-1]], is_number):
+    if (
+        len(above) > 1
+        and _are_labels(rows, above[-2], first)
+        and _are_units(rows[above[-1]], is_number)
+    ):
         return above[-2], above[-1]
     return above[-1], None
 
@@ -80,15 +121,17 @@ def _are_labels(rows: Rows, index: int, first: int) -> bool:
 
 
 def _are_units(row: Sequence[str], is_number: IsNumber) -> bool:
-    """Whether a line holds units: half of what stands in it are, or its first cell is a unit of time."""
+    """Whether a line holds units: half of what stands in it are, or its first cell is a unit of
+    time."""
     cells = [cell for cell in row if cell.lower() not in NO_UNIT and not is_number(cell)]
     units = [cell for cell in cells if is_unit(cell)]
     return bool(units) and (2 * len(units) >= len(cells) or spelled(row[0]) in TIME_UNITS)
 
 
 @dataclass(frozen=True)
-class Labels:
-    """names, units: of the columns. period_ns, start_ns: of the rows where the lines above say so, and the words that do."""
+class ColumnLabels:
+    """names, units: of the columns. period_ns, start_ns: of the rows where the lines above say so,
+    and the words that do."""
 
     names: tuple[str, ...]
     units: tuple[str | None, ...]
@@ -97,25 +140,47 @@ class Labels:
     start_ns: float = 0.0
 
 
-def labels(rows: Rows, first: int, header: int | None, unit: int | None, number: Callable[[str], float | None]) -> Labels:
+def labels(
+    rows: Rows,
+    first: int,
+    header: int | None,
+    unit: int | None,
+    number: Callable[[str], float | None],
+) -> ColumnLabels:
     """Names and units of the columns, and the rows' sample interval."""
     names = list(rows[header]) if header is not None else []
     beneath = list(rows[unit]) if unit is not None else []
-    steps = _steps_beneath(names, beneath, number) or _steps_in(rows, first if header is None else header, number)
+    steps = _steps_beneath(names, beneath, number) or _steps_in(
+        rows, first if header is None else header, number
+    )
     width = len(rows[first])
     if names:
         if names[0][:1] in ("#", "%"):  # a comment's sign before the first name
             names = [names[0][1:].strip(), *names[1:]] if names[0][1:].strip() else names[1:]
-        named = next((place for place, name in enumerate(names) if steps and name.lower() in (START, INCREMENT)), len(trimmed(names)))
+        named = next(
+            (
+                place
+                for place, name in enumerate(names)
+                if steps and name.lower() in (START, INCREMENT)
+            ),
+            len(trimmed(names)),
+        )
         width = min(len(names), max(width, named))
     parted = [_label(names, beneath, column, number) for column in range(width)]
-    called = distinct([name for name, _ in parted]) if names else [str(column + 1) for column in range(width)]
+    called = (
+        distinct([name for name, _ in parted])
+        if names
+        else [str(column + 1) for column in range(width)]
+    )
     clock, period, start = steps or (None, None, 0.0)
-    return Labels(tuple(called), tuple(unit for _, unit in parted), clock, period, start)
+    return ColumnLabels(tuple(called), tuple(unit for _, unit in parted), clock, period, start)
 
 
-def _label(names: Sequence[str], beneath: Sequence[str], column: int, number: Callable[[str], float | None]) -> tuple[str, str | None]:
-    """Name and unit of a column. A text beneath a name that is no unit says more than the name, and takes its place."""
+def _label(
+    names: Sequence[str], beneath: Sequence[str], column: int, number: Callable[[str], float | None]
+) -> tuple[str, str | None]:
+    """Name and unit of a column. A text beneath a name that is no unit says more than the name, and
+    takes its place."""
     name, unit = name_and_unit(names[column]) if column < len(names) else ("", None)
     below = beneath[column] if column < len(beneath) else ""
     if is_unit(below):
@@ -126,7 +191,8 @@ def _label(names: Sequence[str], beneath: Sequence[str], column: int, number: Ca
 def _steps_beneath(
     names: Sequence[str], beneath: Sequence[str], number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """Start and increment of the rows, in s, where columns of these names have them in the line beneath."""
+    """Start and increment of the rows, in s, where columns of these names have them in the line
+    beneath."""
     found = {name.lower(): number(cell) for name, cell in zip(names, beneath, strict=False)}
     increment = found.get(INCREMENT)
     start = found.get(START) or 0.0
@@ -135,8 +201,11 @@ def _steps_beneath(
     return "increment", increment * 1e9, start * 1e9
 
 
-def _steps_in(rows: Rows, end: int, number: Callable[[str], float | None]) -> tuple[str | None, float | None, float] | None:
-    """The sample interval or rate that a line of metadata gives as `key, number`, its unit in the key or after the number."""
+def _steps_in(
+    rows: Rows, end: int, number: Callable[[str], float | None]
+) -> tuple[str | None, float | None, float] | None:
+    """The sample interval or rate that a line of metadata gives as `key, number`, its unit in the
+    key or after the number."""
     for row in rows[:end]:
         value = number(row[1]) if len(row) > 1 else None
         if value is None or not 0.0 < value < math.inf:
@@ -151,6 +220,10 @@ def _steps_in(rows: Rows, end: int, number: Callable[[str], float | None]) -> tu
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """Names as they are; one without a name, or with the name of another, is called by its number as well."""
+    """Names as they are; one without a name, or with the name of another, is called by its number
+    as well."""
     count = Counter(names)
-    return [name if name and count[name] == 1 else f"{name} (column {number})".strip() for number, name in enumerate(names, start=1)]
+    return [
+        name if name and count[name] == 1 else f"{name} (column {number})".strip()
+        for number, name in enumerate(names, start=1)
+    ]

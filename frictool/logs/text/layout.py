@@ -1,4 +1,5 @@
-"""How a text file is laid out, found in its first lines; what the bench's `layout` says is not looked for."""
+"""How a text file is laid out, found in its first lines; what the bench's `layout` says is not
+looked for."""
 
 from __future__ import annotations
 
@@ -8,25 +9,36 @@ from pathlib import Path
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
-from frictool.logs.text.bytes import Encoding
-from frictool.logs.text.cells import DELIMITERS, MARKS, THOUSANDS, cells_of, dialect, is_stamp, number
+from frictool.logs.text.cells import (
+    DELIMITERS,
+    MARKS,
+    THOUSANDS,
+    cells_of,
+    dialect,
+    is_stamp,
+    number,
+)
 from frictool.logs.text.header import IsNumber, Rows, first_row, labels, labels_above
+from frictool.logs.text.text_encoding import TextEncoding
 from frictool.logs.text.units import ISO_8601
 
 LONGEST_LINE = 1_000_000  # characters of a line above the numbers
-PLAIN = "UTF-8, comma between cells, decimal point, header in line 1, numbers from line 2"  # what goes without saying
+# what goes without saying
+PLAIN = "UTF-8, comma between cells, decimal point, header in line 1, numbers from line 2"
 MOST_LINES = 200  # that are looked at
 
 
 @dataclass(frozen=True)
 class TextLayout:
-    """What a text file is read by. Lines count from 1, 0 is none; `first_line` is where rows of numbers begin.
+    """What a text file is read by. Lines count from 1, 0 is none; `first_line` is where rows of
+    numbers begin.
 
-    names, units: of its columns. clock: what dates the rows, where no number does: either the column `stamps`, by its index, which
-    holds ISO 8601; or period_ns and start_ns, which a line above the numbers or the bench says.
+    names, units: of its columns. clock: what dates the rows, where no number does: either the
+    column `stamps`, by its index, which holds ISO 8601; or period_ns and start_ns, which a line
+    above the numbers or the bench says.
     """
 
-    encoding: Encoding
+    encoding: TextEncoding
     delimiter: str
     mark: str
     thousands: str
@@ -45,15 +57,27 @@ class TextLayout:
         """What was found, for people."""
         between = next(name for name, sign in DELIMITERS.items() if sign == self.delimiter)
         decimal = next(name for name, sign in MARKS.items() if sign == self.mark)
-        lines = [f"{what} in line {line}" for what, line in (("header", self.header_line), ("units", self.unit_line)) if line]
-        shown = [self.encoding.shown, f"{between} between cells", f"decimal {decimal}", *(lines or ["no header"])]
+        lines = [
+            f"{what} in line {line}"
+            for what, line in (("header", self.header_line), ("units", self.unit_line))
+            if line
+        ]
+        shown = [
+            self.encoding.shown,
+            f"{between} between cells",
+            f"decimal {decimal}",
+            *(lines or ["no header"]),
+        ]
         return ", ".join([*shown, f"numbers from line {self.first_line}"])
 
 
-def find_layout(path: Path, head: str, whole: bool, encoding: Encoding, given: Layout) -> TextLayout:
+def find_layout(
+    path: Path, head: str, whole: bool, encoding: TextEncoding, given: Layout
+) -> TextLayout:
     """The layout of the file that begins with `head`, which is all of it where `whole`.
 
-    Raises LogError where there is no line, none with numbers after those that the bench's layout names, or one longer than LONGEST_LINE.
+    Raises LogError where there is no line, none with numbers after those that the bench's layout
+    names, or one longer than LONGEST_LINE.
     """
     lines = _lines(path, head, whole, max(MOST_LINES, given.first_line or 0))
     delimiter, mark = dialect(lines[:MOST_LINES], given)
@@ -73,11 +97,19 @@ def find_layout(path: Path, head: str, whole: bool, encoding: Encoding, given: L
         raise LogError(path, _no_rows(rows, first, after))
     header, unit = _above(rows, first, given, is_number)
     found = labels(rows, first, header, unit, value)
-    stamps = next((place for place, cell in enumerate(rows[first][: len(found.names)]) if is_stamp(cell)), None)
+    stamps = next(
+        (place for place, cell in enumerate(rows[first][: len(found.names)]) if is_stamp(cell)),
+        None,
+    )
     units = tuple(ISO_8601 if place == stamps else one for place, one in enumerate(found.units))
     clock, period, start = found.clock, found.period_ns, found.start_ns
     if given.period_s is not None:
-        clock, stamps, period, start = "layout.period_s", None, given.period_s * 1e9, (given.start_s or 0.0) * 1e9
+        clock, stamps, period, start = (
+            "layout.period_s",
+            None,
+            given.period_s * 1e9,
+            (given.start_s or 0.0) * 1e9,
+        )
     elif stamps is not None:
         clock, period, start = found.names[stamps], None, 0.0
     return TextLayout(
@@ -105,7 +137,11 @@ def _lines(path: Path, head: str, whole: bool, most: int) -> list[str]:
         lines.pop()  # what follows, or a line that goes on beyond the head
     for place, line in enumerate(lines, start=1):
         if len(line) >= LONGEST_LINE:
-            raise LogError(path, f"is longer than {LONGEST_LINE} characters; a table with a header is expected", line=place)
+            raise LogError(
+                path,
+                f"is longer than {LONGEST_LINE} characters; a table with a header is expected",
+                line=place,
+            )
     return lines
 
 
@@ -117,16 +153,23 @@ def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
     if sum(any(row) for row in rows) == 1:
         return "has a header and no rows"
     return (
-        f"has no row of numbers in its first {len(rows)} lines; is it a table? where it begins later, give layout.first_line in the bench"
+        f"has no row of numbers in its first {len(rows)} lines; is it a table? "
+        "where it begins later, give layout.first_line in the bench"
     )
 
 
-def _above(rows: Rows, first: int, given: Layout, is_number: IsNumber) -> tuple[int | None, int | None]:
-    """The indexes of the header and of the line of units: as the bench says them, else as they are found."""
+def _above(
+    rows: Rows, first: int, given: Layout, is_number: IsNumber
+) -> tuple[int | None, int | None]:
+    """The indexes of the header and of the line of units: as the bench says them, else as they are
+    found."""
     header, unit = labels_above(rows, first, is_number)
     if given.unit_line is not None:
         unit = given.unit_line - 1 if given.unit_line else None
-        header = max((place for place in range(first if unit is None else unit) if any(rows[place])), default=None)
+        header = max(
+            (place for place in range(first if unit is None else unit) if any(rows[place])),
+            default=None,
+        )
     if given.header_line is not None:
         header = given.header_line - 1 if given.header_line else None
         if given.unit_line is None and (header is None or (unit is not None and unit <= header)):

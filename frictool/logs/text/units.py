@@ -1,4 +1,5 @@
-"""Units as the headers of instruments write them: told from names, and spelled as the units library reads them."""
+"""Units as the headers of instruments write them: told from names, and spelled as the units library
+reads them."""
 
 from __future__ import annotations
 
@@ -45,11 +46,14 @@ def is_unit(text: str) -> bool:
     unit = spelled(text)
     if unit is None:
         return False
-    return unit in SPELLED.values() or all(_PART.fullmatch(part) for part in re.split(r"[\s/*.·]+", unit))
+    return unit in SPELLED.values() or all(
+        _PART.fullmatch(part) for part in re.split(r"[\s/*.·]+", unit)
+    )
 
 
 def name_and_unit(cell: str) -> tuple[str, str | None]:
-    """A header's cell parted: `speed [rpm]`, `speed (rpm)`, `speed/rpm`; brackets hold a unit always, the others where it is one.
+    """A header's cell parted: `speed [rpm]`, `speed (rpm)`, `speed/rpm`; brackets hold a unit
+    always, the others where it is one.
 
     >>> name_and_unit("speed (r/min)"), name_and_unit("torque (filtered)"), name_and_unit("U/V")
     (('speed', 'rpm'), ('torque (filtered)', None), ('U', 'V'))

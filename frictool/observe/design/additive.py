@@ -1,9 +1,13 @@
-"""The observer of a friction that has grown by alpha [N m | N], whatever the position: (6.20)-(6.26), 3 modes.
+"""The observer of a friction that has grown by alpha [N m | N], whatever the position:
+(6.20)-(6.26), 3 modes.
 
-    X^+ = A_i X^ + B_i (u - s (f^(y) + alpha)) + L_X (y - C X^),     alpha^+ = alpha + L_alpha (y - C X^),     s the direction of motion
+    X^+ = A_i X^ + B_i (u - s (f^(y) + alpha)) + L_X (y - C X^),     alpha^+ = alpha + L_alpha (y -
+                                                                     C X^),     s the direction of
+                                                                     motion
 
-(6.22) prints + B_i alpha, with which friction would be f - alpha forward and f + alpha backward, and the matrices of (6.25) of another
-sign; figure 6.8 shows f + alpha. Here alpha adds to the friction in both directions, and A_a(i) has -s B_i, as (6.25).
+(6.22) prints + B_i alpha, with which friction would be f - alpha forward and f + alpha backward,
+and the matrices of (6.25) of another sign; figure 6.8 shows f + alpha. Here alpha adds to the
+friction in both directions, and A_a(i) has -s B_i, as (6.25).
 """
 
 from __future__ import annotations
@@ -12,14 +16,17 @@ from frictool.documents.model import Model
 from frictool.documents.observer import Mode, Observer
 from frictool.documents.provenance import Provenance
 from frictool.observe.design.friction_map import friction_map
-from frictool.observe.design.settings import Settings
-from frictool.observe.design.switched import designed, facts_of
+from frictool.observe.design.settings import SwitchedObserverSettings
+from frictool.observe.design.switched import design_switched, facts_of
 from frictool.observe.design.transitions import switches
 
 
-def design(model: Model, settings: Settings, provenance: Provenance) -> Observer:
-    """Verified gains of the three modes. Raises NoSolutionError where the inequalities have no solution, or it is not verified."""
+def design(model: Model, settings: SwitchedObserverSettings, provenance: Provenance) -> Observer:
+    """Verified gains of the three modes. Raises NoSolutionError where the inequalities have no
+    solution, or it is not verified."""
     friction = friction_map(model)
     modes = [Mode(-1, -1, (), 0.0), Mode(0, 0, (), 0.0), Mode(1, 1, (), 0.0)]
     facts = facts_of(model, settings, friction, "additive")
-    return designed(model, settings, provenance, facts, friction, modes, switches(1, 1, settings.transitions))
+    return design_switched(
+        model, settings, provenance, facts, friction, modes, switches(1, 1, settings.transitions)
+    )

@@ -1,10 +1,12 @@
-"""Velocity error of a tracking observer under white noise, by the steady covariance of its linear error.
+"""Velocity error of a tracking observer under white noise, by the steady covariance of its linear
+error.
 
     error     e = (x, v, d/J), measured before the correction:   e+ = F ((1 - L C) e - L n) + B a
-    in slip   F is the model x'' = a + d/J over one period; n: error of the measured position, a: error of the acceleration
+    in slip   F is the model x'' = a + d/J over one period; n: error of the measured position, a:
+              error of the acceleration
 
-Time is counted in periods here, so that the matrices depend on the gains alone. The covariance is the sum of A^k Q A'^k, doubled at
-each step (Smith's method).
+Time is counted in periods here, so that the matrices depend on the gains alone. The covariance is
+the sum of A^k Q A'^k, doubled at each step (Smith's method).
 """
 
 from __future__ import annotations
@@ -24,8 +26,9 @@ CONVERGED = 1e-12  # relative
 class ErrorGains(NamedTuple):
     """Standard deviations of the corrected velocity [1/s], both relative to a length.
 
-    rounding: for a white error of the measured position, over that error's standard deviation. misfit: for a white error of the
-    acceleration, over the standard deviation of the miss that it causes between measured and predicted position.
+    rounding: for a white error of the measured position, over that error's standard deviation.
+    misfit: for a white error of the acceleration, over the standard deviation of the miss that it
+    causes between measured and predicted position.
     """
 
     rounding: float
@@ -47,7 +50,9 @@ def error_gains(gains: tuple[float, float, float], inertia: float, period: float
     by_acceleration = _covariance(model @ kept, disturbed)
     velocity = (kept @ by_acceleration @ kept.T)[1, 1]
     rounded = (kept @ by_rounding @ kept.T)[1, 1] + correction[1, 0] ** 2
-    return ErrorGains(float(np.sqrt(rounded)) / period, float(np.sqrt(velocity / by_acceleration[0, 0])) / period)
+    return ErrorGains(
+        float(np.sqrt(rounded)) / period, float(np.sqrt(velocity / by_acceleration[0, 0])) / period
+    )
 
 
 def _covariance(a: Matrix, b: Matrix) -> Matrix:

@@ -8,30 +8,36 @@ from numpy.typing import NDArray
 from frictool.documents.model import Model
 from frictool.documents.observer import FrictionMap, Row
 from frictool.documents.quantity import Span, si_unit
-from frictool.friction.position_polynomial import normalised
+from frictool.friction.position_polynomial import normalise
 
 Vector = NDArray[np.float64]
 KNEES = "viscous friction above a knee of the speed"
 
 
 def friction_map(model: Model) -> FrictionMap:
-    """Friction in slip by direction and position, (4.41) and (4.44): each direction's level times its polynomial over its mean.
+    """Friction in slip by direction and position, (4.41) and (4.44): each direction's level times
+    its polynomial over its mean.
 
-    The viscous friction is that of low speeds, the mean of both directions. What the model says of Stribeck's fall, of knees of the speed,
-    of time at rest and of loads is left out, as `left_out` tells.
+    The viscous friction is that of low speeds, the mean of both directions. What the model says of
+    Stribeck's fall, of knees of the speed, of time at rest and of loads is left out, as `left_out`
+    tells.
     """
     today, laws = model.parameters, model.laws
     own = laws.backward if laws is not None else None
     position = laws.position if laws is not None else None
     levels = today.coulomb.value, (own.coulomb if own and own.coulomb else today.coulomb).value
-    viscous = 0.5 * (today.viscous.value + (own.viscous if own and own.viscous else today.viscous).value)
+    viscous = 0.5 * (
+        today.viscous.value + (own.viscous if own and own.viscous else today.viscous).value
+    )
     if position is None:
         travel = model.bench.mechanics.travel or Span(0.0, 1.0, si_unit("position", model.axis))
         return FrictionMap(travel, (levels[0],), (levels[1],), viscous, today.offset.value)
     shape = position.coulomb
     forward, backward = (
         _scaled(powers, position.over, level)
-        for powers, level in zip((shape.forward, shape.backward or shape.forward), levels, strict=True)
+        for powers, level in zip(
+            (shape.forward, shape.backward or shape.forward), levels, strict=True
+        )
     )
     return FrictionMap(position.over, forward, backward, viscous, today.offset.value)
 
@@ -45,18 +51,22 @@ def left_out(model: Model) -> list[str]:
     found = {
         "the Stribeck curve": model.law == "stribeck",
         KNEES: bool(laws.regimes),
-        "the directions' own viscous friction": own is not None and own.value != model.parameters.viscous.value,
+        "the directions' own viscous friction": own is not None
+        and own.value != model.parameters.viscous.value,
         "the load that depends on position": laws.load is not None,
     }
     return [name for name, given in found.items() if given]
 
 
 def friction_at(friction: FrictionMap, direction: int, x: Vector | float) -> Vector:
-    """f >= 0 [N m | N] in slip at positions x [rad | m], flat beyond the travel that the map is over."""
+    """f >= 0 [N m | N] in slip at positions x [rad | m], flat beyond the travel that the map is
+    over."""
     powers = friction.forward if direction > 0 else friction.backward
     inside = np.clip(x, friction.over.low, friction.over.high)
     return np.asarray(np.maximum(np.polynomial.polynomial.polyval(inside, powers), 0.0))
 
 
 def _scaled(powers: Row, over: Span, level: float) -> Row:
-    return tuple(float(value) for value in level * normalised(np.array(powers), over.low, over.high)[0])
+    return tuple(
+        float(value) for value in level * normalise(np.array(powers), over.low, over.high)[0]
+    )

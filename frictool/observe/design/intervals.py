@@ -1,7 +1,9 @@
-"""Friction over position as intervals in which it stays between its end values: (6.15)-(6.17), figure 6.2.
+"""Friction over position as intervals in which it stays between its end values: (6.15)-(6.17),
+figure 6.2.
 
-It does where it is monotone, so that there is an edge at each of its extrema. Within a monotone stretch the edges are where friction has
-risen by equal amounts, and each stretch gets as many as bring the largest deviation down: no other n edges make the worst Delta_f smaller.
+It does where it is monotone, so that there is an edge at each of its extrema. Within a monotone
+stretch the edges are where friction has risen by equal amounts, and each stretch gets as many as
+bring the largest deviation down: no other n edges make the worst Delta_f smaller.
 """
 
 from __future__ import annotations
@@ -20,8 +22,9 @@ FLAT = 1e-9  # spread over the mean friction below which it is constant
 
 
 @dataclass(frozen=True)
-class Interval:
-    """[low, high] [rad | m] with friction f_m and deviation Delta_f [N m | N], half of its spread."""
+class FrictionInterval:
+    """[low, high] [rad | m] with friction f_m and deviation Delta_f [N m | N], half of its
+    spread."""
 
     low: float
     high: float
@@ -29,16 +32,18 @@ class Interval:
     deviation: float
 
 
-def intervals(friction: FrictionMap, direction: int, count: int) -> list[Interval]:
-    """At most `count` intervals of one direction, rising in position; one where the friction is constant.
+def intervals(friction: FrictionMap, direction: int, count: int) -> list[FrictionInterval]:
+    """At most `count` intervals of one direction, rising in position; one where the friction is
+    constant.
 
-    Raises NoSolutionError where `count` is less than the friction's monotone stretches, so that (6.17) cannot hold.
+    Raises NoSolutionError where `count` is less than the friction's monotone stretches, so that
+    (6.17) cannot hold.
     """
     edges = turning_points(friction, direction)
     levels = friction_at(friction, direction, np.array(edges))
     spread = np.abs(np.diff(levels))
     if np.max(spread) <= FLAT * np.mean(levels):
-        return [Interval(edges[0], edges[-1], float(np.mean(levels)), 0.0)]
+        return [FrictionInterval(edges[0], edges[-1], float(np.mean(levels)), 0.0)]
     if count < len(spread):
         inner = ", ".join(f"{edge:.4g}" for edge in edges[1:-1])
         raise NoSolutionError(
@@ -50,28 +55,48 @@ def intervals(friction: FrictionMap, direction: int, count: int) -> list[Interva
         shares[int(np.argmax(spread / np.array(shares)))] += 1
     cut = [edges[0]]
     for (low, high), share in zip(itertools.pairwise(edges), shares, strict=True):
-        cut += [*(_where(friction, direction, low, high, part / share) for part in range(1, share)), high]
+        cut += [
+            *(_where(friction, direction, low, high, part / share) for part in range(1, share)),
+            high,
+        ]
     return [_interval(friction, direction, low, high) for low, high in itertools.pairwise(cut)]
 
 
 def turning_points(friction: FrictionMap, direction: int) -> list[float]:
-    """The ends of the travel, and between them where the friction turns from rising to falling or back."""
+    """The ends of the travel, and between them where the friction turns from rising to falling or
+    back."""
     powers = friction.forward if direction > 0 else friction.backward
     low, high = friction.over.low, friction.over.high
     slope = np.polynomial.Polynomial(powers).deriv()
-    roots = np.sort(np.real(slope.roots()))  # the real part of a complex root is a place too many, which is dropped below
+    roots = np.sort(
+        np.real(slope.roots())
+    )  # the real part of a complex root is a place too many, which is dropped below
     edges = [low, *(float(root) for root in roots if low < root < high), high]
     levels = friction_at(friction, direction, np.array(edges))
     steps = np.diff(levels)
-    return [low, *(edge for edge, before, after in zip(edges[1:-1], steps[:-1], steps[1:], strict=True) if before * after < 0.0), high]
+    return [
+        low,
+        *(
+            edge
+            for edge, before, after in zip(edges[1:-1], steps[:-1], steps[1:], strict=True)
+            if before * after < 0.0
+        ),
+        high,
+    ]
 
 
 def _where(friction: FrictionMap, direction: int, low: float, high: float, part: float) -> float:
     """Where between `low` and `high` a part of the friction's rise is done."""
     first, last = (float(friction_at(friction, direction, end)) for end in (low, high))
-    return float(brentq(lambda x: float(friction_at(friction, direction, x)) - (first + part * (last - first)), low, high))
+    return float(
+        brentq(
+            lambda x: float(friction_at(friction, direction, x)) - (first + part * (last - first)),
+            low,
+            high,
+        )
+    )
 
 
-def _interval(friction: FrictionMap, direction: int, low: float, high: float) -> Interval:
+def _interval(friction: FrictionMap, direction: int, low: float, high: float) -> FrictionInterval:
     first, last = (float(friction_at(friction, direction, end)) for end in (low, high))
-    return Interval(low, high, 0.5 * (first + last), 0.5 * abs(last - first))
+    return FrictionInterval(low, high, 0.5 * (first + last), 0.5 * abs(last - first))

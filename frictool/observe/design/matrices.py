@@ -1,13 +1,17 @@
-"""A mode's matrices (6.18), (6.25) with friction that opposes the motion; states position, speed and alpha.
+"""A mode's matrices (6.18), (6.25) with friction that opposes the motion; states position, speed
+and alpha.
 
-    moving in direction s   A = [1  T  0; 0  1 - T viscous/J  -s T c/J; 0 0 1]   B = [0; T/J; 0]   Q = [0; T d/J; 0]   C = [1 0 0]
-    stuck                   A = [1  T  0; 0  h  0; 0 0 1]                        B = 0             Q = 0               C = [1 0 0; 0 0 1]
+    moving in direction s   A = [1  T  0; 0  1 - T viscous/J  -s T c/J; 0 0 1]   B = [0; T/J; 0]   Q
+                            = [0; T d/J; 0]   C = [1 0 0]
+    stuck                   A = [1  T  0; 0  h  0; 0 0 1]                        B = 0             Q
+                            = 0               C = [1 0 0; 0 0 1]
 
     multiplicative   friction alpha f, so that c = f_m(i) and d = Delta_f(i)       (6.13)-(6.18)
     additive         friction f + alpha, so that c = 1 and d = 1                   (6.20)-(6.26)
 
-By Euler, (6.18). h is 1, so that the estimated speed is held, or the 0 that is printed. Printed otherwise: the sign of A_i for i < 0, where
--T f/J would drive a negative motion; B_0, which is 0 where the axis is stuck; C of (6.25) in mode 0, where alpha is not seen.
+By Euler, (6.18). h is 1, so that the estimated speed is held, or the 0 that is printed. Printed
+otherwise: the sign of A_i for i < 0, where -T f/J would drive a negative motion; B_0, which is 0
+where the axis is stuck; C of (6.25) in mode 0, where alpha is not seen.
 """
 
 from __future__ import annotations
@@ -19,13 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.observer import Observer
-from frictool.lmi.switched_observer import Subsystem
+from frictool.lmi.switched_observer_gains import ObserverMode
 
 Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Facts:
+class ModeConstants:
     """What all modes share, SI: period [s], inertia, viscous, stuck_speed h, diagonal of C-bar."""
 
     wear: Literal["multiplicative", "additive"]
@@ -36,31 +40,47 @@ class Facts:
     weights: tuple[float, float, float]
 
     @staticmethod
-    def of(observer: Observer) -> Facts:
+    def of(observer: Observer) -> ModeConstants:
         """Of a switched observer's document. Raises ValueError for one of another kind."""
         switched = observer.switched
         if switched is None:
             raise ValueError("the observer is not a switched one")
         inertia, viscous = observer.inertia.value, observer.friction.viscous
-        return Facts(switched.wear, observer.sample_period_s, inertia, viscous, switched.stuck_speed, switched.weights)
+        return ModeConstants(
+            switched.wear,
+            observer.sample_period_s,
+            inertia,
+            viscous,
+            switched.stuck_speed,
+            switched.weights,
+        )
 
 
-def subsystem(facts: Facts, direction: int, friction: float, deviation: float) -> Subsystem:
+def subsystem(
+    facts: ModeConstants, direction: int, friction: float, deviation: float
+) -> ObserverMode:
     """The mode as the inequalities want it: A (3, 3), C (1 or 2, 3), Q (3, 1), C-bar (3, 3)."""
     gain = facts.period / facts.inertia
     a = np.array([[1.0, facts.period, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     weight = np.diag(facts.weights)
     if direction == 0:
         a[1, 1] = facts.stuck_speed
-        return Subsystem(a, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.zeros((3, 1)), weight)
+        return ObserverMode(
+            a, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.zeros((3, 1)), weight
+        )
     coupling, entering = (friction, deviation) if facts.wear == "multiplicative" else (1.0, 1.0)
     a[1, 1] -= gain * facts.viscous
     a[1, 2] = -direction * gain * coupling
-    return Subsystem(a, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0], [gain * entering], [0.0]]), weight)
+    return ObserverMode(
+        a, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0], [gain * entering], [0.0]]), weight
+    )
 
 
-def subsystems(observer: Observer) -> dict[int, Subsystem]:
+def subsystems(observer: Observer) -> dict[int, ObserverMode]:
     """The modes of a switched observer's document. Raises ValueError for one of another kind."""
-    facts, switched = Facts.of(observer), observer.switched
+    facts, switched = ModeConstants.of(observer), observer.switched
     assert switched is not None
-    return {mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation) for mode in switched.modes}
+    return {
+        mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation)
+        for mode in switched.modes
+    }

@@ -7,28 +7,47 @@ import msgspec
 from frictool.documents.model import Model
 from frictool.documents.observer import Mode, Observer
 from frictool.documents.provenance import Provenance
+from frictool.observe.design.design_notes import UNIT_DEVIATION
 from frictool.observe.design.friction_map import friction_map
 from frictool.observe.design.intervals import intervals
-from frictool.observe.design.notes import UNIT_DEVIATION
-from frictool.observe.design.settings import Settings
-from frictool.observe.design.switched import designed, facts_of
+from frictool.observe.design.settings import SwitchedObserverSettings
+from frictool.observe.design.switched import design_switched, facts_of
 from frictool.observe.design.transitions import switches
 
 
-def design(model: Model, settings: Settings, provenance: Provenance) -> Observer:
+def design(model: Model, settings: SwitchedObserverSettings, provenance: Provenance) -> Observer:
     """Verified gains for each interval and direction of the model's friction.
 
-    Raises NoSolutionError where the friction cannot be told from the position, where the inequalities have no solution, and where what they
-    give is not verified.
+    Raises NoSolutionError where the friction cannot be told from the position, where the
+    inequalities have no solution, and where what they give is not verified.
     """
     friction = friction_map(model)
-    forward, backward = (intervals(friction, direction, settings.intervals) for direction in (1, -1))
+    forward, backward = (
+        intervals(friction, direction, settings.intervals) for direction in (1, -1)
+    )
     modes = [
-        *(Mode(-i, -1, (), 0.0, (one.low, one.high), one.friction, one.deviation) for i, one in reversed(list(enumerate(backward, 1)))),
+        *(
+            Mode(-i, -1, (), 0.0, (one.low, one.high), one.friction, one.deviation)
+            for i, one in reversed(list(enumerate(backward, 1)))
+        ),
         Mode(0, 0, (), 0.0),
-        *(Mode(i, 1, (), 0.0, (one.low, one.high), one.friction, one.deviation) for i, one in enumerate(forward, 1)),
+        *(
+            Mode(i, 1, (), 0.0, (one.low, one.high), one.friction, one.deviation)
+            for i, one in enumerate(forward, 1)
+        ),
     ]
     if not any(mode.deviation for mode in modes):
-        modes = [msgspec.structs.replace(mode, deviation=UNIT_DEVIATION * mode.friction) for mode in modes]
+        modes = [
+            msgspec.structs.replace(mode, deviation=UNIT_DEVIATION * mode.friction)
+            for mode in modes
+        ]
     facts = facts_of(model, settings, friction, "multiplicative")
-    return designed(model, settings, provenance, facts, friction, modes, switches(len(forward), len(backward), settings.transitions))
+    return design_switched(
+        model,
+        settings,
+        provenance,
+        facts,
+        friction,
+        modes,
+        switches(len(forward), len(backward), settings.transitions),
+    )

@@ -12,19 +12,24 @@ from frictool.errors import NoSolutionError
 
 Transitions = Literal["neighbours", "direction"]
 
-DECAY, DECAY_PERIOD = 0.997, 1e-3  # a sample of so many seconds at most, a time constant of 0.333 s; shorter ones keep that
+DECAY, DECAY_PERIOD = (
+    0.997,
+    1e-3,
+)  # a sample of so many seconds at most, a time constant of 0.333 s; shorter ones keep that
 SLOW = 1.0 / 40.0  # of the top speed: Sigma where nobody gives it; 10 rad/s of the clutch's 400
 
 
 @dataclass(frozen=True)
-class Settings:
+class SwitchedObserverSettings:
     """What the options of `observe design` ask for; None: derived from the model.
 
-    intervals: n of (6.15)-(6.16), for each direction whose friction varies with the position. switch_speed: Sigma [rad/s | m/s]. weights:
-    diagonal of C-bar (6.19). decay: lambda, by which the error falls a sample at least. inertia [kg m2 | kg]. transitions: neighbours, as
-    figure 6.3; direction, any interval of a direction after any other. stuck_speed: what a sample leaves of the estimated speed in mode
-    0, the 1 that holds it or the 0 of (6.18). quiet: gamma may be so many times the smallest, for gains that pass less of the encoder's
-    noise (lmi/quiet_observer.py); None: (6.6) as it is.
+    intervals: n of (6.15)-(6.16), for each direction whose friction varies with the position.
+    switch_speed: Sigma [rad/s | m/s]. weights: diagonal of C-bar (6.19). decay: lambda, by which
+    the error falls a sample at least. inertia [kg m2 | kg]. transitions: neighbours, as figure 6.3;
+    direction, any interval of a direction after any other. stuck_speed: what a sample leaves of the
+    estimated speed in mode 0, the 1 that holds it or the 0 of (6.18). quiet: gamma may be so many
+    times the smallest, for gains that pass less of the encoder's noise
+    (lmi/quiet_observer_gains.py); None: (6.6) as it is.
     """
 
     intervals: int = 10
@@ -45,21 +50,28 @@ class Settings:
             )
 
 
-class UnfitSetting(NoSolutionError):
-    """A setting that no observer of this model can have; of a command's option it is a wrong command line."""
+class UnsuitableSetting(NoSolutionError):
+    """A setting that no observer of this model can have; of a command's option it is a wrong
+    command line."""
 
 
-def decay_of(model: Model, settings: Settings) -> float:
-    """Lambda a sample. What a faster decay costs of gamma is by the sample, so that a longer period has no faster one."""
-    return settings.decay if settings.decay is not None else math.pow(DECAY, min(1.0, model.bench.sample_period_s / DECAY_PERIOD))
+def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
+    """Lambda a sample. What a faster decay costs of gamma is by the sample, so that a longer period
+    has no faster one."""
+    return (
+        settings.decay
+        if settings.decay is not None
+        else math.pow(DECAY, min(1.0, model.bench.sample_period_s / DECAY_PERIOD))
+    )
 
 
-def switch_speed_of(model: Model, settings: Settings) -> float:
-    """Sigma [rad/s | m/s]. Raises NoSolutionError where neither the settings nor the bench's top speed give it."""
+def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
+    """Sigma [rad/s | m/s]. Raises NoSolutionError where neither the settings nor the bench's top
+    speed give it."""
     top, unit = model.bench.mechanics.top_speed, si_unit("velocity", model.axis)
     if settings.switch_speed is not None:
         if top is not None and settings.switch_speed >= top.value:
-            raise UnfitSetting(
+            raise UnsuitableSetting(
                 f"switch speed: found {settings.switch_speed:g} {unit}; allowed: below the bench's mechanics.top_speed, "
                 f"{top.value:g} {unit}, or the axis is stuck at every speed; without it a fortieth of that is taken"
             )

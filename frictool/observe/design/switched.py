@@ -1,4 +1,5 @@
-"""A switched observer from its modes: gains by (6.6), rounded as they are stored, verified, written down."""
+"""A switched observer from its modes: gains by (6.6), rounded as they are stored, verified, written
+down."""
 
 from __future__ import annotations
 
@@ -12,10 +13,10 @@ from frictool.documents.model import Model
 from frictool.documents.observer import FrictionMap, Mode, Observer, Row, Switched
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity, si_unit
-from frictool.lmi.quiet_observer import quiet_gains
-from frictool.lmi.switched_observer import Subsystem, SwitchedGains, synthesise
-from frictool.observe.design.matrices import Facts, subsystem
-from frictool.observe.design.settings import Settings, decay_of, switch_speed_of
+from frictool.lmi.quiet_observer_gains import quiet_gains
+from frictool.lmi.switched_observer_gains import ObserverMode, SwitchedGains, switched_gains
+from frictool.observe.design.matrices import ModeConstants, subsystem
+from frictool.observe.design.settings import SwitchedObserverSettings, decay_of, switch_speed_of
 from frictool.observe.design.transitions import Switch
 from frictool.observe.design.verification import motion_samples, verify
 
@@ -23,33 +24,54 @@ Matrix = NDArray[np.float64]
 DIGITS = 10  # of a stored gain
 
 
-def facts_of(model: Model, settings: Settings, friction: FrictionMap, wear: Literal["multiplicative", "additive"]) -> Facts:
+def facts_of(
+    model: Model,
+    settings: SwitchedObserverSettings,
+    friction: FrictionMap,
+    wear: Literal["multiplicative", "additive"],
+) -> ModeConstants:
     """What all modes share."""
     inertia = settings.inertia if settings.inertia is not None else model.parameters.inertia.value
-    return Facts(wear, model.bench.sample_period_s, inertia, friction.viscous, settings.stuck_speed, settings.weights)
+    return ModeConstants(
+        wear,
+        model.bench.sample_period_s,
+        inertia,
+        friction.viscous,
+        settings.stuck_speed,
+        settings.weights,
+    )
 
 
-def designed(
+def design_switched(
     model: Model,
-    settings: Settings,
+    settings: SwitchedObserverSettings,
     provenance: Provenance,
-    facts: Facts,
+    facts: ModeConstants,
     friction: FrictionMap,
     modes: list[Mode],
     allowed: tuple[Switch, ...],
 ) -> Observer:
-    """The observer with gains for `modes`, which come without. Raises NoSolutionError where there are none, or they are not verified."""
-    posed = {mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation) for mode in modes}
+    """The observer with gains for `modes`, which come without. Raises NoSolutionError where there
+    are none, or they are not verified."""
+    posed = {
+        mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation)
+        for mode in modes
+    }
     found, noise_gain = _synthesised(posed, allowed, decay_of(model, settings), settings.quiet)
     gains = {index: _rounded(each) for index, each in found.gains.items()}
     gains[0][2, 0] = 0.0  # alpha's estimate is what is measured in mode 0: nothing moves it there
     proved = verify(posed, allowed, gains, found)
     stored = tuple(
-        msgspec.structs.replace(mode, gains=_rows(gains[mode.index]), spectral_radius=proved.radii[mode.index]) for mode in modes
+        msgspec.structs.replace(
+            mode, gains=_rows(gains[mode.index]), spectral_radius=proved.radii[mode.index]
+        )
+        for mode in modes
     )
     switched = Switched(
         wear=facts.wear,
-        switch_speed=Quantity(switch_speed_of(model, settings), unit=si_unit("velocity", model.axis)),
+        switch_speed=Quantity(
+            switch_speed_of(model, settings), unit=si_unit("velocity", model.axis)
+        ),
         weights=settings.weights,
         modes=stored,
         transitions=allowed,
@@ -78,13 +100,17 @@ def designed(
 
 
 def _synthesised(
-    posed: dict[int, Subsystem], allowed: tuple[Switch, ...], decay: float, quiet: float | None
+    posed: dict[int, ObserverMode], allowed: tuple[Switch, ...], decay: float, quiet: float | None
 ) -> tuple[SwitchedGains, float | None]:
     """The gains by (6.6), or those that pass less noise and how much of it."""
     if quiet is None:
-        return synthesise(posed, allowed, decay), None
-    noise = {index: np.eye(len(mode.c))[0] for index, mode in posed.items()}  # of the position; alpha's estimate is none
-    stuck = np.array([[True, False], [True, False], [False, True]])  # alpha's estimate is what is measured of it: nothing moves it there
+        return switched_gains(posed, allowed, decay), None
+    noise = {
+        index: np.eye(len(mode.c))[0] for index, mode in posed.items()
+    }  # of the position; alpha's estimate is none
+    stuck = np.array(
+        [[True, False], [True, False], [False, True]]
+    )  # alpha's estimate is what is measured of it: nothing moves it there
     found = quiet_gains(posed, allowed, noise, decay, quiet, {0: stuck})
     return found.found, found.noise_gain
 

@@ -7,14 +7,16 @@ from typing import Any
 from frictool.documents.model import Model
 from frictool.documents.observer import Mode, Observer, Switched
 from frictool.documents.quantity import si_unit
-from frictool.observe.design.notes import count_speed, notes, time_constant
+from frictool.observe.design.design_notes import count_speed, notes, time_constant
 
 
 def text(observer: Observer, model: Model) -> str:
     """For people."""
     switched = observer.switched
     if switched is None:
-        return "\n".join([*_tracking(observer), *(f"note: {line}" for line in notes(observer, model))])
+        return "\n".join(
+            [*_tracking(observer), *(f"note: {line}" for line in notes(observer, model))]
+        )
     unit = si_unit("velocity", observer.axis)
     lines = [
         f"{observer.name}: {switched.wear} switched observer, {observer.sample_period_s * 1e3:g} ms, {len(switched.modes)} modes, "
@@ -29,13 +31,22 @@ def text(observer: Observer, model: Model) -> str:
     return "\n".join(lines)
 
 
-def machine(observer: Observer, model: Model) -> dict[str, Any]:
+def json_view(observer: Observer, model: Model) -> dict[str, Any]:
     """The machine's view."""
     switched, tracking = observer.switched, observer.tracking
     if switched is None:
         assert tracking is not None
-        own = {"bandwidth_rad_s": tracking.bandwidth_rad_s, "gains": list(tracking.gains), "cell": tracking.cell}
-        return {"kind": observer.kind, **own, "inertia": observer.inertia.value, "notes": notes(observer, model)}
+        own = {
+            "bandwidth_rad_s": tracking.bandwidth_rad_s,
+            "gains": list(tracking.gains),
+            "cell": tracking.cell,
+        }
+        return {
+            "kind": observer.kind,
+            **own,
+            "inertia": observer.inertia.value,
+            "notes": notes(observer, model),
+        }
     return {
         "kind": observer.kind,
         "inertia": observer.inertia.value,
@@ -86,7 +97,9 @@ def _mode(mode: Mode, period: float) -> dict[str, Any]:
 def _without(switched: Switched) -> str:
     least = switched.smallest_gamma
     if switched.quiet is not None and least is not None:
-        noise = "" if switched.noise_gain is None else f", z at most {switched.noise_gain:.4g} times it"
+        noise = (
+            "" if switched.noise_gain is None else f", z at most {switched.noise_gain:.4g} times it"
+        )
         return f" (at most {switched.quiet:g} times {least:.4g}, for gains that pass less of the encoder's noise{noise})"
     return "" if least is None or switched.decay == 1.0 else f" ({least:.4g} without a decay)"
 
@@ -104,13 +117,24 @@ def _table(observer: Observer, switched: Switched) -> list[str]:
     rows = [heads, *(_row(mode) for mode in switched.modes)]
     told = [column for column in range(len(heads)) if any(row[column] for row in rows[1:])]
     widths = [max(len(row[column]) for row in rows) for column in told]
-    return ["  ".join(row[column].ljust(width) for column, width in zip(told, widths, strict=True)).rstrip() for row in rows]
+    return [
+        "  ".join(
+            row[column].ljust(width) for column, width in zip(told, widths, strict=True)
+        ).rstrip()
+        for row in rows
+    ]
 
 
 def _row(mode: Mode) -> tuple[str, ...]:
     over = "" if mode.over is None else f"{mode.over[0]:.4g} .. {mode.over[1]:.4g}"
     size = ("", "") if not mode.friction else (f"{mode.friction:.4g}", f"{mode.deviation:.3g}")
-    return (str(mode.index), over, *size, " ".join(f"{row[0]:.4g}" for row in mode.gains), f"{mode.spectral_radius:.4f}")
+    return (
+        str(mode.index),
+        over,
+        *size,
+        " ".join(f"{row[0]:.4g}" for row in mode.gains),
+        f"{mode.spectral_radius:.4f}",
+    )
 
 
 def _span(seconds: list[float]) -> str:

@@ -1,13 +1,16 @@
-"""The observer for a coarse encoder (control/tracking_observer.py), designed from a model by one number, its bandwidth.
+"""The observer for a coarse encoder (control/tracking_observer.py), designed from a model by one
+number, its bandwidth.
 
-    gains       three poles at p = exp(-w T) of the error in slip, where the model is x'' = (e + d)/J, d' = 0:
+    gains       three poles at p = exp(-w T) of the error in slip, where the model is x'' = (e +
+                d)/J, d' = 0:
                 L1 = 1 - p^3      L2 = 3/2 (1 - p)^2 (1 + p)/T      L3 = J (1 - p)^3/T^2
     bandwidth   w = RATE sqrt(delta_a/step), at most 1/T
                 delta_a = (spread of the inertia x most effort + spread of the friction + noise)/J
 
-An acceleration that is wrong by delta_a is a wrong speed of about delta_a/w until the disturbance has taken it up; an innovation within one
-encoder step is a wrong speed of about step w. The two are equal at sqrt(delta_a/step), and their sum is flat around it. RATE and CELL, the
-part of a step inside which nothing is corrected, are from the sweep in docs/theory/velocity.md.
+An acceleration that is wrong by delta_a is a wrong speed of about delta_a/w until the disturbance
+has taken it up; an innovation within one encoder step is a wrong speed of about step w. The two are
+equal at sqrt(delta_a/step), and their sum is flat around it. RATE and CELL, the part of a step
+inside which nothing is corrected, are from the sweep in docs/theory/velocity.md.
 """
 
 from __future__ import annotations
@@ -15,11 +18,11 @@ from __future__ import annotations
 import math
 
 from frictool.documents.model import Model
-from frictool.documents.observer import Backlash, Knee, Observer, Tracking
+from frictool.documents.observer import Knee, Observer, ObserverBacklash, Tracking
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity, si_unit
 from frictool.observe.design.friction_map import friction_map
-from frictool.observe.design.settings import UnfitSetting
+from frictool.observe.design.settings import UnsuitableSetting
 
 RATE = 0.6
 CELL = 0.5
@@ -37,15 +40,18 @@ def design_tracking(
 ) -> Observer:
     """The observer of a model, at the bench's period.
 
-    bandwidth_rad_s: in place of the rule's. drive_noise: standard deviation of the measured drive [A | V]. cell: part of an encoder step.
-    inertia [kg m2 | kg]: in place of the model's. Raises UnfitSetting where the bandwidth is none that the period can have.
+    bandwidth_rad_s: in place of the rule's. drive_noise: standard deviation of the measured drive
+    [A | V]. cell: part of an encoder step. inertia [kg m2 | kg]: in place of the model's. Raises
+    UnfitSetting where the bandwidth is none that the period can have.
     """
     bench = model.bench
     believed = model.parameters.inertia.value if inertia is None else inertia
     period, fastest = bench.sample_period_s, 1.0 / bench.sample_period_s
-    bandwidth = bandwidth_of(model, drive_noise, believed) if bandwidth_rad_s is None else bandwidth_rad_s
+    bandwidth = (
+        bandwidth_of(model, drive_noise, believed) if bandwidth_rad_s is None else bandwidth_rad_s
+    )
     if not 0.0 < bandwidth <= fastest:
-        raise UnfitSetting(
+        raise UnsuitableSetting(
             f"bandwidth: found {bandwidth:g} rad/s; allowed: above 0, at most {fastest:g} rad/s, one over the bench's period; without it "
             f"the rule gives {bandwidth_of(model, drive_noise, believed):.4g} rad/s"
         )
@@ -82,14 +88,18 @@ def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None =
     believed = model.parameters.inertia.value if inertia is None else inertia
     constant = bench.actuator.constant.value
     inertia_part, friction = spread(model)
-    wrong = (inertia_part * constant * bench.actuator.limit.value + friction + constant * drive_noise) / believed
+    wrong = (
+        inertia_part * constant * bench.actuator.limit.value + friction + constant * drive_noise
+    ) / believed
     return min(RATE * math.sqrt(wrong / bench.encoder.resolution), 1.0 / period)
 
 
 def spread(model: Model) -> tuple[float, float]:
-    """Half the width of what the inertia may be off by, as a part of it, and of the dry friction [N m | N].
+    """Half the width of what the inertia may be off by, as a part of it, and of the dry friction [N
+    m | N].
 
-    By the model's intervals; of a parameter that has none, by the bench's range over the product's life.
+    By the model's intervals; of a parameter that has none, by the bench's range over the product's
+    life.
     """
     known, today = model.bench.mechanics, model.parameters
     inertia = _half_width(today.inertia) or _half_width(known.inertia)
@@ -114,21 +124,31 @@ def _knees(model: Model) -> tuple[Knee, ...]:
     laws, today = model.laws, model.parameters
     if laws is None:
         return ()
-    opposite = laws.backward.viscous if laws.backward is not None and laws.backward.viscous is not None else today.viscous
+    opposite = (
+        laws.backward.viscous
+        if laws.backward is not None and laws.backward.viscous is not None
+        else today.viscous
+    )
     before, found = 0.5 * (today.viscous.value + opposite.value), []
     for regime in laws.regimes:
         slope = 0.5 * (regime.viscous.value + (regime.backward or regime.viscous).value)
-        found.append(Knee(Quantity(regime.above.value, unit=si_unit("velocity", model.axis)), slope - before))
+        found.append(
+            Knee(Quantity(regime.above.value, unit=si_unit("velocity", model.axis)), slope - before)
+        )
         before = slope
     return tuple(found)
 
 
-def _backlash(model: Model) -> Backlash | None:
-    """As plant/axis_model.py: where the bench does not say what friction there is inside, it is all of it."""
+def _backlash(model: Model) -> ObserverBacklash | None:
+    """As plant/axis_model.py: where the bench does not say what friction there is inside, it is all
+    of it."""
     known = model.bench.mechanics
     if known.backlash is None or known.backlash.value == 0.0:
         return None
     own = model.laws.backward if model.laws is not None else None
     today = model.parameters.coulomb.value
     least = min(today, own.coulomb.value if own is not None and own.coulomb is not None else today)
-    return Backlash(known.backlash.value, min(known.backlash_coulomb.value, least) if known.backlash_coulomb else least)
+    return ObserverBacklash(
+        known.backlash.value,
+        min(known.backlash_coulomb.value, least) if known.backlash_coulomb else least,
+    )

@@ -1,14 +1,18 @@
 """What is verified of a switched observer before it is written, from the gains as they are stored.
 
-The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (6.5). The inequalities promise, for every sequence of
-allowed switches, that e' P_i e falls by lambda^2 a sample where Delta = 0, and that |z| <= gamma |Delta| from no error. Here the loop is
-moved through time, which knows nothing of inequalities: every allowed pair (the first mode, then the second; to and fro where both ways are
-allowed) and random allowed sequences, with white, constant and worst disturbances, the last by alternating the recursion and its adjoint.
+The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (6.5). The
+inequalities promise, for every sequence of allowed switches, that e' P_i e falls by lambda^2 a
+sample where Delta = 0, and that |z| <= gamma |Delta| from no error. Here the loop is moved through
+time, which knows nothing of inequalities: every allowed pair (the first mode, then the second; to
+and fro where both ways are allowed) and random allowed sequences, with white, constant and worst
+disturbances, the last by alternating the recursion and its adjoint.
 
-A rest is another matter. In mode 0 the inequalities take alpha as measured, where in truth its own estimate is what is measured, and it
-stays as it is: an eigenvalue of 1, which no decay covers. Over a rest of any length and the first sample after it e' P e may grow by a
-factor, found here from the recursion as it really is; so it may at a switch between two moving modes that is not allowed, such as a turn
-that skips mode 0. How long a motion has to last for its decay to make up for either is told.
+A rest is another matter. In mode 0 the inequalities take alpha as measured, where in truth its own
+estimate is what is measured, and it stays as it is: an eigenvalue of 1, which no decay covers. Over
+a rest of any length and the first sample after it e' P e may grow by a factor, found here from the
+recursion as it really is; so it may at a switch between two moving modes that is not allowed, such
+as a turn that skips mode 0. How long a motion has to last for its decay to make up for either is
+told.
 """
 
 from __future__ import annotations
@@ -22,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.errors import NoSolutionError
-from frictool.lmi.switched_observer import Subsystem, SwitchedGains, proved_gamma
+from frictool.lmi.switched_observer_gains import ObserverMode, SwitchedGains, proved_gamma
 
 Matrix = NDArray[np.float64]
 Switch = tuple[int, int]
@@ -35,10 +39,11 @@ ROUNDING = 1e-6  # relative
 
 
 @dataclass(frozen=True)
-class Verified:
-    """gamma: proved of the stored gains. radii: of A_i - L_i C_i. switching_radius: the worst over the products of two modes that may
-    alternate. simulated_gain: the largest |z|/|Delta| seen. rest, turn: growth of e' P e over a rest of any length and the sample after it,
-    and over a switch between moving modes that is not allowed."""
+class ObserverVerification:
+    """gamma: proved of the stored gains. radii: of A_i - L_i C_i. switching_radius: the worst over
+    the products of two modes that may alternate. simulated_gain: the largest |z|/|Delta| seen.
+    rest, turn: growth of e' P e over a rest of any length and the sample after it, and over a
+    switch between moving modes that is not allowed."""
 
     gamma: float
     radii: dict[int, float]
@@ -53,24 +58,45 @@ def motion_samples(growth: float, decay: float) -> float | None:
     return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 
 
-def verify(modes: Mapping[int, Subsystem], switches: Sequence[Switch], gains: Mapping[int, Matrix], found: SwitchedGains) -> Verified:
-    """Verifies `gains` (n, m), as stored, with the P of `found`. Raises NoSolutionError naming what does not hold."""
+def verify(
+    modes: Mapping[int, ObserverMode],
+    switches: Sequence[Switch],
+    gains: Mapping[int, Matrix],
+    found: SwitchedGains,
+) -> ObserverVerification:
+    """Verifies `gains` (n, m), as stored, with the P of `found`. Raises NoSolutionError naming what
+    does not hold."""
     gamma = proved_gamma(modes, switches, gains, found.p, found.t, found.decay)
     if not math.isfinite(gamma):
-        raise NoSolutionError("not verified: (6.9) does not hold for the gains as they are stored; ask for a decay nearer to 1")
+        raise NoSolutionError(
+            "not verified: (6.9) does not hold for the gains as they are stored; ask for a decay nearer to 1"
+        )
     loops = {i: mode.a - gains[i] @ mode.c for i, mode in modes.items()}
     radii = {i: radius(loop) for i, loop in loops.items()}
     for index, value in radii.items():
         if value >= 1.0:
-            raise NoSolutionError(f"not verified: mode {index} has an error with an eigenvalue of modulus {value:.6g}; it must be below 1")
+            raise NoSolutionError(
+                f"not verified: mode {index} has an error with an eigenvalue of modulus {value:.6g}; it must be below 1"
+            )
     both = [(i, j) for i, j in switches if (j, i) in switches]
     switching = max(radius(loops[j] @ loops[i]) for i, j in both)
     if switching >= 1.0:
-        raise NoSolutionError(f"not verified: two modes that alternate have an error that grows, by {switching:.6g} in two samples")
+        raise NoSolutionError(
+            f"not verified: two modes that alternate have an error that grows, by {switching:.6g} in two samples"
+        )
     gain = _simulated(modes, loops, _sequences(switches), found)
     if gain > gamma * (1.0 + ROUNDING):
-        raise NoSolutionError(f"not verified: in simulation |z|/|Delta| is {gain:.6g}, above the gamma of {gamma:.6g} that was found")
-    return Verified(gamma, radii, switching, gain, _over_rest(modes[0], gains[0], switches, found), _over_turn(loops, switches, found))
+        raise NoSolutionError(
+            f"not verified: in simulation |z|/|Delta| is {gain:.6g}, above the gamma of {gamma:.6g} that was found"
+        )
+    return ObserverVerification(
+        gamma,
+        radii,
+        switching,
+        gain,
+        _over_rest(modes[0], gains[0], switches, found),
+        _over_turn(loops, switches, found),
+    )
 
 
 def radius(matrix: Matrix) -> float:
@@ -83,11 +109,19 @@ def _sequences(switches: Sequence[Switch]) -> NDArray[np.intp]:
     allowed = set(switches)
     after = {i: sorted(j for i_, j in allowed if i_ == i) for i in sorted({i for i, _ in allowed})}
     first = np.arange(SAMPLES + 1) <= SAMPLES // 2
-    rows = [np.where(first, i, j) for i, j in sorted(allowed) if (i, i) in allowed and (j, j) in allowed]
-    rows += [np.where(np.arange(SAMPLES + 1) % 2 == 0, i, j) for i, j in sorted(allowed) if i < j and (j, i) in allowed]
+    rows = [
+        np.where(first, i, j) for i, j in sorted(allowed) if (i, i) in allowed and (j, j) in allowed
+    ]
+    rows += [
+        np.where(np.arange(SAMPLES + 1) % 2 == 0, i, j)
+        for i, j in sorted(allowed)
+        if i < j and (j, i) in allowed
+    ]
     random = np.random.default_rng(SEED)
     for number in range(RANDOM_SEQUENCES):
-        stay = 0.0 if number % 2 else float(random.uniform(0.5, 0.99))  # every second one switches as often as it can
+        stay = (
+            0.0 if number % 2 else float(random.uniform(0.5, 0.99))
+        )  # every second one switches as often as it can
         now, row = int(random.choice(list(after))), []
         for _ in range(SAMPLES + 1):
             row.append(now)
@@ -97,8 +131,14 @@ def _sequences(switches: Sequence[Switch]) -> NDArray[np.intp]:
     return np.array(rows)
 
 
-def _simulated(modes: Mapping[int, Subsystem], loops: Mapping[int, Matrix], sequences: NDArray[np.intp], found: SwitchedGains) -> float:
-    """The largest |z|/|Delta| over the sequences. Raises NoSolutionError where e' P e does not fall by lambda^2 without a disturbance."""
+def _simulated(
+    modes: Mapping[int, ObserverMode],
+    loops: Mapping[int, Matrix],
+    sequences: NDArray[np.intp],
+    found: SwitchedGains,
+) -> float:
+    """The largest |z|/|Delta| over the sequences. Raises NoSolutionError where e' P e does not fall
+    by lambda^2 without a disturbance."""
     numbers = sorted(modes)
     index = np.searchsorted(numbers, sequences).T  # (SAMPLES + 1, k)
     t = found.t
@@ -126,7 +166,9 @@ def _norm(signal: Matrix) -> Matrix:
     return np.asarray(np.sqrt(np.sum(signal**2, axis=(0, 2))))
 
 
-def _forward(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], delta: Matrix) -> Matrix:
+def _forward(
+    a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], delta: Matrix
+) -> Matrix:
     """z (samples, k, p) of disturbances (samples, k, w), from no error."""
     e, out = np.zeros((index.shape[1], a.shape[1])), []
     for now, disturbance in zip(index[:-1], delta, strict=True):
@@ -145,20 +187,26 @@ def _adjoint(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], z: M
 
 
 def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) -> None:
-    """Raises NoSolutionError where e' P e does not fall by decay^2 at some sample of a sequence, from a random error."""
+    """Raises NoSolutionError where e' P e does not fall by decay^2 at some sample of a sequence,
+    from a random error."""
     e = np.random.default_rng(SEED + 2).normal(size=(index.shape[1], a.shape[1]))
     value = np.einsum("ki,kij,kj->k", e, p[index[0]], e)
     for now, then in itertools.pairwise(index):
         e = np.einsum("kij,kj->ki", a[now], e)
         after = np.einsum("ki,kij,kj->k", e, p[then], e)
         if np.any(after > decay**2 * value * (1.0 + ROUNDING)):
-            raise NoSolutionError("not verified: in simulation the error's Lyapunov function does not fall by the decay that was proved")
+            raise NoSolutionError(
+                "not verified: in simulation the error's Lyapunov function does not fall by the decay that was proved"
+            )
         value = np.where(after > 1e-200, after, 0.0)
         e = np.where(after[:, None] > 1e-200, e, 0.0)
 
 
-def _over_rest(mode: Subsystem, gains: Matrix, switches: Sequence[Switch], found: SwitchedGains) -> float:
-    """The largest factor of e' P e from the first sample of a rest to the first of a motion, alpha's estimate standing still.
+def _over_rest(
+    mode: ObserverMode, gains: Matrix, switches: Sequence[Switch], found: SwitchedGains
+) -> float:
+    """The largest factor of e' P e from the first sample of a rest to the first of a motion,
+    alpha's estimate standing still.
 
     Raises NoSolutionError where the error of position and speed does not die out in a rest.
     """
@@ -182,9 +230,15 @@ def _over_rest(mode: Subsystem, gains: Matrix, switches: Sequence[Switch], found
     return worst
 
 
-def _over_turn(loops: Mapping[int, Matrix], switches: Sequence[Switch], found: SwitchedGains) -> float:
+def _over_turn(
+    loops: Mapping[int, Matrix], switches: Sequence[Switch], found: SwitchedGains
+) -> float:
     """The largest factor of e' P e at a switch between moving modes that is not allowed."""
-    posed = {i: np.linalg.solve(found.t, loop @ found.t) @ np.linalg.inv(np.linalg.cholesky(found.p[i])).T for i, loop in loops.items()}
+    posed = {
+        i: np.linalg.solve(found.t, loop @ found.t)
+        @ np.linalg.inv(np.linalg.cholesky(found.p[i])).T
+        for i, loop in loops.items()
+    }
     allowed, moving = set(switches), [i for i in loops if i]
     steps = [(posed[i], found.p[j]) for i in moving for j in moving if (i, j) not in allowed]
     return max([1.0, *(float(np.linalg.eigvalsh(step.T @ p @ step)[-1]) for step, p in steps)])

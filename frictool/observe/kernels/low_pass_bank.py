@@ -1,4 +1,5 @@
-"""The encoder's difference through many low-passes at once (control/velocity.py), and how far each is from a reference.
+"""The encoder's difference through many low-passes at once (control/speed_filter.py), and how far
+each is from a reference.
 
 column 0            the difference itself
 columns 1 .. b      first order at each bandwidth         v = a v' + b (u + u')
@@ -10,17 +11,25 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import kernel
+from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 
 @kernel
-def low_pass_bank(difference: Vector, reference: Vector, pole: Vector, gain: Vector, state: Matrix, squares: Vector) -> None:
+def low_pass_bank(
+    difference: Vector,
+    reference: Vector,
+    pole: Vector,
+    gain: Vector,
+    state: Matrix,
+    squares: Vector,
+) -> None:
     """Adds (filtered - reference)^2 of the samples (n,) to squares (2 b + 1,).
 
-    pole, gain: a, b (b,). state (3, b): difference, first and second stage at the sample before, in place.
+    pole, gain: a, b (b,). state (3, b): difference, first and second stage at the sample before, in
+    place.
     """
     bank = pole.shape[0]
     before, once, twice = state[0], state[1], state[2]

@@ -1,4 +1,5 @@
-"""The moves of a log, each as what its rows say together: a Gram matrix, so that a move of any length is as large as any other."""
+"""The moves of a log, each as what its rows say together: a Gram matrix, so that a move of any
+length is as large as any other."""
 
 from __future__ import annotations
 
@@ -7,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.observe.samples import Piece
-from frictool.observe.wear import rows
-from frictool.observe.wear.layout import Layout
+from frictool.observe.motion_block import MotionBlock
+from frictool.observe.wear import weak_form_rows
+from frictool.observe.wear.weak_form_layout import WeakFormLayout
 
 Vector = NDArray[np.float64]
 
@@ -18,8 +19,9 @@ Vector = NDArray[np.float64]
 class Move:
     """One stroke, from rest or reversal to rest or reversal.
 
-    gram (p + 1, p + 1): the sum over its rows of row' row, columns as `Layout.names` and the effort [N m | N] at the end. rows: how many.
-    time [s]: of the last sample of its last row. direction: 1 or -1. speed [rad/s | m/s]: the mean.
+    gram (p + 1, p + 1): the sum over its rows of row' row, columns as `Layout.names` and the effort
+    [N m | N] at the end. rows: how many. time [s]: of the last sample of its last row. direction: 1
+    or -1. speed [rad/s | m/s]: the mean.
     """
 
     gram: Vector
@@ -29,10 +31,10 @@ class Move:
     speed: float
 
 
-class Moves:
+class MoveCollector:
     """Takes a log piece by piece; holds some windows of samples and one Gram matrix."""
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: WeakFormLayout) -> None:
         self.layout = layout
         self._columns = len(layout.names) + 1
         self._numbers = np.array(
@@ -47,30 +49,37 @@ class Moves:
                 0.5 * layout.count,  # an encoder reports the edge below
             ]
         )
-        self._state = np.zeros(rows.STATE_SIZE)
+        self._state = np.zeros(weak_form_rows.STATE_SIZE)
         self._ring = np.zeros((layout.knees.size + layout.zones, 2 * layout.window))
-        self._gram, self._move = np.zeros((self._columns, self._columns)), np.zeros(rows.MOVE_SIZE)
+        self._gram, self._move = (
+            np.zeros((self._columns, self._columns)),
+            np.zeros(weak_form_rows.MOVE_SIZE),
+        )
         self._time, self._position, self._effort = (np.empty(0) for _ in range(3))
         self._next, self._last = 0, 0.0
-        rows.forget(self._state, layout.gap)
+        weak_form_rows.forget(self._state, layout.gap)
 
-    def take(self, piece: Piece) -> list[Move]:
+    def take(self, piece: MotionBlock) -> list[Move]:
         """The moves that ended in this piece (or before it, where it does not follow)."""
         ended: list[Move] = []
         if not piece.follows:
             ended = self.end()
         self._time, self._position, self._effort = (
             np.concatenate([own, new])
-            for own, new in ((self._time, piece.time), (self._position, piece.position), (self._effort, piece.effort))
+            for own, new in (
+                (self._time, piece.time),
+                (self._position, piece.position),
+                (self._effort, piece.effort),
+            )
         )
         layout, size = self.layout, self._position.size
         behind = layout.window + layout.reach
         self._next = max(self._next, behind)
         while self._next < size - layout.reach:
-            seen = self._move[rows.LAST]
+            seen = self._move[weak_form_rows.LAST]
             start = self._next
-            counted = self._state[rows.SEEN]
-            self._next = rows.walk(
+            counted = self._state[weak_form_rows.SEEN]
+            self._next = weak_form_rows.walk(
                 self._position,
                 self._effort,
                 start,
@@ -89,12 +98,18 @@ class Moves:
                 layout.load,
                 self._numbers,
             )
-            if self._move[rows.LAST] != seen:
-                self._last = float(self._time[start + int(self._move[rows.LAST] - counted) - 1])
-            if self._move[rows.ENDED] > 0.0:
+            if self._move[weak_form_rows.LAST] != seen:
+                self._last = float(
+                    self._time[start + int(self._move[weak_form_rows.LAST] - counted) - 1]
+                )
+            if self._move[weak_form_rows.ENDED] > 0.0:
                 ended += self._closed()
         kept = max(0, self._next - behind)
-        self._time, self._position, self._effort = self._time[kept:], self._position[kept:], self._effort[kept:]
+        self._time, self._position, self._effort = (
+            self._time[kept:],
+            self._position[kept:],
+            self._effort[kept:],
+        )
         self._next -= kept
         return ended
 
@@ -108,14 +123,23 @@ class Moves:
         ended = self._closed()
         self._time, self._position, self._effort = (np.empty(0) for _ in range(3))
         self._next = 0
-        rows.forget(self._state, self.layout.gap)
+        weak_form_rows.forget(self._state, self.layout.gap)
         return ended
 
     def _closed(self) -> list[Move]:
         """The present move, where it has rows; the next begins."""
-        count = int(self._move[rows.ROWS])
+        count = int(self._move[weak_form_rows.ROWS])
         lower = self._gram
         found = lower + np.tril(lower, -1).T
-        move = Move(found, count, self._last, int(self._move[rows.SIDE]), float(self._move[rows.SPEEDS]) / max(count, 1))
-        self._gram, self._move = np.zeros((self._columns, self._columns)), np.zeros(rows.MOVE_SIZE)
+        move = Move(
+            found,
+            count,
+            self._last,
+            int(self._move[weak_form_rows.SIDE]),
+            float(self._move[weak_form_rows.SPEEDS]) / max(count, 1),
+        )
+        self._gram, self._move = (
+            np.zeros((self._columns, self._columns)),
+            np.zeros(weak_form_rows.MOVE_SIZE),
+        )
         return [move] if count > 0 else []

@@ -1,4 +1,5 @@
-"""A mechanism put together from its document: what fits with what is checked, and everything becomes arrays (plant/mechanism/packed.py).
+"""A mechanism put together from its document: what fits with what is checked, and everything
+becomes arrays (plant/mechanism/packed_mechanism.py).
 
 What is wrong is a WrongElement with the key of the element; what is left out or assumed is a note.
 """
@@ -12,25 +13,30 @@ import numpy as np
 
 from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring, Stop
 from frictool.documents.quantity import Axis
-from frictool.plant.mechanism.collecting import Collected
-from frictool.plant.mechanism.driving import check_sensor, commanded, packed_sources
-from frictool.plant.mechanism.ends import Blocks, check_unit
-from frictool.plant.mechanism.graph import Group, groups_of, loose_parts, without_loops
-from frictool.plant.mechanism.links import Transmission, Transmitting, transmission
-from frictool.plant.mechanism.packed import FRAME, Joints, Packed, Vector
-from frictool.plant.mechanism.room import room_notes
-from frictool.plant.mechanism.scale import speed_scale
-from frictool.plant.mechanism.sizes import check_sizes
-from frictool.plant.mechanism.wrong import WrongElement
+from frictool.plant.mechanism.block_references import BlockNames, check_unit
+from frictool.plant.mechanism.element_error import ElementError
+from frictool.plant.mechanism.element_packing import ElementArrays
+from frictool.plant.mechanism.link_graph import RigidGroup, groups_of, loose_parts, without_loops
+from frictool.plant.mechanism.magnitude_limits import check_sizes
+from frictool.plant.mechanism.packed_mechanism import FRAME, Joints, PackedMechanism, Vector
+from frictool.plant.mechanism.sources_and_sensors import (
+    check_sensor,
+    controlled_names,
+    pack_sources,
+)
+from frictool.plant.mechanism.speed_scale import speed_scale
+from frictool.plant.mechanism.transmissions import Transmission, Transmitting, transmission
+from frictool.plant.mechanism.travel_notes import room_notes
 
 
 @dataclass(frozen=True)
-class Assembled:
+class AssembledMechanism:
     """The arrays, and the name of what stands at each place in them.
 
-    blocks, kinds, start (n,): names, turning or sliding, positions [rad | m] at which every rigid link fits. joints ... sources: names of
-    the elements in the order of the arrays. sensors: names; sensor_blocks, measures: of each.
-    groups: what moves as one. notes: what was left out or assumed, one line each.
+    blocks, kinds, start (n,): names, turning or sliding, positions [rad | m] at which every rigid
+    link fits. joints ... sources: names of the elements in the order of the arrays. sensors: names;
+    sensor_blocks, measures: of each. groups: what moves as one. notes: what was left out or
+    assumed, one line each.
     """
 
     blocks: tuple[str, ...]
@@ -46,36 +52,52 @@ class Assembled:
     sensors: tuple[str, ...]
     sensor_blocks: tuple[int, ...]
     measures: tuple[Literal["position", "velocity"], ...]
-    groups: tuple[Group, ...]
+    groups: tuple[RigidGroup, ...]
     notes: tuple[str, ...]
-    packed: Packed
+    packed: PackedMechanism
 
     def controlled(self, document: Mechanism) -> tuple[int, int]:
-        """Places of the source that a controller commands and of the sensor that it sees. Raises WrongElement where they are not clear."""
-        source, sensor = commanded(document)
+        """Places of the source that a controller commands and of the sensor that it sees. Raises
+        ElementError where they are not clear."""
+        source, sensor = controlled_names(document)
         return self.sources.index(source), self.sensors.index(sensor)
 
 
-def assemble(document: Mechanism) -> Assembled:
-    """The mechanism that the document describes. Raises WrongElement, of the first element that does not fit."""
+def assemble(document: Mechanism) -> AssembledMechanism:
+    """The mechanism that the document describes. Raises ElementError, of the first element that
+    does not fit."""
     check_sizes(document)
-    blocks = Blocks(document)
+    blocks = BlockNames(document)
     start = _starts(document, blocks)
-    links = [transmission(name, link, blocks) for name, link in document.links.items() if isinstance(link, get_args(Transmitting))]
+    links = [
+        transmission(name, link, blocks)
+        for name, link in document.links.items()
+        if isinstance(link, get_args(Transmitting))
+    ]
     inertia = [(block.inertia or block.mass).value for block in document.blocks.values()]  # type: ignore[union-attr]  # a block has one
     joints, notes = without_loops([link for link in links if link.rigid], blocks.names)
     groups = groups_of(joints, inertia, blocks.names)
-    collected = _gathered(document, blocks, Collected(document, blocks, start, notes), links, groups)
-    sources = packed_sources(document, blocks, collected)
+    collected = _gathered(
+        document, blocks, ElementArrays(document, blocks, start, notes), links, groups
+    )
+    sources = pack_sources(document, blocks, collected)
     sensor_blocks = _sensor_blocks(document, blocks)
     if document.control is not None:
-        commanded(document)
+        controlled_names(document)
     _refuse_loose(links, collected, blocks, {*sources.block, *sensor_blocks})
     collected.note_short_curves(groups)
     collected.notes += room_notes(document, blocks, start, joints)
-    packed = Packed(
+    packed = PackedMechanism(
         inertia=np.array(inertia, dtype=np.float64),
-        scale=_scale(document, blocks, inertia, links, collected, sources.constant * sources.limit, sources.block),
+        scale=_scale(
+            document,
+            blocks,
+            inertia,
+            links,
+            collected,
+            sources.constant * sources.limit,
+            sources.block,
+        ),
         joints=_packed_joints(joints, start),
         couplings=collected.packed_couplings(),
         frictions=collected.packed_frictions(),
@@ -85,7 +107,7 @@ def assemble(document: Mechanism) -> Assembled:
         sources=sources,
         curves=collected.curves.packed(),
     )
-    return Assembled(
+    return AssembledMechanism(
         blocks.names,
         blocks.kinds,
         start,
@@ -105,7 +127,13 @@ def assemble(document: Mechanism) -> Assembled:
     )
 
 
-def _gathered(document: Mechanism, blocks: Blocks, collected: Collected, links: list[Transmission], groups: tuple[Group, ...]) -> Collected:
+def _gathered(
+    document: Mechanism,
+    blocks: BlockNames,
+    collected: ElementArrays,
+    links: list[Transmission],
+    groups: tuple[RigidGroup, ...],
+) -> ElementArrays:
     """With everything that acts on blocks beside rigid links and sources."""
     for link in links:
         if not link.rigid:
@@ -119,23 +147,35 @@ def _gathered(document: Mechanism, blocks: Blocks, collected: Collected, links: 
             case Stop():
                 collected.stop(name, element)
             case FrictionOf():
-                collected.friction(name, element, _carried(blocks.place(f"links.{name}.on", element.on), groups))
+                collected.friction(
+                    name, element, _carried(blocks.place(f"links.{name}.on", element.on), groups)
+                )
     return collected
 
 
-def _sensor_blocks(document: Mechanism, blocks: Blocks) -> tuple[int, ...]:
+def _sensor_blocks(document: Mechanism, blocks: BlockNames) -> tuple[int, ...]:
     for name, sensor in document.sensors.items():
         check_sensor(name, sensor, blocks)
-    return tuple(blocks.place(f"sensors.{name}.on", sensor.on) for name, sensor in document.sensors.items())
+    return tuple(
+        blocks.place(f"sensors.{name}.on", sensor.on) for name, sensor in document.sensors.items()
+    )
 
 
-def _starts(document: Mechanism, blocks: Blocks) -> Vector:
+def _starts(document: Mechanism, blocks: BlockNames) -> Vector:
     for name, block in document.blocks.items():
-        check_unit(f"blocks.{name}.start", block.start, "position", blocks.kind(f"blocks.{name}", name), "the block")
-    return np.array([0.0 if block.start is None else block.start.value for block in document.blocks.values()])
+        check_unit(
+            f"blocks.{name}.start",
+            block.start,
+            "position",
+            blocks.kind(f"blocks.{name}", name),
+            "the block",
+        )
+    return np.array(
+        [0.0 if block.start is None else block.start.value for block in document.blocks.values()]
+    )
 
 
-def _carried(block: int, groups: tuple[Group, ...]) -> float:
+def _carried(block: int, groups: tuple[RigidGroup, ...]) -> float:
     """The inertia of the block's rigid group, seen at the block."""
     group = next(group for group in groups if block in group.blocks)
     return group.inertia / group.ratios[group.blocks.index(block)] ** 2
@@ -148,17 +188,25 @@ def _packed_joints(joints: list[Transmission], start: Vector) -> Joints:
     a = np.array([link.a for link in joints], dtype=np.int64)
     b = np.array([link.b for link in joints], dtype=np.int64)
     ratio = column("ratio")
-    losses = (column(name) for name in ("gap", "restitution", "drive_loss", "back_loss", "thread", "thesis_screw"))
+    losses = (
+        column(name)
+        for name in ("gap", "restitution", "drive_loss", "back_loss", "thread", "thesis_screw")
+    )
     return Joints(a, b, ratio, start[b] - ratio * start[a], *losses)
 
 
-def _refuse_loose(links: list[Transmission], collected: Collected, blocks: Blocks, held: set[int]) -> None:
-    """Raises WrongElement for a part of the mechanism that no source, sensor or frame has to do with."""
+def _refuse_loose(
+    links: list[Transmission], collected: ElementArrays, blocks: BlockNames, held: set[int]
+) -> None:
+    """Raises ElementError for a part of the mechanism that no source, sensor or frame has to do
+    with."""
     pairs = [(link.a, link.b) for link in links]
-    pairs += [(a, b) for a, b in zip(collected.coupled_a, collected.coupled_b, strict=True) if a != FRAME]
+    pairs += [
+        (a, b) for a, b in zip(collected.coupled_a, collected.coupled_b, strict=True) if a != FRAME
+    ]
     for part in loose_parts(pairs, held | collected.grounded, len(blocks.names)):
         told = ", ".join(blocks.names[block] for block in part)
-        raise WrongElement(
+        raise ElementError(
             f"blocks.{blocks.names[part[0]]}",
             f"no link, source or sensor ties {told} to the rest, and nothing to the ground: it would have no part in anything; "
             "link it, ground it by a spring, friction or stop, or leave it out",
@@ -167,22 +215,33 @@ def _refuse_loose(links: list[Transmission], collected: Collected, blocks: Block
 
 def _scale(
     document: Mechanism,
-    blocks: Blocks,
+    blocks: BlockNames,
     inertia: list[float],
     links: list[Transmission],
-    collected: Collected,
+    collected: ElementArrays,
     efforts: Vector,
     pushed: np.ndarray[tuple[int], np.dtype[np.int64]],
 ) -> Vector:
     ratios = [(link.a, link.b, link.ratio) for link in links]
-    ratios += [(a, b, 1.0) for a, b in zip(collected.spring_a, collected.spring_b, strict=True) if a != FRAME]
+    ratios += [
+        (a, b, 1.0)
+        for a, b in zip(collected.spring_a, collected.spring_b, strict=True)
+        if a != FRAME
+    ]
     known = None
     if document.top_speed is not None or document.travel is not None:
-        _, sensor = commanded(document)
+        _, sensor = controlled_names(document)
         block = document.sensors[sensor].on
         kind = blocks.kind(f"sensors.{sensor}.on", block)
         check_unit("top_speed", document.top_speed, "velocity", kind, f"the sensor's block {block}")
         check_unit("travel", document.travel, "position", kind, f"the sensor's block {block}")
         if document.top_speed is not None:
             known = (blocks.place("top_speed", block), document.top_speed.value)
-    return speed_scale(inertia, blocks.kinds, ratios, list(zip(pushed.tolist(), efforts.tolist(), strict=True)), known, blocks.names)
+    return speed_scale(
+        inertia,
+        blocks.kinds,
+        ratios,
+        list(zip(pushed.tolist(), efforts.tolist(), strict=True)),
+        known,
+        blocks.names,
+    )

@@ -1,7 +1,9 @@
-"""Curves of a mechanism.yaml as piecewise cubics: through the points, monotone where they are, constant beyond the ends.
+"""Curves of a mechanism.yaml as piecewise cubics: through the points, monotone where they are,
+constant beyond the ends.
 
-Slopes by Fritsch and Butland's weighted harmonic mean (SIAM J. Sci. Stat. Comput. 5, 1984), with which a cubic between two points never
-leaves what they span; at the ends the three-point formula, held to the same condition.
+Slopes by Fritsch and Butland's weighted harmonic mean (SIAM J. Sci. Stat. Comput. 5, 1984), with
+which a cubic between two points never leaves what they span; at the ends the three-point formula,
+held to the same condition.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.plant.mechanism.packed import Curves, Vector
+from frictool.plant.mechanism.packed_mechanism import Curves, Vector
 
 PRODUCT_ERROR = 1e-7  # of the curve that a function is replaced by, relative to its largest value
 MOST_HALVINGS = 14
@@ -21,8 +23,9 @@ INSIDE = np.linspace(0.0, 1.0, 9)[1:-1]  # where a piece is compared with the fu
 
 
 @dataclass(frozen=True)
-class Cubics:
-    """One curve: breaks (k + 1,), cubic (k, 4) lowest power first, of the distance from the piece's left break."""
+class PiecewiseCubic:
+    """One curve: breaks (k + 1,), cubic (k, 4) lowest power first, of the distance from the piece's
+    left break."""
 
     breaks: Vector
     cubic: Vector
@@ -34,17 +37,21 @@ class Cubics:
     def slope(self, x: Vector) -> Vector:
         """Its derivative; 0 beyond the ends."""
         value = self._at(x)[1]
-        return np.where((np.asarray(x) < self.breaks[0]) | (np.asarray(x) > self.breaks[-1]), 0.0, value)
+        return np.where(
+            (np.asarray(x) < self.breaks[0]) | (np.asarray(x) > self.breaks[-1]), 0.0, value
+        )
 
     def _at(self, x: Vector) -> tuple[Vector, Vector]:
         held = np.clip(np.asarray(x, dtype=np.float64), self.breaks[0], self.breaks[-1])
-        piece = np.clip(np.searchsorted(self.breaks, held, side="right") - 1, 0, len(self.cubic) - 1)
+        piece = np.clip(
+            np.searchsorted(self.breaks, held, side="right") - 1, 0, len(self.cubic) - 1
+        )
         way = held - self.breaks[piece]
         c0, c1, c2, c3 = (self.cubic[piece, power] for power in range(4))
         return ((c3 * way + c2) * way + c1) * way + c0, (3.0 * c3 * way + 2.0 * c2) * way + c1
 
 
-def monotone_cubic(positions: Sequence[float], values: Sequence[float]) -> Cubics:
+def monotone_cubic(positions: Sequence[float], values: Sequence[float]) -> PiecewiseCubic:
     """The curve through at least two points of rising position."""
     x, y = np.asarray(positions, dtype=np.float64), np.asarray(values, dtype=np.float64)
     return _hermite(x, y, _slopes(x, y))
@@ -76,16 +83,26 @@ def _end_slope(step: float, next_step: float, secant: float, next_secant: float)
     return float(slope)
 
 
-def _hermite(x: Vector, y: Vector, slope: Vector) -> Cubics:
+def _hermite(x: Vector, y: Vector, slope: Vector) -> PiecewiseCubic:
     step = np.diff(x)
     secant = np.diff(y) / step
     left, right = slope[:-1], slope[1:]
-    cubic = np.column_stack([y[:-1], left, (3.0 * secant - 2.0 * left - right) / step, (left + right - 2.0 * secant) / step**2])
-    return Cubics(x, cubic)
+    cubic = np.column_stack(
+        [
+            y[:-1],
+            left,
+            (3.0 * secant - 2.0 * left - right) / step,
+            (left + right - 2.0 * secant) / step**2,
+        ]
+    )
+    return PiecewiseCubic(x, cubic)
 
 
-def fitted(value: Callable[[Vector], Vector], slope: Callable[[Vector], Vector], breaks: Vector) -> Cubics:
-    """The function as cubics with its own values and slopes, halved until they are within PRODUCT_ERROR of it; smooth between `breaks`.
+def fitted(
+    value: Callable[[Vector], Vector], slope: Callable[[Vector], Vector], breaks: Vector
+) -> PiecewiseCubic:
+    """The function as cubics with its own values and slopes, halved until they are within
+    PRODUCT_ERROR of it; smooth between `breaks`.
 
     `slope` is asked just inside each piece, so that it may jump at a break.
     """
@@ -98,7 +115,10 @@ def fitted(value: Callable[[Vector], Vector], slope: Callable[[Vector], Vector],
         slopes = slope(np.array([low + inset, high - inset]))
         piece = _hermite(np.array([low, high]), ends, slopes)
         inside = low + INSIDE * (high - low)
-        if depth < MOST_HALVINGS and np.max(np.abs(piece.value(inside) - value(inside))) > PRODUCT_ERROR * largest:
+        if (
+            depth < MOST_HALVINGS
+            and np.max(np.abs(piece.value(inside) - value(inside))) > PRODUCT_ERROR * largest
+        ):
             middle = 0.5 * (low + high)
             add(low, middle, depth + 1)
             add(middle, high, depth + 1)
@@ -107,21 +127,30 @@ def fitted(value: Callable[[Vector], Vector], slope: Callable[[Vector], Vector],
 
     for low, high in itertools.pairwise(breaks):
         add(float(low), float(high), 0)
-    return Cubics(np.array([pieces[0][0], *(high for _, high, _ in pieces)]), np.array([cubic for _, _, cubic in pieces]))
+    return PiecewiseCubic(
+        np.array([pieces[0][0], *(high for _, high, _ in pieces)]),
+        np.array([cubic for _, _, cubic in pieces]),
+    )
 
 
-def cam_push(force: Cubics, angle: Cubics) -> Cubics:
+def cam_push(force: PiecewiseCubic, angle: PiecewiseCubic) -> PiecewiseCubic:
     """force tan(angle), what a cam's spring pushes the block with (2.23)."""
     if not np.any(angle.cubic):  # a level profile pushes nothing
-        return Cubics(angle.breaks[[0, -1]], np.zeros((1, 4)))
-    return _pushed(force.breaks.tobytes(), force.cubic.tobytes(), angle.breaks.tobytes(), angle.cubic.tobytes())
+        return PiecewiseCubic(angle.breaks[[0, -1]], np.zeros((1, 4)))
+    return _pushed(
+        force.breaks.tobytes(), force.cubic.tobytes(), angle.breaks.tobytes(), angle.cubic.tobytes()
+    )
 
 
 @functools.lru_cache(maxsize=8)
-def _pushed(*numbers: bytes) -> Cubics:
-    """The same of curves whose breaks and cubics have these bytes, kept: plants that differ in a mass or a friction share their cams."""
+def _pushed(*numbers: bytes) -> PiecewiseCubic:
+    """The same of curves whose breaks and cubics have these bytes, kept: plants that differ in a
+    mass or a friction share their cams."""
     breaks_of, cubic_of, breaks_at, cubic_at = (np.frombuffer(one) for one in numbers)
-    force, angle = Cubics(breaks_of, cubic_of.reshape(-1, 4)), Cubics(breaks_at, cubic_at.reshape(-1, 4))
+    force, angle = (
+        PiecewiseCubic(breaks_of, cubic_of.reshape(-1, 4)),
+        PiecewiseCubic(breaks_at, cubic_at.reshape(-1, 4)),
+    )
     breaks = np.unique(np.concatenate([force.breaks, angle.breaks]))
 
     def value(x: Vector) -> Vector:
@@ -129,7 +158,9 @@ def _pushed(*numbers: bytes) -> Cubics:
 
     def slope(x: Vector) -> Vector:
         steep = np.tan(angle.value(x))
-        return np.asarray(force.slope(x) * steep + force.value(x) * (1.0 + steep**2) * angle.slope(x))
+        return np.asarray(
+            force.slope(x) * steep + force.value(x) * (1.0 + steep**2) * angle.slope(x)
+        )
 
     return fitted(value, slope, breaks)
 
@@ -138,9 +169,9 @@ class CurveList:
     """Curves in the order in which they are added, to be packed."""
 
     def __init__(self) -> None:
-        self._curves: list[Cubics] = []
+        self._curves: list[PiecewiseCubic] = []
 
-    def add(self, curve: Cubics) -> int:
+    def add(self, curve: PiecewiseCubic) -> int:
         """Its number."""
         self._curves.append(curve)
         return len(self._curves) - 1
@@ -148,8 +179,16 @@ class CurveList:
     def packed(self) -> Curves:
         """All of them, as kernels take them."""
         start = np.cumsum([0, *(len(curve.cubic) for curve in self._curves)]).astype(np.int64)
-        breaks = np.concatenate([curve.breaks for curve in self._curves]) if self._curves else np.empty(0)
-        cubic = np.concatenate([curve.cubic for curve in self._curves]) if self._curves else np.empty((0, 4))
+        breaks = (
+            np.concatenate([curve.breaks for curve in self._curves])
+            if self._curves
+            else np.empty(0)
+        )
+        cubic = (
+            np.concatenate([curve.cubic for curve in self._curves])
+            if self._curves
+            else np.empty((0, 4))
+        )
         return Curves(start, breaks, np.ascontiguousarray(cubic))
 
 

@@ -1,4 +1,5 @@
-"""Mechanisms for the tests, put together by hand: what an assembly makes of a document, without the document."""
+"""Mechanisms for the tests, put together by hand: what an assembly makes of a document, without the
+document."""
 
 from __future__ import annotations
 
@@ -10,14 +11,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.table import LAWS, ROWS
-from frictool.plant.mechanism import packed as pk
+from frictool.friction.law_registry import LAWS, ROWS
+from frictool.plant.mechanism import packed_mechanism as pk
 
 Vector = NDArray[np.float64]
 
 
 def _columns(rows: Sequence[Mapping[str, Any]], kind: Any, whole: Sequence[str]) -> Any:
-    return kind(**{name: np.array([row[name] for row in rows], dtype=np.int64 if name in whole else np.float64) for name in kind._fields})
+    return kind(
+        **{
+            name: np.array(
+                [row[name] for row in rows], dtype=np.int64 if name in whole else np.float64
+            )
+            for name in kind._fields
+        }
+    )
 
 
 @dataclass
@@ -41,13 +49,39 @@ class Builder:
         return len(self.inertia) - 1
 
     def joint(self, a: int, b: int, ratio: float = 1.0, **more: float) -> int:
-        row = {"offset": 0.0, "gap": 0.0, "restitution": 0.0, "drive_loss": 0.0, "back_loss": 0.0, "thread": 0.0, "thesis_screw": 0.0}
+        row = {
+            "offset": 0.0,
+            "gap": 0.0,
+            "restitution": 0.0,
+            "drive_loss": 0.0,
+            "back_loss": 0.0,
+            "thread": 0.0,
+            "thesis_screw": 0.0,
+        }
         self.joints.append({**row, "a": a, "b": b, "ratio": ratio, **more})
         return len(self.joints) - 1
 
-    def coupling(self, a: int, b: int, stiffness: float, damping: float = 0.0, ratio: float = 1.0, **more: Any) -> int:
+    def coupling(
+        self,
+        a: int,
+        b: int,
+        stiffness: float,
+        damping: float = 0.0,
+        ratio: float = 1.0,
+        **more: Any,
+    ) -> int:
         row = {"offset": 0.0, "gap": 0.0, "curve": -1, "drive_loss": 0.0, "back_loss": 0.0}
-        self.couplings.append({**row, "a": a, "b": b, "ratio": ratio, "stiffness": stiffness, "damping": damping, **more})
+        self.couplings.append(
+            {
+                **row,
+                "a": a,
+                "b": b,
+                "ratio": ratio,
+                "stiffness": stiffness,
+                "damping": damping,
+                **more,
+            }
+        )
         return len(self.couplings) - 1
 
     def friction(self, block: int, law: str, level: int = -1, **values: float) -> int:
@@ -55,24 +89,44 @@ class Builder:
         self.frictions.append((block, ROWS.index(chosen), chosen.pack(values), level))
         return len(self.frictions) - 1
 
-    def pressing(self, block: int, force: int, coefficient: float, breakaway_ratio: float = 1.0) -> None:
-        self.pressings.append({"block": block, "force": force, "coefficient": coefficient, "breakaway_ratio": breakaway_ratio})
+    def pressing(
+        self, block: int, force: int, coefficient: float, breakaway_ratio: float = 1.0
+    ) -> None:
+        self.pressings.append(
+            {
+                "block": block,
+                "force": force,
+                "coefficient": coefficient,
+                "breakaway_ratio": breakaway_ratio,
+            }
+        )
 
     def push(self, block: int, constant: float = 0.0, curve: int = -1) -> None:
         self.pushes.append({"block": block, "constant": constant, "curve": curve})
 
-    def stop(self, block: int, low: float = -math.inf, high: float = math.inf, restitution: float = 0.0) -> None:
+    def stop(
+        self, block: int, low: float = -math.inf, high: float = math.inf, restitution: float = 0.0
+    ) -> None:
         self.stops.append({"block": block, "low": low, "high": high, "restitution": restitution})
 
-    def source(self, block: int, constant: float = 1.0, limit: float = math.inf, lag: float = 0.0, **more: float) -> None:
+    def source(
+        self,
+        block: int,
+        constant: float = 1.0,
+        limit: float = math.inf,
+        lag: float = 0.0,
+        **more: float,
+    ) -> None:
         row = {"resistance": 0.0, "supply": 0.0}
-        self.sources.append({**row, "block": block, "constant": constant, "limit": limit, "lag": lag, **more})
+        self.sources.append(
+            {**row, "block": block, "constant": constant, "limit": limit, "lag": lag, **more}
+        )
 
     def curve(self, breaks: Sequence[float], cubic: Sequence[Sequence[float]]) -> int:
         self.curves.append((np.array(breaks, dtype=float), np.array(cubic, dtype=float)))
         return len(self.curves) - 1
 
-    def packed(self) -> pk.Packed:
+    def packed(self) -> pk.PackedMechanism:
         f = self.frictions
         values = [row[2] for row in f]
         curves = pk.Curves(
@@ -82,8 +136,14 @@ class Builder:
         )
         places = [np.array([row[i] for row in f], dtype=np.int64) for i in (0, 1, 3)]
         starts = np.concatenate([[0], np.cumsum([v.size for v in values])]).astype(np.int64)
-        frictions = pk.Frictions(places[0], places[1], starts, np.concatenate(values) if values else np.zeros(0), places[2])
-        return pk.Packed(
+        frictions = pk.Frictions(
+            places[0],
+            places[1],
+            starts,
+            np.concatenate(values) if values else np.zeros(0),
+            places[2],
+        )
+        return pk.PackedMechanism(
             np.array(self.inertia),
             np.array(self.scale),
             _columns(self.joints, pk.Joints, ("a", "b")),
@@ -92,6 +152,6 @@ class Builder:
             _columns(self.pressings, pk.Pressings, ("block", "force")),
             _columns(self.pushes, pk.Pushes, ("block", "curve")),
             _columns(self.stops, pk.Stops, ("block",)),
-            _columns(self.sources, pk.Sources, ("block",)),
+            _columns(self.sources, pk.PackedDrives, ("block",)),
             curves,
         )

@@ -1,4 +1,5 @@
-"""Random mechanisms of all elements, drawn by a seed: blocks of some kg, speeds about 1 m/s, efforts of some N."""
+"""Random mechanisms of all elements, drawn by a seed: blocks of some kg, speeds about 1 m/s,
+efforts of some N."""
 
 from __future__ import annotations
 
@@ -35,7 +36,14 @@ def _friction(rng: np.random.Generator, b: Builder, block: int) -> None:
         b.friction(block, law, level, coulomb=coulomb, breakaway=1.4 * coulomb, viscous=viscous)
     elif law == "stribeck":
         b.friction(
-            block, law, level, coulomb=coulomb, breakaway=1.5 * coulomb, stribeck_velocity=0.05, stribeck_exponent=2.0, viscous=viscous
+            block,
+            law,
+            level,
+            coulomb=coulomb,
+            breakaway=1.5 * coulomb,
+            stribeck_velocity=0.05,
+            stribeck_exponent=2.0,
+            viscous=viscous,
         )
     elif law == "coulomb_tanh":
         b.friction(block, law, level, coulomb=coulomb, smoothing_velocity=0.05)
@@ -45,11 +53,20 @@ def _friction(rng: np.random.Generator, b: Builder, block: int) -> None:
             stiffness=1e3 * coulomb, damping=2.0,
         )  # fmt: skip
     if rng.random() < 0.15:
-        b.pressing(block, _ripple(rng, b, 10.0, True), rng.uniform(0.05, 0.2), rng.uniform(1.0, 1.3))
+        b.pressing(
+            block, _ripple(rng, b, 10.0, True), rng.uniform(0.05, 0.2), rng.uniform(1.0, 1.3)
+        )
     if rng.random() < 0.15:
-        b.push(block, rng.uniform(-2.0, 2.0), _ripple(rng, b, 2.0, False) if rng.random() < 0.5 else -1)
+        b.push(
+            block, rng.uniform(-2.0, 2.0), _ripple(rng, b, 2.0, False) if rng.random() < 0.5 else -1
+        )
     if rng.random() < 0.25:
-        b.stop(block, -rng.uniform(0.05, 0.5), rng.uniform(0.05, 0.5), float(rng.choice([0.0, 0.3, 0.8])))
+        b.stop(
+            block,
+            -rng.uniform(0.05, 0.5),
+            rng.uniform(0.05, 0.5),
+            float(rng.choice([0.0, 0.3, 0.8])),
+        )
 
 
 def _link(rng: np.random.Generator, b: Builder, one: int, other: int) -> None:
@@ -93,7 +110,10 @@ def drawn(seed: int) -> tuple[Builder, Vector, float]:
     period, samples = 5e-3, 200
     t = period * np.arange(samples)[:, None]
     size = rng.uniform(1.0, 10.0, (1, len(b.sources)))
-    commands = size * np.sin(2 * np.pi * rng.uniform(0.5, 4.0, (1, len(b.sources))) * t + rng.uniform(0, 6, (1, len(b.sources))))
+    commands = size * np.sin(
+        2 * np.pi * rng.uniform(0.5, 4.0, (1, len(b.sources))) * t
+        + rng.uniform(0, 6, (1, len(b.sources)))
+    )
     if rng.random() < 0.5:
         commands = np.where(rng.random(commands.shape) < 0.02, -commands, np.sign(commands) * size)
     return b, commands, period

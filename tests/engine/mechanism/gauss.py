@@ -1,7 +1,9 @@
-"""A plain reference for starts from rest: Gauss's principle of least constraint, every face of the problem tried.
+"""A plain reference for starts from rest: Gauss's principle of least constraint, every face of the
+problem tried.
 
-Of all accelerations a that the contacts allow, the motion has the least  sum (m a^2/2 - f a + level |a|): convex, so that the least of the
-minima over all faces that lie in the allowed set is it. No losses in joints, breakaway equal to Coulomb's friction.
+Of all accelerations a that the contacts allow, the motion has the least  sum (m a^2/2 - f a + level
+|a|): convex, so that the least of the minima over all faces that lie in the allowed set is it. No
+losses in joints, breakaway equal to Coulomb's friction.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ CLOSE = 1e-9
 
 
 def accelerations(b: Builder, efforts: Vector, levels: Vector, sides: list[int]) -> Vector:
-    """sides: of each joint, 0 rigid, -1 the second block can be pushed forward, +1 backward. Returns a (n,)."""
+    """sides: of each joint, 0 rigid, -1 the second block can be pushed forward, +1 backward.
+    Returns a (n,)."""
     n = len(b.inertia)
     rows = np.zeros((len(b.joints), n))
     for row, joint in zip(rows, b.joints, strict=True):
@@ -34,7 +37,9 @@ def accelerations(b: Builder, efforts: Vector, levels: Vector, sides: list[int])
             kkt = np.block([[mass, c.T], [c, np.zeros((len(c), len(c)))]])
             right = np.concatenate([efforts - levels * np.array(signs), np.zeros(len(c))])
             a = np.linalg.lstsq(kkt, right, rcond=None)[0][:n]
-            allowed = all(-sides[i] * rows[i] @ a >= -CLOSE for i in flanks) and all(s * x >= -CLOSE for s, x in zip(signs, a, strict=True))
+            allowed = all(-sides[i] * rows[i] @ a >= -CLOSE for i in flanks) and all(
+                s * x >= -CLOSE for s, x in zip(signs, a, strict=True)
+            )
             cost = float(0.5 * a @ mass @ a - efforts @ a + levels @ np.abs(a))
             if allowed and np.all(np.abs(c @ a) < CLOSE) and cost < least:
                 best, least = a, cost

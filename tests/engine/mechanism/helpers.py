@@ -7,16 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from frictool.engine.mechanism.image import Machine
-from frictool.engine.mechanism.machine import prepare
-from frictool.engine.mechanism.run import Run, run
-from frictool.engine.mechanism.state import State, rest
+from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
+from frictool.engine.mechanism.open_loop_run import MechanismRun, run
+from frictool.engine.mechanism.preparation import prepare
+from frictool.engine.mechanism.state import MechanismState, rest
 from tests.engine.mechanism.build import Builder
 
 Vector = NDArray[np.float64]
 
 
-def ready(b: Builder, start: ArrayLike | None = None, speeds: ArrayLike | None = None) -> tuple[Machine, State]:
+def ready(
+    b: Builder, start: ArrayLike | None = None, speeds: ArrayLike | None = None
+) -> tuple[CompiledMechanism, MechanismState]:
     """A machine and its state at `start`, with `speeds`."""
     packed = b.packed()
     machine = prepare(packed)
@@ -26,7 +28,9 @@ def ready(b: Builder, start: ArrayLike | None = None, speeds: ArrayLike | None =
     return machine, state
 
 
-def moved(b: Builder, commands: ArrayLike, period: float = 1e-3, **more: Any) -> tuple[Run, Machine, State]:
+def moved(
+    b: Builder, commands: ArrayLike, period: float = 1e-3, **more: Any
+) -> tuple[MechanismRun, CompiledMechanism, MechanismState]:
     """A run from rest; more: start, speeds, and what `run` takes."""
     machine, state = ready(b, more.pop("start", None), more.pop("speeds", None))
     result = run(machine, state, commands, period, **more)
@@ -34,7 +38,7 @@ def moved(b: Builder, commands: ArrayLike, period: float = 1e-3, **more: Any) ->
     return result, machine, state
 
 
-def instants(result: Run, kind: int, element: int) -> Vector:
+def instants(result: MechanismRun, kind: int, element: int) -> Vector:
     """When an event happened."""
     chosen = (result.events[:, 1] == kind) & (result.events[:, 2] == element)
     return np.asarray(result.events[chosen, 0])

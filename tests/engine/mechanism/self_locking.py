@@ -1,4 +1,5 @@
-"""Random mechanisms with self-locking links, rigid or compliant, and what the compliant limit says of the rigid ones."""
+"""Random mechanisms with self-locking links, rigid or compliant, and what the compliant limit says
+of the rigid ones."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.run import run
+from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.status import OK
 from tests.engine.mechanism.build import Builder
 from tests.engine.mechanism.helpers import ready
@@ -21,7 +22,8 @@ KINDS = ("one", "one", "two", "series", "tail")
 
 
 class Stiff(NamedTuple):
-    """Natural frequency [rad/s] of compliant links, and the damping ratios of the first and of the other links."""
+    """Natural frequency [rad/s] of compliant links, and the damping ratios of the first and of the
+    other links."""
 
     rate: float
     first: float
@@ -32,7 +34,8 @@ STIFF = (Stiff(1e5, 2.0, 2.0), Stiff(3e4, 15.0, 15.0), Stiff(3e4, 15.0, 4.0))
 
 
 def drawn_self_locking(seed: int, stiff: Stiff | None) -> tuple[Builder, Vector]:
-    """A motor with one self-locking link, two side by side, one with a lossy link or a rigid one behind; commands (samples, 1).
+    """A motor with one self-locking link, two side by side, one with a lossy link or a rigid one
+    behind; commands (samples, 1).
 
     Links are rigid, or as `stiff` says.
     """
@@ -53,7 +56,9 @@ def drawn_self_locking(seed: int, stiff: Stiff | None) -> tuple[Builder, Vector]
     for part in range(2 if kind in ("two", "series") else 1):
         behind = kind == "series" and part == 1
         a = len(b.inertia) - 1 if behind else 0
-        ratio = float(draw.uniform(0.3, 2.0) if behind else draw.uniform(0.01, 0.1) * draw.choice([-1, 1]))
+        ratio = float(
+            draw.uniform(0.3, 2.0) if behind else draw.uniform(0.01, 0.1) * draw.choice([-1, 1])
+        )
         efficiency = float(draw.uniform(0.3, 0.9) if behind else draw.uniform(0.2, 0.48))
         mass = 10.0 ** draw.uniform(-1, 1) * b.inertia[a] / ratio**2 * (1.0 if behind else 10.0)
         c = b.block(mass, 5.0)
@@ -76,11 +81,16 @@ def speeds_of(seed: int, stiff: Stiff | None) -> Vector:
     b, commands = drawn_self_locking(seed, stiff)
     machine, state = ready(b)
     result = run(machine, state, commands, PERIOD, room_for_events=0)
-    return np.asarray(result.speeds[:, SAMPLES::SAMPLES]) if result.status == OK else np.full((len(b.inertia), HOLDS), math.nan)
+    return (
+        np.asarray(result.speeds[:, SAMPLES::SAMPLES])
+        if result.status == OK
+        else np.full((len(b.inertia), HOLDS), math.nan)
+    )
 
 
 class Comparison(NamedTuple):
-    """A drawn mechanism: whether its motor moves, whether its compliant motions are one whatever the damping, and the rigid motion too."""
+    """A drawn mechanism: whether its motor moves, whether its compliant motions are one whatever
+    the damping, and the rigid motion too."""
 
     moves: bool
     has_limit: bool
@@ -88,9 +98,11 @@ class Comparison(NamedTuple):
 
 
 def compared(seed: int) -> Comparison:
-    """Play a mechanism with rigid and with compliant links and compare the speeds relative to each block's highest.
+    """Play a mechanism with rigid and with compliant links and compare the speeds relative to each
+    block's highest.
 
-    What compliance leaves of the difference shrinks with it: the rigid speeds may lie as far from the stiffest as the softest ones do.
+    What compliance leaves of the difference shrinks with it: the rigid speeds may lie as far from
+    the stiffest as the softest ones do.
     """
     rigid, compliant = speeds_of(seed, None), np.array([speeds_of(seed, stiff) for stiff in STIFF])
     highest = np.max(np.abs(compliant), axis=(0, 2))

@@ -1,4 +1,5 @@
-"""The engine of mechanisms against the engines of one axis, against scipy on smooth chains, and against hand-made limits."""
+"""The engine of mechanisms against the engines of one axis, against scipy on smooth chains, and
+against hand-made limits."""
 
 from __future__ import annotations
 
@@ -8,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from frictool.engine.axis import advance as advance_axis
+from frictool.engine.axis_motion import advance as advance_axis
 from frictool.engine.mechanism.energy import balance
 from frictool.engine.mechanism.events import JAMS, STRIKES, TOUCHES
-from frictool.engine.mechanism.run import run
+from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.state import work_by_element
 from frictool.plant.axis import LOAD_POSITION, POSITION, AxisParameters, rest
 from tests.engine.mechanism.build import Builder
@@ -63,7 +64,9 @@ def test_a_smooth_chain_is_that_of_scipy() -> None:
             force[i - 1] -= 1.2 * pull
         return np.concatenate([v, force / mass])
 
-    expected = solve_ivp(rates, (0.0, 1.0), np.zeros(2 * n), method="DOP853", rtol=1e-12, atol=1e-13).y[:n, -1]
+    expected = solve_ivp(
+        rates, (0.0, 1.0), np.zeros(2 * n), method="DOP853", rtol=1e-12, atol=1e-13
+    ).y[:n, -1]
     result, _, _ = moved(b, [[3.0]] * 4, 0.25)
     assert result.positions[:, -1] == pytest.approx(expected, rel=1e-7)
 
@@ -96,7 +99,9 @@ def test_a_ball_bounces_as_by_hand_and_comes_to_rest() -> None:
     b.stop(0, low=0.0, restitution=0.5)
     result, machine, state = moved(b, np.zeros((30, 0)), 0.1, start=[1.0])
     first = math.sqrt(2.0 / 9.81)
-    expected = first * (1.0 + 2.0 * (0.5 + 0.25 + 0.125) * np.array([0.0, 4.0 / 7.0, 6.0 / 7.0, 1.0]))
+    expected = first * (
+        1.0 + 2.0 * (0.5 + 0.25 + 0.125) * np.array([0.0, 4.0 / 7.0, 6.0 / 7.0, 1.0])
+    )
     assert instants(result, STRIKES, 0)[:4] == pytest.approx(expected, rel=1e-9)
     assert result.speeds[0, -1] == 0.0
     assert work_by_element(machine, state).stops[0] == pytest.approx(9.81, rel=1e-9)
@@ -108,33 +113,48 @@ def test_an_impact_goes_through_a_row_of_balls() -> None:
         b.block(1.0)
         if i > 0:
             b.joint(i - 1, i, gap=0.01, restitution=0.95)
-    result, _, _ = moved(b, np.zeros((1, 0)), 0.01, start=[0.0, -0.01, -0.02, -0.03], speeds=[1.0, 0.0, 0.0, 0.0])
+    result, _, _ = moved(
+        b, np.zeros((1, 0)), 0.01, start=[0.0, -0.01, -0.02, -0.03], speeds=[1.0, 0.0, 0.0, 0.0]
+    )
     assert result.speeds[:, -1].sum() == pytest.approx(1.0, rel=1e-12)
     assert result.speeds[3, -1] == pytest.approx(((1.0 + 0.95) / 2.0) ** 3, rel=1e-9)
 
 
-def test_a_screw_that_its_load_cannot_drive_stands_under_any_load_and_is_let_down_by_the_motor() -> None:
+def test_a_screw_that_its_load_cannot_drive_stands_under_any_load_and_is_let_down_by_the_motor() -> (
+    None
+):
     radius, lead, phi = 5e-3, 0.1, math.atan(0.15)
     b = Builder()
     b.block(1e-3, 10.0)
     b.block(5.0, 0.01)
     ratio = radius * math.tan(lead)
-    b.joint(0, 1, ratio, drive_loss=radius * math.tan(lead + phi) - ratio, back_loss=ratio - radius * math.tan(lead - phi))
+    b.joint(
+        0,
+        1,
+        ratio,
+        drive_loss=radius * math.tan(lead + phi) - ratio,
+        back_loss=ratio - radius * math.tan(lead - phi),
+    )
     b.push(1, 1e4)  # N: pulls the nut forward
     b.source(0)
     result, _, _ = moved(b, [[0.0]] * 5, 0.1)
     assert np.all(result.positions == 0.0)
-    needed = -radius * math.tan(lead - phi) * 1e4  # N m: forwards, against what is left of the friction
+    needed = (
+        -radius * math.tan(lead - phi) * 1e4
+    )  # N m: forwards, against what is left of the friction
     assert moved(b, [[0.999999 * needed]], 0.1)[0].positions[0, -1] == 0.0
     machine, state = ready(b)
     lowering = run(machine, state, [[1.5 * needed]], 0.1)
     turning = 1e-3 - ratio * radius * math.tan(phi - lead) * 5.0
     assert lowering.speeds[0, -1] == pytest.approx(0.1 * 0.5 * needed / turning, rel=1e-6)
-    assert balance(machine, state).total == pytest.approx(0.0, abs=1e-9 * balance(machine, state).lost)
+    assert balance(machine, state).total == pytest.approx(
+        0.0, abs=1e-9 * balance(machine, state).lost
+    )
 
 
 def test_a_screw_whose_load_is_too_heavy_to_be_braked_jams() -> None:
-    # effective inertia J - (back_loss - ratio) ratio m < 0 while the load runs ahead: the thread wedges, and the motion stops dead
+    # effective inertia J - (back_loss - ratio) ratio m < 0 while the load runs ahead: the thread
+    # wedges, and the motion stops dead
     b = Builder()
     b.block(1e-3)
     b.block(50.0)

@@ -1,4 +1,5 @@
-"""One block under every law of the table: the engine of mechanisms against the drivers of single bodies."""
+"""One block under every law of the table: the engine of mechanisms against the drivers of single
+bodies."""
 
 from __future__ import annotations
 
@@ -6,11 +7,11 @@ import numpy as np
 import pytest
 
 from frictool.engine.drive import spring
-from frictool.engine.laws import run_law
-from frictool.engine.mechanism.machine import prepare
-from frictool.engine.mechanism.run import run
+from frictool.engine.law_simulation import run_law
+from frictool.engine.mechanism.open_loop_run import run
+from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
-from frictool.friction.table import LAWS
+from frictool.friction.law_registry import LAWS
 from tests.engine.mechanism.build import Builder
 from tests.friction.sets import TABLE_3_1
 
@@ -31,13 +32,20 @@ CLOSE = {
 
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_a_pulled_block_moves_as_under_the_law_alone(name: str) -> None:
-    # 3.7.2: a spring of 2 N/m whose end runs at 0.1 m/s, shortly before it breaks away, and the slip
+    # 3.7.2: a spring of 2 N/m whose end runs at 0.1 m/s, shortly before it breaks away, and the
+    # slip
     law, values = LAWS[name], {**TABLE_3_1[name]}
     if "band" in values:
         values["band"] = 1e-3
     times = np.linspace(0.0, END, 31)
     alone = run_law(
-        law, law.pack(values), 1.0, [(END, spring(STIFFNESS, SPEED)._replace(target=STRETCHED))], times, step=STEP, tolerance=1e-9
+        law,
+        law.pack(values),
+        1.0,
+        [(END, spring(STIFFNESS, SPEED)._replace(target=STRETCHED))],
+        times,
+        step=STEP,
+        tolerance=1e-9,
     )
     b = Builder()
     b.block(1.0, 0.1)

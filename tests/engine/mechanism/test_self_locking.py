@@ -1,4 +1,5 @@
-"""Self-locking links: which of several motions, or rest, is the limit of ever stiffer compliant links, and what a jam stops."""
+"""Self-locking links: which of several motions, or rest, is the limit of ever stiffer compliant
+links, and what a jam stops."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictool.engine.mechanism.events import JAMS, SEPARATES
-from frictool.engine.mechanism.run import run
+from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.status import OK
 from tests.engine.mechanism.build import Builder
 from tests.engine.mechanism.helpers import instants, moved, ready
@@ -14,7 +15,9 @@ from tests.engine.mechanism.self_locking import compared
 
 RATIO, EFFICIENCY, MOTOR, DRUM, WEIGHT = 0.02, 0.4, 1e-5, 5.0, 1.0
 LOST = RATIO * (1.0 / EFFICIENCY - 1.0)
-HELD = RATIO * (1.0 / EFFICIENCY - 2.0) * WEIGHT  # N m at the motor, below which the weight starts to go down
+HELD = (
+    RATIO * (1.0 / EFFICIENCY - 2.0) * WEIGHT
+)  # N m at the motor, below which the weight starts to go down
 
 
 def hoist() -> Builder:
@@ -34,7 +37,8 @@ def lowering(effort: float) -> float:
 
 
 def test_a_hoist_that_holds_its_weight_is_let_down_by_the_motor() -> None:
-    """From rest under its load the graph falls at first, and the motion that the motor drives is beyond."""
+    """From rest under its load the graph falls at first, and the motion that the motor drives is
+    beyond."""
     result, _, _ = moved(hoist(), [[0.0], [-1.01 * HELD], [-0.05]], 0.1)
     assert np.all(result.positions[:, 1] == 0.0)
     expected = lowering(-1.01 * HELD) * 0.1
@@ -44,15 +48,22 @@ def test_a_hoist_that_holds_its_weight_is_let_down_by_the_motor() -> None:
 
 
 def test_a_loaded_hoist_stays_up_to_the_effort_that_its_friction_holds() -> None:
-    result, _, _ = moved(hoist(), [[0.0], [-0.999 * HELD], [0.999 * RATIO / EFFICIENCY * WEIGHT], [-0.999 * HELD]], 0.1)
+    result, _, _ = moved(
+        hoist(),
+        [[0.0], [-0.999 * HELD], [0.999 * RATIO / EFFICIENCY * WEIGHT], [-0.999 * HELD]],
+        0.1,
+    )
     assert np.all(result.positions == 0.0)
 
 
 def test_a_run_begins_with_unloaded_links() -> None:
-    """As a compliant link: before it has taken up the load the motor runs ahead of it, and nothing holds it then."""
+    """As a compliant link: before it has taken up the load the motor runs ahead of it, and nothing
+    holds it then."""
     result, _, _ = moved(hoist(), [[-0.5 * HELD]], 0.1)
     assert result.speeds[0, 1] == pytest.approx(lowering(-0.5 * HELD) * 0.1, rel=1e-9)
-    slow, _, _ = moved(hoist(), [[-0.9 * MOTOR * WEIGHT / (RATIO * DRUM)]], 0.1)  # less than the weight falls by itself
+    slow, _, _ = moved(
+        hoist(), [[-0.9 * MOTOR * WEIGHT / (RATIO * DRUM)]], 0.1
+    )  # less than the weight falls by itself
     assert np.all(slow.positions == 0.0)
 
 
@@ -65,11 +76,14 @@ def test_an_unloaded_link_is_driven() -> None:
     b.source(0)
     for effort in (0.01, -0.01):
         result, _, _ = moved(b, [[effort]], 0.1)
-        assert result.speeds[0, 1] == pytest.approx(0.1 * effort / (MOTOR + RATIO**2 * DRUM / EFFICIENCY), rel=1e-9)
+        assert result.speeds[0, 1] == pytest.approx(
+            0.1 * effort / (MOTOR + RATIO**2 * DRUM / EFFICIENCY), rel=1e-9
+        )
 
 
 def test_a_jam_stops_what_presses_and_not_what_is_pushed_ahead() -> None:
-    """A motor pushes another through a flank; that one lowers the drum, which pushes a cart through a flank. Braked, the worm wedges."""
+    """A motor pushes another through a flank; that one lowers the drum, which pushes a cart through
+    a flank. Braked, the worm wedges."""
     b = Builder()
     for inertia, scale in ((MOTOR, 10.0), (MOTOR, 10.0), (DRUM, 0.2), (1.0, 0.2)):
         b.block(inertia, scale)
@@ -90,11 +104,14 @@ def test_a_jam_stops_what_presses_and_not_what_is_pushed_ahead() -> None:
     assert instants(braked, SEPARATES, 2).size == 1
     np.testing.assert_allclose(braked.speeds[3, 1:], before[3], rtol=1e-12)
     upwards = 0.05 / (2.0 * MOTOR + RATIO**2 * DRUM / EFFICIENCY)  # from a standstill
-    np.testing.assert_allclose(braked.speeds[1, 1:], upwards * (braked.times[1:] - braked.times[0]), rtol=1e-9)
+    np.testing.assert_allclose(
+        braked.speeds[1, 1:], upwards * (braked.times[1:] - braked.times[0]), rtol=1e-9
+    )
 
 
 def test_rigid_self_locking_links_are_the_limit_of_stiff_ones() -> None:
-    """Drawn mechanisms from rest through four commands; the rigid one moves as compliant ones do, where their damping does not matter."""
+    """Drawn mechanisms from rest through four commands; the rigid one moves as compliant ones do,
+    where their damping does not matter."""
     found = [compared(seed) for seed in range(20)]
     assert sum(one.moves and one.has_limit for one in found) >= 4
     assert all(one.agrees for one in found if one.has_limit)

@@ -1,4 +1,5 @@
-"""What sticks in several places at once, and what starts: against Gauss's principle tried face by face, and against hand."""
+"""What sticks in several places at once, and what starts: against Gauss's principle tried face by
+face, and against hand."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from frictool.engine.mechanism.events import BREAKS_AWAY, SEPARATES
 from frictool.engine.mechanism.forces import forces
-from frictool.engine.mechanism.run import run
+from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.state import STUCK
 from tests.engine.mechanism.build import Builder
 from tests.engine.mechanism.gauss import accelerations
@@ -19,7 +20,8 @@ from tests.engine.mechanism.helpers import instants, moved, ready
 
 
 def row_of_blocks(count: int, coulomb: float = 1.0) -> Builder:
-    """Blocks in a row, each with friction, between which there are gaps of 20 mm; the first is driven."""
+    """Blocks in a row, each with friction, between which there are gaps of 20 mm; the first is
+    driven."""
     b = Builder()
     for i in range(count):
         b.block(1.0)
@@ -30,8 +32,13 @@ def row_of_blocks(count: int, coulomb: float = 1.0) -> Builder:
     return b
 
 
-@pytest.mark.parametrize(("effort", "moves"), [(2.999999, False), (3.000001, True), (-0.999999, False), (-1.000001, True)])
-def test_a_row_in_contact_starts_where_its_frictions_together_give_way(effort: float, moves: bool) -> None:
+@pytest.mark.parametrize(
+    ("effort", "moves"),
+    [(2.999999, False), (3.000001, True), (-0.999999, False), (-1.000001, True)],
+)
+def test_a_row_in_contact_starts_where_its_frictions_together_give_way(
+    effort: float, moves: bool
+) -> None:
     result, _, state = moved(row_of_blocks(3), [[effort]], start=[0.0, -0.01, -0.02])
     assert (result.speeds[0, -1] != 0.0) == moves
     if effort > 3.0:
@@ -42,7 +49,8 @@ def test_a_row_in_contact_starts_where_its_frictions_together_give_way(effort: f
 
 
 def test_breakaways_of_a_row_are_crossed_one_after_another() -> None:
-    # gaps of 20 mm from one to the next: each block is taken along when it is met; its friction is crossed then, not before
+    # gaps of 20 mm from one to the next: each block is taken along when it is met; its friction is
+    # crossed then, not before
     b = row_of_blocks(3)
     result, _, _ = moved(b, np.full((400, 1), 3.5))
     times = [instants(result, BREAKS_AWAY, i)[0] for i in (1, 2)]
@@ -70,7 +78,11 @@ def test_starts_are_those_of_the_least_constraint(seed: int) -> None:
         b.block(rng.uniform(0.2, 3.0))
         b.friction(i, "coulomb", coulomb=float(levels[i]))
         if i > 0:
-            a, c, ratio = int(rng.integers(i)), i, float(rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 2.0))
+            a, c, ratio = (
+                int(rng.integers(i)),
+                i,
+                float(rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 2.0)),
+            )
             side = int(rng.choice([-1, 0, 1]))
             start[i] = ratio * start[a] + side * 0.01
             if rng.random() < 0.5:  # against the direction in which the tree is walked

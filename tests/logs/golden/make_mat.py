@@ -1,4 +1,5 @@
-"""Writes the golden MATLAB files byte by byte, as the description of the formats says, without a library.
+"""Writes the golden MATLAB files byte by byte, as the description of the formats says, without a
+library.
 
 python tests/logs/golden/make_mat.py
 """
@@ -13,10 +14,13 @@ COUNTS = (-1, 2, 300)
 
 
 def v4(order: str, code: int) -> bytes:
-    """Head (1000 order + 10 type + kind, rows, columns, imaginary, length of the name), name, numbers."""
+    """Head (1000 order + 10 type + kind, rows, columns, imaginary, length of the name), name,
+    numbers."""
     data = b""
     for name, number, letter, values in (("t", 0, "d", TIME), ("counts", 3, "h", COUNTS)):
-        head = struct.pack(order + "5i", 1000 * code + 10 * number, len(values), 1, 0, len(name) + 1)
+        head = struct.pack(
+            order + "5i", 1000 * code + 10 * number, len(values), 1, 0, len(name) + 1
+        )
         data += head + name.encode() + b"\0" + struct.pack(f"{order}{len(values)}{letter}", *values)
     return data
 
@@ -30,8 +34,14 @@ def element(kind: int, content: bytes) -> bytes:
 def v5() -> bytes:
     """Elements: flags (class double 6, int16 10), shape, name, numbers (double 9, int16 3)."""
     data = b"MATLAB 5.0 MAT-file, written by hand".ljust(124) + b"\x00\x01IM"
-    for name, kind, number, letter, values in (("t", 6, 9, "d", TIME), ("counts", 10, 3, "h", COUNTS)):
-        flags, shape = element(6, struct.pack("<II", kind, 0)), element(5, struct.pack("<ii", len(values), 1))
+    for name, kind, number, letter, values in (
+        ("t", 6, 9, "d", TIME),
+        ("counts", 10, 3, "h", COUNTS),
+    ):
+        flags, shape = (
+            element(6, struct.pack("<II", kind, 0)),
+            element(5, struct.pack("<ii", len(values), 1)),
+        )
         numbers = element(number, struct.pack(f"<{len(values)}{letter}", *values))
         data += element(14, flags + shape + element(1, name.encode()) + numbers)
     return data

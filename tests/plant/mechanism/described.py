@@ -6,9 +6,10 @@ from pathlib import Path
 
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.registry import load
-from frictool.plant.mechanism.assembly import Assembled, assemble
+from frictool.plant.mechanism.assembly import AssembledMechanism, assemble
 
-# a motor with a reducer, a cart on a rack in a slideway, a spring to the frame: most kinds of elements, one a line
+# a motor with a reducer, a cart on a rack in a slideway, a spring to the frame: most kinds of
+# elements, one a line
 TRAIN = """\
 format: mechanism/1
 name: train
@@ -36,6 +37,6 @@ def document(text: str, folder: Path) -> Mechanism:
     return load(path, Mechanism)
 
 
-def assembled(text: str, folder: Path) -> Assembled:
+def assembled(text: str, folder: Path) -> AssembledMechanism:
     """The mechanism of this text."""
     return assemble(document(text, folder))

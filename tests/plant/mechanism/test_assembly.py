@@ -1,4 +1,5 @@
-"""What becomes of a document: ratios with their signs, losses, play at the second end, offsets, levels, speeds; all SI."""
+"""What becomes of a document: ratios with their signs, losses, play at the second end, offsets,
+levels, speeds; all SI."""
 
 from __future__ import annotations
 
@@ -8,15 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.friction.table import LAWS, ROWS
-from frictool.plant.mechanism.packed import FRAME
+from frictool.friction.law_registry import LAWS, ROWS
+from frictool.plant.mechanism.packed_mechanism import FRAME
 from tests.plant.mechanism.described import TRAIN, assembled
 
 
 def test_the_train(tmp_path: Path) -> None:
     train = assembled(TRAIN, tmp_path)
     packed = train.packed
-    assert (train.blocks, train.kinds) == (("motor", "shaft", "cart"), ("rotary", "rotary", "linear"))
+    assert (train.blocks, train.kinds) == (
+        ("motor", "shaft", "cart"),
+        ("rotary", "rotary", "linear"),
+    )
     assert packed.inertia == pytest.approx([2e-5, 3e-4, 0.5])
     joints = packed.joints
     assert train.joints == ("reducer", "rack")
@@ -24,12 +28,16 @@ def test_the_train(tmp_path: Path) -> None:
     assert joints.ratio == pytest.approx([-0.25, 0.01])
     assert joints.gap == pytest.approx([0.0, 1e-4])  # half of the width, at the cart
     assert joints.drive_loss == pytest.approx([0.25 * (1 / 0.9 - 1), 0.0])
-    assert joints.back_loss == pytest.approx([0.25 * (1 / 0.9 - 1), 0.0])  # the same friction both ways
+    assert joints.back_loss == pytest.approx(
+        [0.25 * (1 / 0.9 - 1), 0.0]
+    )  # the same friction both ways
     couplings = packed.couplings
     assert train.couplings == ("spring",)
     assert (couplings.a.tolist(), couplings.b.tolist()) == ([FRAME], [2])
     assert couplings.stiffness == pytest.approx([2000.0])
-    assert couplings.offset == pytest.approx([-10.0 / 2000.0])  # at the start it opposes with its preload
+    assert couplings.offset == pytest.approx(
+        [-10.0 / 2000.0]
+    )  # at the start it opposes with its preload
     assert packed.frictions.law.tolist() == [ROWS.index(LAWS["coulomb"])]
     assert packed.frictions.law_values == pytest.approx([0.005])
     assert (packed.stops.low[0], packed.stops.high[0]) == pytest.approx((-0.005, 0.04))
@@ -41,7 +49,10 @@ def test_the_train(tmp_path: Path) -> None:
 
 
 def test_a_known_top_speed_is_the_scale(tmp_path: Path) -> None:
-    train = assembled(TRAIN + "top_speed: {value: 3000, unit: rpm}\ntravel: {low: 0, high: 300, unit: rad}\n", tmp_path)
+    train = assembled(
+        TRAIN + "top_speed: {value: 3000, unit: rpm}\ntravel: {low: 0, high: 300, unit: rad}\n",
+        tmp_path,
+    )
     assert train.packed.scale[0] == pytest.approx(3000 * 2 * math.pi / 60)
 
 
@@ -73,7 +84,9 @@ TURNS, SLIDES = "inertia: {value: 1, unit: kg m^2}", "mass: {value: 1, unit: kg}
 )  # fmt: skip
 def test_ratios_and_play(blocks: str, link: str, ratio: float, gap: float, tmp_path: Path) -> None:
     a, b = (TURNS if kind == "t" else SLIDES for kind in blocks)
-    joints = assembled(TWO.format(a=a, b=b, link=link + ", between: [a, b]"), tmp_path).packed.joints
+    joints = assembled(
+        TWO.format(a=a, b=b, link=link + ", between: [a, b]"), tmp_path
+    ).packed.joints
     assert joints.ratio == pytest.approx([ratio], rel=1e-12)
     assert joints.gap == pytest.approx([gap], rel=1e-12)
 
@@ -90,7 +103,8 @@ def test_a_belts_compliance_is_along_the_belt(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mu", [0.05, 0.3])
 def test_a_threads_losses(mu: float, tmp_path: Path) -> None:
-    """Raising takes f r tan(alpha + phi), lowering gives back f r tan(alpha - phi), which turns its sign where mu > tan(alpha)."""
+    """Raising takes f r tan(alpha + phi), lowering gives back f r tan(alpha - phi), which turns its
+    sign where mu > tan(alpha)."""
     steep = 5.0 / (2 * math.pi * 4.0)
     alpha, phi = math.atan(steep), math.atan(mu)
     link = f"kind: screw, between: [a, b], radius: {{value: 4, unit: mm}}, lead: {{value: 5, unit: mm}}, friction_coefficient: {mu}"
@@ -98,7 +112,9 @@ def test_a_threads_losses(mu: float, tmp_path: Path) -> None:
     assert joints.ratio[0] + joints.drive_loss[0] == pytest.approx(4e-3 * math.tan(alpha + phi))
     assert joints.ratio[0] - joints.back_loss[0] == pytest.approx(4e-3 * math.tan(alpha - phi))
     assert (joints.ratio[0] - joints.back_loss[0] < 0.0) == (mu > steep)
-    printed = assembled(TWO.format(a=TURNS, b=SLIDES, link=link + ", friction_form: thesis"), tmp_path).packed.joints
+    printed = assembled(
+        TWO.format(a=TURNS, b=SLIDES, link=link + ", friction_form: thesis"), tmp_path
+    ).packed.joints
     assert (printed.thread[0], printed.thesis_screw[0]) == pytest.approx((mu * 4e-3, mu * steep))
     assert printed.drive_loss[0] == printed.back_loss[0] == 0.0
 
@@ -114,9 +130,16 @@ def test_positions_count_from_the_start(tmp_path: Path) -> None:
     assert two.packed.couplings.offset == pytest.approx([7e-3])
 
 
-@pytest.mark.parametrize(("sides", "low", "high"), [("low: -1, high: 3", -1.0, 3.0), ("high: 3", -math.inf, 3.0)])
-def test_compliant_stops_are_play_against_the_frame(sides: str, low: float, high: float, tmp_path: Path) -> None:
-    given = ", ".join(f"{side.split(': ')[0]}: {{value: {side.split(': ')[1]}, unit: mm}}" for side in sides.split(", "))
+@pytest.mark.parametrize(
+    ("sides", "low", "high"), [("low: -1, high: 3", -1.0, 3.0), ("high: 3", -math.inf, 3.0)]
+)
+def test_compliant_stops_are_play_against_the_frame(
+    sides: str, low: float, high: float, tmp_path: Path
+) -> None:
+    given = ", ".join(
+        f"{side.split(': ')[0]}: {{value: {side.split(': ')[1]}, unit: mm}}"
+        for side in sides.split(", ")
+    )
     soft = "compliance: {stiffness: {value: 1, unit: N/m}, damping: {value: 0, unit: N s/m}}"
     link = f"kind: stop, on: b, {given}, {soft}}}, rod: {{kind: coupling, between: [a, b]"
     couplings = assembled(TWO.format(a=SLIDES, b=SLIDES, link=link), tmp_path).packed.couplings
@@ -140,10 +163,21 @@ MILLI = {
 
 @pytest.mark.parametrize("law", list(LAWS))
 def test_every_law_is_taken_with_its_parameters_names_and_units(law: str, tmp_path: Path) -> None:
-    """In the units of a block that turns, scaled; what the law needs of inertia is the group's where it is not given."""
-    needed = [parameter for parameter in LAWS[law].parameters if parameter.name != "inertia" and parameter.default is None]
-    values = {parameter.name: 0.1 if parameter.name == "elastic_limit" else 2.0 + i for i, parameter in enumerate(needed)}
-    given = ", ".join(f"{needs.name}: {{value: {values[needs.name] * 1e3}, unit: {MILLI[needs.unit('rotary')]}}}" for needs in needed)
+    """In the units of a block that turns, scaled; what the law needs of inertia is the group's
+    where it is not given."""
+    needed = [
+        parameter
+        for parameter in LAWS[law].parameters
+        if parameter.name != "inertia" and parameter.default is None
+    ]
+    values = {
+        parameter.name: 0.1 if parameter.name == "elastic_limit" else 2.0 + i
+        for i, parameter in enumerate(needed)
+    }
+    given = ", ".join(
+        f"{needs.name}: {{value: {values[needs.name] * 1e3}, unit: {MILLI[needs.unit('rotary')]}}}"
+        for needs in needed
+    )
     link = f"kind: friction, on: a, law: {law}, parameters: {{{given}}}}}, shaft: {{kind: coupling, between: [a, b]"
     two = assembled(TWO.format(a=TURNS, b=TURNS, link=link), tmp_path)
     names = [parameter.name for parameter in LAWS[law].parameters]

@@ -1,4 +1,5 @@
-"""A wrong mechanism is refused in one line: the file, the line and the key of the element, what was found, what is allowed."""
+"""A wrong mechanism is refused in one line: the file, the line and the key of the element, what was
+found, what is allowed."""
 
 from __future__ import annotations
 
@@ -6,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
+from frictool.cli.mechanism_file import load_mechanism, mechanism_error
 from frictool.errors import EXIT_INPUT, DocumentError
-from frictool.plant.mechanism.wrong import WrongElement
+from frictool.plant.mechanism.element_error import ElementError
 from tests.plant.mechanism.described import TRAIN
 
 GEAR = "  reducer: {kind: gear, between: [motor, shaft], ratio: 0.25, efficiency: 0.9}\n"
@@ -78,15 +79,27 @@ WRONG = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("old", "new", "key", "words"), WRONG, ids=[f"{key}-{i}" for i, (_, _, key, _) in enumerate(WRONG)])
-def test_a_wrong_element_is_named_with_its_line(old: str, new: str, key: str, words: list[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    WRONG,
+    ids=[f"{key}-{i}" for i, (_, _, key, _) in enumerate(WRONG)],
+)
+def test_a_wrong_element_is_named_with_its_line(
+    old: str, new: str, key: str, words: list[str], tmp_path: Path
+) -> None:
     assert old in TRAIN
     path = tmp_path / "train.yaml"
     path.write_text(TRAIN.replace(old, new, 1))
     with pytest.raises(DocumentError) as caught:
         load_mechanism(path)
     message = str(caught.value)
-    line = 1 + next(i for i, (a, b) in enumerate(zip(TRAIN.splitlines(), path.read_text().splitlines(), strict=False)) if a != b)
+    line = 1 + next(
+        i
+        for i, (a, b) in enumerate(
+            zip(TRAIN.splitlines(), path.read_text().splitlines(), strict=False)
+        )
+        if a != b
+    )
     assert message.startswith(f"{path}:{line}: {key}: ")
     assert caught.value.exit_code == EXIT_INPUT
     assert "\n" not in message
@@ -133,7 +146,9 @@ def test_two_links_that_say_the_same(tmp_path: Path) -> None:
     path = tmp_path / "mechanism.yaml"
     path.write_text(TRAIN.replace(", efficiency: 0.9", "").replace(RACK, RACK + twin))
     _, mechanism = load_mechanism(path)
-    assert mechanism.notes == ("twin is left out: it closes the loop motor - reducer - shaft - twin and says nothing new",)
+    assert mechanism.notes == (
+        "twin is left out: it closes the loop motor - reducer - shaft - twin and says nothing new",
+    )
     assert "in which reducer has a loss" in refusal(TRAIN.replace(RACK, RACK + twin), tmp_path)
 
 
@@ -141,7 +156,11 @@ def test_ways_that_do_not_fit_each_other_are_noted(tmp_path: Path) -> None:
     """45 mm between the stops of the cart; the motor starts at 0."""
     path = tmp_path / "mechanism.yaml"
     for play, travel, words in (
-        ("46", "-1", ["the play of rack, 0.046 m at cart, is wider than its way: ends leaves it 0.045 m"]),
+        (
+            "46",
+            "-1",
+            ["the play of rack, 0.046 m at cart, is wider than its way: ends leaves it 0.045 m"],
+        ),
         ("44", "1", ["travel from 1 to 100 rad does not hold where motor starts, 0 rad"]),
         ("44", "0", []),
     ):
@@ -151,23 +170,34 @@ def test_ways_that_do_not_fit_each_other_are_noted(tmp_path: Path) -> None:
 
 
 def test_a_loop_with_a_solution(tmp_path: Path) -> None:
-    """Lossless: left out, and told. With loss or play it is not determined how the links share the force."""
+    """Lossless: left out, and told. With loss or play it is not determined how the links share the
+    force."""
     exact = f"ratio: {2 / 3!r}, internal: true"
     path = tmp_path / "mechanism.yaml"
     path.write_text(TRIANGLE.format(exact))
     _, mechanism = load_mechanism(path)
     assert mechanism.joints == ("first", "second")
-    assert mechanism.notes == ("closing is left out: it closes the loop c - second - b - first - a - closing and says nothing new",)
-    assert "in which closing has a loss" in refusal(TRIANGLE.format(exact + ", efficiency: 0.9"), tmp_path)
+    assert mechanism.notes == (
+        "closing is left out: it closes the loop c - second - b - first - a - closing and says nothing new",
+    )
+    assert "in which closing has a loss" in refusal(
+        TRIANGLE.format(exact + ", efficiency: 0.9"), tmp_path
+    )
     lossy_inside = TRIANGLE.replace("ratio: 3}}", "ratio: 3, efficiency: 0.9}}").format(exact)
-    assert "in which second has a loss: how the force is shared is not determined" in refusal(lossy_inside, tmp_path)
+    assert "in which second has a loss: how the force is shared is not determined" in refusal(
+        lossy_inside, tmp_path
+    )
     play = "backlash: {width: {value: 1, unit: mrad}}"
     assert "closes the loop" in (message := refusal(TRIANGLE.format(f"{exact}, {play}"), tmp_path))
     assert "closing has rigid play" in message
     # play inside the ring: the loop is that link's own
-    inside = TRIANGLE.replace("ratio: 0.5}}", f"ratio: 0.5, {play.replace('{', '{{').replace('}', '}}')}}}}}").format(exact)
+    inside = TRIANGLE.replace(
+        "ratio: 0.5}}", f"ratio: 0.5, {play.replace('{', '{{').replace('}', '}}')}}}}}"
+    ).format(exact)
     assert "links.first: closes the loop" in refusal(inside, tmp_path)
-    soft = "compliance: {stiffness: {value: 9, unit: N m/rad}, damping: {value: 1, unit: N m s/rad}}"
+    soft = (
+        "compliance: {stiffness: {value: 9, unit: N m/rad}, damping: {value: 1, unit: N m s/rad}}"
+    )
     path.write_text(TRIANGLE.format(f"ratio: 0.5, {soft}"))  # compliant: any ratio, any play
     assert load_mechanism(path)[1].couplings == ("closing",)
 
@@ -175,7 +205,11 @@ def test_a_loop_with_a_solution(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("screw", "key", "words"),
     [
-        ("lead_angle: {value: 95, unit: deg}", "lead_angle", "found 95 deg; allowed: > 0 and < 90 deg"),
+        (
+            "lead_angle: {value: 95, unit: deg}",
+            "lead_angle",
+            "found 95 deg; allowed: > 0 and < 90 deg",
+        ),
         (
             "lead_angle: {value: 60, unit: deg}, friction_coefficient: 0.6",
             "friction_coefficient",
@@ -208,10 +242,13 @@ def test_what_a_controller_has_must_be_clear(tmp_path: Path) -> None:
     path = tmp_path / "mechanism.yaml"
     path.write_text(second)
     document, mechanism = load_mechanism(path)
-    with pytest.raises(WrongElement) as caught:
+    with pytest.raises(ElementError) as caught:
         mechanism.controlled(document)
-    message = str(wrong_in_file(path, caught.value))
-    assert "mechanism.yaml:15: sensors: found encoder, scale; which one a controller has is said by control" in message
+    message = str(mechanism_error(path, caught.value))
+    assert (
+        "mechanism.yaml:15: sensors: found encoder, scale; which one a controller has is said by control"
+        in message
+    )
     path.write_text(second + "control: {source: drive, sensor: scale}\n")
     document, mechanism = load_mechanism(path)
     assert mechanism.controlled(document) == (0, 1)
@@ -221,13 +258,17 @@ def test_what_a_controller_has_must_be_clear(tmp_path: Path) -> None:
     none = TRAIN[: TRAIN.index("sensors:")]
     path.write_text(none)
     document, mechanism = load_mechanism(path)
-    with pytest.raises(WrongElement, match="found none; allowed: at least one sensor"):
+    with pytest.raises(ElementError, match="found none; allowed: at least one sensor"):
         mechanism.controlled(document)
 
 
 def test_a_weight_beside_a_drive_leaves_the_drive_to_the_controller(tmp_path: Path) -> None:
     path = tmp_path / "mechanism.yaml"
-    path.write_text(TRAIN.replace(DRIVE, "  weight: {on: cart, drive: effort, effort: {value: -5, unit: N}}\n" + DRIVE))
+    path.write_text(
+        TRAIN.replace(
+            DRIVE, "  weight: {on: cart, drive: effort, effort: {value: -5, unit: N}}\n" + DRIVE
+        )
+    )
     document, mechanism = load_mechanism(path)
     assert mechanism.sources == ("weight", "drive")
     assert mechanism.controlled(document) == (1, 0)
@@ -237,7 +278,9 @@ def test_a_weight_beside_a_drive_leaves_the_drive_to_the_controller(tmp_path: Pa
 def test_a_curve_that_ends_before_the_stops_is_told(tmp_path: Path) -> None:
     curve = "force: {position: {values: [0, 20], unit: mm}, value: {values: [0, 9], unit: N}}"
     path = tmp_path / "mechanism.yaml"
-    path.write_text(TRAIN.replace(SPRING, f"  spring: {{kind: spring, between: [cart, ground], {curve}}}\n"))
+    path.write_text(
+        TRAIN.replace(SPRING, f"  spring: {{kind: spring, between: [cart, ground], {curve}}}\n")
+    )
     assert load_mechanism(path)[1].notes == (
         "spring.force ends before the stops of cart do, at 0 and 0.02: beyond, it stays as it is there",
     )
@@ -249,7 +292,9 @@ def test_a_curve_of_what_moves_with_a_stopped_block_too(tmp_path: Path) -> None:
     rod = "  rod: {kind: hydraulic, between: [cart, slave], area_a: {value: 3, unit: cm^2}, area_b: {value: 5, unit: cm^2}}\n"
     for end, notes in ((24.0, 0), (23.0, 1)):
         curve = f"force: {{position: {{values: [-3, {end}], unit: mm}}, value: {{values: [0, 9], unit: N}}}}"
-        text = TRAIN.replace(SPRING, f"{rod}  spring: {{kind: spring, between: [slave, ground], {curve}}}\n")
+        text = TRAIN.replace(
+            SPRING, f"{rod}  spring: {{kind: spring, between: [slave, ground], {curve}}}\n"
+        )
         path.write_text(text.replace(CART, CART + CART.replace("cart", "slave")))
         assert len(load_mechanism(path)[1].notes) == notes
 
@@ -257,25 +302,41 @@ def test_a_curve_of_what_moves_with_a_stopped_block_too(tmp_path: Path) -> None:
 def test_a_compliant_stop_of_one_side_tells_where_its_other_is(tmp_path: Path) -> None:
     path = tmp_path / "mechanism.yaml"
     soft = "compliance: {stiffness: {value: 1, unit: N/mm}, damping: {value: 1, unit: N s/m}}"
-    path.write_text(TRAIN.replace(STOPS, f"  ends: {{kind: stop, on: cart, high: {{value: 40, unit: mm}}, {soft}}}\n"))
-    assert load_mechanism(path)[1].notes == ("ends has one side: cart meets the like of it 1000 m away on the other",)
+    path.write_text(
+        TRAIN.replace(
+            STOPS, f"  ends: {{kind: stop, on: cart, high: {{value: 40, unit: mm}}, {soft}}}\n"
+        )
+    )
+    assert load_mechanism(path)[1].notes == (
+        "ends has one side: cart meets the like of it 1000 m away on the other",
+    )
 
 
 def test_speeds_that_lie_too_far_apart(tmp_path: Path) -> None:
-    assert "blocks.shaft: links give it 1e+20 times the speed of motor" in refusal(TRAIN.replace("ratio: 0.25", "ratio: 1.0e+20"), tmp_path)
+    assert "blocks.shaft: links give it 1e+20 times the speed of motor" in refusal(
+        TRAIN.replace("ratio: 0.25", "ratio: 1.0e+20"), tmp_path
+    )
     soft = "ratio: 1.0e+20, compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 1, unit: N m s/rad}}"
-    assert "allowed: 1e-12 to 1e+12 times" in refusal(TRAIN.replace("ratio: 0.25, efficiency: 0.9", soft), tmp_path)
+    assert "allowed: 1e-12 to 1e+12 times" in refusal(
+        TRAIN.replace("ratio: 0.25, efficiency: 0.9", soft), tmp_path
+    )
 
 
 def test_two_links_that_what_they_drive_cannot_drive(tmp_path: Path) -> None:
-    """Each may drive the load alone; both are refused, directly or behind a rigid link, and taken where something yields between them."""
+    """Each may drive the load alone; both are refused, directly or behind a rigid link, and taken
+    where something yields between them."""
     worm = "  {name}: {{kind: gear, between: [{a}, {b}], ratio: 0.05, efficiency: 0.4}}\n"
     second = SHAFT + SHAFT.replace("shaft", "other") + SHAFT.replace("shaft", "wheel")
-    gears = worm.format(name="reducer", a="motor", b="shaft") + worm.format(name="worm", a="other", b="wheel")
+    gears = worm.format(name="reducer", a="motor", b="shaft") + worm.format(
+        name="worm", a="other", b="wheel"
+    )
     rod = "  rod: {kind: coupling, between: [shaft, wheel]}\n"
     text = TRAIN.replace(SHAFT, second).replace(GEAR, gears + rod)
     told = refusal(text, tmp_path)
-    assert "links.worm: is irreversible, as reducer is: motor and other both drive shaft and wheel, rigidly linked," in told
+    assert (
+        "links.worm: is irreversible, as reducer is: motor and other both drive shaft and wheel, rigidly linked,"
+        in told
+    )
     soft = "[shaft, wheel], compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 0, unit: N m s/rad}}"
     path = tmp_path / "soft.yaml"
     path.write_text(text.replace("[shaft, wheel]", soft))

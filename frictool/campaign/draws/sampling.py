@@ -1,0 +1,82 @@
+"""Draws: points (n, d) of the unit cube, each the same for a seed whoever plays them.
+
+random     independent and uniform; draw i of a seed is the same however many there are
+latin      Latin hypercube (McKay, Beckman and Conover 1979): in each factor one draw in each of n
+           equal parts, anywhere in it
+vertices   every corner, or beyond MOST_VERTICES a part of them, drawn without repetition
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+Method = Literal["random", "latin", "vertices"]
+MOST_VERTICES = 4096
+RANDOM_STREAM, LATIN_STREAM, VERTICES_STREAM, NOISE_STREAM = (
+    (1 << 33) + 1,
+    (1 << 33) + 2,
+    (1 << 33) + 3,
+    (1 << 33) + 4,
+)
+
+
+class UnitDraws(NamedTuple):
+    """units (n, d); corners: how many vertices the cube has, 0 where none are played."""
+
+    units: Vector
+    corners: int = 0
+
+
+def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
+    """`count` draws of so many factors; of vertices all, or MOST_VERTICES of them, where it is
+    None."""
+    if method == "vertices":
+        corners = 2**factors
+        return UnitDraws(
+            _vertices(min(corners, MOST_VERTICES if count is None else count), factors, seed),
+            corners,
+        )
+    if count is None:
+        raise ValueError("random draws and a Latin hypercube need to know how many")
+    return UnitDraws(
+        _random(count, factors, seed) if method == "random" else _latin(count, factors, seed)
+    )
+
+
+def noise_seed(seed: int, draw: int) -> int:
+    """The seed of the noise in a trial: another one for each draw."""
+    high, low = np.random.SeedSequence([seed, NOISE_STREAM, draw]).generate_state(2)
+    return (int(high) >> 1 << 32) | int(low)
+
+
+def _random(count: int, factors: int, seed: int) -> Vector:
+    return np.random.Generator(np.random.PCG64([seed, RANDOM_STREAM])).random((count, factors))
+
+
+def _latin(count: int, factors: int, seed: int) -> Vector:
+    generator = np.random.Generator(np.random.PCG64([seed, LATIN_STREAM]))
+    parts = (
+        np.stack([generator.permutation(count) for _ in range(factors)], axis=1)
+        if factors
+        else np.empty((count, 0))
+    )
+    found: Vector = (parts + generator.random((count, factors))) / count
+    return found
+
+
+def _vertices(count: int, factors: int, seed: int) -> Vector:
+    """The corners in the order of their binary numbers, the first factor the leading digit; or
+    `count` of them, in the order drawn."""
+    if count >= 2**factors:
+        numbers = np.arange(2**factors)[:, None]
+        return np.array((numbers >> np.arange(factors)[::-1]) & 1, dtype=np.float64)
+    generator = np.random.Generator(np.random.PCG64([seed, VERTICES_STREAM]))
+    found: dict[bytes, Vector] = {}
+    while len(found) < count:
+        corner = generator.integers(0, 2, factors).astype(np.float64)
+        found.setdefault(corner.tobytes(), corner)
+    return np.stack(list(found.values()))

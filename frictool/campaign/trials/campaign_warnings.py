@@ -1,0 +1,97 @@
+"""Warnings of a campaign: plants for which its controller was not verified, and example values left
+in place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from frictool.campaign.draws.space import FactorSpace
+from frictool.campaign.trials.trial_player import CampaignSetting, plant_of
+from frictool.documents.bench_values import bench_values_words
+from frictool.documents.conditions import DriftPoint, Drifts
+from frictool.documents.digests import changed_words
+from frictool.documents.example_values import examples_words
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.scenario import Scenario
+from frictool.documents.spread import Spread
+from frictool.simulate.simulated_plant import VariedParameter
+from frictool.verify.certified_intervals import (
+    MARGIN_PARAMETERS,
+    differences,
+    outside_message,
+    parameters_outside,
+)
+
+Interval = tuple[float, float]
+
+
+def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
+    """Return the warnings of a campaign: plants that the controller was not verified for, a model
+    without identified parameters, and example values left in place.
+    """
+    plant, controller = plant_of(setting.plant), setting.controller
+    bench, reason, changed = (
+        plant.rig.examples or controller.bench.examples,
+        plant.rig.bench_values_only,
+        changed_words(controller),
+    )
+    words = (
+        f"{controller.name}: {changed}" if changed else "",
+        bench_values_words(f"the model {plant.name}", reason) if reason else "",
+        examples_words(
+            {"spec": setting.spec.examples, "bench": bench, "scenario": setting.scenario.examples}
+        ),
+    )
+    return (*_uncertified(setting, space), *filter(None, words))
+
+
+def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
+    """Return a warning if the plant or its rig is not what the controller was verified for, else
+    one if the draws reach beyond them."""
+    plant, controller = plant_of(setting.plant), setting.controller
+    if found := differences(controller, plant.rig.facts, plant.intervals()):
+        return (f"the plant {outside_message(controller.name, found)}",)
+    if isinstance(setting.plant, Mechanism):
+        return ()
+    if found := parameters_outside(controller, _drawn(plant.ranges(), space, setting.scenario)):
+        return (
+            f"draws reach beyond the intervals of {controller.name}, where only their own margins hold: {'; '.join(found)}",
+        )
+    return ()
+
+
+def _drawn(
+    ranges: Mapping[str, VariedParameter], space: FactorSpace, scenario: Scenario
+) -> dict[str, Interval]:
+    """Return the intervals [SI] of the plants that are drawn, widened by the scenario's drifts and
+    the spread of temperature."""
+    varied = {
+        factor.name: (factor.low, factor.high) for factor in space.factors if factor.kind == "plant"
+    }
+    given = {
+        name: (quantity.value, quantity.value)
+        for name, quantity in scenario.given.items()
+        if name in MARGIN_PARAMETERS
+    }
+    known = {name: (ranges[name].nominal, ranges[name].nominal) for name in MARGIN_PARAMETERS}
+    found = (
+        known | given | {name: ends for name, ends in varied.items() if name in MARGIN_PARAMETERS}
+    )
+    drifts, temperature = scenario.drifts or Drifts(), (scenario.spread or Spread()).temperature
+    for name, points in (("viscous", drifts.viscous), ("constant", drifts.constant)):
+        warm = (
+            (1.0,)
+            if temperature is None
+            else (getattr(temperature.cold, name), getattr(temperature.hot, name))
+        )
+        found[name] = _times(_times(found[name], _factors(points)), warm)
+    return found
+
+
+def _factors(points: tuple[DriftPoint, ...]) -> tuple[float, ...]:
+    return tuple(point.factor for point in points) or (1.0,)
+
+
+def _times(ends: Interval, factors: tuple[float, ...]) -> Interval:
+    products = [end * factor for end in ends for factor in factors]
+    return min(products), max(products)

@@ -1,0 +1,113 @@
+"""What the trials of a campaign have given: a row a draw, in the order of the draws' indices,
+whoever has played them and when."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.campaign.draws.space import FactorSpace
+
+Vector = NDArray[np.float64]
+Marks = NDArray[np.int8]
+MET, BROKEN, UNDECIDED = 1, 0, -1
+
+
+@dataclass(frozen=True)
+class MetricLimit:
+    """A requirement of the specification: its name as `report` has it, its key, what it allows in
+    SI."""
+
+    name: str
+    key: str
+    unit: str
+    limit: float
+    relation: Literal["<=", ">="]
+
+
+class TrialResult(NamedTuple):
+    """Draw number `draw`, played and judged: found and met have a value for each metric, as in
+    Trials.
+
+    failed: why it could not be simulated, or empty.
+    """
+
+    draw: int
+    found: tuple[float, ...]
+    met: tuple[int, ...]
+    failed: str = ""
+
+
+@dataclass(frozen=True)
+class Trials:
+    """Results of n trials of d factors, judged by m metrics.
+
+    units (n, d): the draws in the unit cube; values (n, d): the same in SI (space.py). found (n,
+    m): the worst value over a trial's run, inf where it is beyond any (an axis that never settles),
+    nan where the metric does not exist or nothing was simulated. met (n, m): MET 1, BROKEN 0,
+    UNDECIDED -1, as `report` decides. passed (n,): the same for the whole trial (`trial_outcomes`).
+    failed: index -> reason why a trial could not be simulated; such a trial is BROKEN, and each of
+    its metrics is UNDECIDED.
+    """
+
+    space: FactorSpace
+    metrics: tuple[MetricLimit, ...]
+    units: Vector
+    values: Vector
+    found: Vector
+    met: Marks
+    passed: Marks
+    failed: Mapping[int, str] = field(default_factory=dict)
+
+    @property
+    def count(self) -> int:
+        """n."""
+        return int(self.passed.size)
+
+
+def collect_trials(
+    space: FactorSpace, metrics: Sequence[MetricLimit], units: Vector, trials: Iterable[TrialResult]
+) -> Trials:
+    """All trials of the draws `units` (n, d), which come in any order. Raises ValueError where one
+    is missing."""
+    n, m = units.shape[0], len(metrics)
+    found, met = np.full((n, m), np.nan), np.full((n, m), UNDECIDED, dtype=np.int8)
+    there, failed = np.zeros(n, dtype=bool), dict[int, str]()
+    for trial in trials:
+        there[trial.draw] = True
+        if trial.failed:
+            failed[trial.draw] = trial.failed
+        else:
+            found[trial.draw], met[trial.draw] = trial.found, trial.met
+    if not there.all():
+        raise ValueError(f"trial {int(np.argmin(there))} is missing")
+    passed = trial_outcomes(met, tuple(failed))
+    return Trials(
+        space,
+        tuple(metrics),
+        units,
+        space.values(units),
+        found,
+        met,
+        passed,
+        dict(sorted(failed.items())),
+    )
+
+
+def trial_outcomes(met: Marks, failed: Sequence[int] = ()) -> Marks:
+    """Return for each trial of `met` (n, m): BROKEN if it breaks a requirement or failed, UNDECIDED
+    if one is undecided, else MET (n,).
+
+    A requirement that no trial decides is left out: the scenario cannot decide it for any plant.
+    """
+    decidable = met[:, (met != UNDECIDED).any(axis=0)]
+    passed = np.where((decidable == UNDECIDED).any(axis=1), UNDECIDED, MET).astype(np.int8)
+    if not decidable.shape[1]:
+        passed[:] = UNDECIDED
+    passed[(decidable == BROKEN).any(axis=1)] = BROKEN
+    passed[list(failed)] = BROKEN
+    return passed

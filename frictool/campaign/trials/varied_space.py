@@ -1,0 +1,62 @@
+"""What a campaign of these documents varies, held against the plant, the scenario and the
+specification before anything is played."""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from frictool.campaign.draws.drawn_scenario import nominal_of
+from frictool.campaign.draws.space import FactorSpace, plant_factors, space_of
+from frictool.campaign.draws.spread_factors import spread_factors
+from frictool.campaign.trials.trial_player import CampaignSetting, plant_of
+from frictool.documents.spec import REQUIREMENTS, Spec
+from frictool.documents.spread import Spread
+from frictool.errors import DocumentError
+from frictool.simulate.closed_loop import StepTest
+from frictool.simulate.document_agreement import refuse
+from frictool.simulate.spread_checks import check_spread
+
+
+def space_of_setting(setting: CampaignSetting) -> FactorSpace:
+    """What varies. Raises DocumentError where `spread` does not fit the plant or the scenario, or
+    nothing varies."""
+    plant, scenario = plant_of(setting.plant), setting.scenario
+    reference, _ = StepTest(plant, setting.controller, setting.names).reference(
+        nominal_of(scenario), setting.recorded
+    )
+    plant.check(
+        setting.controller, replace(nominal_of(scenario), spread=scenario.spread), setting.names
+    )  # the blocks that it names
+    check_spread(
+        plant,
+        setting.controller,
+        scenario,
+        reference.size * plant.rig.sample_period_s,
+        setting.names,
+    )
+    spread = scenario.spread or Spread()
+    space = space_of(
+        [
+            *plant_factors(plant.ranges(), spread.parameters, scenario.given),
+            *spread_factors(scenario),
+        ]
+    )
+    if not space.factors:
+        message = (
+            f"nothing varies: {setting.names.model} has no ranges; write spread, or low and high beside "
+            "the values of bench or mechanism"
+        )
+        refuse(setting.names.scenario, "spread", message)
+    return space
+
+
+def check_requirements(spec: Spec, name: str) -> None:
+    """Raises DocumentError where the specification, called `name`, asks for nothing that a run can
+    tell."""
+    if all(getattr(spec, key) is None for key in REQUIREMENTS):
+        raise DocumentError(
+            name,
+            f"asks for nothing that a run can tell; write at least one of {', '.join(REQUIREMENTS)}",
+            line=None,
+            key="",
+        )

@@ -1,0 +1,100 @@
+"""A worst case as it is kept: the scenario that plays it again, what is said above it, and what a
+page says of it."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from frictool.campaign.trials.differential_evolution import SearchResult
+from frictool.campaign.trials.trials import MetricLimit
+from frictool.documents.controller import Number
+from frictool.documents.scenario import Scenario
+from frictool.documents.writing import to_yaml
+
+Commands = Callable[
+    [str], tuple[str, str]
+]  # of a scenario's base name: `command` and `typed` of a WorstCase
+
+
+@dataclass(frozen=True)
+class WorstCase:
+    """Of one requirement, campaign/statistics/findings.py `Worst`. values: of the factors, by name.
+    scenario: the file's base name.
+
+    command: what plays it again, by base names; typed: the same with the paths of the command line,
+    for a terminal and no document. played: that scenario.
+    """
+
+    requirement: str
+    value: float
+    limit: float
+    unit: str
+    relation: str
+    met: bool | None
+    values: Mapping[str, float]
+    scenario: str
+    command: str
+    typed: str
+    played: Scenario
+    searched: SearchResult
+
+
+def file_name(metric: MetricLimit) -> str:
+    """What the scenario of a metric's worst case is called."""
+    return f"worst_{metric.name}.yaml"
+
+
+def commands_of(number: Number) -> Commands:
+    """Of documents in memory: the command that plays a scenario again where they are saved as
+    model.yaml and controller.yaml."""
+
+    def of(scenario: str) -> tuple[str, str]:
+        words = replay_command(
+            "model.yaml",
+            "controller.yaml",
+            scenario,
+            None,
+            number,
+            Path(scenario).with_suffix(".mcap").name,
+        )
+        return words, words
+
+    return of
+
+
+def replay_command(
+    model: str, controller: str, scenario: str, observer: str | None, number: Number, output: str
+) -> str:
+    """What plays a scenario again, as a shell takes it."""
+    words = ["frictool simulate", model, "--controller", controller, "--scenario", scenario]
+    words += ["--observer", observer] if observer is not None else []
+    words += ["--number", number] if number != "double" else []
+    return " ".join([*words, "-o", output])
+
+
+def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
+    """The scenario's file in `folder`, with what it is above it; the scenario `origin` is what it
+    was made of."""
+    found, played = case.searched, case.played
+    name = f"worst {case.requirement.replace('_', ' ')}"
+    replay = played.reference
+    if replay is not None:  # its path is one from the scenario's folder
+        replay = msgspec.structs.replace(
+            replay, log=Path(os.path.relpath(origin.parent / replay.log, folder)).as_posix()
+        )
+    shown = "never" if math.isinf(case.value) else f"{case.value!r} {case.unit}".rstrip()
+    drawn = "never" if math.isinf(found.drawn) else f"{found.drawn:.6g} {case.unit}".rstrip()
+    lines = [
+        f"{case.requirement}: {shown}, where {case.relation} {case.limit:g} {case.unit}".rstrip()
+        + f" is asked; the worst draw has {drawn}",
+        f"found among {found.evaluations} plants that a search has tried, made of {origin.name}; worse ones may exist",
+        case.command,
+    ]
+    body = to_yaml(msgspec.structs.replace(played, name=name, reference=replay))
+    return "".join(f"# {line}\n" for line in lines) + body

@@ -1,0 +1,144 @@
+"""The worst case of each requirement: searched from the worst draws on, played once more, with the
+scenario that plays it again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool.campaign.draws.drawn_scenario import scenario_of
+from frictool.campaign.draws.space import Vector
+from frictool.campaign.trials.differential_evolution import SearchResult, search_worst
+from frictool.campaign.trials.trial_player import TrialPlayer
+from frictool.campaign.trials.trial_sharing import (
+    JobSharing,
+    ProgressCallback,
+    run_searches,
+    starts_of,
+)
+from frictool.campaign.trials.trial_store import TrialStore
+from frictool.campaign.trials.trials import BROKEN, MET, Trials
+from frictool.campaign.trials.worst_case import Commands, WorstCase, file_name
+
+STARTS = 5  # worst draws that a search begins with
+ProgressContext = Callable[[str], AbstractContextManager[ProgressCallback]]
+
+
+class SearchTask(NamedTuple):
+    """Of the metric `name`, number `metric`: the worst draw's value and its number, and worst draws
+    (k, d), of `draws`, to begin with."""
+
+    name: str
+    metric: int
+    relation: str
+    drawn: float
+    noise: int
+    starts: Vector
+    evaluations: int
+    draws: int
+    seed: int
+
+    @property
+    def asked(self) -> tuple[str, int, int]:
+        """What makes the search another one, within its campaign."""
+        return self.name, self.evaluations, self.draws
+
+
+class WorstSearch:
+    """Called with a SearchTask: the search, every plant of it under the noise of the worst draw."""
+
+    def __init__(self, trial: TrialPlayer) -> None:
+        self.trial = trial
+
+    def __call__(self, task: SearchTask) -> SearchResult:
+        sign, unplayed = (1.0 if task.relation == "<=" else -1.0), 0
+
+        def badness(unit: Vector) -> float:
+            nonlocal unplayed
+            trial = self.trial.played(unit, task.noise)
+            unplayed += bool(trial.failed)
+            value = math.nan if trial.failed else trial.found[task.metric]
+            return -math.inf if math.isnan(value) else sign * value
+
+        found = search_worst(badness, task.starts, task.evaluations, task.seed)
+        where = tuple(map(float, found.at))
+        return SearchResult(
+            task.name, sign * found.worst, task.drawn, where, task.noise, found.tried, unplayed
+        )
+
+
+def worst_cases(
+    trial: TrialPlayer,
+    trials: Trials,
+    store: TrialStore,
+    share: JobSharing,
+    evaluations: int,
+    commands: Commands,
+    progress: ProgressContext,
+) -> list[WorstCase]:
+    """Of each requirement that any draw decides: the worst case that a search of so many plants
+    finds.
+
+    commands: what plays a scenario again. progress: of a label, what is told the part that is done.
+    """
+    jobs = [
+        job
+        for index in range(len(trials.metrics))
+        if (job := _task(trial, trials, index, evaluations)) is not None
+    ]
+    with progress("worst cases") as tell:
+        found = run_searches(WorstSearch(trial), jobs, store, share, tell)
+    return [
+        _kept(trial, trials, job.metric, worst, commands)
+        for job, worst in zip(jobs, found, strict=True)
+    ]
+
+
+def _task(trial: TrialPlayer, trials: Trials, index: int, evaluations: int) -> SearchTask | None:
+    metric, draws = trials.metrics[index], starts_of(trials, index, STARTS)
+    if not draws.size:
+        return None
+    first = int(draws[0])
+    drawn = float(trials.found[first, index])
+    return SearchTask(
+        metric.name,
+        index,
+        metric.relation,
+        drawn,
+        first,
+        trials.units[draws],
+        evaluations,
+        trials.count,
+        trial.seed,
+    )
+
+
+def _kept(
+    trial: TrialPlayer, trials: Trials, index: int, worst: SearchResult, commands: Commands
+) -> WorstCase:
+    """Played once more, so that what is said of it is what its scenario gives."""
+    metric, unit = trials.metrics[index], np.array(worst.unit)
+    again = trial.played(unit, worst.noise)
+    values = trial.space.values(unit[None, :])[0]
+    step = trial.test.plant.rig.resolution
+    command, typed = commands(file_name(metric))
+    return WorstCase(
+        requirement=metric.name,
+        value=again.found[index],
+        limit=metric.limit,
+        unit=metric.unit,
+        relation=metric.relation,
+        met={MET: True, BROKEN: False}.get(again.met[index] if again.met else -1),
+        values=dict(zip(trial.space.names, map(float, values), strict=True)),
+        scenario=file_name(metric),
+        command=command,
+        typed=typed,
+        played=scenario_of(
+            trial.setting.scenario, trial.space, values, (trial.seed, worst.noise), step
+        ),
+        searched=worst,
+    )

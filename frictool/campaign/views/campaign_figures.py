@@ -1,0 +1,279 @@
+"""The figures of a campaign: pass rates, each metric against its limit, failures over the range of
+a factor and in the plane of two.
+
+Whatever the number of trials, a figure has some hundred elements: what is many is counted in bins.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+from frictool.campaign.statistics.clopper_pearson import interval
+from frictool.campaign.statistics.distribution import COVERED, Distribution
+from frictool.campaign.statistics.findings import Findings
+from frictool.campaign.statistics.sensitivity import FailureComparison
+from frictool.campaign.views.failure_plane import plane
+from frictool.campaign.views.figure_style import (
+    BAD,
+    BAND,
+    GOOD,
+    OPEN,
+    axis_label,
+    drawing,
+    new_figure,
+)
+from frictool.campaign.views.messages import (
+    chance_text,
+    percent,
+    percent_text,
+    quantity,
+    unit_shown,
+)
+from frictool.presentation.svg import INK, MUTED, render_compact
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+POINTS = 240  # of a distribution's curve
+FACTORS = 6  # of which the failures over the range are drawn
+ROW = 0.3  # inches of a row of rates
+
+
+@dataclass(frozen=True)
+class CampaignFigure:
+    """title and caption are texts of the page, which escapes them; svg is an `<svg>` element of
+    ours."""
+
+    title: str
+    svg: str
+    caption: str
+
+
+def rates(found: Findings) -> CampaignFigure:
+    """The share that passes as a whole and requirement by requirement, each with its interval."""
+    rate = found.rate
+    rows = [("all of them", rate.passed, rate.undecided)]
+    rows += [
+        (one.metric.name.replace("_", " "), one.met, one.undecided) for one in found.distributions
+    ]
+    height = 0.75 + ROW * len(rows)
+    with drawing("rates"):
+        figure, (axes,) = new_figure(height=height, left=1.55)
+        lows = [1.0]
+        for place, (_, good, open_) in enumerate(rows):
+            low, high = good / rate.count, (good + open_) / rate.count
+            if not rate.whole:
+                low = interval(good, rate.count, rate.confidence, rate.method)[0]
+                high = interval(good + open_, rate.count, rate.confidence, rate.method)[1]
+            share, colour = (
+                good / rate.count,
+                GOOD if good == rate.count else OPEN if good + open_ == rate.count else BAD,
+            )
+            axes.plot(
+                [low, high],
+                [place, place],
+                color=colour,
+                linewidth=5.0,
+                alpha=0.3,
+                solid_capstyle="butt",
+            )
+            if open_ < rate.count:
+                axes.plot([share], [place], "o", color=colour, markersize=5.0)
+                lows.append(low)
+        if found.asked is not None:
+            axes.axvline(found.asked, color=MUTED, linewidth=1.2, linestyle=(0, (4, 2)))
+            lows.append(found.asked)
+        room = 1.08 * (1.0 - min(lows)) or 0.01
+        axes.set(
+            xlim=(max(-0.02, 1.0 - room), 1.0 + 0.03 * room),
+            ylim=(len(rows) - 0.4, -0.6),
+            xlabel="share of the trials",
+        )
+        axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+        axes.set_yticks(range(len(rows)), [name for name, _, _ in rows])
+        axes.xaxis.set_major_formatter(_in_percent())
+        axes.grid(visible=False, axis="y")
+        svg = render_compact(figure, "share of the trials that pass, as a whole and by requirement")
+    bars = "" if rate.whole else f" Bars: {percent_text(rate.confidence)} intervals."
+    asked = "" if found.asked is None else f" Dashed: {percent_text(found.asked)}, asked."
+    return CampaignFigure(
+        "What passes",
+        svg,
+        f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{asked} What cannot be told counts on neither side.",
+    )
+
+
+def metric(found: Findings, one: Distribution) -> CampaignFigure | None:
+    """Histogram and distribution against the limit; None where no two finite values differ."""
+    if not one.varies:
+        return None
+    name, unit = one.metric.name.replace("_", " "), unit_shown(one.metric.unit)
+    with drawing(f"metric {one.metric.name}"):
+        figure, (top, bottom) = new_figure(rows=2, height=3.5)
+        _bars(top, one)
+        _curve(bottom, found, one)
+        low, high = one.histogram.edges[0], one.histogram.edges[-1]
+        drawn = low - 1.5 * (high - low) <= one.metric.limit <= high + 1.5 * (high - low)
+        for axes in (top, bottom):
+            if drawn:
+                axes.axvline(one.metric.limit, color=BAD, linewidth=1.2, linestyle=(0, (4, 2)))
+            if one.bound is not None:
+                axes.axvline(one.bound, color=INK, linewidth=1.0, linestyle=(0, (1, 1.5)))
+        ends = [
+            low,
+            high,
+            *([one.metric.limit] if drawn else []),
+            *([one.bound] if one.bound is not None else []),
+        ]
+        room = 0.03 * (max(ends) - min(ends))
+        top.set_xlim(min(ends) - room, max(ends) + room)
+        top.set_ylabel("trials")
+        bottom.set(
+            ylabel="share below", ylim=(-0.02, 1.02), xlabel=f"{name} [{unit}]" if unit else name
+        )
+        bottom.yaxis.set_major_formatter(_in_percent())
+        svg = render_compact(figure, f"distribution of {name} over the trials")
+    return CampaignFigure(name, svg, _metric_caption(found, one, drawn))
+
+
+def causes(found: Findings) -> list[CampaignFigure]:
+    """The share that fails over the range of each factor that the failures come from."""
+    questions = found.sensitivity.questions
+    if not questions or questions[0].name != "":
+        return []
+    return [_over_range(found, questions[0], i) for i in questions[0].named[:FACTORS]]
+
+
+def failing_plane(found: Findings) -> CampaignFigure | None:
+    """Where in the plane of the two leading factors the trials fail; None without failures or a
+    second factor."""
+    pair = found.sensitivity.pair
+    if pair is None:
+        return None
+    first, second = (found.trials.space.factors[i] for i in (pair.first, pair.second))
+    with drawing("plane"):
+        figure, (axes,) = new_figure(height=3.9)
+        told = plane(axes, found.trials, pair.first, pair.second)
+        axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+        axes.set(
+            xlabel=axis_label(first.label, unit_shown(first.unit), pair.first),
+            ylabel=axis_label(second.label, unit_shown(second.unit), pair.second),
+        )
+        svg = render_compact(figure, "trials that fail in the plane of two factors")
+    explained = f"The two explain {pair.joint:.0%} of the variance of pass or fail".replace(
+        "%", " %"
+    )
+    beyond = (
+        f", {pair.beyond:.0%} of it only together".replace("%", " %")
+        if pair.beyond > max(0.01, 3.0 * pair.error)
+        else ""
+    )
+    return CampaignFigure(f"{first.label} and {second.label}", svg, f"{told} {explained}{beyond}.")
+
+
+def _bars(axes: Axes, one: Distribution) -> None:
+    edges, counts = one.histogram.edges, one.histogram.counts
+    middle = 0.5 * (edges[:-1] + edges[1:])
+    good = middle <= one.metric.limit if one.metric.relation == "<=" else middle >= one.metric.limit
+    for chosen, colour in ((good, GOOD), (~good, BAD)):
+        if chosen.any():
+            axes.bar(
+                middle[chosen],
+                counts[chosen],
+                width=(edges[1:] - edges[:-1])[chosen],
+                color=colour,
+                linewidth=0.0,
+            )
+    axes.set_ylim(0.0, 1.06 * counts.max())
+
+
+def _curve(axes: Axes, found: Findings, one: Distribution) -> None:
+    """The share of trials with at most each value, of all that have one, those beyond any included;
+    and its band."""
+    index = found.trials.metrics.index(one.metric)
+    known = np.sort(found.trials.found[~np.isnan(found.trials.found[:, index]), index])
+    finite = known[np.isfinite(known)]
+    kept = np.unique(np.round(np.linspace(0.0, finite.size - 1.0, POINTS)).astype(int))
+    values, shares = finite[kept], (kept + 1.0) / known.size
+    if not found.rate.whole:  # of the whole curve at once: Dvoretzky, Kiefer and Wolfowitz
+        half = np.sqrt(
+            np.log(2.0 / (1.0 - found.rate.confidence))
+            / (2.0 * max(1, known.size - (found.rate.method == "latin")))
+        )
+        axes.fill_between(
+            values,
+            np.maximum(0.0, shares - half),
+            np.minimum(1.0, shares + half),
+            step="post",
+            color=BAND,
+            linewidth=0.0,
+        )
+    axes.step(values, shares, where="post", color=GOOD)
+
+
+def _metric_caption(found: Findings, one: Distribution, drawn: bool) -> str:
+    unit, relation = one.metric.unit, "≤" if one.metric.relation == "<=" else "≥"
+    share = f"{percent(one.broken / found.rate.count)} break" if one.broken else "None breaks"
+    said = [f"{share} the limit {relation} {quantity(one.metric.limit, unit)}"]
+    said[0] += " (dashed)." if drawn else ", which lies outside of the picture."
+    if one.bound is not None:
+        bound = f"{relation} {quantity(one.bound, unit)} (dotted; {percent_text(found.rate.confidence)} confidence)"
+        said.append(f"{percent_text(COVERED)} of all plants are {bound}.")
+    if one.histogram.outside:
+        said.append(f"{one.histogram.outside} with finite values lie outside of the picture.")
+    if one.beyond:
+        said.append(f"{one.beyond} never come to a value and lie to the right.")
+    if one.missing:
+        said.append(f"{one.missing} have none.")
+    return " ".join(said)
+
+
+def _over_range(found: Findings, question: FailureComparison, i: int) -> CampaignFigure:
+    factor, place = found.trials.space.factors[i], question.regions[i]
+    with drawing(f"factor {i}"):
+        figure, (axes,) = new_figure()
+        if place.chance is not None:
+            counts = np.rint(place.failing * place.sizes).astype(int)
+            ends = [
+                interval(int(bad), int(n), found.rate.confidence)
+                for bad, n in zip(counts, place.sizes, strict=True)
+            ]
+            axes.vlines(
+                place.places,
+                [low for low, _ in ends],
+                [high for _, high in ends],
+                color=BAD,
+                alpha=0.3,
+                linewidth=5.0,
+            )
+        axes.plot(place.places, place.failing, "o-", color=BAD, markersize=4.0)
+        axes.set(
+            xlabel=axis_label(factor.label, unit_shown(factor.unit), i), ylabel="share that fails"
+        )
+        room = 0.03 * (factor.high - factor.low)
+        axes.set_xlim(factor.low - room, factor.high + room)
+        axes.set_ylim(bottom=0.0)
+        axes.xaxis.set_major_locator(
+            MaxNLocator(6, steps=[1, 2, 2.5, 5, 10], integer=factor.whole, min_n_ticks=1)
+        )
+        axes.yaxis.set_major_formatter(_in_percent())
+        svg = render_compact(figure, "share of trials that fail over the range of a factor")
+    low, high = quantity(factor.low, factor.unit), quantity(factor.high, factor.unit)
+    chance = f" ({told})" if (told := chance_text(place.chance)) else ""
+    return CampaignFigure(
+        factor.label,
+        svg,
+        f"From {low} to {high}; failures lie at {_said(place.direction)}{chance}.",
+    )
+
+
+def _in_percent() -> FuncFormatter:
+    return FuncFormatter(lambda share, _: f"{round(100.0 * share, 9):g} %")
+
+
+def _said(direction: str) -> str:
+    return {"high": "high values", "low": "low values"}.get(direction, direction)

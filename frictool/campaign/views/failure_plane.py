@@ -1,0 +1,110 @@
+"""Trials in the plane of two factors: few as points, many as the share that fails in each cell."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+from numpy.typing import NDArray
+
+from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
+from frictool.campaign.views.figure_style import BAD, OPEN
+from frictool.presentation.svg import MUTED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Vector = NDArray[np.float64]
+MOST_POINTS = 1500
+CELLS = 24  # a side
+STEPS = 16  # of the shading
+SCALE = LinearSegmentedColormap.from_list("failing", ["#f2f4f7", "#f0c3a8", "#d9694a", "#8c1d18"])
+
+
+def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
+    """Draws them on empty axes; returns what the caption has to say."""
+    x, y = edges(trials, first), edges(trials, second)
+    axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    for axis, factor, ends in ((axes.xaxis, first, x), (axes.yaxis, second, y)):
+        if ends.size <= CELLS // 2 + 1:
+            axis.set_ticks(np.unique(trials.values[:, factor]))
+    few = (
+        trials.count <= MOST_POINTS and min(x.size, y.size) > CELLS
+    )  # where a factor has few values, points would hide each other
+    return (
+        _points(axes, trials, first, second) if few else _cells(axes, trials, first, second, x, y)
+    )
+
+
+def edges(trials: Trials, factor: int) -> Vector:
+    """Ends of the cells of a factor: CELLS over its range, or one around each value where it has
+    fewer."""
+    one, levels = trials.space.factors[factor], np.unique(trials.values[:, factor])
+    if 1 < levels.size <= CELLS // 2:
+        middles = 0.5 * (levels[:-1] + levels[1:])
+        return np.concatenate(
+            [[2.0 * levels[0] - middles[0]], middles, [2.0 * levels[-1] - middles[-1]]]
+        )
+    return np.linspace(one.low, one.high, CELLS + 1)
+
+
+def _points(axes: Axes, trials: Trials, first: int, second: int) -> str:
+    x, y = trials.values[:, first], trials.values[:, second]
+    for mark, colour, size in ((MET, MUTED, 2.0), (UNDECIDED, OPEN, 2.6), (BROKEN, BAD, 3.4)):
+        chosen = trials.passed == mark
+        if chosen.any():
+            _dots(axes, x[chosen], y[chosen], colour, size, 0.45 if mark == MET else 0.8)
+    undecided = ", brown those that cannot be told" if (trials.passed == UNDECIDED).any() else ""
+    return f"Red: trials that fail, grey: those that pass{undecided}."
+
+
+def _dots(axes: Axes, x: Vector, y: Vector, colour: str, size: float, opacity: float) -> None:
+    """One path of round ends and no length in place of a marker an element: a fifth of the
+    bytes."""
+    corners = np.repeat(np.stack([x, y], axis=1), 2, axis=0)
+    codes = np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=Path.code_type), x.size)
+    path = Path(corners, codes)
+    path.should_simplify = False  # it would take pieces without a length for nothing
+    axes.add_patch(
+        PathPatch(
+            path, fill=False, edgecolor=colour, linewidth=size, capstyle="round", alpha=opacity
+        )
+    )
+
+
+def _cells(axes: Axes, trials: Trials, first: int, second: int, x: Vector, y: Vector) -> str:
+    decided = trials.passed != UNDECIDED
+    u, v = trials.values[decided, first], trials.values[decided, second]
+    everything = np.histogram2d(u, v, bins=(x, y))[0]
+    failing = np.histogram2d(
+        u, v, bins=(x, y), weights=(trials.passed[decided] == BROKEN).astype(float)
+    )[0]
+    share = np.divide(
+        failing, everything, out=np.full_like(failing, np.nan), where=everything > 0.0
+    )
+    for step in range(STEPS + 1):  # a path a colour, and not an element a cell
+        chosen = np.argwhere(np.rint(share * STEPS) == step)
+        if chosen.size:
+            axes.add_patch(
+                PathPatch(
+                    _boxes(x, y, chosen),
+                    facecolor=SCALE(step / STEPS),
+                    edgecolor=SCALE(step / STEPS),
+                    linewidth=0.4,
+                )
+            )
+    axes.grid(visible=False)
+    return "The share of the trials in a cell that fails, from none (pale) to all (dark)."
+
+
+def _boxes(x: Vector, y: Vector, cells: NDArray[np.int64]) -> Path:
+    """The outlines of cells (k, 2), numbered along x and y."""
+    i, j = cells.T
+    corners = np.stack([x[[i, i + 1, i + 1, i, i]], y[[j, j, j + 1, j + 1, j]]], axis=-1)
+    codes = np.tile(
+        np.array([Path.MOVETO, *[Path.LINETO] * 3, Path.CLOSEPOLY], dtype=Path.code_type), i.size
+    )
+    return Path(corners.transpose(1, 0, 2).reshape(-1, 2), codes)

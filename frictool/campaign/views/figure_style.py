@@ -1,0 +1,47 @@
+"""What the figures of a campaign's page have in common: style, margins, colours."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
+
+from frictool.presentation import svg
+from frictool.presentation.svg import INK, PAGE, FigureMargins
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+GOOD, BAD, OPEN, BAND = "#1f5fa8", "#b3261e", "#8a5a00", "#c9d8ea"
+WIDTH, HEIGHT = 5.0, 2.9  # inches
+MARGINS = FigureMargins(left=0.8, right=0.15, bottom=0.5, top=0.15, label=0.14)
+STYLE: dict[str, Any] = {
+    **PAGE,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "lines.linewidth": 1.4,
+}
+
+
+def drawing(name: str) -> AbstractContextManager[None]:
+    """The settings under which the figure `name` is drawn and rendered."""
+    return svg.drawing(name, STYLE)
+
+
+def new_figure(
+    rows: int = 1, height: float = HEIGHT, left: float = MARGINS.left
+) -> tuple[Figure, list[Axes]]:
+    """A figure with `rows` axes over one abscissa."""
+    return svg.panels((WIDTH, height), MARGINS._replace(left=left), rows)
+
+
+def axis_label(name: str, unit: str, number: int) -> str:
+    """A factor's name on an axis, if the figures' font has its letters for certain; else its
+    number. The page's headings have it in full.
+    """
+    shown = (
+        name
+        if name.isascii() and name.isprintable() and len(name) <= 40
+        else f"factor {number + 1}"
+    )
+    return shown if unit in ("", "1") else f"{shown} [{unit}]"

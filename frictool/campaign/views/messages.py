@@ -1,0 +1,142 @@
+"""Numbers and sentences of a campaign as people read them; text and page share them."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from frictool.campaign.statistics.findings import Findings
+from frictool.campaign.statistics.pass_rate import PassRate
+
+
+def number(value: float | None) -> str:
+    """Four digits; "never" of what is beyond any value, a dash of none."""
+    if value is None or math.isnan(value):
+        return "–"
+    return "never" if math.isinf(value) else f"{value + 0.0:.4g}"
+
+
+def unit_shown(unit: str) -> str:
+    """`A^2` with its exponent, nothing of a pure number."""
+    return "" if unit == "1" else unit.replace("^2", "²")
+
+
+def quantity(value: float | None, unit: str) -> str:
+    """A number with its unit."""
+    text, unit = number(value), unit_shown(unit)
+    return f"{text} {unit}" if unit and text not in ("–", "never") else text
+
+
+def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
+    """A share in % with a decimal, with two digits of what it lacks of 0 or of 100 where that is
+    less than 1 %; a bound is rounded to its side.
+    """
+    if share in (0.0, 1.0):
+        return f"{100.0 * share:.0f} %"
+    digits = min(9, max(1, 1 - math.floor(math.log10(100.000001 * min(share, 1.0 - share)))))
+    scaled = share * 100.0 * 10.0**digits
+    whole = {
+        "down": math.floor(scaled + 1e-6),
+        "up": math.ceil(scaled - 1e-6),
+        "nearest": round(scaled),
+    }[toward]
+    return f"{whole / 10.0**digits:.{digits}f} %"
+
+
+def percent_text(share: float) -> str:
+    """A share that somebody chose, as it was written."""
+    return f"{100.0 * share:.12g} %"
+
+
+def chance_text(chance: float | None) -> str:
+    """That it is chance; nothing where nothing is random."""
+    if chance is None:
+        return ""
+    return "chance below 1e-6" if chance < 1e-6 else f"chance {chance:.1g}"
+
+
+def headline(found: Findings) -> str:
+    """One sentence that begins with the outcome."""
+    rate = found.rate
+    undecided_requirements = [name.replace("_", " ") for name in found.undecided_requirements]
+    return f"{found.outcome}: {_counted(rate)}{_rated(rate)}{_asked(found)}" + (
+        f"; no trial decides: {', '.join(undecided_requirements)}" if undecided_requirements else ""
+    )
+
+
+def _counted(rate: PassRate) -> str:
+    all_of = (
+        f"all {rate.count}" if rate.passed == rate.count > 1 else f"{rate.passed} of {rate.count}"
+    )
+    passes = "passes" if rate.count == 1 else "pass"
+    parts = [f"{all_of} {rate.noun} {passes}"]
+    if rate.failed:
+        not_run = f" ({rate.not_run} could not be simulated)" if rate.not_run else ""
+        parts.append(f"{rate.failed} {'fails' if rate.count == 1 else 'fail'}{not_run}")
+    if rate.undecided:
+        parts.append(f"{rate.undecided} undecided")
+    return ", ".join(parts)
+
+
+def _rated(rate: PassRate) -> str:
+    """What the count says of all plants."""
+    if rate.at_least is None or rate.low is None or rate.high is None:
+        return ""
+    population = "of all vertices " if rate.method == "vertices" else ""
+    confidence = percent_text(rate.confidence)
+    if rate.passed == rate.count:
+        return f"; at most {percent(1.0 - rate.at_least, 'up')} {population}fail ({confidence} confidence)"
+    if rate.failed == rate.count:
+        return f"; at most {percent(rate.high, 'up')} {population}pass ({confidence} interval)"
+    share = (
+        f"{percent(rate.share)} {population}pass"
+        if not rate.undecided
+        else f"the share {population}that passes"
+    )
+    between = f"{percent(rate.low, 'down')} to {percent(rate.high, 'up')}"
+    return (
+        f"; {share} ({confidence} interval {between})"
+        if not rate.undecided
+        else f"; {share} is {between} ({confidence} interval)"
+    )
+
+
+def _asked(found: Findings) -> str:
+    rate, asked = found.rate, found.asked
+    if asked is None:
+        return ""
+    if rate.at_least is None:
+        return f"; that is {percent(rate.share)} of them, asked are {percent_text(asked)}"
+    shown = f"; shown are {percent(rate.at_least, 'down')}, asked {percent_text(asked)}"
+    if asked == 1.0:
+        return f"{shown}, which no number of draws shows; ask for less, or for no rate, so that every draw has to pass"
+    needed = found.draws_needed
+    return (
+        shown if needed is None else f"{shown}: {needed} draws would do if as many of them passed"
+    )
+
+
+def caveat(found: Findings) -> str:
+    """What the pass rate is of, and what it is not."""
+    rate = found.rate
+    if rate.whole:
+        return (
+            "Every combination of the factors' ends was played once: these are no draws, so that they have no pass rate, and nothing is "
+            "told of what lies between."
+        )
+    if rate.method == "vertices":
+        return (
+            "A random part of all combinations of the factors' ends was played; "
+            "the interval is of all of them, not of what lies between."
+        )
+    drawn = "independently" if rate.method == "random" else "as a Latin hypercube"
+    above = any(factor.least is not None for factor in found.trials.space.factors)
+    over = (
+        "its range, a breakaway over what of it is not below its Coulomb friction"
+        if above
+        else "its range"
+    )
+    return (
+        f"The factors were drawn {drawn}, each uniformly over {over}: the rate is of plants that are spread like that, and "
+        "no probability of the field unless the product is."
+    )

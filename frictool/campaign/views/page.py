@@ -1,0 +1,175 @@
+"""The campaign as one HTML file: the answer, what passes, where failures come from, each metric,
+worst cases. No script, no request."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from markupsafe import Markup
+
+from frictool.campaign.statistics.distribution import COVERED
+from frictool.campaign.statistics.findings import Findings, WorstCaseView
+from frictool.campaign.statistics.sensitivity import FailureComparison, MetricInfluence
+from frictool.campaign.views.campaign_figures import (
+    CampaignFigure,
+    causes,
+    failing_plane,
+    metric,
+    rates,
+)
+from frictool.campaign.views.messages import (
+    caveat,
+    chance_text,
+    headline,
+    number,
+    percent_text,
+    quantity,
+    unit_shown,
+)
+from frictool.campaign.views.text_view import fails_where, question_text, share_text
+from frictool.documents.provenance import Provenance
+from frictool.presentation.page import render_page
+
+TONES = {"PASS": "met", "FAIL": "broken", "UNDECIDED": "open", "NOT SHOWN": "open"}
+FACTORS, MORE = 12, 40  # columns of the table of shares; rows of a table of factors or of reasons
+
+
+@dataclass(frozen=True)
+class ShareCell:
+    """A share in the table: its text, how dark 0..1, and what a pointer over it tells."""
+
+    text: str
+    weight: float
+    told: str
+
+
+def page(found: Findings, provenance: Provenance) -> str:
+    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the
+    template."""
+    metrics = [
+        picture for one in found.distributions if (picture := metric(found, one)) is not None
+    ]
+    plane = failing_plane(found)
+    return render_page(
+        Path(__file__).parent,
+        provenance,
+        headline=headline(found),
+        tone=TONES[found.outcome],
+        caveat=caveat(found),
+        remarks=found.remarks,
+        noun=found.rate.noun,
+        rates=_embedded(rates(found)),
+        distributions=found.distributions,
+        covered=percent_text(COVERED),
+        sure=percent_text(found.rate.confidence),
+        drawn=not found.rate.whole,
+        reasons=_reasons(found),
+        questions=[
+            (question_text(one), one, _rows(found, one)) for one in found.sensitivity.questions
+        ],
+        causes=[_embedded(picture) for picture in ([plane] if plane else []) + causes(found)],
+        metrics=[_embedded(picture) for picture in metrics],
+        constant=[one for one in found.distributions if one.has_values and not one.varies],
+        columns=_columns(found),
+        silent=[
+            factor.label
+            for i, factor in enumerate(found.trials.space.factors)
+            if i not in _columns(found)
+        ],
+        table=_table(found),
+        worst=[(one, _values(found, one)) for one in found.worst],
+        factors=found.trials.space.factors,
+        number=number,
+        quantity=quantity,
+        unit_shown=unit_shown,
+    )
+
+
+def _embedded(picture: CampaignFigure) -> dict[str, str]:
+    """The picture for the template: the SVG is ours and goes in as it is, the texts are escaped
+    like any other."""
+    return {"title": picture.title, "svg": Markup(picture.svg), "caption": picture.caption}
+
+
+def _reasons(found: Findings) -> list[tuple[str, int, int]]:
+    """Why trials could not be simulated, how many, and the first draw; the commonest first."""
+    counts: dict[str, list[int]] = {}
+    for draw, reason in found.trials.failed.items():
+        counts.setdefault(reason, []).append(draw)
+    return [
+        (reason, len(draws), draws[0])
+        for reason, draws in sorted(counts.items(), key=lambda item: (-len(item[1]), item[1][0]))
+    ][:MORE]
+
+
+def _rows(found: Findings, question: FailureComparison) -> list[tuple[str, str, str, str]]:
+    """Of the factors that are told apart: label, where, how many fail, chance."""
+    factors = found.trials.space.factors
+    return [
+        (
+            factors[i].label,
+            place.direction,
+            fails_where(found, i, place),
+            chance_text(place.chance).removeprefix("chance "),
+        )
+        for i in question.named[:MORE]
+        for place in (question.regions[i],)
+    ]
+
+
+def _columns(found: Findings) -> list[int]:
+    """The factors of the table of shares: those that are told apart anywhere, of these the ones
+    with the largest shares, in their order."""
+    influences = found.sensitivity.influences
+    named = {i for one in influences for i in one.named}
+    largest = {
+        i: max(max(one.shares[i].share, one.shares[i].of_ranks) for one in influences if one.shares)
+        for i in named
+    }
+    return sorted(sorted(named, key=lambda i: (-largest[i], i))[:FACTORS])
+
+
+def _table(found: Findings) -> list[tuple[str, str, list[ShareCell], float | None]]:
+    """A row a metric: name, why there are no shares, shares, rest; and one of its ranks, where
+    these tell more."""
+    rows = []
+    for one, influence in zip(found.distributions, found.sensitivity.influences, strict=True):
+        name = one.metric.name.replace("_", " ")
+        rows.append((name, influence.reason, _cells(found, influence, ranks=False), influence.rest))
+        if influence.by_rank:
+            rows.append(
+                (
+                    f"{name}, its ranks",
+                    "",
+                    _cells(found, influence, ranks=True),
+                    influence.rest_of_ranks,
+                )
+            )
+    return rows
+
+
+def _cells(found: Findings, influence: MetricInfluence, ranks: bool) -> list[ShareCell]:
+    """One for each column."""
+    cells = []
+    for i in _columns(found) if influence.shares else []:
+        one, named = influence.shares[i], i in influence.named
+        share, error = (one.of_ranks, one.error_of_ranks) if ranks else (one.share, one.error)
+        share = max(0.0, share)
+        arrow = {"rises": " ↗", "falls": " ↘"}.get(one.direction, "") if named else ""
+        text = share_text(share, error) if named else "·"
+        told = f"{one.of_ranks if ranks else one.share:.3f} ± {error:.3f}; " if error > 0.0 else ""
+        told += one.direction + (f"; {chance_text(one.chance)}" if one.chance is not None else "")
+        cells.append(ShareCell(text + arrow, min(1.0, share) if named else 0.0, told))
+    return cells
+
+
+def _values(found: Findings, one: WorstCaseView) -> str:
+    """A worst case's factors: "Coulomb friction 0.14 N m, ..."."""
+    known = {factor.name: factor for factor in found.trials.space.factors}
+    return ", ".join(
+        f"{known[name].label} {quantity(value, known[name].unit)}"
+        if name in known
+        else f"{name} {number(value)}"
+        for name, value in one.values.items()
+    )

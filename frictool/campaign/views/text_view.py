@@ -1,0 +1,277 @@
+"""What `campaign` tells people at a terminal: a row a requirement, where failures come from, what
+the metrics depend on, worst cases."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import click
+
+from frictool.campaign.statistics.distribution import COVERED, Distribution
+from frictool.campaign.statistics.findings import Findings
+from frictool.campaign.statistics.regional_sensitivity import FailureRegion
+from frictool.campaign.statistics.sensitivity import FailureComparison, MetricInfluence
+from frictool.campaign.views.messages import (
+    caveat,
+    chance_text,
+    headline,
+    number,
+    percent_text,
+    quantity,
+    unit_shown,
+)
+
+COLOURS = {"PASS": "green", "FAIL": "red", "UNDECIDED": "yellow", "NOT SHOWN": "yellow"}
+REASONS = 5  # told why trials could not be simulated
+MOST = 8  # factors told of one question
+
+
+def lines(found: Findings, colour: bool = False) -> list[str]:
+    """The whole account; the answer is the last line."""
+    answer = printable(headline(found))
+    told = [
+        *_requirements(found),
+        *_not_simulated(found),
+        *_failures(found),
+        *_influences(found),
+        *_worst(found),
+        "",
+        caveat(found),
+        *(f"warning: {remark}" for remark in found.remarks),
+        click.style(answer, fg=COLOURS[found.outcome], bold=True) if colour else answer,
+    ]
+    return [told[-1] if line is told[-1] else printable(line) for line in told]
+
+
+def printable(text: str) -> str:
+    """Without control characters, which a terminal would obey; names come from files."""
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
+def aligned(rows: Sequence[Sequence[str]], words: int = 1) -> list[str]:
+    """Rows of one length as lines; the first columns, which are words, to the left, numbers to the
+    right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    cells = [
+        [
+            text.ljust(w) if k < words else text.rjust(w)
+            for k, (text, w) in enumerate(zip(row, widths, strict=True))
+        ]
+        for row in rows
+    ]
+    return ["  ".join(row).rstrip() for row in cells]
+
+
+def fails_where(found: Findings, factor: int, place: FailureRegion) -> str:
+    """Around which values of a factor most and fewest fail: "fails 40 % around 0.14 N m, 0 % around
+    0.11 N m"."""
+    one, shares = found.trials.space.factors[factor], place.failing
+    near = "at" if found.rate.whole or one.whole else "around"
+
+    def around(k: int) -> str:
+        return f"{shares[k]:.0%} {near} {place.places[k]:.3g} {unit_shown(one.unit)}".replace(
+            "%", " %"
+        ).rstrip()
+
+    return f"fails {around(int(shares.argmax()))}, {around(int(shares.argmin()))}"
+
+
+def influence_told(found: Findings, influence: MetricInfluence) -> list[str]:
+    """The factors with an influence and their shares, in a line; in a second one those of the
+    ranks, where these tell more."""
+    if influence.reason:
+        return [influence.reason]
+    if not influence.named:
+        return ["no factor is told apart from chance"]
+    values = [(share.share, share.error) for share in influence.shares]
+    told = [_shares_told(found, influence, values, influence.rest)]
+    if influence.by_rank:
+        ranks = [(share.of_ranks, share.error_of_ranks) for share in influence.shares]
+        told.append(
+            f"of its ranks: {_shares_told(found, influence, ranks, influence.rest_of_ranks)}"
+        )
+    return told
+
+
+def _shares_told(
+    found: Findings,
+    influence: MetricInfluence,
+    shares: Sequence[tuple[float, float]],
+    rest: float | None,
+) -> str:
+    """The largest first, each with its error; those that round to nothing together at the end."""
+    order = sorted(influence.named, key=lambda i: -shares[i][0])
+    factors = found.trials.space.factors
+    alone = [
+        f"{factors[i].label} {share_text(*shares[i])} ({influence.shares[i].direction})"
+        for i in order
+        if shares[i][0] >= 0.005
+    ]
+    others = [factors[i].label for i in order if shares[i][0] < 0.005]
+    left = len(alone) - MOST
+    told = (
+        alone[:MOST]
+        + ([f"{left} more"] if left > 0 else [])
+        + ([f"only with others: {', '.join(others[:MOST])}"] if others else [])
+    )
+    return "; ".join([*told, f"together or unexplained {_whole(rest or 0.0)}"])
+
+
+def share_text(share: float, error: float) -> str:
+    """A share with its standard deviation; without one where nothing is random."""
+    digits = 0 if error >= 0.0095 else 1
+    return (
+        _whole(share)
+        if error == 0.0
+        else f"{100.0 * share:.{digits}f} ± {100.0 * error:.{digits}f} %"
+    )
+
+
+def _whole(share: float) -> str:
+    return f"{share:.0%}".replace("%", " %")
+
+
+def _requirements(found: Findings) -> list[str]:
+    head = (
+        "requirement",
+        "met",
+        "broken",
+        "undecided",
+        "median",
+        "5 to 95 %",
+        f"{percent_text(COVERED)} keep ({percent_text(found.rate.confidence)} sure)",
+        "worst",
+        "limit",
+    )
+    return aligned([head, *(_row(one) for one in found.distributions)])
+
+
+def _row(one: Distribution) -> tuple[str, ...]:
+    unit, relation = unit_shown(one.metric.unit), one.metric.relation
+    values = {quantile.level: quantile.value for quantile in one.quantiles}
+    spread = f"{number(values[0.05])} to {number(values[0.95])}" if values else "–"
+    limit = f"{relation} {number(one.metric.limit)} {unit}".rstrip()
+    counts = (str(one.met), str(one.broken), str(one.undecided))
+    bound = f"{relation} {number(one.bound)}" if one.bound is not None else "–"
+    return (
+        one.metric.name.replace("_", " "),
+        *counts,
+        number(values.get(0.5)),
+        spread,
+        bound,
+        number(one.worst),
+        limit,
+    )
+
+
+def _not_simulated(found: Findings) -> list[str]:
+    failed = found.trials.failed
+    if not failed:
+        return []
+    counts: dict[str, list[int]] = {}
+    for draw, reason in failed.items():
+        counts.setdefault(reason, []).append(draw)
+    common = sorted(counts.items(), key=lambda item: (-len(item[1]), item[1][0]))
+    told = [
+        f"  {len(draws)} x {reason} (first: draw {draws[0]})" for reason, draws in common[:REASONS]
+    ]
+    left = len(common) - REASONS
+    return [
+        "",
+        f"not simulated, counted as failing: {len(failed)}",
+        *told,
+        *([f"  {left} more reasons"] if left > 0 else []),
+    ]
+
+
+def _failures(found: Findings) -> list[str]:
+    told: list[str] = []
+    for question in found.sensitivity.questions:
+        told += [
+            "",
+            f"{question_text(question)}: {question.failing} against {question.passing}",
+            *(f"  {row}" for row in _causes(found, question)),
+        ]
+        if question.name == "":
+            told += [f"  {sentence}" for sentence in pair_told(found)]
+    return told
+
+
+def pair_told(found: Findings) -> list[str]:
+    """What the two leading factors do together, where that is more than chance."""
+    pair = found.sensitivity.pair
+    if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
+        return []
+    first, second = (found.trials.space.factors[i].label for i in (pair.first, pair.second))
+    shares = f"{pair.joint:.0%} of the variance of pass or fail, {pair.beyond:.0%}".replace(
+        "%", " %"
+    )
+    return [f"{first} and {second} explain {shares} of it only together"]
+
+
+def question_text(question: FailureComparison) -> str:
+    """What is compared, in words."""
+    return {"": "what fails", "not simulated": "what could not be simulated"}.get(
+        question.name, f"what breaks {question.name.replace('_', ' ')}"
+    )
+
+
+def _causes(found: Findings, question: FailureComparison) -> list[str]:
+    if not question.named:
+        return ["no factor is told apart from chance"]
+    rows = [_cause(found, i, question.regions[i]) for i in question.named[:MOST]]
+    left = len(question.named) - MOST
+    return [
+        *aligned(rows, len(rows[0])),
+        *([f"{left} more factors are in --json"] if left > 0 else []),
+    ]
+
+
+def _cause(found: Findings, factor: int, place: FailureRegion) -> tuple[str, ...]:
+    return (
+        found.trials.space.factors[factor].label,
+        place.direction,
+        fails_where(found, factor, place),
+        chance_text(place.chance),
+    )
+
+
+def _influences(found: Findings) -> list[str]:
+    if not found.trials.space.size:
+        return []
+    names = [one.metric.name.replace("_", " ") for one in found.distributions]
+    width, told = max(map(len, names), default=0), []
+    for name, one in zip(names, found.sensitivity.influences, strict=True):
+        rows = influence_told(found, one)
+        told += [
+            f"  {heading.ljust(width)}  {row}"
+            for heading, row in zip([name, *[""] * len(rows)], rows, strict=False)
+        ]
+    drawn = any(share.error > 0.0 for one in found.sensitivity.influences for share in one.shares)
+    return (
+        [
+            "",
+            f"where the variance comes from{' (± one standard deviation)' if drawn else ''}",
+            *told,
+        ]
+        if told
+        else []
+    )
+
+
+def _worst(found: Findings) -> list[str]:
+    told: list[str] = []
+    labels = {factor.name: factor for factor in found.trials.space.factors}
+    for one in found.worst:
+        values = ", ".join(
+            f"{labels[name].label} {quantity(value, labels[name].unit)}"
+            if name in labels
+            else f"{name} {number(value)}"
+            for name, value in one.values.items()
+        )
+        limit = f"{one.relation} {number(one.limit)} {unit_shown(one.unit)}".rstrip()
+        told += [
+            f"  {one.requirement.replace('_', ' ')} {quantity(one.value, one.unit)} where {limit} is asked: {values}",
+            f"    {one.typed}",
+        ]
+    return ["", "worst cases found by search", *told] if told else []

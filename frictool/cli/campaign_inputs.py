@@ -1,0 +1,147 @@
+"""What `frictool campaign` is given: the documents, loaded and held against each other, and what
+varies."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frictool.cli.output import note, note_changes
+
+if TYPE_CHECKING:
+    from frictool.campaign.trials.trial_player import CampaignSetting, TrialPlayer
+    from frictool.campaign.trials.worst_case import Commands
+    from frictool.documents.controller import Number
+    from frictool.documents.mechanism import Mechanism
+    from frictool.documents.model import Model
+
+
+@dataclass(frozen=True)
+class CampaignPaths:
+    """The inputs of a campaign; recorded: the log that the scenario replays."""
+
+    model: Path
+    controller: Path
+    scenario: Path
+    spec: Path
+    observer: Path | None
+    recorded: Path | None = None
+
+    @property
+    def inputs(self) -> dict[str, Path]:
+        """Those that there are, by what they are."""
+        return {name: path for name, path in vars(self).items() if path is not None}
+
+
+def setting_of(paths: CampaignPaths, number: Number) -> tuple[CampaignSetting, CampaignPaths]:
+    """The documents, and the paths with the log that is replayed. Raises InputFileError where they
+    do not fit together."""
+    from frictool.campaign.trials.trial_player import CampaignSetting
+    from frictool.campaign.trials.varied_space import check_requirements
+    from frictool.cli.simulate_inputs import recorded_log, with_observer_option
+    from frictool.documents.controller import Controller
+    from frictool.documents.model import Model
+    from frictool.documents.registry import load, same_axis
+    from frictool.documents.scenario import Scenario
+    from frictool.documents.spec import Spec
+    from frictool.simulate.document_agreement import DocumentNames
+    from frictool.verify.recheck import recheck
+
+    plant, controller = _plant(paths.model), load(paths.controller, Controller)
+    scenario, spec = load(paths.scenario, Scenario), load(paths.spec, Spec)
+    same_axis({paths.controller: controller, paths.spec: spec})
+    check_requirements(spec, str(paths.spec))
+    recheck(controller)
+    note_changes(paths.controller, controller)
+    controller = with_observer_option(controller, paths.observer)
+    names = DocumentNames(str(paths.model), str(paths.controller), str(paths.scenario))
+    replay, log = scenario.reference, None
+    if replay is not None:
+        from dataclasses import replace
+
+        paths = replace(paths, recorded=paths.scenario.parent / replay.log)
+        log = recorded_log(
+            paths.scenario.parent / replay.log,
+            paths.scenario,
+            plant.bench if isinstance(plant, Model) else controller.bench,
+        )
+    if scenario.variants in ("vertices", "random"):
+        note(
+            f"note: variants of {paths.scenario.name} are left out: a campaign draws its own plants"
+        )
+    return CampaignSetting(plant, controller, scenario, spec, log, names, number), paths
+
+
+def commands_of(paths: CampaignPaths, folder: Path, number: Number) -> Commands:
+    """What plays a scenario of `folder` again: by base names, and as it is typed."""
+    from frictool.campaign.trials.worst_case import replay_command
+
+    def shown(name: str, show: Callable[[Path], str]) -> str:
+        scenario = folder / name
+        observer = None if paths.observer is None else show(paths.observer)
+        return replay_command(
+            show(paths.model),
+            show(paths.controller),
+            show(scenario),
+            observer,
+            number,
+            show(scenario.with_suffix(".mcap")),
+        )
+
+    return lambda name: (
+        shown(name, lambda path: path.name),
+        shown(name, lambda path: shlex.quote(str(path))),
+    )
+
+
+def header_of(
+    trial: TrialPlayer, paths: CampaignPaths, method: str, count: int | None
+) -> dict[str, Any]:
+    """What makes a campaign another one. count: of draws, where they depend on it."""
+    from frictool import __version__
+    from frictool.documents.provenance import digest
+
+    counted = {} if method == "random" else {"number of trials": count}
+    settings = {
+        "frictool": __version__,
+        "method": method,
+        "seed": trial.seed,
+        **counted,
+        "number": trial.setting.number,
+    }
+    return settings | {name: digest(path) for name, path in paths.inputs.items()}
+
+
+def _plant(path: Path) -> Model | Mechanism:
+    from frictool.cli.mechanism_file import load_mechanism
+    from frictool.cli.simulate_mechanism import is_mechanism
+    from frictool.documents.model import Model
+    from frictool.documents.registry import load
+
+    with mechanism_errors_with_line(path):
+        return _with_ends(load_mechanism(path)[0]) if is_mechanism(path) else load(path, Model)
+
+
+@contextmanager
+def mechanism_errors_with_line(path: Path) -> Iterator[None]:
+    """Complaints of a mechanism's element with its file and line."""
+    from frictool.cli.mechanism_file import mechanism_error
+    from frictool.plant.mechanism.element_error import ElementError
+
+    try:
+        yield
+    except ElementError as wrong:
+        raise mechanism_error(path, wrong) from None
+
+
+def _with_ends(document: Mechanism) -> Mechanism:
+    """The mechanism, of which a controller can see and drive something. Raises ElementError where
+    it cannot."""
+    from frictool.campaign.trials.trial_player import plant_of
+
+    plant_of(document)
+    return document

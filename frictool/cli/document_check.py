@@ -1,0 +1,34 @@
+"""Read every document back before it is written, so that no command writes a document that the next
+command refuses."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+
+def check_document(target: Path, text: str) -> None:
+    """Read `text` as the next command will read it from `target`; text that is no document passes.
+
+    A model has to describe an axis that the simulation accepts. Raises NoSolutionError with the
+    fault.
+    """
+    named = re.match(r"(?:#.*\n|\s*\n)*format: (\w+)/\d+\n", text)
+    if named is None:
+        return
+    from frictool.documents.model import Model
+    from frictool.documents.reading import DocumentReader, compose
+    from frictool.documents.registry import DOCUMENTS
+    from frictool.errors import DocumentError, NoSolutionError
+
+    kind = DOCUMENTS.get(named[1])
+    if kind is None:
+        return
+    try:
+        document = DocumentReader(target).read(compose(text, target), kind, "")
+        if isinstance(document, Model):
+            from frictool.plant.axis_model import axis_of
+
+            axis_of(document)
+    except (DocumentError, ValueError) as error:
+        raise NoSolutionError(f"not written, since no command would read it: {error}") from None

@@ -1,0 +1,107 @@
+"""What `frictool observe run` was asked for, and what is checked before the first log is read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from frictool.cli.file_endings import check_ending
+from frictool.cli.output import STDOUT, check_targets
+
+if TYPE_CHECKING:
+    from frictool.documents.model import Model
+    from frictool.documents.observer import Observer
+    from frictool.observe.commissioning import Commissioning
+    from frictool.observe.log_observer import ObservationSettings
+
+
+@dataclass(frozen=True)
+class ObserveRequest:
+    """The command line, its documents read. words: for the provenance."""
+
+    words: str
+    model: Path
+    document: Model
+    settings: ObservationSettings
+    limit: float | None
+    commissioning: Path | None
+    observer: Path | None
+    plot: Path | None
+    output: Path | None
+    as_json: bool
+    cores: int | None = None
+    cluster: str | None = None
+    allow_undecided: bool = False
+
+    def answer_is_no(self, exceeded: bool | None) -> bool:
+        """Return whether the command ends with exit code 1; `exceeded` is None if the wear limit is
+        undecided."""
+        return not self.allow_undecided if exceeded is None else exceeded
+
+    @property
+    def inputs(self) -> list[Path]:
+        """All files that are read, but for the logs."""
+        return [
+            self.model,
+            *(path for path in (self.commissioning, self.observer) if path is not None),
+        ]
+
+    @property
+    def stdout(self) -> Path | None:
+        """STDOUT where an output goes there."""
+        return STDOUT if STDOUT in (self.output, self.plot) else None
+
+
+def checked_pattern(option: str, text: str | None) -> str | None:
+    """Raises UsageError where it is no regular expression."""
+    import re
+
+    try:
+        re.compile(text or "")
+    except re.error as error:
+        raise click.UsageError(f"{option} {text!r} is no regular expression: {error}.") from None
+    return text
+
+
+def check_outputs(given: ObserveRequest, logs: tuple[Path, ...], several: bool) -> None:
+    """Raises UsageError or OutputError before the first log is read."""
+    plot, output = given.plot, given.output
+    if output is not None:
+        check_ending(
+            output,
+            ("CSV", "Parquet") if several else ("MCAP",),
+            several,
+            ", and several logs give a table" if several else "",
+        )
+    if several and given.observer is not None:
+        raise click.UsageError("--observer runs along one log.")
+    check_targets({"-o": output, "--plot": plot}, [*given.inputs, *logs])
+
+
+def observer_of(given: ObserveRequest) -> tuple[Path, Observer] | None:
+    """The document of a further observer, and where it is from."""
+    if given.observer is None:
+        return None
+    from frictool.documents.observer import Observer
+    from frictool.documents.registry import load
+
+    return given.observer, load(given.observer, Observer)
+
+
+def commissioning_of(given: ObserveRequest) -> Commissioning | None:
+    """What the wear is compared with, from a log or from the --json of its run. Raises
+    InputFileError where it tells no wear."""
+    path = given.commissioning
+    if path is None:
+        return None
+    from frictool.logs.open_file import head_of
+    from frictool.observe.commissioning import commissioning_of_estimate, read_commissioning
+    from frictool.observe.log_observer import LogObserver
+
+    if head_of(path).lstrip().startswith(b"{"):
+        return read_commissioning(path)
+    one = LogObserver(path, given.document, given.settings)
+    return commissioning_of_estimate(one.wear_alone(), str(path))

@@ -1,0 +1,47 @@
+"""`--from` and `--to`: the part of a log that a command looks at, in the log's own time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from frictool.cli.output import FiniteRange
+
+if TYPE_CHECKING:
+    from frictool.logs.assembly import TimeWindow
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def window_options(function: F) -> F:
+    """Gives a command `start` and `end`, in s or None."""
+    end = click.option(
+        "--to",
+        "end",
+        type=FiniteRange(),
+        metavar="S",
+        help="Leave out what is after this time of the log [s].",
+    )
+    start = click.option(
+        "--from",
+        "start",
+        type=FiniteRange(),
+        metavar="S",
+        help="Leave out what is before this time of the log [s].",
+    )
+    return start(end(function))
+
+
+def window_of(start: float | None, end: float | None) -> TimeWindow:
+    """The window. Raises UsageError where it ends before it begins, or lies beyond all logs."""
+    from frictool.logs.assembly import TimeWindow
+    from frictool.logs.canonical.mcap_layout import LATEST
+
+    for key, at in (("--from", start), ("--to", end)):
+        if at is not None and abs(at) > LATEST:
+            raise click.UsageError(f"{key} {at:g} is beyond {LATEST:g} s.")
+    if start is not None and end is not None and start > end:
+        raise click.UsageError(f"--from {start:g} is after --to {end:g}.")
+    return TimeWindow(*(None if at is None else round(at * 1e9) for at in (start, end)))

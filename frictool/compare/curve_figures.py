@@ -1,0 +1,69 @@
+"""Curves of a comparison as SVG text: the same bytes for the same data, without date, random ids or
+user settings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from frictool.compare.trajectory import LawTrajectory, Vector
+from frictool.presentation.decimation import decimated_indices
+from frictool.presentation.svg import PAGE, drawing, render
+
+# told apart with deficient colour vision and in grey; the second is dashed, as in the thesis
+COLOURS, DASHES = ("#1f5fa8", "#c4620a", "#2f7d4f"), ("-", (0, (5, 2)), (0, (1, 1.2)))
+WIDTH, ROW_HEIGHT = 5.2, 1.5  # inches
+STYLE: dict[str, Any] = {
+    **PAGE,
+    "font.size": 9.0,
+    "axes.formatter.limits": (-3, 4),
+    "lines.linewidth": 1.3,
+    "legend.frameon": False,
+}
+Row = tuple[
+    str, list[tuple[str, Vector, Vector]]
+]  # ordinate, then (law, abscissa, ordinate) of each curve
+
+
+def draw_rows(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> str:
+    """A figure with one axes a row over one abscissa, as an `<svg>` element; `name` is what a
+    screen reader says."""
+    with drawing(name, STYLE):
+        figure = Figure(
+            figsize=(WIDTH, 0.7 + ROW_HEIGHT * len(rows) + (1.0 if len(rows) == 1 else 0.0)),
+            layout="constrained",
+        )
+        panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
+        for panel, (label, curves) in zip(panels, rows, strict=True):
+            for k, (law, x, y) in enumerate(curves):
+                shown = decimated_indices(y) if thin else slice(None)
+                panel.plot(
+                    x[shown], y[shown], color=COLOURS[k % 3], linestyle=DASHES[k % 3], label=law
+                )
+            panel.set_ylabel(label)
+        if len(rows[0][1]) > 1:
+            panels[0].legend(loc="best")
+        panels[-1].set_xlabel(abscissa)
+        return render(figure, name)
+
+
+def over_time(
+    runs: dict[str, LawTrajectory], units: tuple[str, str], window: slice = slice(None)
+) -> list[Row]:
+    """Position, velocity and friction of each law over time; `units`: of position and of force."""
+    length, force = units
+    return [
+        (
+            f"x [{length}]",
+            [(law, run.time[window], run.position[window]) for law, run in runs.items()],
+        ),
+        (
+            f"v [{length}/s]",
+            [(law, run.time[window], run.velocity[window]) for law, run in runs.items()],
+        ),
+        (
+            f"F [{force}]",
+            [(law, run.time[window], run.friction[window]) for law, run in runs.items()],
+        ),
+    ]

@@ -1,0 +1,305 @@
+"""The laws of friction/law_registry.py with the parameters of a setting, run by the engine and
+probed along prescribed velocities."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictool.compare import input_protocol, prescribed_motion, probes
+from frictool.compare.comparison_setting import ComparisonSetting
+from frictool.compare.trajectory import LawTrajectory, Phases, Vector, slow_phases
+from frictool.engine.body import BREAKS_AWAY, SLIPS_BACK, STOPS
+from frictool.engine.drive import held, ramped
+from frictool.engine.law_simulation import run_law
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import NoSolutionError
+from frictool.friction.hybrid_time_step import HybridBench, HybridSettings
+from frictool.friction.hybrid_time_step import violations as broken_rules
+from frictool.friction.law import DynamicKernels
+from frictool.friction.law_registry import LAWS
+from frictool.friction.preisach_cycles import everett_tail, masing_cycles
+
+# parameters of the simulation or of the bench: not to be identified with the friction (3.7.6)
+NOT_FRICTION = (
+    "inertia",
+    "capture_velocity",
+    "convergence_rate",
+    "hold_time",
+    "smoothing_velocity",
+)
+SLOW, SHORTEST_STICK = (
+    0.1,
+    0.1,
+)  # a stick lasts 0.1 units of time; a law without exact stick is then slower than 0.1 v_s
+YIELD_FORCE, YIELD_SAMPLES, RETURNED = 0.25, 3001, 0.5
+SLOW_RATE, FAST_RATE, RAMP_END, RAMP_SAMPLES = (
+    0.1,
+    1.0,
+    1.15,
+    60_001,
+)  # force in a unit of time; F_s
+MOST_STEPS, LONGEST_STEP, LEAST_PRESLIDING, LEAST_SPEED = (
+    1e9,
+    0.1,
+    1e-7,
+    1e-6,
+)  # of a run; in units of time, length and speed
+MOST_BREAKAWAY, MOST_EFFORT, MOST_DAMPING = 100.0, 1e4, 100.0  # F_c, F_c, sqrt(m sigma_0)
+SETTLED = 5.0  # s: since then the drift test holds its mass
+
+
+def _values(setting: ComparisonSetting) -> dict[str, float]:
+    """What each parameter of friction/law_registry.py is in this setting."""
+    return {
+        "coulomb": setting.coulomb,
+        "breakaway": setting.breakaway,
+        "viscous": setting.viscous,
+        "stribeck_velocity": setting.stribeck_velocity,
+        "stribeck_exponent": setting.stribeck_exponent,
+        "stiffness": setting.stiffness,
+        "damping": setting.damping,
+        "presliding_limit": setting.presliding,
+        "elastic_limit": setting.plastic_from * setting.breakaway / setting.stiffness,
+        "band": setting.dead_band,
+        "smoothing_velocity": setting.stribeck_velocity,
+        "attraction": setting.stiffness
+        * setting.stribeck_velocity,  # memory as fast as LuGre's at v_s
+        "inertia": setting.mass,
+        "capture_velocity": setting.switch_velocity,
+        "convergence_rate": setting.decay,
+    }
+
+
+def setting_violations(
+    setting: ComparisonSetting, laws: tuple[str, ...]
+) -> tuple[list[str], list[str]]:
+    """What of (3.31), (3.36) the hybrid versions among `laws` break, and what of 3.2, each line
+    once, with its numbers.
+
+    Without a bench there are neither controller nor encoder: (3.8) and (3.10) hold by choice of
+    them.
+    """
+    period = setting.sample_period or 10.0 / setting.decay
+    resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay
+    bench = HybridBench(
+        period, resolution, setting.mass, setting.effort_limit, setting.stribeck_velocity
+    )
+    settings = HybridSettings(setting.decay, setting.switch_velocity, setting.step)
+    versions = [law for law in ("hybrid_a", "hybrid_b", "hybrid_c") if law in laws]
+    lines = list(
+        dict.fromkeys(
+            line
+            for version in versions
+            for line in broken_rules(version, bench, settings, setting.axis)
+        )
+    )
+    advice = [line for line in lines if line.startswith("(3.2)")]
+    return [line for line in lines if line not in advice], advice
+
+
+class LawSimulator:
+    """Every law that the engine runs: the simulator of compare/comparison.py."""
+
+    def __init__(self, setting: ComparisonSetting) -> None:
+        self._setting = setting
+
+    def names(self) -> tuple[str, ...]:
+        """In the order of the table."""
+        return tuple(LAWS)
+
+    def title(self, law: str) -> str:
+        """What people call it."""
+        return LAWS[law].title
+
+    def check(self, laws: tuple[str, ...]) -> None:
+        """Raises ValueError, one line, where the parameters are out of a law's range, or would take
+        days to simulate."""
+        setting, scales = self._setting, self._setting.scales
+        loop = input_protocol.limit_cycle(scales)[-1][0]
+        for name, value, low, high in (
+            ("breakaway", setting.breakaway, scales.force, MOST_BREAKAWAY * scales.force),
+            ("effort_limit", setting.effort_limit, scales.force, MOST_EFFORT * scales.force),
+            ("hybrid.step_s", setting.step, loop / MOST_STEPS, LONGEST_STEP * scales.time),
+            ("presliding", setting.presliding, LEAST_PRESLIDING * scales.length, scales.length),
+            (
+                "breakaway/bristle_stiffness",
+                setting.breakaway / setting.stiffness,
+                LEAST_PRESLIDING * scales.length,
+                scales.length,
+            ),
+            (
+                "stribeck_velocity",
+                setting.stribeck_velocity,
+                LEAST_SPEED * scales.speed,
+                scales.speed,
+            ),
+            ("dead_band", setting.dead_band, LEAST_SPEED * scales.speed, scales.speed),
+            (
+                "hybrid.switch_velocity",
+                setting.switch_velocity,
+                LEAST_SPEED * scales.speed,
+                scales.speed,
+            ),
+            ("hybrid.decay_rad_s", setting.decay, 1.0 / scales.time, 1.0 / setting.step),
+            (
+                "bristle_damping",
+                setting.damping,
+                0.0,
+                MOST_DAMPING * math.sqrt(setting.mass * setting.stiffness),
+            ),
+        ):
+            if not low <= value <= high:
+                raise ValueError(
+                    f"{name} is {value:g}; allowed for these tests: {low:g} to {high:g}"
+                )
+        for law in laws:
+            self.packed(law)
+
+    def refusals(self, laws: tuple[str, ...]) -> dict[str, str]:
+        """Why laws do not take what the setting puts on top of them, one line each; those that do
+        are not in it."""
+        found = {}
+        for law in laws:
+            try:
+                self._setting.extension.pack(LAWS[law], self.packed(law), self._setting.axis)
+            except ValueError as error:
+                found[law] = str(error)
+        return found
+
+    def packed(self, law: str) -> Vector:
+        """The parameters for the law's kernels. Raises ValueError where the setting is out of the
+        law's range."""
+        found, values = LAWS[law], _values(self._setting)
+        chosen = {p.name: values[p.name] for p in found.parameters if p.name in values}
+        if law.startswith("leuven"):
+            chosen["exponent"] = (
+                self._setting.leuven_exponent
+            )  # Dahl's, of the same name, stays 1 as in (2.38)
+        tail = (
+            everett_tail(masing_cycles(self._setting.preisach_intervals))
+            if law == "hybrid_c"
+            else None
+        )
+        return found.pack(chosen, self._setting.axis, tail)
+
+    def parameters(self, law: str) -> int:
+        """Physical parameters to be identified. Each cell of a Preisach triangle counts, n (n +
+        1)/2, and each element's two of a bank."""
+        own = sum(parameter.name not in NOT_FRICTION for parameter in LAWS[law].parameters)
+        n = self._setting.preisach_intervals
+        if law == "hybrid_c":
+            return own + n * (n + 1) // 2
+        tail = LAWS[law].tail
+        return own + (tail().size if tail is not None else 0)
+
+    def run(
+        self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
+    ) -> LawTrajectory:
+        """A run from rest at 0. Raises NoSolutionError where the engine cannot carry it out."""
+        setting, found = self._setting, LAWS[law]
+        end = segments[-1][0]
+        times = np.linspace(0.0, end, samples)
+        p, speed, length = self.packed(law), setting.stribeck_velocity, setting.presliding
+        ran = run_law(
+            found,
+            p,
+            setting.mass,
+            segments,
+            times,
+            step=setting.step,
+            speed_scale=speed,
+            length_scale=length,
+            extension=setting.extension,
+        )
+        if ran.status != OK:
+            raise NoSolutionError(
+                f"{law}: at {ran.reached:g} s {MESSAGES[ran.status]}; check the parameters"
+            )
+        shortest = SHORTEST_STICK * setting.scales.time
+        if found.approximation or isinstance(found.kernels, DynamicKernels):
+            sticks = slow_phases(ran.time, ran.velocity, SLOW * setting.stribeck_velocity, shortest)
+        else:
+            sticks = _phases(ran.events, end, shortest)
+        return LawTrajectory(ran.time, ran.position, ran.velocity, ran.friction, sticks)
+
+    def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
+        """The friction along a prescribed path; None for a law that does not yield, or does not
+        spring back, below breakaway."""
+        if not self._yields(law):
+            return None
+        moves = np.diff(path)
+        friction = prescribed_motion.friction_along(
+            LAWS[law], self.packed(law), np.sign(moves) * speed, np.abs(moves) / speed
+        )
+        return np.concatenate([[0.0], friction])
+
+    def _yields(self, law: str) -> bool:
+        """A quarter of the Coulomb friction, on and off: the mass moves, and more than half of the
+        way back."""
+        scales = self._setting.scales
+        force, time = YIELD_FORCE * scales.force, scales.time
+        segments = (
+            (time, ramped(0.0, force / time)),
+            (2.0 * time, ramped(force, -force / time, time)),
+            (3.0 * time, held(0.0)),
+        )
+        position = self.run(law, segments, YIELD_SAMPLES).position
+        peak = float(np.max(position))
+        return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
+
+    def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
+        """The cells of table 2.1 that follow from probes (compare/probes.py); `drift`: the run of
+        the drift test."""
+        setting, found, p = self._setting, LAWS[law], self.packed(law)
+
+        def follow(velocity: Vector, steps: Vector) -> Vector:
+            return prescribed_motion.friction_along(found, p, velocity, steps)
+
+        still = drift.position[drift.between(SETTLED * setting.scales.time, float(drift.time[-1]))]
+        settles = found.kind == "hybrid" or (
+            found.kind == "static"
+            and probes.settles(prescribed_motion.printed_law(found, p), setting)
+        )
+        slow, fast = self._breakaway(law, SLOW_RATE), self._breakaway(law, FAST_RATE)
+        return {
+            "dynamic": "S" if found.kind == "static" else "D",
+            "stiction": probes.stiction(compliance, bool(np.ptp(still) == 0.0), settles),
+            "rising_static_friction": "+"
+            if setting.extension.rise_time > 0.0
+            else probes.rising_static_friction(slow, fast, setting),
+            "frictional_memory": "+"
+            if setting.extension.lag > 0.0
+            else probes.frictional_memory(follow, setting),
+            "stribeck_effect": probes.stribeck_effect(follow, setting),
+            "viscous": probes.viscous_friction(follow, setting),
+        }
+
+    def _breakaway(self, law: str, rate: float) -> float:
+        """The greatest friction under a force that grows at `rate`, while the mass is slower than
+        10 v_s."""
+        setting, growth = (
+            self._setting,
+            rate * self._setting.scales.force / self._setting.scales.time,
+        )
+        ran = self.run(
+            law, ((RAMP_END * setting.breakaway / growth, ramped(0.0, growth)),), RAMP_SAMPLES
+        )
+        fast = np.flatnonzero(np.abs(ran.velocity) > 10.0 * setting.stribeck_velocity)
+        return float(np.max(ran.friction[: int(fast[0]) if fast.size else None]))
+
+
+def _phases(events: Vector, end: float, shortest: float) -> Phases:
+    """Phases of stick of at least `shortest` [s] from the engine's events, from rest at 0."""
+    phases: list[tuple[float, float]] = []
+    begin: float | None = 0.0
+    for time, kind, *_ in events.tolist():
+        if kind in (BREAKS_AWAY, SLIPS_BACK) and begin is not None:
+            phases.append((begin, time))
+            begin = None
+        elif kind == STOPS:
+            begin = time
+    if begin is not None:
+        phases.append((begin, end))
+    return tuple(phase for phase in phases if phase[1] - phase[0] >= shortest)

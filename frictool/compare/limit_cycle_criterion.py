@@ -1,0 +1,64 @@
+"""Limit cycles in a position loop with integral action (3.7.3): do they last, how large, how
+slow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.compare.trajectory import LawTrajectory, Vector
+
+LASTING_NEEDED = 0.9
+PERIOD_TOLERANCE = 0.05
+
+
+@dataclass(frozen=True)
+class LimitCycleResult:
+    """Half the peak-to-peak over the last quarter of the run; `lasting`: that over the one of the
+    second quarter.
+
+    The period is the mean spacing of upward crossings of the middle in the second half; None where
+    the cycle does not last.
+    """
+
+    amplitude: float
+    lasting: float
+    period_s: float | None
+
+    def verdict(self, reference: LimitCycleResult) -> str:
+        """`+`: lasts, with a period within 5 % of the event-exact law's; or both die out. Else
+        `-`."""
+        if self.period_s is None or reference.period_s is None:
+            return "+" if self.period_s == reference.period_s else "-"
+        return "+" if abs(self.period_s / reference.period_s - 1.0) <= PERIOD_TOLERANCE else "-"
+
+
+def measure(run: LawTrajectory, still: float) -> LimitCycleResult:
+    """The figures of a run; an amplitude below `still` [m | rad] is presliding, and no cycle."""
+    end = float(run.time[-1])
+    first = _half_range(run.position[run.between(0.25 * end, 0.5 * end)])
+    last = _half_range(run.position[run.between(0.75 * end, end)])
+    lasting = last / first if first > still else 0.0
+    half = run.between(0.5 * end, end)
+    cycles = (
+        _period(run.time[half], run.position[half])
+        if lasting > LASTING_NEEDED and last > still
+        else None
+    )
+    return LimitCycleResult(last, lasting, cycles)
+
+
+def _half_range(position: Vector) -> float:
+    return 0.5 * float(position.max() - position.min())
+
+
+def _period(time: Vector, position: Vector) -> float | None:
+    """Mean spacing of upward crossings of the middle; None where there are fewer than two."""
+    offset = position - 0.5 * (position.max() + position.min())
+    before = np.flatnonzero((offset[:-1] < 0.0) & (offset[1:] >= 0.0))
+    if before.size < 2:
+        return None
+    share = offset[before] / (offset[before] - offset[before + 1])
+    crossings = time[before] + share * (time[before + 1] - time[before])
+    return float(np.diff(crossings).mean())

@@ -1,0 +1,89 @@
+"""A law driven by its velocity, as the presliding test and the probes of table 2.1 drive it; slow,
+in Python over the law's kernels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from frictool.compare.trajectory import Vector
+from frictool.errors import NoSolutionError
+from frictool.friction.hybrid_kernels import STUCK
+from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
+from frictool.friction.static_kernels import sticking_force
+
+
+def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vector:
+    """The friction (n,) [N | N m] at the end of each step of `steps` (n,) [s] at the velocities
+    (n,) [m/s | rad/s], from a fresh contact.
+
+    What drives it is as strong as it has to be: a hybrid law sees an effort without bound in the
+    direction of the motion. Raises NoSolutionError where the law fails.
+    """
+    if isinstance(law.kernels, StaticKernels):
+        slip = law.kernels.slip_force
+        return np.array([slip(v, math.copysign(1.0, v), p) for v in velocity.tolist()])
+    if isinstance(law.kernels, DynamicKernels):
+        return _dynamic(law.name, law.kernels, p, velocity, steps)
+    return _hybrid(law.name, law.kernels, p, velocity, steps)
+
+
+def _dynamic(
+    name: str, kernels: DynamicKernels, p: Vector, velocity: Vector, steps: Vector
+) -> Vector:
+    """Heun's rule on z: where a state saturates within a step it goes half the way, and not none.
+    The memory takes each step in."""
+    z = kernels.reset(p)
+    begin, out, friction = np.zeros_like(z), np.zeros_like(z), np.empty(velocity.size)
+    for k, (v, h) in enumerate(zip(velocity.tolist(), steps.tolist(), strict=True)):
+        failed = kernels.rate(z, v, p, begin)
+        failed += kernels.rate(z + h * begin, v, p, out)
+        z += 0.5 * h * (begin + out)
+        failed += kernels.commit(z, v, p) + kernels.rate(z, v, p, out)
+        if failed:
+            raise NoSolutionError(
+                f"{name}: the law fails at {v:g} along a prescribed velocity; check the parameters"
+            )
+        friction[k] = kernels.force(z, out, v, p)
+    return friction
+
+
+def _hybrid(
+    name: str, kernels: HybridKernels, p: Vector, velocity: Vector, steps: Vector
+) -> Vector:
+    """In stick z follows the motion exactly: z' = v."""
+    z, mode = kernels.reset(p), STUCK
+    out, friction = np.zeros_like(z), np.empty(velocity.size)
+    for k, (v, h) in enumerate(zip(velocity.tolist(), steps.tolist(), strict=True)):
+        u = math.copysign(math.inf, v)
+        after = kernels.mode_after(mode, v, u, z, p)
+        failed = kernels.enter(after, v, u, z, p) if after != mode else 0
+        mode = after
+        failed += kernels.rate(mode, v, z, p, out)
+        z += h * out
+        failed += kernels.commit(mode, z, p)
+        if failed:
+            raise NoSolutionError(
+                f"{name}: the law fails at {v:g} along a prescribed velocity; check the parameters"
+            )
+        friction[k] = kernels.force(mode, v, u, z, p)
+    return friction
+
+
+def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
+    """(v, u) -> the friction of a static law at a velocity and an effort, word for word, and the
+    velocity that it reports."""
+    kernels = law.kernels
+    assert isinstance(kernels, StaticKernels)
+    band = kernels.band(p)
+
+    def printed(v: float, u: float) -> tuple[float, float]:
+        if abs(v) <= band and not law.approximation:
+            return sticking_force(
+                u, kernels.breakaway(1.0, p), kernels.breakaway(-1.0, p)
+            ), kernels.seen_velocity(v, p)
+        return kernels.slip_force(v, math.copysign(1.0, v), p), kernels.seen_velocity(v, p)
+
+    return printed

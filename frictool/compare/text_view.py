@@ -1,0 +1,125 @@
+"""A comparison for people: three tables of plain text, and the cells that differ from the
+thesis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.compare.comparison import REFERENCE, Comparison, LawResult
+from frictool.compare.thesis_tables import PROPERTIES, TESTS
+from frictool.documents.quantity import si_unit
+
+ROWS = {
+    "dynamic": "static/dynamic",
+    "stiction": "stiction",
+    "rising_static_friction": "rising static friction",
+    "frictional_memory": "frictional memory",
+    "presliding": "presliding",
+    "stribeck_effect": "Stribeck effect",
+    "viscous": "viscous friction",
+    "nonlocal_memory": "non-local memory",
+    "non_drift": "non-drift",
+    "parameters": "parameters",
+    "stick_slip": "stick-slip",
+    "limit_cycle": "limit cycle",
+    "drift": "non-drift",
+}
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A figure, or a dash where there is none."""
+    return "–" if value is None else f"{value:.{digits}g}"
+
+
+def figures(found: Comparison) -> list[tuple[str, ...]]:
+    """The table of figures, heading first."""
+    unit = si_unit("position", found.setting.axis)
+    heading = (
+        "law",
+        "sticks",
+        "period s",
+        f"jump {unit}",
+        "stuck",
+        f"cycle {unit}",
+        "period s",
+        "closure",
+        "area",
+        "drift z_max",
+    )
+    return [heading, *((name, *_row(tested)) for name, tested in found.laws.items())]
+
+
+def _row(found: LawResult) -> tuple[str, ...]:
+    pulled, cycle, contact = found.stick_slip, found.limit_cycle, found.presliding
+    lasts = cycle.period_s is not None
+    return (
+        str(pulled.sticks),
+        number(pulled.period_s, 5),
+        number(pulled.jump),
+        number(pulled.stuck_share, 3),
+        number(cycle.amplitude, 3) if lasts else "dies out",
+        number(cycle.period_s),
+        "rigid" if not contact.compliance else f"{contact.closure:.3f}",
+        "rigid" if not contact.compliance else f"{contact.area:.3f}",
+        f"{found.drift.z_max_units:.2g}",
+    )
+
+
+def verdicts(found: Comparison) -> list[tuple[str, ...]]:
+    """Table 3.2, a law a row."""
+    rows = (*TESTS, "parameters")
+    return [
+        ("table 3.2", *(ROWS[row] for row in rows)),
+        *((name, *(t.verdicts[row] for row in rows)) for name, t in found.laws.items()),
+    ]
+
+
+def properties(found: Comparison) -> list[tuple[str, ...]]:
+    """Table 2.1, a law a row."""
+    heading = ("table 2.1", *(ROWS[row] for row in PROPERTIES))
+    return [
+        heading,
+        *(
+            (name, *(tested.properties[row] for row in PROPERTIES))
+            for name, tested in found.laws.items()
+        ),
+    ]
+
+
+def scaling(found: Comparison) -> str:
+    """What stands for the newton, the second and the metre of table 3.1, and how far and how fast
+    the tests then go."""
+    scales, axis, reference = found.setting.scales, found.setting.axis, found.laws.get(REFERENCE)
+    length, force = si_unit("position", axis), si_unit("effort", axis)
+    units = (
+        f"{number(scales.force)} {force}, {number(scales.time)} s, {number(scales.length)} {length}"
+    )
+    said = f"units of force, time and length in the tests: {units}; (F_s - F_c)/F_c is {number(scales.breakaway - 1.0)}"
+    if reference is None:
+        return said
+    runs = reference.runs.values()
+    travel, speed = (
+        max(float(np.ptp(run.position)) for run in runs),
+        max(float(np.abs(run.velocity).max()) for run in runs),
+    )
+    return f"{said}; the {REFERENCE} law travels {number(travel, 3)} {length} at up to {number(speed, 3)} {length}/s"
+
+
+def lines(found: Comparison) -> list[str]:
+    """The whole text."""
+    out = [scaling(found), ""]
+    for table in (figures(found), verdicts(found), properties(found)):
+        out += [*_aligned(table), ""]
+    for item in found.differences:
+        out.append(
+            f"table {item.table}, {item.law}, {ROWS[item.row]}: computed {item.computed}, printed {item.printed}: {item.reason}"
+        )
+    return out
+
+
+def _aligned(table: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in table
+    ]

@@ -1,0 +1,128 @@
+"""Figures 3.11 to 3.25 of the thesis, of the laws that were compared; and the same views of the
+laws that it does not show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.compare import drift_criterion, input_protocol
+from frictool.compare.comparison import POINTS_PER_LEG, Comparison, LawResult
+from frictool.compare.curve_figures import draw_rows, over_time
+from frictool.compare.thesis_tables import TESTS
+from frictool.compare.trajectory import LawTrajectory
+from frictool.documents.quantity import si_unit
+from frictool.engine.drive import effort
+
+THESIS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+    ("3.11", "stick_slip", ("lugre",)),
+    ("3.12", "stick_slip", ("elasto_plastic",)),
+    ("3.13", "stick_slip", ("hybrid_a", "lugre")),
+    ("3.14", "stick_slip", ("hybrid_b", "lugre")),
+    ("3.15", "limit_cycle", ("hybrid_a", "lugre")),
+    ("3.16", "limit_cycle", ("elasto_plastic",)),
+    ("3.18", "presliding", ("lugre",)),
+    ("3.19", "presliding", ("elasto_plastic",)),
+    ("3.20", "presliding", ("hybrid_b",)),
+    ("3.21", "presliding", ("hybrid_c",)),
+    ("3.23", "drift", ("lugre", "elasto_plastic")),
+    ("3.24", "drift", ("hybrid_a", "hybrid_b", "hybrid_c")),
+    ("3.25", "drift_zoom", ("hybrid_a", "hybrid_b", "hybrid_c")),
+)
+NAMES = {
+    "stick_slip": "Stick-slip",
+    "limit_cycle": "Limit cycle",
+    "presliding": "Presliding, friction over position",
+    "drift": "Non-drift",
+    "drift_zoom": "Non-drift, the last two seconds",
+}
+
+
+@dataclass(frozen=True)
+class ThesisFigure:
+    """A figure of the page: the thesis's number (empty where it has none), a title, SVG text."""
+
+    number: str
+    title: str
+    svg: str
+
+
+def pictures(found: Comparison) -> list[ThesisFigure]:
+    """Every figure of the thesis whose laws were compared, in its order, then the laws and tests
+    that it does not show."""
+    shown = [_inputs(found, "3.17"), _inputs(found, "3.22")]
+    covered: set[tuple[str, str]] = set()
+    for number, test, laws in THESIS:
+        present = {law: found.laws[law] for law in laws if law in found.laws}
+        if len(present) == len(laws) and _exists(test, present):
+            shown.append(_picture(found, number, test, present))
+            covered |= {(test, law) for law in laws}
+    shown.sort(key=lambda picture: picture.number)
+    others = [
+        (test, {law: tested})
+        for law, tested in found.laws.items()
+        for test in TESTS
+        if (test, law) not in covered
+    ]
+    shown += [_picture(found, "", test, laws) for test, laws in others if _exists(test, laws)]
+    return shown
+
+
+def _exists(test: str, laws: dict[str, LawResult]) -> bool:
+    return test != "presliding" or all(tested.loop is not None for tested in laws.values())
+
+
+def _units(found: Comparison) -> tuple[str, str]:
+    return si_unit("position", found.setting.axis), si_unit("effort", found.setting.axis)
+
+
+def _picture(found: Comparison, number: str, test: str, laws: dict[str, LawResult]) -> ThesisFigure:
+    units, names = _units(found), "; ".join(tested.title for tested in laws.values())
+    title = f"{NAMES[test]}: {names}"
+    label = f"{test} {' '.join(laws)}"
+    if test == "presliding":
+        curves = [(law, *tested.loop) for law, tested in laws.items() if tested.loop is not None]
+        return ThesisFigure(
+            number,
+            title,
+            draw_rows(label, f"x [{units[0]}]", [(f"F [{units[1]}]", curves)], thin=False),
+        )
+    runs: dict[str, LawTrajectory] = {
+        law: tested.runs["drift" if test == "drift_zoom" else test] for law, tested in laws.items()
+    }
+    if test == "drift_zoom":
+        end = drift_criterion.END * found.setting.scales.time
+        window = next(iter(runs.values())).between(end - 2.0 * found.setting.scales.time, end)
+        return ThesisFigure(
+            number, title, draw_rows(label, "t [s]", over_time(runs, units, window)[:1])
+        )
+    rows = over_time(runs, units)
+    return ThesisFigure(
+        number, title, draw_rows(label, "t [s]", rows[:2] if test == "drift" else rows)
+    )  # 200 waves of force are a black bar
+
+
+def _inputs(found: Comparison, number: str) -> ThesisFigure:
+    """What the presliding and the drift test play."""
+    scales, units = found.setting.scales, _units(found)
+    if number == "3.17":
+        path, _ = input_protocol.presliding_path(found.setting.presliding, POINTS_PER_LEG)
+        travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))])
+        time = travelled / (input_protocol.CREEP_SPEED * scales.speed)
+        return ThesisFigure(
+            number,
+            "Position of the presliding test",
+            draw_rows("presliding input", "t [s]", [(f"x [{units[0]}]", [("", time, path)])]),
+        )
+    time, start = np.linspace(0.0, 6.0 * scales.time, 3001), 0.0
+    force = np.zeros_like(time)
+    for end, drive in input_protocol.drift(scales):
+        here = (time >= start) & (time <= end)
+        force[here] = [effort(t, 0.0, 0.0, 0.0, drive.as_array()) for t in time[here]]
+        start = end
+    return ThesisFigure(
+        number,
+        "Force of the drift test, its first seconds",
+        draw_rows("drift input", "t [s]", [(f"u [{units[1]}]", [("", time, force)])]),
+    )

@@ -1,0 +1,328 @@
+"""Programs as arrays, and the kernel that runs them: what the target does at a sample, in double,
+in float or in fixed point.
+
+A program's values lie in one array, a place for each node and one more for each state that is
+updated; `code` says what is done, a row an operation. Which number format it is in is decided when
+the machine is made:
+
+====  =======  ======================================================
+code  number   values
+====  =======  ======================================================
+0     DOUBLE   `real`, float64
+1     FLOAT    `single`, float32: every operation rounds to it
+2     FIXED    `word`, int64 that hold 32-bit words: control/fixed_point_kernel.py
+====  =======  ======================================================
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.fixed_point_kernel import (
+    INVALID,
+    from_real,
+    run_words,
+    shift_rounded,
+    to_real,
+)
+from frictool.control.measurement_guard import FAULT
+from frictool.control.operation_codes import (
+    ABS,
+    ADD,
+    AND,
+    CODES,
+    DOT,
+    FRACTION,
+    HIGH,
+    LE,
+    LOW,
+    LT,
+    MAX,
+    MIN,
+    MUL,
+    NEG,
+    NOT,
+    OR,
+    SELECT,
+    SQRT,
+    SUB,
+    VALID,
+)
+from frictool.control.program import Program
+from frictool.runtime.kernels import bare_kernel, kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+Rows = NDArray[np.uint32]  # no sign: an index that may be negative costs a comparison each time
+Values = NDArray[np.float64] | NDArray[np.float32]
+
+DOUBLE, FLOAT, FIXED = 0, 1, 2
+PORTS = ("reference", "position", "velocity")  # a program without one of them has place -1 there
+OUTPUT, LEFT, LEFT_NOW, HOLD, USED, GUARD_ROWS = (
+    3,
+    4,
+    5,
+    6,
+    7,
+    10,
+)  # of `Machine.ports`: behind the inputs
+
+
+class CompiledProgram(NamedTuple):
+    """A program that runs. `real`, `single`, `word` change from sample to sample; two axes need two
+    of them (`copied`).
+
+    code (n, 5), terms (t, 3), formats (n, 6): control/operation_codes.py. writes (w, 2): state, and
+    what it becomes. ports (11,): places of the inputs, the output, the guard's `holds_left`, its
+    next value and its constant, of the three inputs as they are used; -1 for what the program does
+    not have. Then how many rows of `code` are the guard's. starts (s,): states that start at the
+    position.
+    """
+
+    number: int
+    code: Rows
+    terms: Rows
+    writes: Rows
+    ports: Places
+    starts: Places
+    real: Vector
+    single: NDArray[np.float32]
+    word: Places
+    formats: Places
+
+
+def compile_program(program: Program, *, single: bool = False) -> CompiledProgram:
+    """The program in double, or in float where `single`; it stands at its start with the position
+    0."""
+    values = np.zeros(len(program.nodes) + len(program.updates))
+    code: list[list[int]] = []
+    terms: list[tuple[int, int, int]] = []
+    for node in program.nodes:
+        values[node.index] = node.value
+        if node.op in CODES:
+            args = [arg.index for arg in node.args]
+            if node.op == "dot":
+                half = len(args) // 2
+                first = len(terms)
+                terms += [(c, x, 0) for c, x in zip(args[:half], args[half:], strict=True)]
+                args = [first, len(terms), 0]
+            code.append([CODES[node.op], node.index, *args, *[0] * (3 - len(args))])
+    return CompiledProgram(
+        FLOAT if single else DOUBLE,
+        np.array(code, dtype=np.uint32).reshape(-1, 5),
+        np.array(terms, dtype=np.uint32).reshape(-1, 3),
+        np.array(
+            [(state, source.index) for state, source in program.updates.items()], dtype=np.uint32
+        ).reshape(-1, 2),
+        ports(program),
+        np.array(list(program.starts), dtype=np.int64),
+        np.empty(0) if single else values,
+        values.astype(np.float32) if single else np.empty(0, dtype=np.float32),
+        np.empty(0, dtype=np.int64),
+        np.empty((0, 6), dtype=np.int64),
+    )
+
+
+def ports(program: Program) -> Places:
+    """Return `Machine.ports` of a program. Raises ValueError where it has no output."""
+    if program.output is None:
+        raise ValueError("the program has no output")
+    inputs = [program.inputs[name].index if name in program.inputs else -1 for name in PORTS]
+    guard = program.guard
+    if guard is None:
+        return np.array([*inputs, program.output.index, *[-1] * 6, 0], dtype=np.int64)
+    used = [guard.used[name].index if name in guard.used else -1 for name in PORTS]
+    rows = sum(node.op in CODES for node in program.nodes[: guard.fault.index + 1])
+    places = [
+        *inputs,
+        program.output.index,
+        guard.left.index,
+        guard.left_now.index,
+        guard.hold.index,
+        *used,
+        rows,
+    ]
+    return np.array(places, dtype=np.int64)
+
+
+@kernel
+def copy_program(machine: CompiledProgram) -> CompiledProgram:
+    """The same machine with values of its own."""
+    return CompiledProgram(
+        machine.number,
+        machine.code,
+        machine.terms,
+        machine.writes,
+        machine.ports,
+        machine.starts,
+        machine.real.copy(),
+        machine.single.copy(),
+        machine.word.copy(),
+        machine.formats,
+    )
+
+
+def hold(machine: CompiledProgram, place: int, value: float) -> None:
+    """Set a state that the caller keeps, a scheduled parameter in SI, in a machine of real numbers;
+    ignore what is no finite number."""
+    if math.isfinite(value):
+        (machine.single if machine.number == FLOAT else machine.real)[place] = value
+
+
+@kernel
+def start_at(machine: CompiledProgram, position: float) -> None:
+    """Set a new machine to rest at `position` [rad | m], the prefilter settled there; a position
+    that is no number is a fault."""
+    if not math.isfinite(np.float32(position) if machine.number == FLOAT else position):
+        position = 0.0
+        guard = machine.ports[LEFT]
+        if guard >= 0:
+            if machine.number == DOUBLE:
+                machine.real[guard] = FAULT
+            elif machine.number == FLOAT:
+                machine.single[guard] = np.float32(FAULT)
+            else:
+                machine.word[guard] = from_real(machine.formats[guard], FAULT)
+    for k in range(machine.starts.shape[0]):
+        place = machine.starts[k]
+        if machine.number == DOUBLE:
+            machine.real[place] = position
+        elif machine.number == FLOAT:
+            machine.single[place] = np.float32(position)
+        else:  # from the word that the position is: the target is given no other
+            form, measured = machine.formats[place], machine.formats[machine.ports[1]]
+            word = shift_rounded(from_real(measured, position), measured[FRACTION] - form[FRACTION])
+            machine.word[place] = min(max(word, form[LOW]), form[HIGH])
+
+
+@bare_kernel
+def control_step(
+    machine: CompiledProgram, reference: float, position: float, velocity: float
+) -> float:
+    """The drive [A | V] for a reference, a measured position [rad | m] and a measured velocity [per
+    s] where the controller has one.
+
+    One that is not finite counts as invalid (control/measurement_guard.py). The machine moves to
+    the next sample in place.
+    """
+    ports = machine.ports
+    if machine.number == FIXED:
+        valid = True
+        for k in range(3):
+            if ports[k] >= 0:
+                given = reference if k == 0 else (position if k == 1 else velocity)
+                word = from_real(machine.formats[ports[k]], given)
+                machine.word[ports[k]] = word
+                valid = valid and word != INVALID
+        first = _first_row(machine.word, ports, valid)
+        run_words(machine.code, machine.terms, machine.writes, machine.formats, machine.word, first)
+        return to_real(machine.formats[ports[OUTPUT]], machine.word[ports[OUTPUT]])
+    if machine.number == FLOAT:
+        first = _first_row(
+            machine.single, ports, _give(machine.single, ports, reference, position, velocity)
+        )
+        run_values(machine.code, machine.terms, machine.writes, machine.single, first)
+        return float(machine.single[ports[OUTPUT]])
+    first = _first_row(
+        machine.real, ports, _give(machine.real, ports, reference, position, velocity)
+    )
+    run_values(machine.code, machine.terms, machine.writes, machine.real, first)
+    return float(machine.real[ports[OUTPUT]])
+
+
+@kernel
+def read(machine: CompiledProgram, place: int) -> float:
+    """The value at a place, in SI; of `program.states[name].index`, for instance."""
+    if machine.number == FIXED:
+        return to_real(machine.formats[place], machine.word[place])
+    if machine.number == FLOAT:
+        return float(machine.single[place])
+    return float(machine.real[place])
+
+
+@bare_kernel
+def _give(v: Values, ports: Places, reference: float, position: float, velocity: float) -> bool:
+    """Set the inputs; return whether each of them is a finite number."""
+    valid = True
+    if ports[0] >= 0:
+        v[ports[0]] = reference
+        valid = math.isfinite(v[ports[0]])
+    if ports[1] >= 0:
+        v[ports[1]] = position
+        valid = valid and math.isfinite(v[ports[1]])
+    if ports[2] >= 0:
+        v[ports[2]] = velocity
+        valid = valid and math.isfinite(v[ports[2]])
+    return valid
+
+
+@bare_kernel
+def _first_row(v: Values | Places, ports: Places, valid: bool) -> int:
+    """Return the first row of `code` that has to run.
+
+    After a valid sample a further one gives the guard's results again, but for the inputs as they
+    are used: these are set here.
+    """
+    if (
+        not valid
+        or ports[LEFT] < 0
+        or v[ports[LEFT]] != v[ports[HOLD]]
+        or v[ports[LEFT_NOW]] != v[ports[HOLD]]
+    ):
+        return 0
+    for k in range(3):
+        if ports[k] >= 0:
+            v[ports[USED + k]] = v[ports[k]]
+    return int(ports[GUARD_ROWS])
+
+
+@bare_kernel
+def run_values(code: Rows, terms: Rows, writes: Rows, v: Values, first: int = 0) -> None:
+    """One sample on values v of one type: the operations from row `first` of `code` on, each
+    rounded to that type; then the states move."""
+    for k in range(first, code.shape[0]):
+        operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
+        if operation == DOT:
+            total = v[terms[a, 0]] * v[terms[a, 1]]
+            for j in range(a + 1, b):
+                total += v[terms[j, 0]] * v[terms[j, 1]]
+            v[d] = total
+        elif operation == ADD:
+            v[d] = v[a] + v[b]
+        elif operation == SUB:
+            v[d] = v[a] - v[b]
+        elif operation == MUL:
+            v[d] = v[a] * v[b]
+        elif operation == SELECT:
+            v[d] = v[b] if v[a] != 0 else v[c]
+        elif operation == LT:
+            v[d] = 1 if v[a] < v[b] else 0
+        elif operation == LE:
+            v[d] = 1 if v[a] <= v[b] else 0
+        elif operation == AND:
+            v[d] = 1 if v[a] != 0 and v[b] != 0 else 0
+        elif operation == OR:
+            v[d] = 1 if v[a] != 0 or v[b] != 0 else 0
+        elif operation == NOT:
+            v[d] = 1 if v[a] == 0 else 0
+        elif operation == NEG:
+            v[d] = -v[a]
+        elif operation == ABS:
+            v[d] = -v[a] if v[a] < 0 else v[a]
+        elif operation == MIN:
+            v[d] = v[b] if v[b] < v[a] else v[a]
+        elif operation == MAX:
+            v[d] = v[b] if v[b] > v[a] else v[a]
+        elif operation == SQRT:
+            v[d] = math.sqrt(v[a])
+        elif operation == VALID:
+            v[d] = 1 if math.isfinite(v[a]) else 0
+    kept = v.shape[0] - writes.shape[0]
+    for k in range(writes.shape[0]):
+        v[kept + k] = v[writes[k, 1]]
+    for k in range(writes.shape[0]):
+        v[writes[k, 0]] = v[kept + k]

@@ -1,0 +1,373 @@
+"""A controller document as the program that runs. The only place of this room that knows a
+document.
+
+speed_cascade   reference ─▶ prefilter ─▶(-)─ e ─▶ position law, band ─ omega_c ─▶ integral ─▶(-)─
+                eta ─▶ linear controller ─┐
+                                          ▲ y                                                  ▲ y
+                                                                                               │
+position        reference ─▶ prefilter ─▶(-)─ e ─▶ linear controller ─▶ limiter (5.7), virtual
+                friction (5.41) ──────────────┤
+                                          ▲ y                                 ▲ measured speed
+                                                                              │
+                                        drive ◀─ anti-windup ◀─ limit ◀─ friction compensation
+                                        ◀─────────────────────────────┘
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from frictool.control import (
+    difference_equation,
+    drive_limit,
+    friction_compensation,
+    limit_cycle_limiter,
+    second_order_sections,
+)
+from frictool.control import target_band as bands
+from frictool.control.difference_equation import DifferenceEquation, state_bounds
+from frictool.control.drive_model import mean_effort
+from frictool.control.eta_integral import next_eta
+from frictool.control.gain_schedule import corner_weights, weighted_coefficients
+from frictool.control.measurement_guard import write_guard
+from frictool.control.observer_composition import observer_block
+from frictool.control.position_law import proportional_law, square_root_law
+from frictool.control.prefilter import prefilter
+from frictool.control.program import Program, ProgramNode
+from frictool.control.speed_filter import velocity
+from frictool.documents.controller import Controller, StateSpace
+
+MARGIN = 0.5  # of the travel's width, by which measured positions and references may lie outside it
+ETA_WIDTHS = 2.0  # widths of what a position may be, that eta is given
+TOP_SPEEDS = 4.0  # of the bench's top speed, that a measured velocity may reach
+
+
+def controller_program(controller: Controller) -> Program:
+    """The program of a controller document; its states are called as in the blocks' files."""
+    return _Composition(controller).program
+
+
+def uses_speed(controller: Controller) -> bool:
+    """Whether a block of the controller asks for a speed."""
+    law, limiter, compensation = (
+        controller.position_law,
+        controller.limiter,
+        controller.friction_compensation,
+    )
+    return (
+        controller.linear.input == "speed_error"
+        or (law is not None and law.action == "brake")
+        or (
+            limiter is not None and (limiter.condition == "energy" or limiter.virtual_coulomb > 0.0)
+        )
+        or (
+            compensation is not None
+            and not (compensation.source == "model" and compensation.velocity == "reference")
+        )
+        or controller.bench.actuator.winding is not None
+    )
+
+
+class _Composition:
+    """The document's blocks, written into one program in the order in which they run."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.document, self.period = controller, controller.sample_period_s
+        self.program = Program()
+        self.low, self.high = _positions(controller)
+        program = self.program
+        guard = write_guard(program, self._inputs(), controller.measurement_hold_samples)
+        self.fault, self.sensed = guard.fault, guard.used.get("velocity")
+        self.reference, self.position = guard.used["reference"], guard.used["position"]
+        self.zero = program.constant(0.0)
+        self.speed_reference: ProgramNode | None = None
+        filtered = self.reference
+        if controller.prefilter is not None:
+            own = controller.prefilter
+            filtered, self.speed_reference = prefilter(
+                program, self.reference, own.natural_frequency_rad_s, own.damping, self.period
+            )
+        program.block("position error, and the position's difference")
+        self.error = program.named("error", filtered - self.position)
+        self.filtered = filtered
+        self.move: Callable[[ProgramNode], None] | None = None
+        self.motion, self.speed = self._motion()
+        self.program.speed = self.speed
+        self._low_high()
+        if controller.structure == "speed_cascade":
+            self._cascade()
+        else:
+            self._position()
+        self._observe()
+
+    def _inputs(self) -> dict[str, ProgramNode]:
+        """Inputs that the caller passes at every sample, by name."""
+        inputs = {
+            name: self.program.input(name, self.low, self.high)
+            for name in ("reference", "position")
+        }
+        if self.document.velocity.source == "measured":
+            top = self.document.bench.mechanics.top_speed
+            bound = TOP_SPEEDS * top.value if top is not None else math.inf
+            inputs["velocity"] = self.program.input("velocity", -bound, bound)
+        return inputs
+
+    def _observe(self) -> None:
+        """The observer's states at the next sample, from the drive that this one commands."""
+        if self.move is not None:
+            assert self.program.output is not None
+            own, actuator = self.document, self.document.bench.actuator
+            drive = own.drive_limit, own.delay_samples, actuator.loop_time_constant_s
+            self.move(
+                mean_effort(
+                    self.program, self.program.output, actuator.constant.value, *drive, self.period
+                )
+            )
+
+    def _motion(self) -> tuple[ProgramNode | None, ProgramNode | None]:
+        """The position's difference, and the speed where a block asks for one."""
+        own, program = self.document.velocity, self.program
+        measured = None
+        if own.observer is not None and uses_speed(self.document):
+            found, self.move = observer_block(program, self.position, own.observer)
+            measured = found.velocity
+        elif own.source == "measured":
+            measured = self.sensed
+        derives = measured is None and uses_speed(self.document)
+        if not derives and not (
+            self.document.structure == "speed_cascade" and self.document.linear.input == "eta"
+        ):
+            return None, measured
+        motion = program.named(
+            "motion", self.position - program.last("position", self.position, "position")
+        )
+        if not derives:
+            return motion, measured
+        return motion, velocity(program, motion, self.period, own.bandwidth_rad_s, own.order)
+
+    def _low_high(self) -> None:
+        bench = self.document.bench.actuator
+        winding = (
+            None
+            if bench.winding is None
+            else (bench.winding.resistance_ohm, bench.constant.value, bench.winding.voltage_v)
+        )
+        self.drive_low, self.drive_high = drive_limit.bounds(
+            self.program, self.document.drive_limit, winding, self.speed
+        )
+
+    def _cascade(self) -> None:
+        own, program = self.document, self.program
+        law = own.position_law
+        assert law is not None  # the document says so
+        edge = program.constant(law.band, "band")
+        resting = running = None
+        if law.action != "none":
+            program.block(
+                "the band around the target, where the drive ends at zero once the prefilter has settled"
+            )
+            inside = bands.is_settled(
+                program, self.error, edge, self.speed_reference, law.settled_speed
+            )
+            mode = bands.next_mode(
+                program, inside, self.speed if law.action == "brake" else None, law.rest_speed
+            )
+            resting = program.named("resting", mode >= program.constant(bands.REST))
+            running = (
+                program.named("running", mode <= program.constant(bands.RUN))
+                if law.action == "brake"
+                else None
+            )
+        wanted = (
+            square_root_law(program, self.error, law.gain, edge)
+            if law.kind == "square_root"
+            else proportional_law(program, self.error, law.gain)
+        )
+        if running is not None:
+            wanted = program.select(running, wanted, self.zero)
+        if own.linear.input == "speed_error":
+            assert self.speed is not None
+            entering = program.named("speed_error", wanted - self.speed)
+            widest = 2.0 * self._speed_reach(law.gain, law.kind)
+        else:
+            assert self.motion is not None
+            widest = ETA_WIDTHS * (self.high - self.low)
+            limited_before = program.state("limited_before", -1.0, 1.0)
+            increment = program.constant(self.period, "period") * wanted
+            entering = next_eta(program, increment, self.motion, limited_before, resting, widest)
+        self._linear(entering, widest, resting, None, self.zero)
+        program.names.setdefault(entering.index, "entering")
+
+    def _speed_reach(self, gain: float, kind: str) -> float:
+        width = self.high - self.low
+        return gain * (math.sqrt(width) if kind == "square_root" else width)
+
+    def _position(self) -> None:
+        own, program, limiter = self.document, self.program, self.document.limiter
+        released, braking = None, self.zero
+        if limiter is not None:
+            if limiter.condition == "energy":
+                assert self.speed is not None
+                friction = limiter.coulomb + limiter.virtual_coulomb
+                released = limit_cycle_limiter.energy_released(
+                    program, self.error, self.speed, limiter.band, limiter.inertia, friction
+                )
+            else:
+                released = limit_cycle_limiter.error_released(program, self.error, limiter.band)
+            if limiter.settled_speed is not None and self.speed_reference is not None:
+                slow = abs(self.speed_reference) < program.constant(
+                    limiter.settled_speed, "settled_speed"
+                )
+                released = program.named("released_and_settled", released & slow)
+            if limiter.virtual_coulomb > 0.0:
+                assert self.speed is not None
+                per_virtual = limiter.virtual_coulomb / own.bench.actuator.constant.value
+                braking = limit_cycle_limiter.virtual_friction(
+                    program, self.speed, per_virtual, limiter.virtual_speed
+                )
+        self._linear(self.error, self.high - self.low, None, released, braking)
+
+    def _compensation(self) -> tuple[ProgramNode | None, ProgramNode | None]:
+        """The drive that is added, and what an observer has found."""
+        own, program = self.document.friction_compensation, self.program
+        if own is None:
+            return None, None
+        constant = self.document.bench.actuator.constant.value
+        if own.source == "model":
+            speed = self.speed_reference if own.velocity == "reference" else self.speed
+            if speed is None:
+                speed = self.zero
+            parts = (own.gain * own.coulomb / constant, own.gain * own.viscous / constant)
+            return friction_compensation.model_compensation(
+                program, speed, *parts, own.smoothing_speed
+            ), None
+        assert self.speed is not None
+        limit = self.document.drive_limit
+        return friction_compensation.observer_compensation(
+            program, self.speed, own.observer_rad_s, own.inertia / constant, own.gain, limit
+        )
+
+    def _linear(
+        self,
+        entering: ProgramNode,
+        widest: float,
+        resting: ProgramNode | None,
+        released: ProgramNode | None,
+        braking: ProgramNode,
+    ) -> None:
+        """The linear controller, what is added to it, its limit, and the step of its states."""
+        own, program = self.document.linear, self.program
+        compensation, observed = self._compensation()
+        equation = _equation(own.discrete, own.anti_windup)
+        chain = own.sos if own.form == "sos" and self.document.schedule is None else None
+        if chain is not None:
+            a, b, c, d = second_order_sections.chain_state_space(chain)
+            found = DifferenceEquation(a, b, c, d, np.array(own.sos_anti_windup))
+            drive, passed = second_order_sections.output(
+                program,
+                chain,
+                entering,
+                state_bounds(found, widest, self.document.drive_limit, False),
+            )
+        else:
+            equations = self._equations(equation)
+            bound = np.max(
+                [
+                    state_bounds(one, widest, self.document.drive_limit, own.conditional)
+                    for one in equations
+                ],
+                axis=0,
+            )
+            if self.document.schedule is not None:
+                bound = np.full(
+                    len(bound), np.inf
+                )  # what moves between its corners is bounded by none of them
+                k = weighted_coefficients(program, equations, self._weights())
+            else:
+                k = difference_equation.coefficients(program, equation)
+            drive = difference_equation.output(program, k, entering, bound)
+        if compensation is not None:
+            drive = program.named("drive", drive + compensation)
+        limited, met = drive_limit.limit(program, drive, self.drive_low, self.drive_high)
+        excess, held = program.named("excess", limited - drive), None
+        if own.conditional:
+            program.block("conditional integration")
+            held = program.named("held", met * entering > self.zero)
+        applied = limited
+        if released is not None:
+            braked, _ = (
+                drive_limit.limit(program, braking, self.drive_low, self.drive_high)
+                if braking is not self.zero
+                else (braking, met)
+            )
+            applied = program.select(released, braked, limited)
+            excess = program.select(released, self.zero, excess)
+            held = released if held is None else held | released
+        if resting is not None:
+            applied = program.select(resting, self.zero, applied)
+            held = held | resting if held is not None else None
+        applied = program.select(self.fault, self.zero, applied)
+        program.output = program.named("output", applied)
+        if chain is not None:
+            second_order_sections.advance(
+                program, chain, np.array(own.sos_anti_windup), passed, excess, resting
+            )
+        else:
+            difference_equation.advance(
+                program, _integrators(equations), k, entering, excess, held, resting
+            )
+        if "limited_before" in program.states:
+            program.update(
+                "limited_before",
+                met if resting is None else program.select(resting, self.zero, met),
+            )
+        if observed is not None:
+            compensated = self.document.friction_compensation
+            assert compensated is not None
+            friction_compensation.observe(
+                program, applied, observed, compensated.observer_rad_s, self.period
+            )
+
+    def _equations(self, equation: DifferenceEquation) -> list[DifferenceEquation]:
+        schedule = self.document.schedule
+        if schedule is None:
+            return [equation]
+        return [_equation(corner.discrete, corner.anti_windup) for corner in schedule.corners]
+
+    def _weights(self) -> list[ProgramNode]:
+        schedule = self.document.schedule
+        assert schedule is not None
+        corners = [
+            {str(name): float(getattr(corner, name)) for name in schedule.parameters}
+            for corner in schedule.corners
+        ]
+        return corner_weights(self.program, schedule.parameters, corners)
+
+
+def _equation(space: StateSpace, gains: tuple[float, ...]) -> DifferenceEquation:
+    n = len(space.a)
+    a = np.array(space.a, dtype=np.float64).reshape(n, n)
+    b, c = (
+        np.array(space.b, dtype=np.float64).reshape(n),
+        np.array(space.c, dtype=np.float64).reshape(n),
+    )
+    return DifferenceEquation(a, b, c, float(space.d[0][0]), np.array(gains, dtype=np.float64))
+
+
+def _integrators(equations: list[DifferenceEquation]) -> list[int]:
+    """States that are integrators at every corner, and so between them."""
+    return [
+        i for i in equations[0].integrators if all(i in other.integrators for other in equations)
+    ]
+
+
+def _positions(controller: Controller) -> tuple[float, float]:
+    """What references and measured positions [rad | m] may be."""
+    travel = controller.bench.mechanics.travel
+    if travel is None:
+        return -math.inf, math.inf
+    beyond = MARGIN * (travel.high - travel.low)
+    return travel.low - beyond, travel.high + beyond

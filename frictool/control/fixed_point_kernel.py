@@ -1,0 +1,147 @@
+"""Integer arithmetic of the fixed-point formats, as the exported C does it: every value a 32-bit
+word, every sum and product in 64 bits.
+
+    value = word 2^-fraction        words of inputs and states saturate at what they are known to
+                                    stay within
+
+Shifts to the right round to nearest, halves away from zero, so that a mirrored input gives the
+mirrored drive. No operation overflows: control/fixed_point.py has chosen every fraction from the
+interval that the value is proved to stay within.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.operation_codes import (
+    ABS,
+    ADD,
+    AND,
+    DOT,
+    FRACTION,
+    HIGH,
+    LE,
+    LOW,
+    LT,
+    MAX,
+    MIN,
+    MUL,
+    NEG,
+    NOT,
+    OR,
+    SELECT,
+    SHIFT,
+    SHIFT_A,
+    SHIFT_B,
+    SQRT,
+    SUB,
+    TERM_SHIFT,
+    VALID,
+)
+from frictool.runtime.kernels import bare_kernel, kernel
+
+Places = NDArray[np.int64]
+Rows = NDArray[np.uint32]
+INVALID = -(2**31)  # the word of what is no number; every other word is above it
+
+
+@kernel
+def shift_rounded(value: int, shift: int) -> int:
+    """value 2^-shift, rounded."""
+    if shift <= 0:
+        return value << -shift
+    half = 1 << (shift - 1)
+    return (value + half) >> shift if value >= 0 else -((half - value) >> shift)
+
+
+@kernel
+def whole_root(value: int) -> int:
+    """The largest integer whose square is at most `value` >= 0, a bit at a time."""
+    root, bit = 0, 1 << 62
+    while bit > value:
+        bit >>= 2
+    while bit != 0:
+        if value >= root + bit:
+            value -= root + bit
+            root = (root >> 1) + bit
+        else:
+            root >>= 1
+        bit >>= 2
+    return root
+
+
+@kernel
+def from_real(form: Places, value: float) -> int:
+    """Return the word of a value: nearest, halves to even, saturated; INVALID for what is no finite
+    number."""
+    if not math.isfinite(value):
+        return INVALID
+    scaled = math.ldexp(value, form[FRACTION])
+    if scaled >= float(form[HIGH]):
+        return int(form[HIGH])
+    if scaled <= float(form[LOW]):
+        return int(form[LOW])
+    return int(np.rint(scaled))
+
+
+@kernel
+def to_real(form: Places, word: int) -> float:
+    """Return the value of a word, exactly; NaN for INVALID."""
+    return math.nan if word == INVALID else math.ldexp(float(word), -form[FRACTION])
+
+
+@bare_kernel
+def run_words(
+    code: Rows, terms: Rows, writes: Rows, formats: Places, w: Places, first: int
+) -> None:
+    """One sample on words: control/compiled_program.py `run_values` in integers."""
+    for k in range(first, code.shape[0]):
+        operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
+        sa, sb, s = formats[d, SHIFT_A], formats[d, SHIFT_B], formats[d, SHIFT]
+        if operation == DOT:
+            total = shift_rounded(w[terms[a, 0]] * w[terms[a, 1]], terms[a, TERM_SHIFT])
+            for j in range(a + 1, b):
+                total += shift_rounded(w[terms[j, 0]] * w[terms[j, 1]], terms[j, TERM_SHIFT])
+            w[d] = shift_rounded(total, s)
+        elif operation == ADD:
+            w[d] = shift_rounded(shift_rounded(w[a], sa) + shift_rounded(w[b], sb), s)
+        elif operation == SUB:
+            w[d] = shift_rounded(shift_rounded(w[a], sa) - shift_rounded(w[b], sb), s)
+        elif operation == MUL:
+            w[d] = shift_rounded(w[a] * w[b], s)
+        elif operation == SELECT:
+            w[d] = shift_rounded(w[b], sa) if w[a] != 0 else shift_rounded(w[c], sb)
+        elif operation == LT:
+            w[d] = 1 if shift_rounded(w[a], sa) < shift_rounded(w[b], sb) else 0
+        elif operation == LE:
+            w[d] = 1 if shift_rounded(w[a], sa) <= shift_rounded(w[b], sb) else 0
+        elif operation == AND:
+            w[d] = 1 if w[a] != 0 and w[b] != 0 else 0
+        elif operation == OR:
+            w[d] = 1 if w[a] != 0 or w[b] != 0 else 0
+        elif operation == NOT:
+            w[d] = 1 if w[a] == 0 else 0
+        elif operation == NEG:
+            w[d] = -w[a]
+        elif operation == ABS:
+            w[d] = -w[a] if w[a] < 0 else w[a]
+        elif operation == MIN:
+            w[d] = min(shift_rounded(w[a], sa), shift_rounded(w[b], sb))
+        elif operation == MAX:
+            w[d] = max(shift_rounded(w[a], sa), shift_rounded(w[b], sb))
+        elif operation == SQRT:
+            w[d] = whole_root(w[a] << s)
+        elif operation == VALID:
+            w[d] = 1 if w[a] != INVALID else 0
+    kept = w.shape[0] - writes.shape[0]
+    for k in range(writes.shape[0]):
+        w[kept + k] = w[writes[k, 1]]
+    for k in range(writes.shape[0]):
+        state = writes[k, 0]
+        w[state] = min(
+            max(shift_rounded(w[kept + k], formats[kept + k, SHIFT]), formats[state, LOW]),
+            formats[state, HIGH],
+        )

@@ -1,0 +1,75 @@
+"""Scheduled coefficients: the corners' matrices summed with the weights of the plant's parameters
+(5.46), (5.64).
+
+    alpha_i = product over the parameters of the distance to the opposite end of the corner's, over
+    the width
+
+The parameters are values that the caller sets when it knows them anew (a temperature for the
+constant, an observer's friction); outside their interval they count as at its end. The weights are
+not negative and their sum is 1, to rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from frictool.control.difference_equation import CoefficientNodes, DifferenceEquation, coefficients
+from frictool.control.program import Program, ProgramNode
+
+
+def corner_weights(
+    program: Program, names: Sequence[str], corners: Sequence[Mapping[str, float]]
+) -> list[ProgramNode]:
+    """alpha_i, one a corner, from states of the program that are called as the parameters; each
+    starts in the middle."""
+    program.block("weights of the scheduled parameters (5.46)")
+    one = program.constant(1.0)
+    shares: dict[str, tuple[ProgramNode, ProgramNode, float]] = {}
+    for name in names:
+        values = [corner[name] for corner in corners]
+        low, high = min(values), max(values)
+        if high > low:
+            held = program.state(name, low, high, start=0.5 * (low + high))
+            inside = program.smaller(
+                program.larger(held, program.constant(low, f"{name}_low")),
+                program.constant(high, f"{name}_high"),
+            )
+            share = (inside - program.constant(low, f"{name}_low")) * program.constant(
+                1.0 / (high - low), f"per_{name}"
+            )
+            shares[name] = program.named(f"{name}_share", share), one - share, high
+    weights: list[ProgramNode] = []
+    for corner in corners:
+        product = one
+        for name, (at_high, at_low, high) in shares.items():
+            factor = at_high if corner[name] == high else at_low
+            product = factor if product is one else product * factor
+        weights.append(
+            product if product is one else program.named(f"weight_{len(weights)}", product)
+        )
+    return weights
+
+
+def weighted_coefficients(
+    program: Program, equations: Sequence[DifferenceEquation], weights: list[ProgramNode]
+) -> CoefficientNodes:
+    """The coefficients of the weighted sum; what is 0 in every corner stays the constant 0."""
+    program.block("coefficients for these weights")
+    each = [
+        coefficients(program, equation, f"corner{index}_")
+        for index, equation in enumerate(equations)
+    ]
+
+    def total(nodes: list[ProgramNode]) -> ProgramNode:
+        if all(node.value == nodes[0].value for node in nodes):
+            return nodes[0]
+        return program.dot(nodes, weights)
+
+    n = len(equations[0].b)
+    return CoefficientNodes(
+        [[total([k.a[i][j] for k in each]) for j in range(n)] for i in range(n)],
+        [total([k.b[i] for k in each]) for i in range(n)],
+        [total([k.c[i] for k in each]) for i in range(n)],
+        total([k.d for k in each]),
+        [total([k.gains[i] for k in each]) for i in range(n)],
+    )

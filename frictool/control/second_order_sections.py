@@ -1,0 +1,86 @@
+"""The linear controller as second-order sections in a chain, each in the transposed direct form II.
+
+    y = b0 e + s1,   s1+ = b1 e - a1 y + s2,   s2+ = b2 e - a2 y          the y of one section is
+                     the e of the next
+
+Anti-windup: to every state a gain times (limited drive - drive) is added, as in
+control/difference_equation.py. An integrator in sections has no state of its own that could be
+held: where one is to be (a limiter, conditional integration) the state space is the form.
+
+Known of it: coefficients near those of the poles themselves, so that rounding moves each pair of
+poles by itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.program import Program, ProgramNode
+
+Matrix = NDArray[np.float64]
+Chain = tuple[tuple[float, ...], ...]
+
+
+def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
+    """(a, b, c, d) of the chain in the coordinates of its states s1, s2, section by section."""
+    n = 2 * len(sections)
+    a, b = np.zeros((n, n)), np.zeros(n)
+    c, d = np.zeros(n), 1.0  # of what enters the next section
+    for k, (b0, b1, b2, _, a1, a2) in enumerate(sections):
+        first, second = 2 * k, 2 * k + 1
+        for row, ahead, back in ((first, b1, a1), (second, b2, a2)):
+            a[row] += (ahead - back * b0) * c
+            a[row, first] -= back
+            b[row] += (ahead - back * b0) * d
+        a[first, second] += 1.0
+        c, d = b0 * c, b0 * d
+        c[first] += 1.0
+    return a, b, c, d
+
+
+def output(
+    program: Program, sections: Chain, entering: ProgramNode, bounds: Matrix
+) -> tuple[ProgramNode, list[tuple[ProgramNode, ProgramNode]]]:
+    """u before its limit, and what enters and leaves each section; `bounds` (2 m,) of the
+    states."""
+    program.block("linear controller: second-order sections, transposed direct form II")
+    passed, signal = [], entering
+    for k, (b0, *_) in enumerate(sections):
+        program.constant(1.0, f"sos[{k}][3]")
+        one = program.state(f"s[{k}][0]", -float(bounds[2 * k]), float(bounds[2 * k]))
+        program.state(f"s[{k}][1]", -float(bounds[2 * k + 1]), float(bounds[2 * k + 1]))
+        leaving = program.constant(b0, f"sos[{k}][0]") * signal + one
+        passed.append((signal, leaving))
+        signal = leaving
+    return program.named("linear_drive", signal), passed
+
+
+def advance(
+    program: Program,
+    sections: Chain,
+    gains: Matrix,
+    passed: list[tuple[ProgramNode, ProgramNode]],
+    excess: ProgramNode,
+    resting: ProgramNode | None,
+) -> None:
+    """Moves the states. gains (2 m,) of excess = limited drive - drive; `resting`: where all states
+    are 0."""
+    program.block("states of the sections")
+    for k, ((_, b1, b2, _, a1, a2), (entered, left)) in enumerate(
+        zip(sections, passed, strict=True)
+    ):
+        for row, ahead, back in ((0, b1, a1), (1, b2, a2)):
+            numerator, denominator = (
+                program.constant(ahead, f"sos[{k}][{1 + row}]"),
+                program.constant(back, f"sos[{k}][{4 + row}]"),
+            )
+            following = numerator * entered - denominator * left
+            if row == 0:
+                following = following + program.states[f"s[{k}][1]"]
+            gain = float(gains[2 * k + row])
+            if gain != 0.0:
+                following = following + program.constant(gain, f"l[{2 * k + row}]") * excess
+            if resting is not None:
+                following = program.select(resting, program.constant(0.0), following)
+            program.update(f"s[{k}][{row}]", following)

@@ -1,0 +1,49 @@
+"""The speed that the other blocks see: the encoder's difference, through a low-pass of first or
+second order (5.70), sampled by Tustin.
+
+    order 1   v = w u/(s + w)                                   u = (y[k] - y[k-1])/T, the
+              difference quotient
+    order 2   v = u/(s^2/w^2 + 2 s/w + 1), two equal poles      (5.70) is s y through this filter
+
+Known of it: a lag of T/2 + 1/w (order 1) or T/2 + 2/w (order 2); one count of the encoder is a peak
+of step/T, which the filter takes down to about w step. Rule (5.4.3.2): w ten times the prefilter's.
+What is lagged so belongs to the loop that is verified.
+"""
+
+from __future__ import annotations
+
+from frictool.control.program import Program, ProgramNode
+
+
+def first_order(bandwidth: float, period: float) -> tuple[float, float]:
+    """(a, b) of v[k] = a v[k-1] + b (u[k] + u[k-1]) from the bandwidth [rad/s] and the sample
+    period [s]."""
+    x = bandwidth * period
+    return (2.0 - x) / (2.0 + x), x / (2.0 + x)
+
+
+def velocity(
+    program: Program, motion: ProgramNode, period: float, bandwidth: float, order: int
+) -> ProgramNode:
+    """The speed [per s] from `motion`, the difference of two positions; bandwidth 0 leaves the
+    difference quotient as it is."""
+    program.block(
+        "measured speed: the encoder's difference"
+        + ("" if bandwidth == 0.0 else ", low-pass by Tustin" + " (5.70)" * (order == 2))
+    )
+    one, other = motion.args
+    widest = max(abs(one.high - other.low), abs(one.low - other.high)) / period
+    speed = program.constant(1.0 / period, "rate") * motion
+    if bandwidth == 0.0:
+        return program.named("speed", speed)
+    a, b = first_order(bandwidth, period)
+    pole, gain = program.constant(a, "speed_filter_a"), program.constant(b, "speed_filter_b")
+    for stage in range(order):
+        suffix = "" if stage == order - 1 else "_raw"
+        entered = program.state(f"difference_before{suffix}", -widest, widest)
+        before = program.state(f"speed_before{suffix}", -widest, widest)
+        program.named(f"difference{suffix}", speed)
+        program.update(f"difference_before{suffix}", speed)
+        speed = program.named(f"speed{suffix}", pole * before + gain * (speed + entered))
+        program.update(f"speed_before{suffix}", speed)
+    return speed

@@ -1,0 +1,184 @@
+"""Compiled kernels: one is compiled and run, and what is kept on disk is counted."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from frictool.doctor.installation_check import InstallationCheck
+from frictool.runtime import kernel_cache, kernels
+from frictool.runtime.kernel_cache import KernelFolder
+from frictool.runtime.kernel_sources import PACKAGE, Sources, UnknownSourcesError
+
+
+@dataclass(frozen=True)
+class OldKernelFolder:
+    """A folder of a former toolchain, or of a former state of a module, and why it is still there:
+    "" if nothing keeps it."""
+
+    folder: KernelFolder
+    kept_by: str
+
+
+def check_compiling() -> InstallationCheck:
+    """A kernel compiled here and now, and its value."""
+    start = time.perf_counter()
+    found = kernels.compiler(_polynomial)(1.5, 4)
+    took = time.perf_counter() - start
+    facts = {"toolchain": kernels.toolchain(), "seconds": round(took, 3)}
+    if found != _polynomial(1.5, 4):
+        return InstallationCheck(
+            "compiling",
+            "wrong",
+            f"a kernel gave {found}, not {_polynomial(1.5, 4)}",
+            "reinstall numba and llvmlite",
+            facts,
+        )
+    return InstallationCheck(
+        "compiling",
+        "ok",
+        f"a kernel compiled and run in {took:.2f} s; {kernels.toolchain()}",
+        facts=facts,
+    )
+
+
+def _polynomial(x: float, order: int) -> float:
+    """1 + x + ... + x^order: exact in double for the arguments above."""
+    total = 1.0
+    for _ in range(order):
+        total = 1.0 + x * total
+    return total
+
+
+def check_kernel_folder() -> InstallationCheck:
+    """The folder that this state of the installation uses."""
+    folder = kernels.FOLDER
+    if kernels.UNTRUSTED:
+        return _distrusted(folder)
+    if folder is None:
+        tried = " nor ".join(str(place) for place in kernels.cache_places())
+        return InstallationCheck(
+            "kernels",
+            "note",
+            f"kept nowhere: neither {tried} can be written, so that every command compiles",
+            "set NUMBA_CACHE_DIR",
+            {},
+        )
+    found = next((one for one in kernel_cache.folders(folder.parent) if one.path == folder), None)
+    size = 0 if found is None else found.size
+    count = sum(1 for _ in folder.rglob("*.nbi"))
+    facts = {"folder": str(folder), "bytes": size, "functions": count}
+    told = f"{folder}: {count} functions, {_megabytes(size)}"
+    return InstallationCheck(
+        "kernels",
+        "ok",
+        told if count else f"{folder}: none yet; each is compiled at its first use, and kept",
+        facts=facts,
+    )
+
+
+def _distrusted(folder: Path | None) -> InstallationCheck:
+    """Return the note that a folder of kernels is not loaded, and which one is used instead."""
+    refused = "; ".join(
+        f"{one} is not loaded: {reason}" for one, reason in kernels.UNTRUSTED.items()
+    )
+    used = (
+        f"kept in {folder}"
+        if folder is not None
+        else "kept nowhere, so that every command compiles"
+    )
+    facts = {
+        "folder": None if folder is None else str(folder),
+        "not_loaded": [str(one) for one in kernels.UNTRUSTED],
+    }
+    return InstallationCheck(
+        "kernels",
+        "note",
+        f"{used}; {refused}",
+        "remove it, or set NUMBA_CACHE_DIR to a folder of your own",
+        facts,
+    )
+
+
+def old_kernel_folders() -> list[OldKernelFolder]:
+    """Return what former versions, and other installations that keep kernels in the same place,
+    have left."""
+    found = [
+        folder
+        for place in kernels.cache_places()
+        for folder in kernel_cache.folders(place)
+        if folder.path != kernels.FOLDER
+    ]
+    if kernels.FOLDER is not None:
+        sources = Sources(PACKAGE.parent, kernels.FOLDER, only=PACKAGE.name)
+        found += [
+            kernel_cache.sized(state)
+            for state in kernel_cache.states(kernels.FOLDER)
+            if not _is_current(state.path, sources)
+        ]
+    now = time.time()
+    young = {
+        folder.path: "used within the last hour"
+        for folder in found
+        if now - folder.used <= kernel_cache.REST_S
+    }
+    return [
+        OldKernelFolder(folder, "in use" if folder.busy else young.get(folder.path, ""))
+        for folder in found
+    ]
+
+
+def _is_current(state: Path, sources: Sources) -> bool:
+    """Return whether a folder belongs to the sources of a module as they are now."""
+    module = f"{PACKAGE.name}.{kernel_cache.module_of(state)}"
+    try:
+        return sources.holds(module) and state.name.endswith(f"-{sources.state([module]).digest}")
+    except UnknownSourcesError:
+        return True
+
+
+def check_old_kernels(left: list[OldKernelFolder]) -> InstallationCheck:
+    """Return how many there are; they do no harm but take space."""
+    size = sum(one.folder.size for one in left)
+    facts: dict[str, Any] = {
+        "folders": [
+            {
+                "folder": str(one.folder.path),
+                "bytes": one.folder.size,
+                "kept_by": one.kept_by or None,
+            }
+            for one in left
+        ],
+        "bytes": size,
+    }
+    if not left:
+        return InstallationCheck("left over", "ok", "no kernels of former versions", facts=facts)
+    several = "s" if len(left) > 1 else ""
+    free = sum(1 for one in left if not one.kept_by)
+    remedy = "frictool doctor --clean" if free else ""
+    return InstallationCheck(
+        "left over",
+        "ok",
+        f"kernels of {len(left)} former version{several}, {_megabytes(size)}",
+        remedy,
+        facts,
+    )
+
+
+def remove_old_kernels() -> tuple[list[Path], list[OldKernelFolder]]:
+    """Remove the folders that no process uses; return (removed, left)."""
+    gone, kept = [], []
+    for one in old_kernel_folders():
+        is_state = one.folder.path.parent == kernels.FOLDER
+        remove = kernel_cache.remove_state if is_state else kernel_cache.remove
+        if not one.kept_by and remove(one.folder.path):
+            gone.append(one.folder.path)
+        else:
+            kept.append(one)
+    return gone, kept
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 1e6:.1f} MB"

@@ -1,0 +1,97 @@
+"""Cores, memory and terminal, as far as they change what frictool does."""
+
+from __future__ import annotations
+
+import locale
+import os
+import platform
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from frictool.doctor.installation_check import InstallationCheck
+
+LEAST_MEMORY = 2e9  # bytes: a gridded synthesis takes about one
+
+
+def check_machine() -> InstallationCheck:
+    """Cores that this process may use, and memory."""
+    cores = (
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
+    memory = _memory()
+    facts = {
+        "cores": cores,
+        "memory_bytes": memory,
+        "system": platform.system(),
+        "machine": platform.machine(),
+    }
+    told = f"{cores} core{'s' * (cores > 1)}, {'memory unknown' if memory is None else f'{memory / 1e9:.1f} GB of memory'}"
+    shown = f"{told}, {platform.system()} {platform.machine()}"
+    if memory is not None and memory < LEAST_MEMORY:
+        return InstallationCheck(
+            "machine", "note", shown, "a large synthesis takes more than 1 GB", facts
+        )
+    return InstallationCheck("machine", "ok", shown, facts=facts)
+
+
+def _memory() -> int | None:
+    """Of the machine, or of the container where that is less."""
+    try:
+        whole = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return None
+    try:
+        limit = int(Path("/sys/fs/cgroup/memory.max").read_text())
+    except (OSError, ValueError):
+        limit = whole
+    return min(whole, limit)
+
+
+def check_temporary() -> InstallationCheck:
+    """Where archives and compilations are unpacked."""
+    try:
+        folder = tempfile.gettempdir()
+        tempfile.TemporaryFile(dir=folder).close()
+        free = shutil.disk_usage(folder).free
+    except OSError as error:
+        return InstallationCheck(
+            "temporary",
+            "wrong",
+            f"no temporary folder can be written: {error.strerror or error}",
+            "set TMPDIR",
+        )
+    return InstallationCheck(
+        "temporary",
+        "ok",
+        f"{folder}: {free / 1e9:.1f} GB free",
+        facts={"folder": folder, "free_bytes": free},
+    )
+
+
+def check_terminal() -> InstallationCheck:
+    """Files are UTF-8 whatever the locale says; what a terminal shows is the locale's."""
+    encoding = (
+        (getattr(sys.stdout, "encoding", None) or locale.getpreferredencoding(False))
+        .lower()
+        .replace("_", "-")
+    )
+    is_terminal = sys.stdout is not None and sys.stdout.isatty()
+    facts = {
+        "encoding": encoding,
+        "is_terminal": is_terminal,
+        "no_colour": bool(os.environ.get("NO_COLOR")),
+    }
+    told = (
+        f"{encoding}, {'a terminal' if is_terminal else 'not a terminal: no colours, no progress'}"
+    )
+    if encoding not in ("utf-8", "utf8"):
+        return InstallationCheck(
+            "terminal",
+            "note",
+            told,
+            "set LANG=C.UTF-8, or names that are not ASCII may not be shown",
+            facts,
+        )
+    return InstallationCheck("terminal", "ok", told, facts=facts)

@@ -1,0 +1,75 @@
+"""Form of a quantity in a document, as an error message shows it: `{value: 10, unit: A}`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+from frictool.documents.quantity import (
+    CHOICES,
+    Axis,
+    chosen_dimension,
+    drive_dimension,
+    factor_to_si,
+    si_unit,
+)
+
+UNKNOWN = ".."
+NUMBER_WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+
+
+def written_quantity(text: str) -> tuple[str, str] | None:
+    """Return the number and the unit of a quantity written as one text; None if the text does not
+    begin with a number.
+
+    >>> written_quantity("1.5e-2 N m"), written_quantity("10"), written_quantity("many")
+    (('1.5e-2', 'N m'), ('10', ''), None)
+    """
+    found = NUMBER_WITH_UNIT.fullmatch(text)
+    return None if found is None else (found[1], found[2])
+
+
+def axis_dimension(dimension: str, drive: Literal["current", "voltage"]) -> str:
+    """Return the dimension; `drive` and `effort per drive` become those of a current or a
+    voltage."""
+    if dimension in ("drive", "effort per drive"):
+        return drive_dimension(drive, constant=dimension != "drive")
+    return dimension
+
+
+def quantity_form(required: Sequence[str], values: Mapping[str, str]) -> str:
+    """Return how a quantity is written, with `..` for each required key without a value.
+
+    >>> quantity_form(["value", "unit"], {"unit": "A"})
+    '{value: .., unit: A}'
+    """
+    return (
+        "{"
+        + ", ".join(
+            f"{name}: {values.get(name, '[..]' if name == 'values' else UNKNOWN)}"
+            for name in required
+        )
+        + "}"
+    )
+
+
+def example_unit(
+    dimension: str, axis: Axis, drive: Literal["current", "voltage"], written: str = ""
+) -> str:
+    """Return `written` if that unit measures the dimension, else an SI unit that does; `..` for a
+    quantity of any dimension."""
+    if dimension == "any":
+        return written or UNKNOWN
+    dimension = axis_dimension(dimension, drive)
+    try:
+        if written and dimension in CHOICES:
+            chosen_dimension(written, dimension)
+        elif written:
+            factor_to_si(written, dimension, axis)
+    except ValueError:
+        written = ""
+    if written:
+        return written
+    name, kind = CHOICES[dimension][0] if dimension in CHOICES else (dimension, axis)
+    return si_unit(name, kind)

@@ -1,0 +1,189 @@
+"""The documents that a new rig starts from: commented, valid as they stand, with what a log told
+filled in and marked as guessed."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import jinja2
+import yaml
+
+from frictool.documents.quantity import Axis, drive_dimension, si_unit
+
+FILES = {
+    "bench.yaml": "bench.yaml.jinja",
+    "spec.yaml": "spec.yaml.jinja",
+    "designs/speed.yaml": "speed.yaml.jinja",
+    "scenarios/steps.yaml": "steps.yaml.jinja",
+    "Makefile": "Makefile.jinja",
+}
+COLUMNS = {
+    "rotary": {"time": ("time", "s"), "position": ("encoder", "count")},
+    "linear": {"time": ("time", "s"), "position": ("position", "m")},
+}
+DRIVES: dict[str, Literal["current", "voltage"]] = {"rotary": "current", "linear": "voltage"}
+CONSTANTS = {
+    ("rotary", "current"): 13.4e-3,
+    ("rotary", "voltage"): 0.1,
+    ("linear", "current"): 20.0,
+    ("linear", "voltage"): 35.0,
+}
+NOTE = "\0"  # in a rendered line, what follows is a note on it
+NOTE_COLUMN = 36
+EXAMPLE = "example: replace"
+
+
+@dataclass(frozen=True)
+class StartingRig:
+    """Facts about a rig. log: the base name of the log that gave them, and its path from the rig's
+    folder.
+
+    axis_source: where the kind of axis comes from: the user, the log, or neither.
+    columns: channel -> (column, unit); left: columns without a channel; period [s] and the
+    encoder's step [rad | m] or None. questions: channel -> note on its column or unit, which is
+    OPEN because the log does not contain it.
+    """
+
+    name: str
+    axis: Axis
+    log: str | None = None
+    log_path: str | None = None
+    drive: Literal["current", "voltage"] | None = None
+    columns: dict[str, tuple[str, str]] = field(default_factory=dict)
+    left: tuple[str, ...] = ()
+    period: float | None = None
+    step: float | None = None
+    axis_source: Literal["given", "guessed", "example"] = "given"
+    questions: dict[str, str] = field(default_factory=dict)
+
+
+def starting_documents(start: StartingRig) -> dict[str, str]:
+    """File name in the rig's folder -> text: bench, specification, design, scenario and the
+    Makefile that chains the commands."""
+    return {name: _aligned(_listed(text)) for name, text in _rendered(start).items()}
+
+
+def example_keys(start: StartingRig) -> dict[str, list[str]]:
+    """File name -> the keys whose values are examples, a key within another after a dot: the files
+    mark them `# example: replace`."""
+    found = {name: _example_keys(text) for name, text in _rendered(start).items()}
+    return {name: keys for name, keys in found.items() if keys}
+
+
+def _listed(text: str) -> str:
+    """Return the text with its example keys listed under `examples`, behind the document's name."""
+    keys = _example_keys(text)
+    if not keys:
+        return text
+    rows = "".join(f"  - {key}\n" for key in keys)
+    head = (
+        f"examples:{NOTE}# not known of your rig: delete a key when you have replaced its value\n"
+    )
+    return re.sub(
+        r"^name: .*\n", lambda found: f"{found[0]}{head}{rows}", text, count=1, flags=re.MULTILINE
+    )
+
+
+def _example_keys(text: str) -> list[str]:
+    keys: list[str] = []
+    parents: list[tuple[int, str]] = []
+    for line in text.splitlines():
+        before, _, note = line.partition(NOTE)
+        if key := re.match(r"( *)(\w+):", before):
+            indent = len(key[1])
+            parents = [*(parent for parent in parents if parent[0] < indent), (indent, key[2])]
+            if note.startswith(f"# {EXAMPLE}"):
+                keys.append(".".join(name for _, name in parents))
+    return keys
+
+
+def _rendered(start: StartingRig) -> dict[str, str]:
+    """The files, NOTE before each note."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
+        undefined=jinja2.StrictUndefined,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    context = _context(start)
+    return {
+        name: environment.get_template(template).render(context) for name, template in FILES.items()
+    }
+
+
+def _context(start: StartingRig) -> dict[str, Any]:
+    """What the templates know: the start, what follows from it, and the functions that write names,
+    numbers and notes."""
+    rotary, drive = start.axis == "rotary", start.drive or DRIVES[start.axis]
+    unit = si_unit(drive, start.axis)
+
+    def note(text: str = "", *, guessed: object = None, example: bool = False) -> str:
+        origin = (
+            f"guessed from {comment_text(start.log or '')}: check"
+            if guessed
+            else EXAMPLE
+            if example
+            else ""
+        )
+        return f"{NOTE}# {'; '.join(part for part in (origin, text) if part)}"
+
+    return {
+        **{
+            name: getattr(start, name)
+            for name in (
+                "name",
+                "axis",
+                "axis_source",
+                "log_path",
+                "period",
+                "step",
+                "left",
+                "questions",
+            )
+        },
+        "columns": start.columns or {**COLUMNS[start.axis], drive: (drive, unit)},
+        "known": bool(start.columns),
+        "drive": drive,
+        "drive_unit": unit,
+        "current": drive == "current",
+        "rotary": rotary,
+        "position_unit": si_unit("position", start.axis),
+        "effort": "torque" if rotary else "force",
+        "constant": CONSTANTS[start.axis, drive],
+        "constant_unit": si_unit(drive_dimension(drive, constant=True), start.axis),
+        "quoted": quoted,
+        "comment": comment_text,
+        "number": lambda value: repr(float(value)),
+        "note": note,
+    }
+
+
+def _aligned(text: str) -> str:
+    """Notes at one place of the line where there is room."""
+    lines = (line.partition(NOTE) for line in text.splitlines())
+    return "".join(
+        (f"{before:{NOTE_COLUMN}}  {note}" if note else before) + "\n" for before, _, note in lines
+    )
+
+
+def quoted(text: str) -> str:
+    """Text as a YAML scalar on one line, also between braces; in double quotes, with escapes, where
+    it could be read as anything else."""
+    plain = yaml.safe_dump(
+        [text], default_flow_style=True, width=float("inf"), allow_unicode=True
+    ).rstrip("\n")[1:-1]
+    return plain if plain == text and text.isprintable() else _double_quoted(text)
+
+
+def _double_quoted(text: str) -> str:
+    return yaml.safe_dump(
+        text, default_style='"', width=float("inf"), allow_unicode=text.isprintable()
+    ).rstrip("\n")
+
+
+def comment_text(text: str) -> str:
+    """Text that stays within its comment line."""
+    return "".join(character if character.isprintable() else "?" for character in text)

@@ -1,0 +1,141 @@
+"""Parser of YAML text into nodes, bounded in depth and number; it uses libyaml where PyYAML was
+built with it.
+
+libyaml is about five times faster. PyYAML's composer in C is not used: it recurses without a limit,
+so that a deeply nested text ends the process.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import yaml
+from yaml.composer import Composer, ComposerError
+from yaml.resolver import BaseResolver
+
+from frictool.documents.yaml_scalars import Loader
+
+try:
+    from yaml._yaml import CParser
+except ImportError:  # PyYAML built without libyaml
+    CParser = None  # type: ignore[assignment, misc]  # the parser in Python replaces it
+
+MAX_DEPTH = 100
+MAX_NODES = 200_000  # the largest document takes some seconds; an alias counts each time it is used
+# a shorter text that libyaml refuses is parsed again, for the line that PyYAML's own parser names
+RETRY_CHARACTERS = 50_000
+YAML_TAGS = "tag:yaml.org,2002:"
+
+
+class RefusedYaml(ComposerError):
+    """The text is YAML, but of a kind that no document needs."""
+
+
+class _BoundedComposer(Composer):
+    """Composer that refuses tags, lone surrogates, deep nesting and too many nodes."""
+
+    def compose_document(self) -> yaml.Node | None:
+        """Return the root node."""
+        self._depth = 0
+        self._nodes = 0
+        self._sizes: dict[str, int] = {}  # of the nodes that have an anchor
+        node: yaml.Node | None = super().compose_document()
+        return node
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Return the next node. Raises RefusedYaml where the document exceeds a bound or carries a
+        tag."""
+        event: Any = self.peek_event()  # type: ignore[attr-defined]  # a method of the parser, with which this class is combined
+        before = self._nodes
+        if isinstance(event, yaml.AliasEvent):
+            self._count(self._sizes.get(str(event.anchor), 0), event)
+        else:
+            if event.tag is not None:
+                raise _refusal(
+                    f"found the tag {_as_written(event.tag)}; write the value without a tag", event
+                )
+            self._count(1, event)
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise _refusal(f"nested too deeply; allowed: {MAX_DEPTH} levels", event)
+        node: yaml.Node | None = super().compose_node(parent, index)
+        self._depth -= 1
+        if event.anchor is not None and not isinstance(event, yaml.AliasEvent):
+            self._sizes[event.anchor] = self._nodes - before
+        if isinstance(node, yaml.ScalarNode) and not node.value.isascii():
+            try:
+                node.value.encode()
+            except UnicodeEncodeError:
+                raise _refusal(
+                    "found half of a surrogate pair, which is no character", event
+                ) from None
+        return node
+
+    def _count(self, nodes: int, event: yaml.Event) -> None:
+        self._nodes += nodes
+        if self._nodes > MAX_NODES:
+            raise _refusal(
+                f"has more than {MAX_NODES} values, which is the most that is allowed", event
+            )
+
+
+class _PlainLoader(_BoundedComposer, Loader):
+    """Loader with PyYAML's own parser."""
+
+
+def _fast_loader() -> type[Any]:
+    """Return the loader with libyaml's parser; PyYAML's where it is absent."""
+    if CParser is None:
+        return _PlainLoader
+
+    class FastLoader(_BoundedComposer, CParser, BaseResolver):
+        yaml_implicit_resolvers = Loader.yaml_implicit_resolvers
+
+        def __init__(self, text: str) -> None:
+            CParser.__init__(self, text)
+            Composer.__init__(self)
+            BaseResolver.__init__(self)
+
+    return FastLoader
+
+
+fast_loader = _fast_loader()
+
+
+def compose(text: str) -> yaml.Node | None:
+    """Return the root node of a document; None if it is empty.
+
+    Raises RefusedYaml if it has a tag or exceeds a bound, another yaml.YAMLError or ValueError if
+    it is not YAML.
+    """
+    try:
+        return _composed(text, fast_loader)
+    except yaml.YAMLError:
+        if len(text) < RETRY_CHARACTERS and fast_loader is not _PlainLoader:
+            _composed(text, _PlainLoader)  # its messages are the same on every machine
+        raise
+
+
+def _composed(text: str, loader_class: type[Any]) -> yaml.Node | None:
+    loader = loader_class(text)
+    try:
+        node: yaml.Node | None = loader.get_single_node()
+    finally:
+        loader.dispose()
+    return node
+
+
+def _refusal(problem: str, event: yaml.Event) -> RefusedYaml:
+    return RefusedYaml(None, None, problem, event.start_mark)  # type: ignore[arg-type]  # libyaml's mark has the same fields
+
+
+def _as_written(tag: str) -> str:
+    """Return the tag as a document has it, cut to 40 characters."""
+    written = (
+        f"!!{tag.removeprefix(YAML_TAGS)}"
+        if tag.startswith(YAML_TAGS)
+        else tag
+        if tag.startswith("!")
+        else f"!<{tag}>"
+    )
+    return written if len(written) <= 40 else f"{written[:37]}..."

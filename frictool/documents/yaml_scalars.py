@@ -1,0 +1,42 @@
+"""Which plain scalars of a document are numbers, true, false or nothing: those of YAML 1.2's core
+schema, read and written alike.
+
+In YAML 1.1, the default of the library, `1e-5` is text and `no` is false.
+"""
+
+from __future__ import annotations
+
+import re
+
+import yaml
+
+_SCALARS = (
+    ("bool", r"^(?:true|false)$", ("t", "f")),
+    ("int", r"^[-+]?[0-9]+$", tuple("-+0123456789")),
+    (
+        "float",
+        r"^[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?$",
+        tuple("-+.0123456789"),
+    ),
+    ("float", r"^(?:[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$", tuple("-+.")),
+    ("null", r"^(?:~|null|)$", ("~", "n", "")),
+)
+
+
+class Loader(yaml.SafeLoader):
+    """Composes nodes with the scalars above."""
+
+    yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012  # the library's own attribute
+
+
+class Dumper(yaml.SafeDumper):
+    """Writes scalars so that `Loader` reads them back as they were."""
+
+    yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012  # as above
+
+
+for _class in (Loader, Dumper):
+    for _tag, _pattern, _first in _SCALARS:
+        _class.add_implicit_resolver(
+            f"tag:yaml.org,2002:{_tag}", re.compile(_pattern), list(_first)
+        )

@@ -1,0 +1,158 @@
+"""A bench test as the bench plays it: a reference under the bench's own position loop, or breakaway
+ramps by their rules.
+
+    reference   position --[encoder]--> servo (engine/servo.py) --[delay]--> drive --> axis
+    ramps       rows of the drive; the encoder tells when to leave a segment, and when to turn
+                (figure 4.6)
+
+The servo's rates are differences of the encoder's counts over a period, as a bench has them. What
+is computed from sample k acts `delay` samples later, and is 0 before. The record holds what is
+measured: `position` and `drive` (n,) at each sample.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.axis_motion import advance, drive_from_now
+from frictool.engine.closed_loop import measure
+from frictool.engine.servo import DERIVATIVE, INTEGRAL, PROPORTIONAL, REFERENCE_RATE
+from frictool.engine.status import OK
+from frictool.plant.axis import CONSTANT, ENCODER_STEP, POSITION
+from frictool.plant.position_load import with_load
+from frictool.runtime.kernels import inner_kernel, kernel
+
+Vector = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+
+class ServoMemory(NamedTuple):
+    """What the bench's position loop remembers: what was measured and wanted before, and the
+    integral's effort."""
+
+    before: float
+    wanted: float
+    held: float
+
+
+@inner_kernel
+def servo_effort(
+    servo: Vector, memory: ServoMemory, reference: float, measured: float, period: float
+) -> tuple[float, ServoMemory]:
+    """The effort [N m | N] of the bench's loop at a sample, and what it remembers then. servo (5,):
+    `Servo`."""
+    rate = (
+        servo[REFERENCE_RATE] * (reference - memory.wanted) - (measured - memory.before)
+    ) / period
+    error = reference - measured
+    held = memory.held + servo[INTEGRAL] * error * period
+    return servo[PROPORTIONAL] * error + servo[DERIVATIVE] * rate + held, ServoMemory(
+        measured, reference, held
+    )
+
+
+class RampProgress(NamedTuple):
+    """Where a test by ramps stands: the row that comes, the segment that is played, and where the
+    encoder was when it began."""
+
+    row: int
+    segment: float
+    start: float
+
+
+@inner_kernel
+def next_place(
+    place: RampProgress,
+    rows: int,
+    segment: Vector,
+    following: Rows,
+    turning: Rows,
+    rules: Vector,
+    measured: float,
+) -> RampProgress:
+    """The row to play at a sample, `rows` where there is none, by the rules of `play_ramps`."""
+    row = place.row
+    if measured > rules[2] if place.segment > 0.0 else measured < rules[1]:
+        row = turning[max(row - 1, 0)]
+    elif abs(measured - place.start) >= rules[0] and segment[row] == place.segment:
+        row = following[row]
+    if row < rows and segment[row] != place.segment:
+        return RampProgress(row, segment[row], measured)
+    return RampProgress(row, place.segment, place.start)
+
+
+@kernel
+def play_reference(
+    axis: Vector,
+    load: Vector,
+    state: Vector,
+    servo: Vector,
+    reference: Vector,
+    period: float,
+    delay: int,
+    position: Vector,
+    drive: Vector,
+) -> int:
+    """Follows `reference` (n,) from `state` (7,), which is changed; fills position, drive (n,).
+    Returns engine/status.py.
+
+    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `Servo`, in effort, its limit
+    that of the axis's drive.
+    """
+    p, waiting = with_load(axis, load), np.zeros(delay + 1)
+    memory = ServoMemory(measure(state[POSITION], axis[ENCODER_STEP]), reference[0], 0.0)
+    for k in range(reference.shape[0]):
+        measured = measure(state[POSITION], axis[ENCODER_STEP])
+        effort, memory = servo_effort(servo, memory, reference[k], measured, period)
+        waiting[k % (delay + 1)] = effort / axis[CONSTANT]
+        acting = waiting[(k + 1) % (delay + 1)]
+        position[k], drive[k] = measured, drive_from_now(state, acting, axis)
+        status = advance(state, acting, p, period)
+        if status != OK:
+            return status
+    return OK
+
+
+@kernel
+def play_ramps(
+    axis: Vector,
+    load: Vector,
+    state: Vector,
+    rows: Vector,
+    segment: Vector,
+    following: Rows,
+    turning: Rows,
+    rules: Vector,
+    period: float,
+    delay: int,
+    position: Vector,
+    drive: Vector,
+    played: Rows,
+) -> int:
+    """Plays `rows` (n,) of the drive by their rules; fills position, drive (n,), and their number
+    in `played` (1,). Returns status.
+
+    segment (n,): its sign is the direction. following, turning (n,): the first row of the next
+    segment, and of the next segment in the other direction; n where there is none. rules (3,):
+    distance to go on, lower and upper turn, rad | m.
+    """
+    p, waiting = with_load(axis, load), np.zeros(delay + 1)
+    place = RampProgress(0, segment[0], measure(state[POSITION], axis[ENCODER_STEP]))
+    for k in range(rows.shape[0]):
+        measured = measure(state[POSITION], axis[ENCODER_STEP])
+        place = next_place(place, rows.shape[0], segment, following, turning, rules, measured)
+        if place.row == rows.shape[0]:
+            return OK
+        waiting[k % (delay + 1)] = rows[place.row]
+        acting = waiting[(k + 1) % (delay + 1)]
+        position[k], drive[k] = measured, drive_from_now(state, acting, axis)
+        played[0], place = k + 1, RampProgress(place.row + 1, place.segment, place.start)
+        status = advance(state, acting, p, period)
+        if status != OK:
+            return status
+        if place.row == rows.shape[0]:
+            return OK
+    return OK

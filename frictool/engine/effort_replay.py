@@ -1,0 +1,168 @@
+"""A measured effort through an axis (4.17): what the axis would have done, sample by sample;
+optionally corrected by what it did.
+
+    effort[k] --> held for a period, or on its way to effort[k+1] as the drive's lag lets it -->
+    axis --> position[k+1], velocity[k+1]
+
+Most samples hold no event. While the axis slips in one direction under friction that is a straight
+line, a period is that of a linear system, its coefficients computed once. That no event lies in it
+is told exactly: under the lower of the two efforts the axis would be slower all the time, and a
+slip that lasts under that one lasts. All other samples go to engine/axis_motion.py. A load that
+depends on position (plant/position_load.py) is held over a period at its value half a period ahead,
+an error of second order in the period.
+
+The correction is a stationary observer's: before each period position and velocity are moved by
+`gains` times (measured - position). Without it the replay is an open-loop simulation; with the
+gains of a Kalman filter measured - position are innovations.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.axis_motion import advance
+from frictool.engine.exponentials import convolved, convolved_integral, phi1, phi2
+from frictool.engine.status import NOT_FINITE, OK
+from frictool.plant.axis import (
+    BACKLASH,
+    COULOMB,
+    DRIVE,
+    GAP,
+    INERTIA,
+    LAG,
+    LOAD_POSITION,
+    MODE,
+    OFFSET,
+    POSITION,
+    SLIPPING,
+    VELOCITY,
+    VISCOUS,
+    AxisParameters,
+)
+from frictool.plant.axis_friction_laws import (
+    COULOMB_PAIR,
+    LAYER,
+    MAPPED,
+    PLAIN_SIZE,
+    REGIMES,
+    STOP_PAIR,
+    VISCOUS_PAIR,
+)
+from frictool.plant.position_load import load_effort
+from frictool.runtime.kernels import inner_kernel, kernel
+
+Vector = NDArray[np.float64]
+FREE = np.zeros(2)  # gains: none
+
+
+def replay_parameters(axis: AxisParameters) -> Vector:
+    """The kernels' array of an axis whose command is the measured effort [N m | N] itself: no
+    constant, no limits of the drive."""
+    return axis._replace(constant=1.0, drive_limit=math.inf, resistance=0.0).as_array()
+
+
+@kernel
+def period_coefficients(p: Vector, period: float, out: Vector) -> None:
+    """Fills out (2, 6), backward and forward: Coulomb friction, then the coefficients over a period
+    of engine/slip_closed_form.py: speed, distance."""
+    rate = 1.0 / p[LAG] if p[LAG] > 0.0 else 0.0
+    for side in range(2):
+        extended = p.shape[0] > PLAIN_SIZE
+        viscous = p[VISCOUS_PAIR + side] if extended else p[VISCOUS]
+        decay = viscous / p[INERTIA]
+        out[side, 0] = p[COULOMB_PAIR + side] if extended else p[COULOMB]
+        out[side, 1] = math.exp(-decay * period)
+        out[side, 2] = period * phi1(-decay * period)
+        out[side, 3] = period * period * phi2(-decay * period)
+        out[side, 4] = convolved(decay, rate, period) if rate > 0.0 else 0.0
+        out[side, 5] = convolved_integral(decay, rate, period) if rate > 0.0 else 0.0
+
+
+@inner_kernel
+def slip_through_period(
+    state: Vector, first: float, last: float, command: float, p: Vector, c: Vector
+) -> bool:
+    """Slips through a period in closed form, `c` (2, 6) the coefficients; False, and nothing is
+    done, where an event may lie in it."""
+    velocity = state[VELOCITY]
+    if velocity == 0.0:
+        return False
+    direction = math.copysign(1.0, velocity)
+    side = 1 if direction > 0.0 else 0
+    if direction * state[GAP] < 0.5 * p[BACKLASH]:
+        return False
+    w, least, most = abs(velocity), 0.0, math.inf
+    if p.shape[0] > PLAIN_SIZE:
+        if p[MAPPED] > 0.0:
+            return False
+        least, most = p[LAYER], p[REGIMES]
+    low, high = (first, last) if direction * (last - first) > 0.0 else (last, first)
+    slowest = (
+        w * c[side, 1] + (direction * (low - p[OFFSET]) - c[side, 0]) / p[INERTIA] * c[side, 2]
+    )
+    fastest = (
+        w * c[side, 1] + (direction * (high - p[OFFSET]) - c[side, 0]) / p[INERTIA] * c[side, 2]
+    )
+    if not (w > least and slowest > least and w < most and fastest < most):
+        return False
+    settled, transient = (
+        (direction * (command - p[OFFSET]) - c[side, 0]) / p[INERTIA],
+        direction * (first - command) / p[INERTIA],
+    )
+    moved = w * c[side, 2] + settled * c[side, 3] + transient * c[side, 5]
+    after = w * c[side, 1] + settled * c[side, 2] + transient * c[side, 4]
+    ahead = state[POSITION] + direction * moved
+    if p.shape[0] > PLAIN_SIZE and direction * (p[STOP_PAIR + side] - ahead) <= 0.0:
+        return False
+    state[POSITION] = ahead
+    state[LOAD_POSITION] += direction * moved
+    state[VELOCITY], state[MODE] = direction * after, direction * SLIPPING
+    return True
+
+
+@kernel
+def replay(
+    p: Vector,
+    load: Vector,
+    state: Vector,
+    effort: Vector,
+    measured: Vector,
+    gains: Vector,
+    period: float,
+    positions: Vector,
+    velocities: Vector,
+) -> int:
+    """Replays `effort` (n,) from `state` (7,), in place; fills positions and velocities (n,) at the
+    samples. Returns engine/status.py.
+
+    p: `replayed`. load: plant/position_load.py. measured (n,) and gains (2,) [-, 1/s]: of the
+    correction; measured is not looked at where gains are zero. With a lag in p the effort was
+    measured at the samples, without it is held from each.
+    """
+    coefficients = np.empty((2, 6))
+    period_coefficients(p, period, coefficients)
+    lag, n = p[LAG], effort.shape[0]
+    share = -math.expm1(-period / lag) if lag > 0.0 else 1.0
+    corrected = gains[0] != 0.0 or gains[1] != 0.0
+    for k in range(n):
+        positions[k], velocities[k] = state[POSITION], state[VELOCITY]
+        if corrected:
+            innovation = measured[k] - state[POSITION]
+            state[POSITION] += gains[0] * innovation
+            state[LOAD_POSITION] += gains[0] * innovation
+            state[VELOCITY] += gains[1] * innovation
+        opposing = load_effort(load, state[POSITION] + 0.5 * period * state[VELOCITY])
+        first = effort[k] - opposing
+        last = first if lag == 0.0 or k == n - 1 else effort[k + 1] - opposing
+        command = first + (last - first) / share
+        if not math.isfinite(command):
+            return NOT_FINITE
+        if not slip_through_period(state, first, last, command, p, coefficients):
+            state[DRIVE] = first
+            status = advance(state, command, p, period)
+            if status != OK:
+                return status
+    return OK

@@ -1,0 +1,309 @@
+"""One piece of the motion of a body whose friction is extended (friction/extension.py): at rest, or
+in slip.
+
+    at rest    the threshold grows with the time at rest and as the film collapses: as it never
+               falls, intervals can be proven quiet
+    in slip    Dormand-Prince with error control on speed and film, everywhere: levels that vary
+               with position have no closed form
+
+Within a slip the direction, the speed regime between two knees, the side of the Stribeck layer and
+the time at rest that went before (it sets the breakaway that the Stribeck curve falls from) are
+held: what an integrator sees is smooth.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.body import (
+    BREAKAWAY,
+    DIRECTION,
+    LOWER_STOP,
+    MASS,
+    POSITION,
+    REGION,
+    SPEED_SCALE,
+    STRAIGHT,
+    TOLERANCE,
+    UPPER_STOP,
+)
+from frictool.engine.dormand_prince import (
+    NODES,
+    STAGES,
+    Force,
+    dense_output,
+    local_error,
+    stage_point,
+)
+from frictool.engine.drive import effort, reference
+from frictool.engine.motion_pieces import (
+    FIRST_STEP,
+    FLOOR,
+    ROUNDING,
+    SHORTEST_STEP,
+    TRACE,
+    gross,
+    lengthen,
+    shortening,
+    side,
+)
+from frictool.engine.polynomial_events import MAX_HALVINGS, RESOLUTION, curvature_bound, value
+from frictool.engine.power_series import motion, reach
+from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL
+from frictool.friction.extension import BOUNDARY, LAG, VISCOUS_INDEX, levels, regime_table
+from frictool.friction.lubricant_film import boundary_film, film_force
+from frictool.friction.speed_regimes import regime_force
+from frictool.runtime.kernels import inner_kernel, kernel
+
+Vector = NDArray[np.float64]
+Laws = tuple[
+    Vector, Vector, Vector, Vector
+]  # forward and backward parameters, the extension's table, room for those that hold now
+
+# the state goes on behind that of engine/body.py
+FILM, RESTED, KNEES_PASSED = 5, 6, 7
+EXTENDED_SIZE = 8
+# a motion that an integrator sees: x, v, q, w
+ROWS = 4
+
+
+@inner_kernel
+def slip_friction(force: Force, laws: Laws, state: Vector, x: float, v: float, w: float) -> float:
+    """The friction of a slip at x, v and the lagged velocity w; direction, regime, side of the
+    layer and rest are those of the state."""
+    forward, backward, table, p = laws
+    direction = state[DIRECTION]
+    levels(forward, backward, table, x, direction, state[RESTED], p)
+    viscous = p[int(table[VISCOUS_INDEX])] if table[VISCOUS_INDEX] >= 0.0 else 0.0
+    added = direction * regime_force(direction * v, regime_table(table), int(state[KNEES_PASSED]))
+    if state[REGION] == STRAIGHT:
+        line: float = direction * p[0] + viscous * v + added
+        return line
+    film = direction * abs(boundary_film(w, table[BOUNDARY]))
+    curve: float = film_force(force(film, direction, p), v, film, viscous) + added
+    return curve
+
+
+@kernel
+def threshold(
+    force: Force, laws: Laws, body: Vector, x: float, direction: float, rested: float, w: float
+) -> float:
+    """What a body at rest bears in a direction: its breakaway, less what the friction of a slip has
+    not regained while a film lasts."""
+    forward, backward, table, p = laws
+    breakaway: float = body[BREAKAWAY + side(direction)] * levels(
+        forward, backward, table, x, direction, rested, p
+    )
+    film = direction * abs(boundary_film(w, table[BOUNDARY]))
+    if film == 0.0:
+        return breakaway
+    viscous = p[int(table[VISCOUS_INDEX])] if table[VISCOUS_INDEX] >= 0.0 else 0.0
+    return breakaway - direction * (
+        force(0.0, direction, p) - film_force(force(film, direction, p), 0.0, film, viscous)
+    )
+
+
+@kernel
+def film_at_rest(w: float, lag: float, spent: float) -> float:
+    """What is left of the film's velocity after a time at rest."""
+    return w * math.exp(-spent / lag) if lag > 0.0 else 0.0
+
+
+@kernel
+def _threshold_after(
+    force: Force, laws: Laws, body: Vector, state: Vector, direction: float, spent: float
+) -> float:
+    """The threshold of a body at rest, later in the same rest."""
+    w = film_at_rest(state[FILM], laws[2][LAG], spent)
+    return threshold(force, laws, body, state[POSITION], direction, state[RESTED] + spent, w)
+
+
+@kernel
+def _crossing(
+    force: Force,
+    laws: Laws,
+    body: Vector,
+    state: Vector,
+    direction: float,
+    u: Vector,
+    low: float,
+    high: float,
+    more: float,
+) -> float:
+    """The breakaway within [low, high] by bisection, to rounding."""
+    middle = 0.5 * (low + high)
+    while low < middle < high:
+        if (
+            direction * value(u, middle)
+            >= _threshold_after(force, laws, body, state, direction, middle) + more
+        ):
+            high = middle
+        else:
+            low = middle
+        middle = 0.5 * (low + high)
+    return high
+
+
+@kernel
+def _first_breakaway(
+    force: Force,
+    laws: Laws,
+    body: Vector,
+    state: Vector,
+    direction: float,
+    u: Vector,
+    h: float,
+    more: float,
+    size: float,
+) -> tuple[float, bool]:
+    """How far the rest is proven, and whether the body breaks away there. `more`: what the
+    threshold is raised by; `size` of the terms.
+
+    The threshold never falls: on [a, b] the body stays where the largest effort on it is below the
+    threshold at a.
+    """
+    bound, low, width = curvature_bound(u, h), 0.0, h
+    above = direction * u[0] - _threshold_after(force, laws, body, state, direction, 0.0) - more
+    if above > ROUNDING * size:
+        return 0.0, True
+    if above >= -ROUNDING * size and more == 0.0:  # on the threshold: away if it rises faster
+        low = RESOLUTION * h
+        later = direction * value(u, low) - _threshold_after(
+            force, laws, body, state, direction, low
+        )
+        if later > above and later > 0.0:
+            return 0.0, True
+    for _ in range(MAX_HALVINGS):
+        high = min(low + width, h)
+        width = high - low
+        least = _threshold_after(force, laws, body, state, direction, low) + more
+        end = direction * value(u, high)
+        if max(direction * value(u, low), end) + 0.125 * bound * width * width < least:
+            if high >= h:
+                return h, False
+            low, width = high, 2.0 * width
+        elif width <= RESOLUTION * h:
+            if end >= _threshold_after(force, laws, body, state, direction, high) + more:
+                return _crossing(force, laws, body, state, direction, u, low, high, more), True
+            if high >= h:
+                return h, False
+            low, width = high, 2.0 * width
+        else:
+            width *= 0.5
+    return low, False
+
+
+@kernel
+def rest_piece(
+    force: Force,
+    laws: Laws,
+    body: Vector,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    longest: float,
+    refused: float,
+    piece: Vector,
+) -> tuple[float, float]:
+    """One piece at rest, as `phases.rest_piece`: how long it is, and the direction in which the
+    body then breaks away, or 0."""
+    motion(state, t, drive, body[MASS], 0.0, False, 0.0, piece)
+    spent, towards = min(longest, reach(piece[3])), 0.0
+    for direction in (-1.0, 1.0):
+        blocked = (
+            state[POSITION] >= body[UPPER_STOP]
+            if direction > 0.0
+            else state[POSITION] <= body[LOWER_STOP]
+        )
+        if blocked:
+            continue
+        size = body[BREAKAWAY + side(direction)] + gross(state, t, drive)
+        more = TRACE * size if direction == refused else 0.0
+        proven, leaves = _first_breakaway(
+            force, laws, body, state, direction, piece[3], spent, more, size
+        )
+        if leaves or proven < spent:
+            towards = direction if leaves else 0.0
+        spent = proven
+    return spent, towards
+
+
+@inner_kernel
+def _field(
+    force: Force,
+    laws: Laws,
+    mass: float,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    y: Vector,
+    out: Vector,
+) -> None:
+    """Fills out with (x', v', q', w')."""
+    lag = laws[2][LAG]
+    w = y[3] if lag > 0.0 else y[1]
+    out[0] = y[1]
+    out[1] = (
+        effort(t, y[0], y[1], y[2], drive) - slip_friction(force, laws, state, y[0], y[1], w)
+    ) / mass
+    out[2] = y[0] - reference(t, drive)
+    out[3] = (y[1] - w) / lag if lag > 0.0 else 0.0
+
+
+@inner_kernel
+def _step_error(h: float, slopes: Vector) -> float:
+    """Error of a step [m/s | rad/s]: of the speed, of the film, of the position in the time that
+    the step takes."""
+    return max(
+        local_error(1, h, slopes), max(local_error(3, h, slopes), local_error(0, h, slopes) / h)
+    )
+
+
+@kernel
+def slip_piece(
+    force: Force,
+    laws: Laws,
+    body: Vector,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    longest: float,
+    y: Vector,
+    pace: Vector,
+    slopes: Vector,
+    piece: Vector,
+) -> tuple[float, int]:
+    """One accepted step from y = (x, v, q, w): its length and a status. `pace` (3,) as in
+    `phases.layer_piece`; slopes (7, 4)."""
+    mass, point = body[MASS], np.empty(ROWS)
+    _field(force, laws, mass, state, drive, t, y, slopes[0])
+    size = gross(state, t, drive)
+    if y[1] == 0.0 and abs(slopes[0, 1]) * mass <= ROUNDING * (
+        size + body[BREAKAWAY + side(state[DIRECTION])]
+    ):
+        slopes[0, 1] = 0.0
+    if pace[0] == 0.0:
+        largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + size
+        pace[0] = FIRST_STEP * body[SPEED_SCALE] * mass / largest if largest > 0.0 else longest
+        pace[1], pace[2] = 0.0, t
+    wish, cut = pace[0], pace[0] > longest
+    h, shortest = min(wish, longest), SHORTEST_STEP * max(abs(t), longest)
+    allowed = body[TOLERANCE] * max(
+        FLOOR * body[SPEED_SCALE], abs(y[1]), abs(slopes[0, 1]) * (t - pace[2])
+    )
+    while True:
+        for i in range(1, STAGES):
+            stage_point(i, h, y, slopes, point)
+            _field(force, laws, mass, state, drive, t + NODES[i] * h, point, slopes[i])
+        error = _step_error(h, slopes) / allowed
+        if error <= 1.0:
+            lengthen(pace, h, wish if cut else 0.0, error)
+            dense_output(y, slopes.T, h, piece)
+            return h, OK
+        if h <= shortest:
+            return h, STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
+        cut = False
+        h *= shortening(error)

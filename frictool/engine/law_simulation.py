@@ -1,0 +1,184 @@
+"""Runs any law of friction/law_registry.py through drives that follow one another: one driver per
+kind of law.
+
+    static    coulomb, svc, stribeck, and the smoothed forms    exact engine: events solved,
+              `tolerance`
+              svc_band, karnopp                                 as printed, in a fixed step
+    dynamic   dahl, lugre, elasto_plastic, leuven, ...          Rosenbrock method with error
+              control, `tolerance`
+    hybrid    hybrid_a, hybrid_b, hybrid_c                      as printed, in a fixed step
+
+Each driver is compiled once and runs every law of its kind through pointers to the law's kernels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from frictool.engine.body import EVENT_SIZE, SAMPLE_SIZE, FrictionBody
+from frictool.engine.drive import EffortFunction
+from frictool.engine.dynamic_law import run_dynamic
+from frictool.engine.fixed_step import run_band, run_hybrid
+from frictool.engine.rosenbrock import CONTACT
+from frictool.engine.status import OK
+from frictool.engine.trajectory import ROOM_FOR_EVENTS, Trajectory, segment_arrays, simulate
+from frictool.friction import kernel_signatures as s
+from frictool.friction.extension import FrictionExtension, pack_plain_law
+from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
+from frictool.friction.stribeck import straight_from
+from frictool.runtime.kernels import function_pointer
+
+Vector = NDArray[np.float64]
+Segments = Sequence[tuple[float, EffortFunction]]
+
+STEP_TOLERANCE = 1e-7
+
+
+def body_of(
+    law: Law, p: Vector, mass: float, extension: FrictionExtension | None = None
+) -> FrictionBody:
+    """The body of the exact engine for a static law without a band; `dataclasses.replace` changes
+    the rest. p: `law.pack(...)`.
+
+    ValueError for any other law, and for an extension that the law does not take.
+    """
+    kernels = law.kernels
+    if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
+        raise ValueError(f"{law.name} has no exact form: it is simulated as it is printed")
+    names = [parameter.name for parameter in law.parameters]
+    values = dict(zip(names, p.tolist(), strict=False))
+    straight, scale = 0.0, 1.0
+    if "smoothing_velocity" in values:
+        straight, scale = math.inf, values["smoothing_velocity"]
+    elif "stribeck_velocity" in values:
+        scale = values["stribeck_velocity"]
+        straight = straight_from(scale, values["stribeck_exponent"])
+    packed = extension.pack(law, p) if extension is not None and not extension.plain else None
+    back = p if packed is None else packed.backward
+    viscous = law.index("viscous") if "viscous" in values else None
+    return FrictionBody(
+        mass,
+        kernels.slip_force,
+        p,
+        breakaway=(float(kernels.breakaway(-1.0, back)), float(kernels.breakaway(1.0, p))),
+        coulomb=(float(back[0]), float(p[0])),
+        viscous=(0.0, 0.0) if viscous is None else (float(back[viscous]), float(p[viscous])),
+        straight_from=straight,
+        speed_scale=scale,
+        extension=packed,
+    )
+
+
+def _pointers(parts: Sequence[Any], types: Sequence[Any]) -> Any:
+    """Kernels as values of these types, for a driver."""
+    return tuple(function_pointer(part, kind) for part, kind in zip(parts, types, strict=True))
+
+
+def run_law(
+    law: Law,
+    p: Vector,
+    mass: float,
+    segments: Segments,
+    times: ArrayLike,
+    *,
+    step: float | None = None,
+    speed_scale: float = 1e-3,
+    length_scale: float = 1e-5,
+    tolerance: float = STEP_TOLERANCE,
+    extension: FrictionExtension | None = None,
+    room: int = ROOM_FOR_EVENTS,
+) -> Trajectory:
+    """Runs a law from rest at 0 through `segments`, each (its end [s], its drive), sampled at
+    `times` (n,).
+
+    p: `law.pack(...)`. mass [kg | kg m2]; a hybrid law has it in p too. `step` [s]: what laws that
+    are printed for a fixed step need. `extension`: friction/extension.py; the run begins with a
+    contact made at 0 s. `speed_scale` [m/s], `length_scale` [m]: the sizes of speed and presliding
+    that the tolerance of a dynamic law is relative to. ValueError where segments, times or step
+    make no sense, and where the law does not take the extension.
+    """
+    ends, drives, asked = segment_arrays(segments, times, 0.0)
+    kernels, p = law.kernels, np.array(p, dtype=np.float64)
+    if isinstance(kernels, StaticKernels) and kernels.band(p) == 0.0:
+        return simulate(body_of(law, p, mass, extension), segments, times, room=room)
+    packed = pack_plain_law(p) if extension is None or extension.plain else extension.pack(law, p)
+    laws = (*packed, p.copy())
+    samples, events = np.full((asked.size, SAMPLE_SIZE), np.nan), np.zeros((room, EVENT_SIZE))
+    if isinstance(kernels, DynamicKernels):
+        scales = np.array([tolerance, speed_scale, 0.0, length_scale])
+        return _run_dynamic(kernels, laws, mass, ends, drives, asked, samples, scales)
+    if step is None or not 0.0 < step <= ends[-1]:
+        raise ValueError(
+            f"{law.name} is simulated in steps of a given length above 0 s, found {step}"
+        )
+    state = np.zeros(3)
+    if isinstance(kernels, HybridKernels):
+        types = (
+            s.MODE_AFTER,
+            s.ENTER,
+            s.HYBRID_FORCE,
+            s.HYBRID_ACCELERATION,
+            s.HYBRID_RATE,
+            s.HYBRID_COMMIT,
+        )
+        driver: Any = run_hybrid
+        parts = _pointers(kernels[:6], types)
+        past = np.zeros(1 + (0 if extension is None else round(extension.delay / step)))
+        outcome = driver(
+            *parts,
+            laws,
+            kernels.reset(p),
+            past,
+            state,
+            0.0,
+            step,
+            ends,
+            drives,
+            asked,
+            samples,
+            events,
+        )
+    else:
+        chosen = (kernels.slip_force, kernels.breakaway, kernels.band, kernels.seen_velocity)
+        driver = run_band
+        parts = _pointers(chosen, (s.SLIP_FORCE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY))
+        outcome = driver(*parts, laws, mass, state, 0.0, step, ends, drives, asked, samples, events)
+    status, reached, happened = outcome
+    return Trajectory(status, reached, asked, samples, events[:happened].copy(), state)
+
+
+def _run_dynamic(
+    kernels: DynamicKernels,
+    laws: Any,
+    mass: float,
+    ends: Vector,
+    drives: Vector,
+    times: Vector,
+    samples: Vector,
+    scales: Vector,
+) -> Trajectory:
+    """The driver of dynamic laws; events are none: such a law has no modes."""
+    p = laws[3]
+    z = kernels.reset(p)
+    rates = np.zeros_like(z)
+    kernels.rate(z, scales[1], p, rates)
+    moving = int(
+        np.count_nonzero(rates)
+    )  # every state of a virgin contact moves with it; memory has no rate, hence no error
+    y = np.concatenate([np.zeros(CONTACT), z])
+    sizes = np.concatenate(
+        [scales[:CONTACT], np.abs(rates) / scales[1] * scales[CONTACT]]
+    )  # what each goes through over the length scale
+    driver: Any = run_dynamic
+    parts = _pointers(kernels[:3], (s.RATE, s.FORCE, s.COMMIT))
+    status, reached = driver(
+        *parts, laws, mass, y, moving, sizes, 0.0, ends, drives, times, samples
+    )
+    if status != OK:
+        samples[times > reached] = np.nan
+    return Trajectory(status, reached, times, samples, np.zeros((0, EVENT_SIZE)), y)

@@ -1,0 +1,356 @@
+"""The rates of a mechanism whose modes are given: O(n), by one sweep from the leaves of the joints'
+trees to their roots and one back.
+
+A block that moves needs from its parent's joint the force  INERTIA x + NEED  to have the
+acceleration x; at the root that is 0. A block at rest needs one in [NEED, NEED_HIGH]; the tree
+stays at rest as long as the root's interval holds 0, and a contact at rest as long as its interval
+holds a pressing force.
+
+`guard`, in the sections of the modes (motion, contact, branch, flank, stop), tells how far each
+mode is from its end, in units of what counts as nothing: above -1 it goes on. Positions: how far an
+open flank or a stop is; speeds: of a root, in its direction.
+
+Stages within a step need less than its ends: an evaluation that is not `whole` leaves the guards of
+speeds and ways and GROSS as they were.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    COUPLINGS,
+    JOINTS,
+    MASS,
+    ORDER,
+    OUTWARD,
+    PARENT,
+    PARENT_JOINT,
+    RATIO,
+    SOURCES,
+    SPEED,
+    STOP_BLOCKS,
+    STOPS,
+    TIMED,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.efforts import efforts
+from frictool.engine.mechanism.fixed_step_laws import seen_speeds, timed_frictions
+from frictool.engine.mechanism.guard_tolerances import SLACK, SPEED_SLACK, place_guards, slack_at
+from frictool.engine.mechanism.joint_losses import (
+    is_lossy,
+    joint_row,
+    kink_of,
+    range_at_driver,
+    range_at_load,
+    slope_of,
+)
+from frictool.engine.mechanism.law_kernels import by_address, call_by_address
+from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK, RateEvaluation
+from frictool.engine.mechanism.workspace_rows import (
+    ACCELERATION,
+    DRIVEN,
+    FORCE,
+    GROSS,
+    HOLD_HIGH,
+    HOLD_LOW,
+    INERTIA,
+    LAMBDA,
+    NEED,
+    NEED_HIGH,
+)
+from frictool.runtime.kernels import inset_kernel, kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+
+@inset_kernel
+def _begin(k: Places, p: Vector, modes: Places, w: Vector) -> None:
+    """What each block alone needs."""
+    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    mass = k[MASS]
+    for i in range(n):
+        w[NEED, i], w[NEED_HIGH, i] = -w[FORCE, i], -w[FORCE, i]
+        w[INERTIA, i] = p[mass + i]
+        if modes[i] == STUCK:
+            w[NEED, i] += w[HOLD_LOW, i]
+            w[NEED_HIGH, i] += w[HOLD_HIGH, i]
+    for s in range(k[STOPS]):
+        block = k[k[STOP_BLOCKS] + s]
+        if modes[stops + s] < 0:
+            w[NEED, block] = -math.inf
+        elif modes[stops + s] > 0:
+            w[NEED_HIGH, block] = math.inf
+
+
+@inset_kernel
+def _hand_over_rest(
+    k: Places, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool
+) -> None:
+    """Adds to the parent what a block at rest needs through their joint."""
+    n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
+    row, slack = joint_row(k, joint), slack_at(k, p, w, i)
+    ratio, low, high = p[row + RATIO], w[NEED, i], w[NEED_HIGH, i]
+    if k[k[OUTWARD] + i] == 1:
+        if whole:
+            w[GROSS, parent] += abs(ratio) * w[GROSS, i]
+        if contact == -1:
+            guard[n + joint] = high / slack
+            low, high = max(0.0, low), max(0.0, high)
+        elif contact == 1:
+            guard[n + joint] = -low / slack
+            low, high = min(0.0, low), min(0.0, high)
+        kink = kink_of(p, row, w[DRIVEN, parent])
+        low, high = range_at_driver(p, row, kink, low, high)
+    else:
+        if whole:
+            w[GROSS, parent] += w[GROSS, i] / abs(ratio)
+        kink = kink_of(p, row, w[DRIVEN, i])
+        low, high = range_at_load(p, row, kink, -high, -low)
+        if contact == -1:
+            guard[n + joint] = high / slack * abs(ratio)
+            low, high = max(0.0, low), max(0.0, high)
+        elif contact == 1:
+            guard[n + joint] = -low / slack * abs(ratio)
+            low, high = min(0.0, low), min(0.0, high)
+        low, high = -high, -low
+    w[NEED, parent] += low
+    w[NEED_HIGH, parent] += high
+
+
+@inset_kernel
+def direction_of(modes: Places, y: Vector, n: int, block: int) -> float:
+    """Where a block moves."""
+    if modes[block] == FREE:
+        return math.copysign(1.0, y[n + block])
+    return float(modes[block])
+
+
+@inset_kernel
+def _hand_over(
+    k: Places, p: Vector, i: int, y: Vector, modes: Places, w: Vector, whole: bool
+) -> None:
+    """Adds to the parent what a block that moves needs through their joint, linear in the
+    acceleration on the kink's given side."""
+    n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
+    row = joint_row(k, joint)
+    ratio = slope = p[row + RATIO]
+    kink = 0.0
+    outward = k[k[OUTWARD] + i] == 1
+    if is_lossy(p, row):
+        a = parent if outward else i
+        slope = slope_of(p, row, direction_of(modes, y, n, a), modes[n + k[JOINTS] + joint] > 0)
+        kink = kink_of(p, row, w[DRIVEN, a])
+    if outward:
+        if whole:
+            w[GROSS, parent] += abs(ratio) * w[GROSS, i]
+        w[INERTIA, parent] += slope * ratio * w[INERTIA, i]
+        w[NEED, parent] += ratio * kink + (w[NEED, i] - kink) * slope
+    else:
+        if whole:
+            w[GROSS, parent] += w[GROSS, i] / abs(ratio)
+        w[INERTIA, parent] += w[INERTIA, i] / (slope * ratio)
+        w[NEED, parent] += (w[NEED, i] + ratio * kink) / slope - kink
+
+
+@inset_kernel
+def _gather(
+    k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, whole: bool
+) -> bool:
+    """From the leaves to the roots; False where a tree has no inertia left to move with."""
+    n, sound = k[BLOCKS], True
+    order, joints, speeds = k[ORDER], k[PARENT_JOINT], k[SPEED]
+    for place in range(n - 1, -1, -1):
+        i = k[order + place]
+        joint = k[joints + i]
+        if joint >= 0 and modes[n + joint] != OPEN:
+            if modes[i] == STUCK:
+                _hand_over_rest(k, p, i, modes[n + joint], w, guard, whole)
+            else:
+                _hand_over(k, p, i, y, modes, w, whole)
+        elif modes[i] == STUCK:
+            guard[i] = min(w[NEED_HIGH, i], -w[NEED, i]) / slack_at(k, p, w, i)
+            w[ACCELERATION, i] = 0.0
+        else:
+            if whole and modes[i] != FREE:
+                guard[i] = modes[i] * y[n + i] / (SPEED_SLACK * p[speeds + i])
+            if w[INERTIA, i] <= 0.0:
+                sound = False
+            w[ACCELERATION, i] = -w[NEED, i] / w[INERTIA, i]
+    return sound
+
+
+@inset_kernel
+def _hand_out(
+    k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, power: Vector
+) -> None:
+    """From the roots to the leaves: accelerations, the joints' forces, what they lose."""
+    n, j = k[BLOCKS], k[JOINTS]
+    losses = k[SOURCES] + n
+    for joint in range(j):
+        power[losses + joint] = 0.0
+        w[LAMBDA, joint] = 0.0
+    if j == 0:
+        return
+    for place in range(n):
+        i = k[k[ORDER] + place]
+        joint = k[k[PARENT_JOINT] + i]
+        if joint < 0 or modes[n + joint] == OPEN:
+            continue
+        if modes[i] == STUCK:
+            w[ACCELERATION, i] = 0.0
+            continue
+        parent, row = k[k[PARENT] + i], joint_row(k, joint)
+        outward, ratio = k[k[OUTWARD] + i] == 1, p[row + RATIO]
+        w[ACCELERATION, i] = w[ACCELERATION, parent] * (ratio if outward else 1.0 / ratio)
+        inertial = w[INERTIA, i] * w[ACCELERATION, i]
+        force = inertial + w[NEED, i]
+        slack = slack_at(k, p, w, i) + SLACK * abs(inertial)
+        if is_lossy(p, row):
+            a = parent if outward else i
+            kink = kink_of(p, row, w[DRIVEN, a])
+            slope = slope_of(p, row, direction_of(modes, y, n, a), modes[n + j + joint] > 0)
+            if outward:
+                effort = ratio * kink + (force - kink) * slope
+            else:
+                effort = -force
+                force = kink + (effort - ratio * kink) / slope
+                slack /= abs(ratio)
+            power[losses + joint] = (effort - ratio * force) * y[n + a]
+            guard[n + j + joint] = modes[n + j + joint] * (force - kink) / slack
+        elif not outward:
+            force = -force / ratio
+            slack /= abs(ratio)
+        w[LAMBDA, joint] = force
+        if modes[n + joint] != RIGID:
+            guard[n + joint] = -modes[n + joint] * force / slack
+
+
+@inset_kernel
+def _rates(
+    machine: CompiledMechanism,
+    t: float,
+    y: Vector,
+    modes: Places,
+    inputs: Vector,
+    found: RateEvaluation,
+    whole: bool,
+) -> int:
+    """`field`, or `field_within`."""
+    k, p, _ = machine
+    rates, w, guard, power = found
+    n = k[BLOCKS]
+    if whole:
+        for index in range(guard.shape[0]):
+            guard[index] = math.inf
+    status = efforts(machine, t, y, modes, inputs, found, whole)
+    if whole:
+        place_guards(k, p, y, modes, guard)
+    _begin(k, p, modes, w)
+    sound = _gather(k, p, y, modes, w, guard, whole)
+    if k[TIMED] > 0:
+        status += timed_frictions(machine, y, modes, found, whole)
+        _begin(k, p, modes, w)
+        sound = _gather(k, p, y, modes, w, guard, False)
+    _hand_out(k, p, y, modes, w, guard, power)
+    for i in range(n):
+        rates[i] = y[n + i]
+        rates[n + i] = w[ACCELERATION, i] if sound else math.nan
+    if k[TIMED] > 0:
+        seen_speeds(machine, y, modes, rates)
+    return status
+
+
+@kernel
+def rates_of_state(
+    k: Places,
+    p: Vector,
+    laws: Places,
+    t: float,
+    y: Vector,
+    modes: Places,
+    inputs: Vector,
+    rates: Vector,
+    w: Vector,
+    guard: Vector,
+    power: Vector,
+) -> int:
+    """`field`, compiled by itself; its arguments one by one, as an address takes them."""
+    return _rates(
+        CompiledMechanism(k, p, laws),
+        t,
+        y,
+        modes,
+        inputs,
+        RateEvaluation(rates, w, guard, power),
+        True,
+    )
+
+
+@inset_kernel
+def field_within(
+    machine: CompiledMechanism,
+    t: float,
+    y: Vector,
+    modes: Places,
+    inputs: Vector,
+    found: RateEvaluation,
+) -> int:
+    """As `field`; of the guards only those that forces keep, and GROSS as it was."""
+    return _rates(machine, t, y, modes, inputs, found, False)
+
+
+_a: Any = types.float64[::1]
+_m: Any = types.float64[:, ::1]
+_i: Any = types.int64[::1]
+_j: Any = types.int64[:, ::1]
+FIELD: Any = types.FunctionType(types.int64(_i, _a, _j, types.float64, _a, _i, _a, _a, _m, _a, _a))
+
+
+@by_address
+def _by_address(
+    _: Any,
+    address: Any,
+    k: Any,
+    p: Any,
+    laws: Any,
+    t: Any,
+    y: Any,
+    modes: Any,
+    inputs: Any,
+    rates: Any,
+    w: Any,
+    guard: Any,
+    power: Any,
+) -> Any:
+    return call_by_address(FIELD)
+
+
+@inset_kernel
+def field(
+    machine: CompiledMechanism,
+    t: float,
+    y: Vector,
+    modes: Places,
+    inputs: Vector,
+    found: RateEvaluation,
+) -> int:
+    """Fills y', the guards, and the power of each element. Returns friction/status.py; a tree that
+    jams has no finite rates.
+
+    t: since the command. Called by its address, which laws has in its last row: what calls this is
+    compiled without it.
+    """
+    k, p, laws = machine
+    rates, w, guard, power = found
+    status: int = _by_address(
+        laws[laws.shape[0] - 1, 1], k, p, laws, t, y, modes, inputs, rates, w, guard, power
+    )
+    return status

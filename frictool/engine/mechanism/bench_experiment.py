@@ -1,0 +1,111 @@
+"""A bench test played to a mechanism: engine/bench_experiment.py, with a mechanism where that has
+one axis."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.bench_experiment import RampProgress, ServoMemory, next_place, servo_effort
+from frictool.engine.closed_loop import MEASURED, TRUE_DRIVE, measure
+from frictool.engine.mechanism.closed_loop import (
+    ControlPorts,
+    DriftedNumbers,
+    MechanismInputs,
+    MechanismRecord,
+    advance_controlled_sample,
+)
+from frictool.engine.mechanism.compiled_mechanism import (
+    CONSTANT,
+    SOURCE,
+    SOURCE_WIDTH,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.state import MechanismState
+from frictool.engine.status import OK
+from frictool.runtime.kernels import kernel
+
+Vector = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+
+@kernel
+def play_reference(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    sight: ControlPorts,
+    servo: Vector,
+    reference: Vector,
+    period: float,
+    delay: int,
+    inputs: MechanismInputs,
+    drifting: DriftedNumbers,
+    out: MechanismRecord,
+    position: Vector,
+    drive: Vector,
+) -> int:
+    """Follows `reference` (n,) under the bench's own loop; fills position, drive (n,). Returns
+    engine/status.py.
+
+    servo (5,): `Servo`, in effort. inputs, drifting, out: engine/mechanism/closed_loop.py, without
+    signals and without drifts.
+    """
+    constant = machine.numbers[machine.whole[SOURCE] + sight.source * SOURCE_WIDTH + CONSTANT]
+    waiting, memory = (
+        np.zeros(delay + 1),
+        ServoMemory(measure(state.y[sight.sensor], sight.step), reference[0], 0.0),
+    )
+    for k in range(reference.shape[0]):
+        measured = measure(state.y[sight.sensor], sight.step)
+        effort, memory = servo_effort(servo, memory, reference[k], measured, period)
+        status = advance_controlled_sample(
+            machine, state, sight, waiting, k, measured, effort / constant, inputs, drifting, out
+        )
+        position[k], drive[k] = out.record[k, MEASURED], out.record[k, TRUE_DRIVE]
+        if status != OK:
+            return int(status)
+    return OK
+
+
+@kernel
+def play_ramps(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    sight: ControlPorts,
+    rows: Vector,
+    segment: Vector,
+    following: Rows,
+    turning: Rows,
+    rules: Vector,
+    delay: int,
+    inputs: MechanismInputs,
+    drifting: DriftedNumbers,
+    out: MechanismRecord,
+    position: Vector,
+    drive: Vector,
+    played: Rows,
+) -> int:
+    """Plays `rows` (n,) of the drive by their rules, as engine/bench_experiment.py does; fills
+    position and drive (n,), their number in `played`.
+
+    Returns engine/status.py.
+    """
+    waiting, place = (
+        np.zeros(delay + 1),
+        RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step)),
+    )
+    for k in range(rows.shape[0]):
+        measured = measure(state.y[sight.sensor], sight.step)
+        place = next_place(place, rows.shape[0], segment, following, turning, rules, measured)
+        if place.row == rows.shape[0]:
+            return OK
+        status = advance_controlled_sample(
+            machine, state, sight, waiting, k, measured, rows[place.row], inputs, drifting, out
+        )
+        position[k], drive[k] = out.record[k, MEASURED], out.record[k, TRUE_DRIVE]
+        played[0], place = k + 1, RampProgress(place.row + 1, place.segment, place.start)
+        if status != OK:
+            return int(status)
+        if place.row == rows.shape[0]:
+            return OK
+    return OK

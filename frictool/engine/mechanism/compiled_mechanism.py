@@ -1,0 +1,333 @@
+"""A mechanism as the kernels of this folder read it: one array of whole numbers and one of numbers,
+in sections, and the laws' kernels.
+
+A kernel that took each of `Packed`'s fifty arrays would be slow to compile and to call. `whole`
+begins with HEADER entries: the counts of blocks, joints and so on, and the place at which each
+section begins. Section X of n rows of WIDTH columns: row r, column c is at whole[X] + r * WIDTH +
+c.
+
+Joints form no loop, so that they make trees. Each tree is rooted once; blocks are taken in preorder
+(`ORDER`), a block's parent before it, so that forces are gathered in reverse order and
+accelerations handed out in order, O(n). A link that its load cannot drive has to be gone through
+from its driving end: the root lies where that is so for all. Blocks that rigid joints bind are a
+group.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.law_kernels import (
+    HYBRID,
+    addresses_of,
+    kind_of,
+    rest_of,
+    sizes_of,
+    straight_of,
+)
+from frictool.friction.law_registry import ROWS
+from frictool.plant.mechanism.packed_mechanism import PackedMechanism
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+# counts
+BLOCKS, JOINTS, COUPLINGS, FRICTIONS, PRESSINGS, PUSHES, STOPS, SOURCES, INNER = range(9)
+TIMED = 38  # how many frictions have a law with its own step
+# sections of whole numbers
+(
+    JOINT_ENDS,
+    COUPLING_ENDS,
+    FRICTION_PLACES,
+    PRESSING_PLACES,
+    PUSH_PLACES,
+    STOP_BLOCKS,
+    SOURCE_BLOCKS,
+    CURVE_START,
+) = range(9, 17)
+ORDER, PARENT, PARENT_JOINT, OUTWARD, GROUP, DRY, SPAN = range(17, 24)
+# sections of numbers
+(
+    MASS,
+    SPEED,
+    JOINT,
+    COUPLING,
+    LAW_VALUES,
+    PRESSING,
+    PUSH,
+    STOP,
+    SOURCE,
+    BREAKS,
+    CUBIC,
+    GROUP_RATIO,
+    GROUP_MASS,
+    INNER_SIZE,
+) = range(24, 38)
+HEADER = 40
+
+# columns of JOINT, of COUPLING
+RATIO, OFFSET, GAP, RESTITUTION, DRIVE_LOSS, BACK_LOSS, THREAD, THESIS_SCREW, JOINT_WIDTH = range(9)
+STIFFNESS, DAMPING, COUPLING_WIDTH = 6, 7, 8
+# of FRICTION_PLACES; kinds of law
+BLOCK, LAW, KIND, VALUES, VALUES_END, LEVEL, FIRST_INNER, INNER_END, STRAIGHT, FRICTION_WIDTH = (
+    range(10)
+)
+COEFFICIENT, BREAKAWAY_RATIO = 0, 1
+LOW, HIGH, THROW_BACK, STOP_WIDTH = 0, 1, 2, 3
+CONSTANT, LIMIT, LAG, RESISTANCE, SUPPLY, SOURCE_WIDTH = range(6)
+
+
+class CompiledMechanism(NamedTuple):
+    """What `advance` takes: engine/mechanism/preparation.py makes it of a `Packed`."""
+
+    whole: Places
+    numbers: Vector
+    laws: Places
+
+
+class JointForest(NamedTuple):
+    """The joints' trees (n,): blocks in preorder; each block's parent, the joint to it (-1 at a
+    root), whether the joint leads outward."""
+
+    order: list[int]
+    parent: list[int]
+    joint: list[int]
+    outward: list[int]
+
+
+class _SectionWriter:
+    """Collects the sections."""
+
+    def __init__(self) -> None:
+        self.header = np.zeros(HEADER, dtype=np.int64)
+        self.whole: list[Places] = [self.header]
+        self.numbers: list[Vector] = [np.zeros(1)]
+        self.places = HEADER
+        self.size = 1
+
+    def put_whole(self, section: int, *columns: Any) -> None:
+        table = np.column_stack([np.asarray(column, dtype=np.int64) for column in columns]).ravel()
+        self.header[section] = self.places
+        self.whole.append(table)
+        self.places += table.size
+
+    def put(self, section: int, *columns: Any) -> None:
+        table = np.column_stack(
+            [np.asarray(column, dtype=np.float64) for column in columns]
+        ).ravel()
+        self.header[section] = self.size
+        self.numbers.append(table)
+        self.size += table.size
+
+
+def _irreversible(packed: PackedMechanism) -> NDArray[np.bool_]:
+    """Joints that their load cannot drive: a load's force finds no force at a that balances it with
+    the friction."""
+    joints = packed.joints
+    return (np.abs(joints.ratio) <= joints.back_loss) | (np.abs(joints.ratio) <= joints.thread)
+
+
+def _from_root(
+    root: int, near: list[list[tuple[int, int]]], joints: Any, forest: JointForest
+) -> None:
+    """Appends the tree of a root to `forest`, depth first."""
+    stack = [(root, -1, -1)]
+    while stack:
+        block, parent, joint = stack.pop()
+        forest.order.append(block)
+        forest.parent[block], forest.joint[block] = parent, joint
+        forest.outward[block] = int(joint >= 0 and joints.a[joint] == parent)
+        stack += [(other, block, link) for link, other in reversed(near[block]) if link != joint]
+
+
+def forest_of(packed: PackedMechanism) -> JointForest:
+    """The trees of the joints. ValueError where joints form a loop, or where loads of links that
+    they cannot drive are joined."""
+    n, joints = packed.inertia.size, packed.joints
+    near: list[list[tuple[int, int]]] = [[] for _ in range(n)]
+    for link, (a, b) in enumerate(zip(joints.a.tolist(), joints.b.tolist(), strict=True)):
+        near[a].append((link, b))
+        near[b].append((link, a))
+    forest = JointForest([], [-1] * n, [-1] * n, [0] * n)
+    stiff, seen = _irreversible(packed), np.zeros(n, dtype=bool)
+    for first in range(n):
+        if seen[first]:
+            continue
+        for root in _roots(first, near, joints, stiff):
+            begin = len(forest.order)
+            _from_root(root, near, joints, forest)
+            members = forest.order[begin:]
+            if not any(
+                stiff[forest.joint[i]] and not forest.outward[i]
+                for i in members
+                if forest.joint[i] >= 0
+            ):
+                break
+            del forest.order[begin:]
+        else:
+            raise ValueError(
+                "two links that their load cannot drive have their loads joined rigidly: nothing can move"
+            )
+        seen[members] = True
+    return forest
+
+
+def _roots(
+    first: int, near: list[list[tuple[int, int]]], joints: Any, stiff: NDArray[np.bool_]
+) -> list[int]:
+    """Blocks that may be the root of the tree of `first`: itself, or the driving ends of links that
+    their load cannot drive."""
+    reached, stack, walked = {first}, [(first, -1)], []
+    while stack:
+        block, through = stack.pop()
+        for link, other in near[block]:
+            if link == through:
+                continue
+            if other in reached:
+                raise ValueError("joints form a loop: the forces in it have no solution")
+            reached.add(other)
+            walked.append(link)
+            stack.append((other, link))
+    drivers = [int(joints.a[link]) for link in walked if stiff[link]]
+    return [first, *drivers]
+
+
+def _dry(packed: PackedMechanism, kinds: list[int]) -> Places:
+    """Blocks whose own elements let them stick (n,)."""
+    dry = np.zeros(packed.inertia.size, dtype=np.int64)
+    for block, kind in zip(packed.frictions.block, kinds, strict=True):
+        dry[block] |= kind == 0
+    dry[packed.pressings.block[packed.pressings.coefficient > 0.0]] = 1
+    joints, couplings = packed.joints, packed.couplings
+    lossy = (joints.drive_loss != 0.0) | (joints.back_loss != 0.0) | (joints.thread != 0.0)
+    dry[joints.a[lossy]] = 1
+    lossy = ((couplings.drive_loss != 0.0) | (couplings.back_loss != 0.0)) & (couplings.a >= 0)
+    dry[couplings.a[lossy]] = 1
+    return dry
+
+
+def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[Places, Vector, Vector]:
+    """Each block's group, its speed per unit of the group's first block's, the group's mass as its
+    first block sees it (n,)."""
+    n, joints = packed.inertia.size, packed.joints
+    group, ratio, mass = np.arange(n), np.ones(n), np.zeros(n)
+    for block in forest.order:
+        joint = forest.joint[block]
+        if joint >= 0 and joints.gap[joint] == 0.0:
+            group[block] = group[forest.parent[block]]
+            along = joints.ratio[joint] if forest.outward[block] else 1.0 / joints.ratio[joint]
+            ratio[block] = ratio[forest.parent[block]] * along
+        mass[group[block]] += ratio[block] ** 2 * packed.inertia[block]
+    return group, ratio, mass
+
+
+def _spans(forest: JointForest) -> Places:
+    """How many blocks hang on each, itself included (n,): they follow it in the order."""
+    span = np.ones(len(forest.order), dtype=np.int64)
+    for block in reversed(forest.order):
+        if forest.parent[block] >= 0:
+            span[forest.parent[block]] += span[block]
+    return span
+
+
+def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
+    """The size of each inner state of the frictions, which its error is relative to."""
+    found = [sizes_of(ROWS[row], p) for row, p in zip(rows, values, strict=True)]
+    return np.concatenate(found) if found else np.zeros(0)
+
+
+def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
+    """The sections of a mechanism. ValueError where its joints have no solution, or where a law of
+    friction is not in the table."""
+    f, c, j = packed.frictions, packed.couplings, packed.joints
+    values = [f.law_values[f.law_start[i] : f.law_start[i + 1]] for i in range(f.block.size)]
+    kinds = [kind_of(ROWS[row], p) for row, p in zip(f.law.tolist(), values, strict=True)]
+    inner = [rest_of(ROWS[row], p).size for row, p in zip(f.law.tolist(), values, strict=True)]
+    ends = np.concatenate([[0], np.cumsum(inner)]).astype(np.int64)
+    forest, out = forest_of(packed), _SectionWriter()
+    group, ratio, mass = _groups(packed, forest)
+    sizes = (
+        packed.inertia,
+        j.a,
+        c.a,
+        f.block,
+        packed.pressings.block,
+        packed.pushes.block,
+        packed.stops.block,
+        packed.sources.block,
+    )
+    out.header[: len(sizes)] = [array.size for array in sizes]
+    out.header[INNER] = ends[-1]
+    out.header[TIMED] = sum(kind >= HYBRID for kind in kinds)
+    out.put_whole(JOINT_ENDS, j.a, j.b)
+    out.put_whole(COUPLING_ENDS, c.a, c.b, c.curve)
+    straight = [straight_of(ROWS[row], p) for row, p in zip(f.law.tolist(), values, strict=True)]
+    out.put_whole(
+        FRICTION_PLACES,
+        f.block,
+        f.law,
+        kinds,
+        f.law_start[:-1],
+        f.law_start[1:],
+        f.level,
+        ends[:-1],
+        ends[1:],
+        straight,
+    )
+    out.put_whole(PRESSING_PLACES, packed.pressings.block, packed.pressings.force)
+    out.put_whole(PUSH_PLACES, packed.pushes.block, packed.pushes.curve)
+    out.put_whole(STOP_BLOCKS, packed.stops.block)
+    out.put_whole(SOURCE_BLOCKS, packed.sources.block)
+    out.put_whole(CURVE_START, packed.curves.start)
+    for section, column in (
+        (ORDER, forest.order),
+        (PARENT, forest.parent),
+        (PARENT_JOINT, forest.joint),
+        (OUTWARD, forest.outward),
+    ):
+        out.put_whole(section, column)
+    for section, places in ((GROUP, group), (DRY, _dry(packed, kinds)), (SPAN, _spans(forest))):
+        out.put_whole(section, places)
+    out.put(MASS, packed.inertia)
+    out.put(SPEED, packed.scale)
+    out.put(
+        JOINT,
+        j.ratio,
+        j.offset,
+        j.gap,
+        j.restitution,
+        j.drive_loss,
+        j.back_loss,
+        j.thread,
+        j.thesis_screw,
+    )
+    out.put(
+        COUPLING,
+        c.ratio,
+        c.offset,
+        c.gap,
+        np.zeros(c.a.size),
+        c.drive_loss,
+        c.back_loss,
+        c.stiffness,
+        c.damping,
+    )
+    out.put(LAW_VALUES, f.law_values)
+    out.put(PRESSING, packed.pressings.coefficient, packed.pressings.breakaway_ratio)
+    out.put(PUSH, packed.pushes.constant)
+    out.put(STOP, packed.stops.low, packed.stops.high, packed.stops.restitution)
+    s = packed.sources
+    out.put(SOURCE, s.constant, s.limit, s.lag, s.resistance, s.supply)
+    out.put(BREAKS, packed.curves.breaks)
+    out.put(CUBIC, packed.curves.cubic.ravel())
+    out.put(GROUP_RATIO, ratio)
+    out.put(GROUP_MASS, mass)
+    out.put(INNER_SIZE, _inner_sizes(f.law.tolist(), values))
+    return CompiledMechanism(
+        np.concatenate(out.whole),
+        np.concatenate(out.numbers),
+        addresses_of([ROWS[row] for row in f.law.tolist()], kinds),
+    )

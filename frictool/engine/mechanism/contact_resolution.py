@@ -1,0 +1,160 @@
+"""Which contacts hold, what sticks and what starts, at one instant: each tree of joints with what
+touches at once (tree.py)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCK,
+    BLOCKS,
+    COEFFICIENT,
+    COUPLING,
+    COUPLING_WIDTH,
+    COUPLINGS,
+    FRICTION_PLACES,
+    FRICTION_WIDTH,
+    FRICTIONS,
+    GAP,
+    JOINTS,
+    KIND,
+    LAW_VALUES,
+    LEVEL,
+    ORDER,
+    PARENT_JOINT,
+    PRESSING,
+    PRESSING_PLACES,
+    PRESSINGS,
+    SOURCES,
+    STIFFNESS,
+    STOP_BLOCKS,
+    STOPS,
+    VALUES,
+    VALUES_END,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.curves import curve_value
+from frictool.engine.mechanism.efforts import all_efforts, coupling_stretch
+from frictool.engine.mechanism.law_kernels import EXACT, breakaway, slip_force
+from frictool.engine.mechanism.state import (
+    FOUND,
+    INPUTS,
+    OPEN,
+    STUCK,
+    MechanismState,
+    RateEvaluation,
+)
+from frictool.engine.mechanism.tree_solver import solve_tree
+from frictool.engine.mechanism.workspace_rows import (
+    AHEAD,
+    BEHIND,
+    HOLD_HIGH,
+    HOLD_LOW,
+    STOPPED_HIGH,
+    STOPPED_LOW,
+)
+from frictool.engine.status import LAW_FAILED, OK
+from frictool.runtime.kernels import inset_kernel, part_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+
+@inset_kernel
+def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None:
+    """Friction of each block with which a slip from rest begins, AHEAD and BEHIND, without what its
+    joints lose."""
+    k, p, laws = machine
+    n = k[BLOCKS]
+    for i in range(n):
+        w[AHEAD, i], w[BEHIND, i] = w[HOLD_HIGH, i], -w[HOLD_LOW, i]
+    for f in range(k[FRICTIONS]):
+        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
+        block = k[row + BLOCK]
+        if k[row + KIND] != EXACT or y[n + block] != 0.0:
+            continue
+        values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
+        level = 1.0 if k[row + LEVEL] < 0 else curve_value(k, p, k[row + LEVEL], y[block])
+        w[AHEAD, block] += level * (
+            slip_force(laws[f, 0], 0.0, 1.0, values) - breakaway(laws[f, 1], 1.0, values)
+        )
+        w[BEHIND, block] -= level * (
+            slip_force(laws[f, 0], 0.0, -1.0, values) + breakaway(laws[f, 1], -1.0, values)
+        )
+    for s in range(k[PRESSINGS]):
+        block = k[k[PRESSING_PLACES] + 2 * s]
+        row = k[PRESSING] + 2 * s
+        if y[n + block] == 0.0:
+            force = max(0.0, curve_value(k, p, k[k[PRESSING_PLACES] + 2 * s + 1], y[block]))
+            excess = p[row + COEFFICIENT] * (p[row + 1] - 1.0) * force
+            w[AHEAD, block] -= excess
+            w[BEHIND, block] -= excess
+
+
+@inset_kernel
+def _flanks(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, work: Vector) -> None:
+    """Compliant flanks that have met or have let go change.
+
+    One that lets go before it is unstrained comes back by itself: its damping takes what its
+    stiffness held, (1/2) k s^2.
+    """
+    first, at = k[BLOCKS] + 2 * k[JOINTS], k[SOURCES] + k[BLOCKS] + k[JOINTS]
+    for c in range(k[COUPLINGS]):
+        if guard[first + c] < -1.0:
+            e, _ = coupling_stretch(k, p, c, y)
+            row = k[COUPLING] + c * COUPLING_WIDTH
+            beyond = abs(e) - p[row + GAP]
+            held = 0.5 * p[row + STIFFNESS] * beyond * beyond if beyond > 0.0 else 0.0
+            if modes[first + c] == OPEN:
+                modes[first + c] = -1 if e < 0.0 else 1
+                work[at + c] -= held
+            else:
+                modes[first + c] = OPEN
+                work[at + c] += held
+
+
+@inset_kernel
+def _ready(k: Places, y: Vector, modes: Places, w: Vector) -> None:
+    """Motions by which efforts at rest are asked for; blocks that rest at their stops."""
+    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    for i in range(n):
+        v = y[n + i]
+        modes[i] = STUCK if v == 0.0 else (1 if v > 0.0 else -1)
+        w[STOPPED_LOW, i], w[STOPPED_HIGH, i] = 0.0, 0.0
+    for s in range(k[STOPS]):
+        if modes[stops + s] != OPEN:
+            block = k[k[STOP_BLOCKS] + s]
+            w[STOPPED_LOW if modes[stops + s] < 0 else STOPPED_HIGH, block] = 1.0
+
+
+@part_kernel
+def resolve(
+    machine: CompiledMechanism, state: MechanismState, t: float, found: RateEvaluation
+) -> int:
+    """Sets all modes, t after the command. Flanks that touch without a relative speed have to be
+    marked, and blocks that stops hold.
+
+    found: the guards of the modes so far, and where to work. Returns engine/status.py; where a part
+    jams, the place of its first block in the order is the last of the row FOUND.
+    """
+    k, p, _ = machine
+    y, modes, room, w = state.y, state.modes, state.room, found.w
+    n, stops, places = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS], room.places[FOUND]
+    _flanks(k, p, y, modes, found.guard, state.work)
+    _ready(k, y, modes, w)
+    if all_efforts(machine, t, y, modes, room.lines[INPUTS], found) != 0:
+        return LAW_FAILED
+    _starting_friction(machine, y, w)
+    for place in range(n):
+        i = k[k[ORDER] + place]
+        joint = k[k[PARENT_JOINT] + i]
+        if joint >= 0 and modes[n + joint] != OPEN:
+            continue
+        status = solve_tree(k, p, modes, place, places, y, w)
+        if status != OK:
+            return status
+    for s in range(k[STOPS]):
+        if modes[stops + s] != OPEN and modes[k[k[STOP_BLOCKS] + s]] != STUCK:
+            modes[stops + s] = OPEN
+    return OK

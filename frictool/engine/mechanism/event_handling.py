@@ -1,0 +1,162 @@
+"""What is done between steps: the modes at the beginning of a call, the state after a step, the
+modes after an event."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.articulated_body import field
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    COUPLINGS,
+    INNER,
+    JOINTS,
+    ORDER,
+    STOPS,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.dormand_prince8 import AFTER
+from frictool.engine.mechanism.events import STRIKES, TOUCHES, EventRows, write, write_changes
+from frictool.engine.mechanism.hysteresis_memory import remember
+from frictool.engine.mechanism.impacts import impacts
+from frictool.engine.mechanism.mode_guards import distance_to_guard, forces_hold
+from frictool.engine.mechanism.mode_iteration import align, settle, stop_tree
+from frictool.engine.mechanism.state import (
+    BEFORE,
+    END,
+    GUARD,
+    INPUTS,
+    OPEN,
+    SPEEDS,
+    SPENT,
+    STUCK,
+    TRIAL,
+    MechanismState,
+    RateEvaluation,
+)
+from frictool.engine.status import LAW_FAILED, OK
+from frictool.runtime.kernels import inset_kernel, part_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+FIRST_STEP = 1e-5  # s
+
+
+@inset_kernel
+def _note(k: Places, state: MechanismState) -> None:
+    """Keeps modes and speeds, by which changes are told."""
+    for i in range(state.modes.shape[0]):
+        state.room.places[BEFORE, i] = state.modes[i]
+    for i in range(k[BLOCKS]):
+        state.room.lines[SPEEDS, i] = state.y[k[BLOCKS] + i]
+
+
+@inset_kernel
+def _copy(values: Vector, to: Vector) -> None:
+    for i in range(to.shape[0]):
+        to[i] = values[i]
+
+
+@inset_kernel
+def _are_finite(values: Vector) -> bool:
+    total = 0.0
+    for value in values:
+        total += value
+    return math.isfinite(total)
+
+
+@inset_kernel
+def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
+    """Fills the rows 0 and GUARD."""
+    room = state.room
+    found = RateEvaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
+    return field(machine, t, state.y, state.modes, room.lines[INPUTS], found)
+
+
+@part_kernel
+def begin(machine: CompiledMechanism, state: MechanismState, told: EventRows) -> int:
+    """The rates under a new command, and the modes where they change by it, or are not known yet.
+    Returns engine/status.py."""
+    k, p, _ = machine
+    pace, room = state.pace, state.room
+    if _evaluate(machine, state, 0.0) != 0:
+        return LAW_FAILED
+    fresh = pace[0] == 0.0
+    if not fresh and forces_hold(k, state.modes, room.lines[GUARD]) and _are_finite(room.slopes[0]):
+        return OK
+    _note(k, state)
+    status = impacts(k, p, state.y, state.modes, room.w, state.work) if fresh else OK
+    if status == OK:
+        status = settle(machine, state, 0.0, told)
+    if not fresh:
+        write_changes(machine, pace[1], room.lines[SPEEDS], room.places[BEFORE], state.modes, told)
+    pace[0] = max(pace[0], FIRST_STEP)
+    return status
+
+
+@part_kernel
+def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
+    """Makes the end of a step, t after the command, the state, and its work done; dynamic laws
+    remember it. Returns engine/status.py."""
+    y, work, room = state.y, state.work, state.room
+    _copy(room.lines[END], y)
+    _copy(room.slopes[AFTER], room.slopes[0])
+    _copy(room.powers[AFTER], room.powers[0])
+    _copy(room.lines[TRIAL], room.lines[GUARD])
+    spent = room.lines[SPENT]
+    for e in range(work.shape[0]):
+        work[e] += spent[e]
+    if machine.whole[INNER] > 0:
+        failed, changed = remember(machine, y, room.lines[END])
+        if changed:
+            failed += _evaluate(machine, state, t)
+        if failed != 0:
+            return LAW_FAILED
+    return OK
+
+
+@inset_kernel
+def _meet_or_halt(k: Places, p: Vector, now: float, state: MechanismState, told: EventRows) -> bool:
+    """Roots whose speed has come to 0 stop with all that moves along; says whether flanks or stops
+    meet."""
+    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    y, modes, guard, meet = state.y, state.modes, state.room.lines[GUARD], False
+    for joint in range(j):
+        if modes[n + joint] == OPEN and guard[n + joint] <= 0.0:
+            _, rate = distance_to_guard(k, p, n + joint, y, y, modes)
+            if rate < 0.0:
+                write(told, now, TOUCHES, joint, -rate)
+                meet = True
+    for s in range(k[STOPS]):
+        if modes[n + 2 * j + c + s] == OPEN and guard[n + 2 * j + c + s] <= 0.0:
+            _, rate = distance_to_guard(k, p, n + 2 * j + c + s, y, y, modes)
+            if rate < 0.0:
+                write(told, now, STRIKES, s, -rate)
+                meet = True
+    for place in range(n):
+        i = k[k[ORDER] + place]
+        if guard[i] <= 0.0 and modes[i] != STUCK and y[n + i] != 0.0:
+            stop_tree(k, place, p, y, modes)
+    return meet
+
+
+@part_kernel
+def handle_event(
+    machine: CompiledMechanism, state: MechanismState, t: float, told: EventRows
+) -> int:
+    """What the guards say has happened, t after the command: impacts, stops, and the modes from
+    here on. Returns engine/status.py."""
+    k, p, _ = machine
+    y, modes, room, now, status = state.y, state.modes, state.room, state.pace[1] + t, OK
+    _note(k, state)
+    if _meet_or_halt(k, p, now, state, told):
+        status = impacts(k, p, y, modes, room.w, state.work)
+    align(k, p, y, modes)
+    if status == OK:
+        status = settle(machine, state, t, told)
+    write_changes(machine, now, room.lines[SPEEDS], room.places[BEFORE], modes, told)
+    return status

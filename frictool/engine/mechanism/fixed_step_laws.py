@@ -1,0 +1,189 @@
+"""Laws with a step T_e of their own, as printed: hybrid A, B, C (3.28)-(3.39), and those with a
+band (2.32), (2.35).
+
+They see the effort u on their block, which is what all else would make it do: of the tree that
+moves with it, as its joints bring it there. The mode is asked for at the beginning of each T_e and
+held in it; within, the motion is integrated as everywhere. Of several such laws in one tree each
+sees what those before it leave. While a tree sticks by exact friction, its laws of this kind wait.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCK,
+    BLOCKS,
+    COUPLINGS,
+    FIRST_INNER,
+    FRICTION_PLACES,
+    FRICTION_WIDTH,
+    FRICTIONS,
+    INNER_END,
+    JOINTS,
+    KIND,
+    LAW_VALUES,
+    LEVEL,
+    OUTWARD,
+    PARENT,
+    PARENT_JOINT,
+    RATIO,
+    SOURCES,
+    STOPS,
+    VALUES,
+    VALUES_END,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.curves import curve_value
+from frictool.engine.mechanism.joint_losses import joint_row
+from frictool.engine.mechanism.law_kernels import (
+    BANDED,
+    HYBRID,
+    band,
+    breakaway,
+    enter,
+    hybrid_acceleration,
+    hybrid_commit,
+    hybrid_force,
+    hybrid_rate,
+    mode_after,
+    seen_velocity,
+    slip_force,
+)
+from frictool.engine.mechanism.state import OPEN, STUCK, MechanismState, RateEvaluation
+from frictool.engine.mechanism.workspace_rows import FORCE, GROSS, INERTIA, NEED, ON_BLOCK
+from frictool.friction.static_kernels import sticking_force
+from frictool.friction.status import OK
+from frictool.runtime.kernels import inset_kernel, part_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+HELD, SLIPS = 0, 1  # modes of a law
+
+
+@inset_kernel
+def _root_of(k: Places, p: Vector, modes: Places, block: int) -> tuple[int, float]:
+    """The root of the tree that moves with a block, and the block's speed per unit of the
+    root's."""
+    n, i, along = k[BLOCKS], block, 1.0
+    while k[k[PARENT_JOINT] + i] >= 0 and modes[n + k[k[PARENT_JOINT] + i]] != OPEN:
+        ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
+        along *= ratio if k[k[OUTWARD] + i] == 1 else 1.0 / ratio
+        i = k[k[PARENT] + i]
+    return i, along
+
+
+@inset_kernel
+def _first_mode(k: Places) -> int:
+    return int(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS])
+
+
+@part_kernel
+def timed_frictions(
+    machine: CompiledMechanism, y: Vector, modes: Places, found: RateEvaluation, whole: bool
+) -> int:
+    """Takes the frictions of these laws off FORCE, after the needs have been gathered without them;
+    finds their states' rates."""
+    k, p, laws = machine
+    out, w, power = found.rates, found.w, found.power
+    n, status, first = k[BLOCKS], OK, _first_mode(k)
+    at = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS]
+    for f in range(k[FRICTIONS]):
+        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
+        kind, block, mode = k[row + KIND], k[row + BLOCK], modes[first + f]
+        if kind < HYBRID:
+            continue
+        values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
+        begin, end = 2 * n + k[row + FIRST_INNER], 2 * n + k[row + INNER_END]
+        level = 1.0 if k[row + LEVEL] < 0 else curve_value(k, p, k[row + LEVEL], y[block])
+        root, along = _root_of(k, p, modes, block)
+        v, u, mass, friction = (
+            y[n + block],
+            -w[NEED, root] / (along * level),
+            w[INERTIA, root] / (along * along),
+            0.0,
+        )
+        w[ON_BLOCK, block] = u
+        if kind == HYBRID:
+            status += hybrid_rate(laws[f, 4], mode, v, y[begin:end], values, out[begin:end])
+        if modes[root] != STUCK:
+            if kind == HYBRID and mode == HELD:
+                friction = level * u - mass * hybrid_acceleration(
+                    laws[f, 3], mode, v, u, y[begin:end], values
+                )
+            elif kind == HYBRID:
+                friction = level * hybrid_force(laws[f, 2], mode, v, u, y[begin:end], values)
+            elif mode == HELD:
+                friction = level * sticking_force(
+                    u, breakaway(laws[f, 1], 1.0, values), breakaway(laws[f, 1], -1.0, values)
+                )
+            else:
+                friction = level * slip_force(laws[f, 0], v, math.copysign(1.0, v), values)
+        w[FORCE, block] -= friction
+        if whole:
+            w[GROSS, block] += abs(friction)
+        w[NEED, root] += friction * along
+        power[at + f] = friction * v
+    return status
+
+
+@part_kernel
+def seen_speeds(machine: CompiledMechanism, y: Vector, modes: Places, rates: Vector) -> None:
+    """Positions follow the velocity that a banded law reports: 0 in Karnopp's band, with all that
+    moves along."""
+    k, p, laws = machine
+    n = k[BLOCKS]
+    for f in range(k[FRICTIONS]):
+        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
+        if k[row + KIND] != BANDED:
+            continue
+        values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
+        v = y[n + k[row + BLOCK]]
+        if seen_velocity(laws[f, 3], v, values) == v:
+            continue
+        root, _ = _root_of(k, p, modes, k[row + BLOCK])
+        for i in range(n):
+            if _root_of(k, p, modes, i)[0] == root:
+                rates[i] = 0.0
+
+
+@part_kernel
+def switch(machine: CompiledMechanism, state: MechanismState) -> int:
+    """The modes of these laws for the coming step, by what they have just seen. Returns
+    friction/status.py."""
+    k, p, laws = machine
+    y, modes, w = state.y, state.modes, state.room.w
+    n, status, first = k[BLOCKS], OK, _first_mode(k)
+    for f in range(k[FRICTIONS]):
+        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
+        kind, block, mode = k[row + KIND], k[row + BLOCK], modes[first + f]
+        values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
+        v, u = y[n + block], w[ON_BLOCK, block]
+        if kind == BANDED:
+            modes[first + f] = HELD if abs(v) <= band(laws[f, 2], values) else SLIPS
+        elif kind == HYBRID:
+            z = y[2 * n + k[row + FIRST_INNER] : 2 * n + k[row + INNER_END]]
+            after = mode_after(laws[f, 0], mode, v, u, z, values)
+            if after != mode:
+                modes[first + f] = after
+                status += enter(laws[f, 1], after, v, u, z, values)
+    return status
+
+
+@part_kernel
+def keep(machine: CompiledMechanism, state: MechanismState) -> int:
+    """Takes the step into the memories of hybrid laws. Returns friction/status.py."""
+    k, p, laws = machine
+    y, modes = state.y, state.modes
+    n, status, first = k[BLOCKS], OK, _first_mode(k)
+    for f in range(k[FRICTIONS]):
+        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
+        if k[row + KIND] == HYBRID:
+            values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
+            z = y[2 * n + k[row + FIRST_INNER] : 2 * n + k[row + INNER_END]]
+            status += hybrid_commit(laws[f, 5], modes[first + f], z, values)
+    return status

@@ -1,0 +1,85 @@
+"""What counts as nothing: efforts, ways and speeds below which a guard is not passed; and the
+guards that ways keep."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    COUPLINGS,
+    GAP,
+    HIGH,
+    JOINT_ENDS,
+    JOINTS,
+    LOW,
+    MASS,
+    OFFSET,
+    RATIO,
+    SPEED,
+    STOP,
+    STOP_BLOCKS,
+    STOP_WIDTH,
+    STOPS,
+)
+from frictool.engine.mechanism.joint_losses import joint_row
+from frictool.engine.mechanism.state import OPEN
+from frictool.engine.mechanism.workspace_rows import GROSS
+from frictool.runtime.kernels import inset_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+SLACK = 1e-11  # of the efforts that meet in a place: less is nothing
+LEAST_RATE = 1e-9  # 1/s: nor is an acceleration of this times the speed that counts
+SPEED_SLACK = 1e-11  # of the speed that counts
+PLACE_SLACK = 1e-10  # of a gap
+ROUNDING = 1e-15
+
+
+@inset_kernel
+def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
+    """Forces at a block below this are nothing."""
+    least = 1e-300  # of a block without mass on which nothing acts
+    return float(
+        SLACK * w[GROSS, block] + LEAST_RATE * p[k[MASS] + block] * p[k[SPEED] + block] + least
+    )
+
+
+@inset_kernel
+def joint_gap(k: Places, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
+    """e, e' of a joint, and the size of positions that count as none there."""
+    n, row = k[BLOCKS], joint_row(k, joint)
+    a, b, ratio = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1], p[row + RATIO]
+    e = y[b] - ratio * y[a] - p[row + OFFSET]
+    size = abs(y[b]) + abs(ratio * y[a]) + abs(p[row + OFFSET])
+    return e, y[n + b] - ratio * y[n + a], PLACE_SLACK * p[row + GAP] + ROUNDING * size
+
+
+@inset_kernel
+def stop_slack(p: Vector, row: int) -> float:
+    """The way that counts as none at a stop."""
+    low, high = p[row + LOW], p[row + HIGH]
+    span = high - low
+    if span == math.inf:
+        span = abs(low) if low > -math.inf else abs(high)
+    return float(PLACE_SLACK * 1e-2 * span + 1e-13)
+
+
+@inset_kernel
+def place_guards(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector) -> None:
+    """How far open flanks and stops are, in what counts as none."""
+    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    for joint in range(j):
+        if modes[n + joint] == OPEN:
+            e, _, slack = joint_gap(k, p, joint, y)
+            gap = p[joint_row(k, joint) + GAP]
+            guard[n + joint] = min(e + gap, gap - e) / slack
+    for s in range(k[STOPS]):
+        at = n + 2 * j + c + s
+        if modes[at] == OPEN:
+            block, row = k[k[STOP_BLOCKS] + s], k[STOP] + s * STOP_WIDTH
+            guard[at] = min(y[block] - p[row + LOW], p[row + HIGH] - y[block]) / stop_slack(p, row)

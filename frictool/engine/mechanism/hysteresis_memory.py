@@ -1,0 +1,63 @@
+"""What dynamic laws remember: their memory moves after accepted steps, and no step passes a
+reversal, which it has to see."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCK,
+    BLOCKS,
+    FIRST_INNER,
+    FRICTION_PLACES,
+    FRICTION_WIDTH,
+    FRICTIONS,
+    INNER_END,
+    KIND,
+    LAW_VALUES,
+    SPEED,
+    VALUES,
+    VALUES_END,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.law_kernels import DYNAMIC, commit
+from frictool.friction.status import OK
+from frictool.runtime.kernels import part_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+AT_REVERSAL = 1e-3  # of the speed that counts: slower than that a step may pass 0
+
+
+@part_kernel
+def first_reversal(k: Places, p: Vector, h: float, y: Vector, end: Vector) -> float:
+    """The length of a step, or of one that ends about where the first block with a dynamic law
+    reverses."""
+    n, shortest = k[BLOCKS], h
+    for f in range(k[FRICTIONS]):
+        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
+        if k[row + KIND] == DYNAMIC:
+            block = k[row + BLOCK]
+            v0, v1 = y[n + block], end[n + block]
+            if v0 * v1 < 0.0 and min(abs(v0), abs(v1)) > AT_REVERSAL * p[k[SPEED] + block]:
+                shortest = min(shortest, h * v0 / (v0 - v1))
+    return shortest
+
+
+@part_kernel
+def remember(machine: CompiledMechanism, y: Vector, before: Vector) -> tuple[int, bool]:
+    """Takes the step to y into the laws' memories; returns friction/status.py, and whether anything
+    has changed from `before`."""
+    k, p, laws = machine
+    n, status, changed = k[BLOCKS], OK, False
+    for f in range(k[FRICTIONS]):
+        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
+        if k[row + KIND] == DYNAMIC:
+            first, end = 2 * n + k[row + FIRST_INNER], 2 * n + k[row + INNER_END]
+            values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
+            status += commit(laws[f, 2], y[first:end], y[n + k[row + BLOCK]], values)
+            for i in range(first, end):
+                changed = changed or y[i] != before[i]
+    return status, changed

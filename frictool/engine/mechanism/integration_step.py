@@ -1,0 +1,132 @@
+"""One step of the integrator with all modes held: to its end, and to any instant within it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.articulated_body import field
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    COUPLINGS,
+    INNER,
+    INNER_SIZE,
+    JOINTS,
+    SPEED,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.dormand_prince8 import AFTER, SLOPES, STAGES
+from frictool.engine.mechanism.mode_guards import is_forced
+from frictool.engine.mechanism.state import (
+    END,
+    ERRORS,
+    GUARD,
+    INPUTS,
+    PATH,
+    STUCK,
+    THIRD,
+    TRIAL,
+    WATCHED,
+    MechanismState,
+    RateEvaluation,
+    Workspace,
+)
+from frictool.engine.mechanism.step_stages import stages
+from frictool.engine.mechanism.weighted_sums import on_path, path_of, stage_point, step_errors
+from frictool.runtime.kernels import inset_kernel, part_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+SLOW = 0.1  # of the speed that counts: slower ones are computed to the tolerance of this
+PLACE_TIME = 1e-2  # s: positions are computed to the tolerance of a speed that counts, times this
+
+
+@inset_kernel
+def _watch(k: Places, modes: Places, guard: Vector, watched: Places) -> int:
+    """Lists the guards that forces keep and that can end; their number."""
+    count = 0
+    for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]):
+        if guard[index] < math.inf and is_forced(k, modes, index):
+            watched[count] = index
+            count += 1
+    return count
+
+
+@inset_kernel
+def _error(k: Places, p: Vector, h: float, modes: Places, room: Workspace) -> float:
+    """The largest error of a state, in what is computed of it to a tolerance of 1."""
+    n, worst, errors, end = k[BLOCKS], 0.0, room.lines[ERRORS], room.lines[END]
+    step_errors(h, room.slopes, errors, room.lines[THIRD])
+    for i in range(n):
+        if modes[i] != STUCK:
+            size = max(SLOW * p[k[SPEED] + i], abs(end[n + i]))
+            worst = max(worst, max(errors[i], errors[n + i] * PLACE_TIME) / (size * PLACE_TIME))
+    for i in range(k[INNER]):
+        worst = max(worst, errors[2 * n + i] / p[k[INNER_SIZE] + i])
+    return worst
+
+
+@inset_kernel
+def at_end(room: Workspace) -> RateEvaluation:
+    """Where the rates at a step's end are put."""
+    return RateEvaluation(room.slopes[AFTER], room.w, room.lines[TRIAL], room.powers[AFTER])
+
+
+@inset_kernel
+def _is_finite(end: Vector, rates: Vector) -> bool:
+    total = 0.0
+    for i in range(rates.shape[0]):
+        total += end[i] + rates[i]
+    return math.isfinite(total)
+
+
+@part_kernel
+def try_step(
+    machine: CompiledMechanism, state: MechanismState, t: float, h: float, tolerance: float
+) -> tuple[float, float]:
+    """From the state, t after its command, to END, with y' and the powers there in the rows AFTER,
+    the guards in TRIAL.
+
+    Before: y' and the powers of the state in the rows 0, its guards in GUARD.
+
+    Returns the error in tolerances, inf where the law or the mechanism fails, and the part of the
+    step after which a force's guard was first seen broken, 1 where none was.
+    """
+    k, p, _ = machine
+    y, modes, room = state.y, state.modes, state.room
+    end, found = room.lines[END], at_end(room)
+    watching = _watch(k, modes, room.lines[GUARD], room.places[WATCHED])
+    seen = stages(machine, state, t, h, 1, STAGES, watching)
+    stage_point(AFTER, h, y, room.slopes, end)
+    failed = field(machine, t + h, end, modes, room.lines[INPUTS], found)
+    worst = _error(k, p, h, modes, room)
+    if seen < 0.0 or failed != 0 or not _is_finite(end, found.rates) or not math.isfinite(worst):
+        return math.inf, 1.0
+    return worst / tolerance, seen
+
+
+@part_kernel
+def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float) -> bool:
+    """Finds the path of the step that has been tried, and of the work done along it; False where a
+    law fails."""
+    room = state.room
+    seen = stages(machine, state, t, h, AFTER + 1, SLOPES, 0)
+    path_of(h, room.slopes, room.slopes[PATH:])
+    path_of(h, room.powers, room.powers[PATH:])
+    return seen >= 0.0
+
+
+@part_kernel
+def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, at: float) -> bool:
+    """Goes along the path to `at`, 0 .. h: END, AFTER and TRIAL as after a step of that length;
+    whether the rates are finite."""
+    y, room = state.y, state.room
+    end, found = room.lines[END], at_end(room)
+    on_path(at / h, room.slopes[PATH:], end)
+    for i in range(y.shape[0]):
+        end[i] += y[i]
+    status = field(machine, t + at, end, state.modes, room.lines[INPUTS], found)
+    return status == 0 and _is_finite(end, found.rates)

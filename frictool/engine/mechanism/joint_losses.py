@@ -1,0 +1,129 @@
+"""A joint's force at its driving end for the force at its other end, with its loss; inverse, and as
+intervals at rest.
+
+    g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
+
+s is the direction of a. With efficiencies (2.3), (2.20) the kink is 0 and c = ±s drive_loss or ±s
+back_loss by the direction of power; in the thesis's screw (2.12)-(2.13), (2.15) the kink is where
+thread lambda = thesis_screw u_a, and c = ±s thread. g rises with ratio lambda where the load can
+drive.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.compiled_mechanism import (
+    BACK_LOSS,
+    DRIVE_LOSS,
+    JOINT,
+    JOINT_WIDTH,
+    RATIO,
+    THESIS_SCREW,
+    THREAD,
+)
+from frictool.runtime.kernels import inset_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+
+@inset_kernel
+def joint_row(k: Places, joint: int) -> int:
+    """Where a joint's numbers begin."""
+    return int(k[JOINT] + joint * JOINT_WIDTH)
+
+
+@inset_kernel
+def is_lossy(p: Vector, row: int) -> bool:
+    """Whether the joint takes power."""
+    return bool(p[row + DRIVE_LOSS] != 0.0 or p[row + BACK_LOSS] != 0.0 or p[row + THREAD] != 0.0)
+
+
+@inset_kernel
+def is_self_locking(p: Vector, row: int) -> bool:
+    """Return whether b cannot drive a: g falls on one side of its kink."""
+    return bool(max(p[row + BACK_LOSS], p[row + THREAD]) > abs(p[row + RATIO]))
+
+
+@inset_kernel
+def kink_of(p: Vector, row: int, driven: float) -> float:
+    """The lambda at which the slope of g changes; `driven`: the sources' effort on a."""
+    return p[row + THESIS_SCREW] * driven / p[row + THREAD] if p[row + THREAD] > 0.0 else 0.0
+
+
+@inset_kernel
+def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
+    """The slope of g on one side of its kink while a moves in `direction`."""
+    ratio, drive, back = p[row + RATIO], p[row + DRIVE_LOSS], p[row + BACK_LOSS]
+    if p[row + THREAD] > 0.0:
+        return float(ratio + (direction if above else -direction) * p[row + THREAD])
+    if (ratio * direction > 0.0) == above:
+        return float(ratio + (direction if above else -direction) * drive)
+    return float(ratio + (direction if above else -direction) * back)
+
+
+@inset_kernel
+def transmitted(p: Vector, row: int, kink: float, direction: float, force: float) -> float:
+    """g(force)."""
+    slope = slope_of(p, row, direction, force > kink)
+    if force == kink or slope == 0.0:
+        return float(p[row + RATIO] * kink)
+    return float(p[row + RATIO] * kink + (force - kink) * slope)
+
+
+@inset_kernel
+def received(p: Vector, row: int, kink: float, direction: float, effort: float) -> float:
+    """The inverse of g."""
+    ratio = p[row + RATIO]
+    beyond = effort - ratio * kink
+    if beyond == 0.0:
+        return kink
+    return float(kink + beyond / slope_of(p, row, direction, beyond * ratio > 0.0))
+
+
+@inset_kernel
+def range_at_driver(
+    p: Vector, row: int, kink: float, low: float, high: float
+) -> tuple[float, float]:
+    """The forces at a that joint and loss can hold at rest while the force at b is between `low`
+    and `high`.
+
+    An end stop's force is without bound on one side; it holds against what presses onto it, and
+    wedges no link that its load cannot drive.
+    """
+    least, most = math.inf, -math.inf
+    for side in range(2):
+        direction = 2.0 * side - 1.0
+        for point in range(3):
+            force = low if point == 0 else high if point == 1 else kink
+            if low <= force <= high:
+                g = (
+                    transmitted(p, row, kink, direction, force)
+                    if math.isfinite(force)
+                    else p[row + RATIO] * force
+                )
+                least, most = min(least, g), max(most, g)
+    return least, most
+
+
+@inset_kernel
+def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
+    """The forces at b that joint and loss can hold at rest while the force at a is between `low`
+    and `high`; without bound as above."""
+    least, most = math.inf, -math.inf
+    for side in range(2):
+        direction = 2.0 * side - 1.0
+        for point in range(3):
+            effort = low if point == 0 else high if point == 1 else p[row + RATIO] * kink
+            if low <= effort <= high:
+                force = (
+                    received(p, row, kink, direction, effort)
+                    if math.isfinite(effort)
+                    else effort * p[row + RATIO]
+                )
+                least, most = min(least, force), max(most, force)
+    return least, most

@@ -1,0 +1,213 @@
+"""The modes at one instant, until they and the forces agree."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.articulated_body import field
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    COUPLINGS,
+    FRICTIONS,
+    JOINTS,
+    MASS,
+    ORDER,
+    OUTWARD,
+    PARENT,
+    PARENT_JOINT,
+    PRESSINGS,
+    RATIO,
+    SOURCES,
+    SPAN,
+    STOP_BLOCKS,
+    STOPS,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.contact_resolution import resolve
+from frictool.engine.mechanism.events import JAMS, EventRows, write
+from frictool.engine.mechanism.joint_losses import joint_row
+from frictool.engine.mechanism.law_kernels import by_address, call_by_address
+from frictool.engine.mechanism.mode_guards import forces_hold
+from frictool.engine.mechanism.state import (
+    FOUND,
+    GUARD,
+    INPUTS,
+    OPEN,
+    MechanismState,
+    RateEvaluation,
+    Workspace,
+)
+from frictool.engine.status import JAMMED, LAW_FAILED, OK, UNRESOLVED
+from frictool.runtime.kernels import inset_kernel, kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+ATTEMPTS = 50
+
+
+@inset_kernel
+def stop_tree(k: Places, place: int, p: Vector, y: Vector, modes: Places) -> float:
+    """Stops the tree whose root is at `place` in the order; returns its energy [J]."""
+    n, energy = k[BLOCKS], 0.0
+    at, end = place, place + k[k[SPAN] + k[k[ORDER] + place]]
+    while at < end:
+        i = k[k[ORDER] + at]
+        if at > place and modes[n + k[k[PARENT_JOINT] + i]] == OPEN:
+            at += k[k[SPAN] + i]
+            continue
+        energy += 0.5 * p[k[MASS] + i] * y[n + i] * y[n + i]
+        y[n + i] = 0.0
+        at += 1
+    return energy
+
+
+@inset_kernel
+def align(k: Places, p: Vector, y: Vector, modes: Places) -> None:
+    """Blocks that move together do so exactly, and what stops hold stands: no rounding grows in the
+    speeds between them."""
+    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    for s in range(k[STOPS]):
+        if modes[stops + s] != OPEN:
+            i = k[k[STOP_BLOCKS] + s]
+            while k[k[PARENT_JOINT] + i] >= 0 and modes[n + k[k[PARENT_JOINT] + i]] != OPEN:
+                i = k[k[PARENT] + i]
+            y[n + i] = 0.0
+    for place in range(n):
+        i = k[k[ORDER] + place]
+        joint = k[k[PARENT_JOINT] + i]
+        if joint >= 0 and modes[n + joint] != OPEN:
+            ratio = p[joint_row(k, joint) + RATIO]
+            y[n + i] = y[n + k[k[PARENT] + i]] * (ratio if k[k[OUTWARD] + i] == 1 else 1.0 / ratio)
+
+
+@inset_kernel
+def _jam(
+    k: Places, p: Vector, place: int, state: MechanismState, now: float, told: EventRows
+) -> bool:
+    """Stops what jams dead, an impact without a collision; what it only pushes flies on. False
+    where it rests already."""
+    n, root = k[BLOCKS], k[k[ORDER] + place]
+    speed, energy = state.y[n + root], stop_tree(k, place, p, state.y, state.modes)
+    if energy == 0.0:
+        return False
+    # on the joint that leads to its first child
+    first = k[k[PARENT_JOINT] + k[k[ORDER] + place + 1]]
+    state.work[k[SOURCES] + n + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS] + k[PRESSINGS] + first] += (
+        energy
+    )
+    write(told, now, JAMS, root, speed)
+    return True
+
+
+@kernel
+def modes_at_instant(
+    k: Places,
+    p: Vector,
+    laws: Places,
+    y: Vector,
+    drive: Vector,
+    modes: Places,
+    work: Vector,
+    pace: Vector,
+    w: Vector,
+    slopes: Vector,
+    powers: Vector,
+    lines: Vector,
+    places: Places,
+    t: float,
+    rows: Vector,
+    count: Places,
+) -> int:
+    """`settle`, compiled by itself; its arguments one by one, as an address takes them."""
+    machine, room, told = (
+        CompiledMechanism(k, p, laws),
+        Workspace(w, slopes, powers, lines, places),
+        EventRows(rows, count),
+    )
+    state = MechanismState(y, drive, modes, work, pace, room)
+    found = RateEvaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
+    for _ in range(ATTEMPTS):
+        status = resolve(machine, state, t, found)
+        if status == JAMMED:
+            if not _jam(k, p, room.places[FOUND, -1], state, state.pace[1] + t, told):
+                return JAMMED
+            continue
+        if status != OK:
+            return status
+        if field(machine, t, state.y, state.modes, room.lines[INPUTS], found) != 0:
+            return LAW_FAILED
+        if forces_hold(k, state.modes, found.guard):
+            return OK
+    return UNRESOLVED
+
+
+_a: Any = types.float64[::1]
+_m: Any = types.float64[:, ::1]
+_i: Any = types.int64[::1]
+_j: Any = types.int64[:, ::1]
+MODES: Any = types.FunctionType(
+    types.int64(_i, _a, _j, _a, _a, _i, _a, _a, _m, _m, _m, _m, _j, types.float64, _m, _i)
+)
+
+
+@by_address
+def _by_address(
+    _: Any,
+    address: Any,
+    k: Any,
+    p: Any,
+    laws: Any,
+    y: Any,
+    drive: Any,
+    modes: Any,
+    work: Any,
+    pace: Any,
+    w: Any,
+    slopes: Any,
+    powers: Any,
+    lines: Any,
+    places: Any,
+    t: Any,
+    rows: Any,
+    count: Any,
+) -> Any:
+    return call_by_address(MODES)
+
+
+@inset_kernel
+def settle(machine: CompiledMechanism, state: MechanismState, t: float, told: EventRows) -> int:
+    """Finds the modes, t after the command, and fills the rows 0 of slopes and powers, and GUARD,
+    by them. Returns engine/status.py.
+
+    Called by its address, as `field` is.
+    """
+    k, p, laws = machine
+    y, drive, modes, work, pace, room = state
+    w, slopes, powers, lines, places = room
+    rows, count = told
+    address = laws[laws.shape[0] - 1, 3]
+    status: int = _by_address(
+        address,
+        k,
+        p,
+        laws,
+        y,
+        drive,
+        modes,
+        work,
+        pace,
+        w,
+        slopes,
+        powers,
+        lines,
+        places,
+        t,
+        rows,
+        count,
+    )
+    return status

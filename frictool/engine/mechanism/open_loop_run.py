@@ -1,0 +1,134 @@
+"""Runs a mechanism through commands that are held one after another, and keeps what is asked for at
+each sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from frictool.engine.mechanism.advance import TOLERANCE, advance
+from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
+from frictool.engine.mechanism.events import EVENT_SIZE, EventRows
+from frictool.engine.mechanism.state import MechanismState, counts
+from frictool.engine.status import OK
+from frictool.runtime.kernels import kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+ROOM_FOR_EVENTS = 100_000
+
+
+@dataclass(frozen=True)
+class MechanismRun:
+    """What a run gave; columns are samples, the first one the beginning. status: engine/status.py;
+    after `reached` [s] all is nan.
+
+    events: rows of engine/mechanism/events.py; `happened` counts those too that found no room.
+    """
+
+    status: int
+    reached: float
+    times: Vector  # (m,) s
+    positions: Vector  # (n, m) rad | m
+    speeds: Vector  # (n, m)
+    drives: Vector  # (u, m) A | V | N m | N
+    events: Vector
+    happened: int
+
+
+@kernel
+def _run(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    commands: Vector,
+    external: Vector,
+    period: float,
+    tolerance: float,
+    told: EventRows,
+    positions: Vector,
+    speeds: Vector,
+    drives: Vector,
+) -> tuple[int, int]:
+    """The status and the samples that were reached."""
+    n = positions.shape[0]
+    for sample in range(commands.shape[0] + 1):
+        for i in range(n):
+            positions[i, sample], speeds[i, sample] = state.y[i], state.y[n + i]
+        for s in range(state.drive.shape[0]):
+            drives[s, sample] = state.drive[s]
+        if sample == commands.shape[0]:
+            break
+        held = external[min(sample, external.shape[0] - 1)]
+        status = advance(machine, state, commands[sample], held, period, tolerance, told)
+        if status != OK:
+            return status, sample
+    return OK, commands.shape[0]
+
+
+def run(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    commands: ArrayLike,
+    period: float,
+    external: ArrayLike | None = None,
+    *,
+    tolerance: float = TOLERANCE,
+    room_for_events: int = ROOM_FOR_EVENTS,
+) -> MechanismRun:
+    """Moves `state`, in place, through commands (m, u), each held for `period` [s], with efforts on
+    blocks (m, n), (1, n) or none.
+
+    ValueError where shapes do not fit.
+    """
+    c = counts(machine)
+    given = np.ascontiguousarray(commands, dtype=np.float64)
+    if given.ndim != 2 or given.shape[1] != c["sources"]:
+        raise ValueError(
+            f"commands have shape {given.shape}; allowed: (samples, {c['sources']}), a column for each source"
+        )
+    held = (
+        np.zeros((1, c["blocks"]))
+        if external is None
+        else np.ascontiguousarray(external, dtype=np.float64)
+    )
+    if held.ndim != 2 or held.shape[1] != c["blocks"] or held.shape[0] not in (1, given.shape[0]):
+        raise ValueError(
+            f"external has shape {held.shape}; allowed: ({given.shape[0]} or 1, {c['blocks']}), a column for each block"
+        )
+    m = given.shape[0] + 1
+    positions, speeds = np.full((c["blocks"], m), np.nan), np.full((c["blocks"], m), np.nan)
+    drives, events, happened = (
+        np.full((c["sources"], m), np.nan),
+        np.zeros((room_for_events, EVENT_SIZE)),
+        np.zeros(1, dtype=np.int64),
+    )
+    start = float(state.pace[1])
+    runner: Any = _run
+    status, _ = runner(
+        machine,
+        state,
+        given,
+        held,
+        period,
+        tolerance,
+        EventRows(events, happened),
+        positions,
+        speeds,
+        drives,
+    )
+    seen = min(int(happened[0]), room_for_events)
+    times = start + period * np.arange(m)
+    return MechanismRun(
+        status,
+        float(state.pace[1]),
+        times,
+        positions,
+        speeds,
+        drives,
+        events[:seen].copy(),
+        int(happened[0]),
+    )

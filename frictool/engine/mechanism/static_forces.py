@@ -1,0 +1,161 @@
+"""Intervals of the forces that a tree of joints (tree.py) can hold at rest, and what loads its
+self-locking joints."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    JOINTS,
+    ORDER,
+    OUTWARD,
+    PARENT,
+    PARENT_JOINT,
+    RATIO,
+)
+from frictool.engine.mechanism.guard_tolerances import slack_at
+from frictool.engine.mechanism.joint_losses import (
+    is_self_locking,
+    joint_row,
+    kink_of,
+    range_at_driver,
+    range_at_load,
+)
+from frictool.engine.mechanism.workspace_rows import (
+    ALONG,
+    DRIVEN,
+    FORCE,
+    HOLD_HIGH,
+    HOLD_LOW,
+    NEED,
+    NEED_HIGH,
+    STOPPED_HIGH,
+    STOPPED_LOW,
+)
+from frictool.runtime.kernels import inset_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+
+@inset_kernel
+def gather_rest(
+    k: Places,
+    p: Vector,
+    modes: Places,
+    found: Places,
+    count: int,
+    sided: bool,
+    towards: float,
+    w: Vector,
+) -> bool:
+    """NEED, NEED_HIGH: Lambda(0) of all members; False where no forces are as `sided` says.
+
+    sided: self-locking joints are loaded on the side of their kinks that their branch says; those
+    of branch 0 are at their kinks, or loaded on the side where they drive while the root moves
+    `towards`.
+    """
+    n, branches, exists = k[BLOCKS], k[BLOCKS] + k[JOINTS], True
+    for m in range(count):
+        i = k[k[ORDER] + found[m]]
+        w[NEED, i], w[NEED_HIGH, i] = -w[FORCE, i] + w[HOLD_LOW, i], -w[FORCE, i] + w[HOLD_HIGH, i]
+        if w[STOPPED_LOW, i] > 0.0:
+            w[NEED, i] = -math.inf
+        if w[STOPPED_HIGH, i] > 0.0:
+            w[NEED_HIGH, i] = math.inf
+    for m in range(count - 1, 0, -1):
+        i = k[k[ORDER] + found[m]]
+        joint, parent = k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
+        row, contact = joint_row(k, joint), modes[n + joint]
+        low, high = w[NEED, i], w[NEED_HIGH, i]
+        outward = k[k[OUTWARD] + i] == 1
+        if not outward:
+            low, high = range_at_load(p, row, kink_of(p, row, w[DRIVEN, i]), -high, -low)
+        if contact == -1:
+            low, high = max(0.0, low), max(0.0, high)
+        elif contact == 1:
+            low, high = min(0.0, low), min(0.0, high)
+        if outward:
+            kink = kink_of(p, row, w[DRIVEN, parent])
+            if sided and is_self_locking(p, row):
+                side = modes[branches + joint]
+                if side == 0 and towards != 0.0:
+                    side = 1 if p[row + RATIO] * w[ALONG, parent] * towards > 0.0 else -1
+                slack = slack_at(k, p, w, i)
+                exists = (
+                    exists
+                    and not (side > 0 and high < kink - slack)
+                    and not (side < 0 and low > kink + slack)
+                )
+                if side >= 0:
+                    low, high = max(low, kink), max(high, kink)
+                if side <= 0:
+                    low, high = min(low, kink), min(high, kink)
+            low, high = range_at_driver(p, row, kink, low, high)
+        else:
+            low, high = -high, -low
+        w[NEED, parent] += low
+        w[NEED_HIGH, parent] += high
+    return exists
+
+
+@inset_kernel
+def force_at_rest(k: Places, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
+    """Return the lowest and the highest force that a member at rest needs from its joint, and the
+    slack there."""
+    ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
+    low, high, slack = w[NEED, i], w[NEED_HIGH, i], slack_at(k, p, w, i)
+    if k[k[OUTWARD] + i] == 0:
+        low, high, slack = -high / ratio, -low / ratio, slack / abs(ratio)
+        if ratio < 0.0:
+            low, high = high, low
+    return low, high, slack
+
+
+@inset_kernel
+def side_at_rest(k: Places, p: Vector, i: int, w: Vector) -> int:
+    """Side of its kink, +1 or -1, on which the joint of a member at rest is loaded; 0 where
+    friction beyond it may take the load."""
+    low, high, slack = force_at_rest(k, p, i, w)
+    row = joint_row(k, k[k[PARENT_JOINT] + i])
+    kink = kink_of(p, row, w[DRIVEN, k[k[PARENT] + i] if k[k[OUTWARD] + i] == 1 else i])
+    return 1 if low > kink + slack else -1 if high < kink - slack else 0
+
+
+@inset_kernel
+def breakaway_at_rest(k: Places, p: Vector, root: int, w: Vector) -> float:
+    """The direction in which a tree at rest breaks away, by NEED and NEED_HIGH of its root; 0 where
+    it stays."""
+    slack = slack_at(k, p, w, root)
+    if w[NEED_HIGH, root] < -slack:
+        return 1.0
+    return -1.0 if w[NEED, root] > slack else 0.0
+
+
+@inset_kernel
+def unload(k: Places, p: Vector, modes: Places, found: Places, count: int, w: Vector) -> bool:
+    """Sets branch 0 of the self-locking joints that are not loaded as at rest; says whether there
+    are self-locking joints."""
+    n, j, any_locks = k[BLOCKS], k[JOINTS], False
+    for m in range(1, count):
+        i = k[k[ORDER] + found[m]]
+        joint = k[k[PARENT_JOINT] + i]
+        if is_self_locking(p, joint_row(k, joint)):
+            any_locks = True
+            if side_at_rest(k, p, i, w) != modes[n + j + joint]:
+                modes[n + j + joint] = 0
+    return any_locks
+
+
+@inset_kernel
+def stays_loaded(
+    k: Places, p: Vector, modes: Places, found: Places, count: int, towards: float, w: Vector
+) -> bool:
+    """Return whether a tree can rest with its self-locking joints loaded as their branches say
+    (`gather_rest`)."""
+    exists = gather_rest(k, p, modes, found, count, True, towards, w)
+    return exists and breakaway_at_rest(k, p, k[k[ORDER] + found[0]], w) == 0.0

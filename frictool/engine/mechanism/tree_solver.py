@@ -1,0 +1,291 @@
+"""One tree of joints, with all contacts that touch, solved at once.
+
+It hands to its root one function: Lambda(x), the effort that it needs to have the acceleration x at
+the root. Through a rigid joint the child has the acceleration ratio x; through a flank that can
+only push, the child's need counts where it is a push, max(0, Lambda_child(ratio x)), and where it
+is none the child is left behind. Each step keeps Lambda a rising, piecewise linear graph: m x
+rises, Coulomb's friction at rest is a vertical piece at x = 0, the loss of a link that its load can
+drive rises with the force. So 0 = Lambda(x) has one solution, and it is the motion that Gauss's
+principle of least constraint picks among those that the contacts allow (Moreau 1966; the graph is
+the subdifferential of a convex function of the accelerations): no order in which contacts are asked
+can change it. A tree at rest whose interval Lambda(0) holds 0 stays at rest.
+
+Breakaway above Coulomb's friction makes the graph fall back at x = 0: what can stay at rest then
+does, and what cannot starts with its friction in slip.
+
+A self-locking link makes the graph fall too, so that 0 = Lambda(x) may have several solutions, or
+none (Painleve). Then `follow` and `_leaves_unloaded` choose as a stiff compliant link with damping
+does.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.acceleration_graph import (
+    FOUND,
+    MAX_PIECES,
+    PASSED,
+    evaluate,
+    follow,
+    next_piece,
+    solve,
+    total_inertia,
+)
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    DRY,
+    JOINTS,
+    ORDER,
+    OUTWARD,
+    PARENT,
+    PARENT_JOINT,
+    RATIO,
+    SPAN,
+)
+from frictool.engine.mechanism.guard_tolerances import SLACK, slack_at
+from frictool.engine.mechanism.joint_losses import is_self_locking, joint_row, kink_of, received
+from frictool.engine.mechanism.state import FREE, OPEN, STUCK
+from frictool.engine.mechanism.static_forces import (
+    breakaway_at_rest,
+    force_at_rest,
+    gather_rest,
+    side_at_rest,
+    stays_loaded,
+    unload,
+)
+from frictool.engine.mechanism.workspace_rows import (
+    ACCELERATION,
+    ALONG,
+    DRIVEN,
+    GROSS,
+    SLOPE,
+    STOPPED_HIGH,
+    STOPPED_LOW,
+    VALUE,
+)
+from frictool.engine.status import JAMMED, OK
+from frictool.runtime.kernels import inset_kernel, part_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+
+@inset_kernel
+def _members(k: Places, modes: Places, place: int, found: Places) -> int:
+    """Places in the order of all blocks that closed contacts and rigid joints bind to the root at
+    `place`; their number."""
+    n, count = k[BLOCKS], 0
+    at, end = place, place + k[k[SPAN] + k[k[ORDER] + place]]
+    while at < end:
+        i = k[k[ORDER] + at]
+        joint = k[k[PARENT_JOINT] + i]
+        if at > place and modes[n + joint] == OPEN:
+            at += k[k[SPAN] + i]
+            continue
+        found[count] = at
+        count += 1
+        at += 1
+    return count
+
+
+@inset_kernel
+def _spread_ratios(k: Places, p: Vector, found: Places, count: int, w: Vector) -> None:
+    """ALONG: each block's speed per unit of the root's."""
+    for m in range(count):
+        i = k[k[ORDER] + found[m]]
+        if m == 0:
+            w[ALONG, i] = 1.0
+            continue
+        ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
+        w[ALONG, i] = w[ALONG, k[k[PARENT] + i]] * (
+            ratio if k[k[OUTWARD] + i] == 1 else 1.0 / ratio
+        )
+
+
+@inset_kernel
+def _leaves_unloaded(
+    k: Places,
+    p: Vector,
+    modes: Places,
+    found: Places,
+    count: int,
+    gross: float,
+    y: Vector,
+    w: Vector,
+) -> tuple[bool, float, float]:
+    """Return whether a tree leaves its rest because its self-locking joints are unloaded there; its
+    direction and acceleration.
+
+    Such a joint holds its driver by its load alone. Where the load at rest is on another side than
+    before (or a run begins, unloaded), the force passes 0, and the driver slips by whatever acts on
+    it. It rests where the load holds it on the side on which the joint then drives. Else it goes on
+    if there is such a motion.
+    """
+    if stays_loaded(k, p, modes, found, count, 0.0, w):
+        return False, 0.0, 0.0
+    gather_rest(k, p, modes, found, count, False, 0.0, w)
+    if not unload(k, p, modes, found, count, w):
+        return False, 0.0, 0.0
+    gather_rest(k, p, modes, found, count, True, 0.0, w)
+    towards = breakaway_at_rest(k, p, k[k[ORDER] + found[0]], w)
+    if towards == 0.0 or stays_loaded(k, p, modes, found, count, towards, w):
+        return False, 0.0, 0.0
+    x = towards * PASSED * gross / total_inertia(k, p, found, count, w)
+    for _ in range(MAX_PIECES):  # to where all joints drive
+        evaluate(k, p, modes, found, count, x, towards, y, w)
+        length = next_piece(k, p, modes, found, count, x, towards, towards, y, w)
+        if math.isinf(length):
+            break
+        x += towards * (length * (1.0 + PASSED) + PASSED * FOUND * abs(x))
+    solved, x = follow(k, p, modes, found, count, x, towards, gross, y, w)
+    return solved and x * towards > 0.0, towards, x
+
+
+@inset_kernel
+def _jammed(k: Places, modes: Places, found: Places, count: int, w: Vector) -> int:
+    """Place in the order of the first block of the part whose effective inertia is not positive,
+    contacts that would pull being open."""
+    n = k[BLOCKS]
+    for m in range(count - 1, 0, -1):
+        i = k[k[ORDER] + found[m]]
+        if modes[n + k[k[PARENT_JOINT] + i]] == OPEN and w[SLOPE, i] * w[ALONG, i] <= 0.0:
+            return int(found[m])
+    return int(found[0])
+
+
+@inset_kernel
+def _force_in_motion(
+    k: Places, p: Vector, i: int, x: float, towards: float, y: Vector, w: Vector
+) -> tuple[float, float, float]:
+    """lambda of a moving member's joint, the kink of that joint, and the slack there."""
+    n, row, outward = k[BLOCKS], joint_row(k, k[k[PARENT_JOINT] + i]), k[k[OUTWARD] + i] == 1
+    a = k[k[PARENT] + i] if outward else i
+    direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
+    kink, force = kink_of(p, row, w[DRIVEN, a]), w[VALUE, i]
+    if not outward:
+        force = received(p, row, kink, direction, -force)
+    slack = slack_at(k, p, w, i) + SLACK * abs(w[SLOPE, i] * x)
+    return force, kink, slack if outward else slack / abs(p[row + RATIO])
+
+
+@inset_kernel
+def _bind(
+    k: Places,
+    p: Vector,
+    modes: Places,
+    i: int,
+    x: float,
+    towards: float,
+    rests: bool,
+    y: Vector,
+    w: Vector,
+) -> None:
+    """Sets the side of its kink on which a member's joint is, and opens a flank that would pull."""
+    n, j, joint = k[BLOCKS], k[JOINTS], k[k[PARENT_JOINT] + i]
+    if rests:
+        low, high, slack = force_at_rest(k, p, i, w)
+        if is_self_locking(p, joint_row(k, joint)):
+            side = side_at_rest(k, p, i, w)
+            modes[n + j + joint] = side if side != 0 else modes[n + j + joint]
+    else:
+        force, kink, slack = _force_in_motion(k, p, i, x, towards, y, w)
+        low = high = force
+        modes[n + j + joint] = 1 if force > kink else -1
+    if (modes[n + joint] == -1 and high < -slack) or (modes[n + joint] == 1 and low > slack):
+        modes[n + joint] = OPEN
+
+
+@inset_kernel
+def _set_motions(
+    k: Places,
+    p: Vector,
+    modes: Places,
+    found: Places,
+    count: int,
+    x: float,
+    towards: float,
+    rests: bool,
+    y: Vector,
+    w: Vector,
+) -> None:
+    """Opens the flanks that would pull, sets the sides of kinks, motions and accelerations of the
+    members."""
+    n, dry, left = k[BLOCKS], False, 0
+    for m in range(count):
+        dry = dry or k[k[DRY] + k[k[ORDER] + found[m]]] == 1
+    for m in range(count):
+        i = k[k[ORDER] + found[m]]
+        if found[m] < left:
+            continue
+        if m > 0:
+            _bind(k, p, modes, i, x, towards, rests, y, w)
+            if modes[n + k[k[PARENT_JOINT] + i]] == OPEN:
+                left = found[m] + k[k[SPAN] + i]
+                continue
+        along = w[ALONG, i]
+        w[ACCELERATION, i] = along * x
+        if rests:
+            modes[i] = STUCK
+        elif not dry:
+            modes[i] = FREE
+        elif towards != 0.0:
+            modes[i] = 1 if towards * along > 0.0 else -1
+        else:
+            modes[i] = 1 if y[n + i] > 0.0 else -1
+
+
+@part_kernel
+def solve_tree(
+    k: Places, p: Vector, modes: Places, place: int, found: Places, y: Vector, w: Vector
+) -> int:
+    """Sets the modes of the tree whose root is at `place` in the order, up to its open contacts;
+    engine/status.py.
+
+    Where it jams, contacts that would pull are open, and the last of `found` is the place in the
+    order of the first block of what jams.
+    """
+    n = k[BLOCKS]
+    count = _members(k, modes, place, found)
+    _spread_ratios(k, p, found, count, w)
+    root = k[k[ORDER] + place]
+    dry, gross = False, 0.0
+    for m in range(count):
+        i = k[k[ORDER] + found[m]]
+        dry = dry or k[k[DRY] + i] == 1 or w[STOPPED_LOW, i] > 0.0 or w[STOPPED_HIGH, i] > 0.0
+    for m in range(count - 1, -1, -1):
+        i = k[k[ORDER] + found[m]]
+        if m > 0:
+            w[GROSS, k[k[PARENT] + i]] += w[GROSS, i] * abs(
+                w[ALONG, i] / w[ALONG, k[k[PARENT] + i]]
+            )
+        else:
+            gross = w[GROSS, i]
+    towards, rests, solved, x = 0.0, False, False, 0.0
+    if dry and y[n + root] == 0.0:
+        gather_rest(k, p, modes, found, count, False, 0.0, w)
+        towards = breakaway_at_rest(k, p, root, w)
+        rests = towards == 0.0
+    if rests:
+        solved, towards, x = _leaves_unloaded(k, p, modes, found, count, gross, y, w)
+        if not solved:
+            gather_rest(k, p, modes, found, count, False, 0.0, w)
+            _set_motions(k, p, modes, found, count, 0.0, 0.0, True, y, w)
+            return OK
+    else:
+        solved, x = solve(k, p, modes, found, count, towards, gross, y, w)
+        if not solved:
+            before = (
+                w[ACCELERATION, root]
+                if towards == 0.0 and math.isfinite(w[ACCELERATION, root])
+                else 0.0
+            )
+            solved, x = follow(k, p, modes, found, count, before, towards, gross, y, w)
+    _set_motions(k, p, modes, found, count, x, towards, False, y, w)
+    if not solved:
+        found[-1] = _jammed(k, modes, found, count, w)
+        return JAMMED
+    return OK

@@ -1,0 +1,128 @@
+"""Weighted sums of a step's slopes: where its stages lie, where it ends, its error, and the path
+between its ends.
+
+Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10. A row of
+slopes that a sum does not need has no term; terms are taken FOUR at a time, which goes through the
+states less often.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.dormand_prince8 import (
+    AFTER,
+    ERRORS_3,
+    ERRORS_5,
+    MORE_ROWS,
+    PATH,
+    ROWS,
+    WEIGHTS,
+)
+from frictool.runtime.kernels import inset_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+FOUR = 4
+BUMPS = 7  # rows of a path's coefficients
+
+
+def _terms(rows: Sequence[Sequence[float]]) -> tuple[Places, Vector, Places]:
+    """Of each row the places of its terms, their weights, filled up with 0 to a multiple of FOUR,
+    and their number."""
+    kept = [[(place, weight) for place, weight in enumerate(row) if weight != 0.0] for row in rows]
+    width = max(len(row) + -len(row) % FOUR for row in kept)
+    places, weights = np.zeros((len(rows), width), dtype=np.int64), np.zeros((len(rows), width))
+    for at, row in enumerate(kept):
+        places[at, : len(row)] = [place for place, _ in row]
+        weights[at, : len(row)] = [weight for _, weight in row]
+    return places, weights, np.array([len(row) for row in kept])
+
+
+STAGE_PLACES, STAGE_WEIGHTS, STAGE_TERMS = _terms([(), *ROWS, WEIGHTS.tolist(), *MORE_ROWS])
+PATH_PLACES, PATH_WEIGHTS, PATH_TERMS = _terms(PATH.tolist())
+ERROR_PLACES, ERROR_WEIGHTS, ERROR_TERMS = _terms(
+    [np.where(ERRORS_3 != 0.0, e, 0.0).tolist() for e in (ERRORS_5, ERRORS_3)]
+)
+
+
+@inset_kernel
+def _add(
+    h: float, places: Places, weights: Vector, terms: int, slopes: Vector, point: Vector
+) -> None:
+    """Adds h times a weighted sum of slopes to `point`."""
+    for first in range(0, terms, FOUR):
+        j0, j1, j2, j3 = places[first], places[first + 1], places[first + 2], places[first + 3]
+        w0, w1, w2, w3 = (
+            h * weights[first],
+            h * weights[first + 1],
+            h * weights[first + 2],
+            h * weights[first + 3],
+        )
+        for i in range(slopes.shape[1]):
+            point[i] += (
+                w0 * slopes[j0, i] + w1 * slopes[j1, i] + w2 * slopes[j2, i] + w3 * slopes[j3, i]
+            )
+
+
+@inset_kernel
+def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
+    """Where the slope of a stage is asked for; of stage AFTER, where the step ends. y (n,), `point`
+    (n,) or longer, slopes (.., n)."""
+    for i in range(y.shape[0]):
+        point[i] = y[i]
+    _add(h, STAGE_PLACES[stage], STAGE_WEIGHTS[stage], STAGE_TERMS[stage], slopes, point)
+
+
+@inset_kernel
+def gained(h: float, slopes: Vector, gain: Vector) -> None:
+    """What the step adds (n,)."""
+    for i in range(slopes.shape[1]):
+        gain[i] = 0.0
+    _add(h, STAGE_PLACES[AFTER], STAGE_WEIGHTS[AFTER], STAGE_TERMS[AFTER], slopes, gain)
+
+
+@inset_kernel
+def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
+    """The error of each state (II.10.17), h e5^2 / sqrt(e5^2 + e3^2/100), in `fifth` (n,) or
+    longer; `third` as long, to work in."""
+    size = slopes.shape[1]
+    for i in range(size):
+        fifth[i], third[i] = 0.0, 0.0
+    _add(1.0, ERROR_PLACES[0], ERROR_WEIGHTS[0], ERROR_TERMS[0], slopes, fifth)
+    _add(1.0, ERROR_PLACES[1], ERROR_WEIGHTS[1], ERROR_TERMS[1], slopes, third)
+    for i in range(size):
+        square = fifth[i] * fifth[i]
+        total = square + 0.01 * third[i] * third[i]
+        fifth[i] = abs(h) * square / np.sqrt(total) if total > 0.0 else 0.0
+
+
+@inset_kernel
+def path_of(h: float, slopes: Vector, path: Vector) -> None:
+    """The coefficients (BUMPS, n) of a step's path (II.6); slopes: all, also the three that only
+    the path takes."""
+    gained(h, slopes, path[0])
+    for i in range(slopes.shape[1]):
+        path[1, i] = h * slopes[0, i] - path[0, i]
+        path[2, i] = 2.0 * path[0, i] - h * (slopes[0, i] + slopes[AFTER, i])
+    for row in range(BUMPS - 3):
+        bump = path[3 + row]
+        for i in range(slopes.shape[1]):
+            bump[i] = 0.0
+        _add(h, PATH_PLACES[row], PATH_WEIGHTS[row], PATH_TERMS[row], slopes, bump)
+
+
+@inset_kernel
+def on_path(part: float, path: Vector, gain: Vector) -> None:
+    """What is gained in a part of the step, 0 .. 1."""
+    rest = 1.0 - part
+    for i in range(path.shape[1]):
+        inner = path[4, i] + rest * (path[5, i] + part * path[6, i])
+        gain[i] = part * (
+            path[0, i]
+            + rest * (path[1, i] + part * (path[2, i] + rest * (path[3, i] + part * inner)))
+        )

@@ -1,0 +1,254 @@
+"""One piece of the motion of a body: at rest, in the Stribeck layer (2.34), or on the straight part
+of the law.
+
+A piece is a set of polynomials of the time since its start, rows x, v, q (and u at rest), together
+with how long they hold.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.body import (
+    BEYOND_KNEE,
+    BREAKAWAY,
+    COULOMB,
+    DIRECTION,
+    IN_LAYER,
+    INTEGRAL_STATE,
+    KNEE,
+    LAYER,
+    LOWER_STOP,
+    MASS,
+    POSITION,
+    REGION,
+    SPEED_SCALE,
+    TOLERANCE,
+    UPPER_STOP,
+    VELOCITY,
+    VISCOUS,
+    VISCOUS_BEYOND,
+)
+from frictool.engine.dormand_prince import STAGES, Force, dense_output, layer_step
+from frictool.engine.drive import (
+    AMPLITUDE,
+    DERIVATIVE,
+    FREQUENCY,
+    INTEGRAL,
+    OFFSET,
+    PROPORTIONAL,
+    SLOPE,
+    TARGET,
+    TARGET_SPEED,
+    effort,
+)
+from frictool.engine.polynomial_events import NEVER, first_fall
+from frictool.engine.power_series import TERMS, motion, reach
+from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL
+from frictool.runtime.kernels import bare_kernel, kernel
+
+Vector = NDArray[np.float64]
+
+ROUNDING = 2.0**-48  # efforts smaller than this part of their terms are zero
+TRACE = 2.0**-40  # of the terms of the effort
+SHORTEST_STEP = 2.0**-50  # of the time, or of the run
+FIRST_STEP = 2.0  # of the time in which the largest force would cross the layer
+FLOOR = (
+    2.0**-5
+)  # of the speed scale: smaller speeds are computed to the tolerance of this, as what a slip begins with grows most
+GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.85
+# the next step from this error and the last one: a proportional-integral controller (Gustafsson
+# 1991) sees that the layer gets harder
+NOW, BEFORE, LEAST_ERROR = 0.85 / 5.0, 0.4 / 5.0, 1e-10
+
+
+@kernel
+def side(direction: float) -> int:
+    """Index of a direction in a pair (backward, forward)."""
+    return 1 if direction > 0.0 else 0
+
+
+@bare_kernel
+def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
+    """(friction, viscous) of the straight law: friction + viscous v, signed."""
+    index = side(direction)
+    coulomb, viscous = direction * body[COULOMB + index], body[VISCOUS + index]
+    if region != BEYOND_KNEE:
+        return coulomb, viscous
+    beyond = body[VISCOUS_BEYOND + index]
+    return coulomb + direction * (viscous - beyond) * body[KNEE], beyond
+
+
+@bare_kernel
+def friction(force: Force, law: Vector, body: Vector, state: Vector, v: float, u: float) -> float:
+    """The friction force at speed v; at rest it is the effort, as far as the support and not an end
+    stop holds it."""
+    if state[DIRECTION] == 0.0:
+        held: float = min(max(u, -body[BREAKAWAY]), body[BREAKAWAY + 1])
+        return held
+    if state[REGION] == IN_LAYER:
+        curve: float = force(v, state[DIRECTION], law)
+        return curve
+    constant, viscous = friction_line(body, state[REGION], state[DIRECTION])
+    return constant + viscous * v
+
+
+@kernel
+def gross(state: Vector, t: float, drive: Vector) -> float:
+    """Sum of the sizes of the terms of the effort, and of what a rounding of the time makes of
+    them: its rounding is a part of this."""
+    distance: float = abs(state[POSITION]) + abs(drive[TARGET]) + abs(drive[TARGET_SPEED] * t)
+    free: float = (
+        abs(drive[AMPLITUDE]) * (1.0 + abs(drive[FREQUENCY] * t))
+        + abs(drive[OFFSET])
+        + abs(drive[SLOPE] * t)
+    )
+    summed: float = abs(drive[INTEGRAL]) * (abs(state[INTEGRAL_STATE]) + distance * abs(t))
+    fed_back: float = abs(drive[PROPORTIONAL]) * distance + abs(drive[DERIVATIVE] * state[VELOCITY])
+    return free + summed + fed_back
+
+
+@kernel
+def rest_piece(
+    state: Vector,
+    body: Vector,
+    drive: Vector,
+    t: float,
+    longest: float,
+    refused: float,
+    piece: Vector,
+    probe: Vector,
+) -> tuple[float, float]:
+    """One piece at rest; returns how long it is and the direction in which the body then breaks
+    away, or 0.
+
+    `refused`: a direction in which it has just stopped at the instant at which it broke away: there
+    it needs a trace more.
+    """
+    motion(state, t, drive, body[MASS], 0.0, False, 0.0, piece)
+    spent, towards = min(longest, reach(piece[3])), 0.0
+    for direction in (-1.0, 1.0):
+        blocked = (
+            state[POSITION] >= body[UPPER_STOP]
+            if direction > 0.0
+            else state[POSITION] <= body[LOWER_STOP]
+        )
+        if blocked:
+            continue
+        threshold = body[BREAKAWAY + side(direction)]
+        for k in range(TERMS):
+            probe[k] = -direction * piece[3, k]
+        probe[0] += threshold
+        size = threshold + gross(state, t, drive)
+        if direction == refused:
+            probe[0] += TRACE * size
+        elif abs(probe[0]) <= ROUNDING * size:
+            probe[0] = 0.0
+        crossing = first_fall(probe, spent)
+        if crossing != NEVER:
+            spent, towards = crossing, direction
+    return spent, towards
+
+
+@bare_kernel
+def _acceleration(
+    force: Force, law: Vector, body: Vector, state: Vector, drive: Vector, t: float
+) -> float:
+    """v' at t, with what rounding leaves of it taken out where slip begins."""
+    u = effort(t, state[POSITION], state[VELOCITY], state[INTEGRAL_STATE], drive)
+    opposing = friction(force, law, body, state, state[VELOCITY], u)
+    if state[VELOCITY] == 0.0 and abs(u - opposing) <= ROUNDING * (
+        abs(opposing) + gross(state, t, drive)
+    ):
+        return 0.0
+    gained: float = (u - opposing) / body[MASS]
+    return gained
+
+
+@bare_kernel
+def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
+    """Sets the length to try after an accepted step of length h with this error, in tolerances, and
+    keeps the error."""
+    size = math.log(max(error, LEAST_ERROR))
+    pace[0] = max(least, h * min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size)))
+    pace[1] = size
+
+
+@bare_kernel
+def shortening(error: float) -> float:
+    """By what a refused step is shortened."""
+    return max(SHRINKAGE, SAFETY * error**-0.2) if math.isfinite(error) else SHRINKAGE
+
+
+@bare_kernel
+def layer_piece(
+    force: Force,
+    law: Vector,
+    body: Vector,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    longest: float,
+    pace: Vector,
+    slopes: Vector,
+    piece: Vector,
+) -> tuple[float, int]:
+    """One accepted step in the layer: its length and a status.
+
+    `pace` (3,): the length to try, 0 at first; the logarithm of the last error; when the layer was
+    entered. What counts is when the motion gets somewhere: an error of v is an error in time of
+    error/acceleration, allowed to be `tolerance` of the time spent here.
+    """
+    mass, start = (
+        body[MASS],
+        slopes[1, STAGES - 1],
+    )  # the last stage of a step is the first of the next
+    if pace[0] == 0.0:
+        start = _acceleration(force, law, body, state, drive, t)
+        largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + gross(state, t, drive)
+        pace[0] = (
+            FIRST_STEP * min(body[LAYER], body[SPEED_SCALE]) * mass / largest
+            if largest > 0.0
+            else longest
+        )
+        pace[1], pace[2] = 0.0, t
+    wish, cut = pace[0], pace[0] > longest
+    h, shortest = wish, SHORTEST_STEP * max(abs(t), longest)
+    allowed = body[TOLERANCE] * max(
+        FLOOR * body[SPEED_SCALE], abs(state[VELOCITY]), abs(start) * (t - pace[2])
+    )
+    while True:
+        h = min(h, longest)
+        error = (
+            layer_step(force, law, mass, state[DIRECTION], drive, t, h, start, state, slopes)
+            / allowed
+        )
+        if error <= 1.0:
+            lengthen(pace, h, wish if cut else 0.0, error)
+            dense_output(state, slopes, h, piece)
+            return h, OK
+        if h <= shortest:
+            return h, STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
+        cut = False
+        h *= shortening(error)
+
+
+@kernel
+def straight_piece(
+    force: Force,
+    law: Vector,
+    body: Vector,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    longest: float,
+    piece: Vector,
+) -> float:
+    """One piece in closed form; returns its length."""
+    start = _acceleration(force, law, body, state, drive, t)
+    _, viscous = friction_line(body, state[REGION], state[DIRECTION])
+    motion(state, t, drive, body[MASS], viscous, True, start, piece)
+    return min(longest, reach(piece[1]))

@@ -1,0 +1,110 @@
+"""Where a polynomial first falls to zero: events on a piece of trajectory p(t) = c[0] + c[1] t +
+... + c[n-1] t^(n-1), 0 <= t <= h.
+
+The curvature is bounded by the coefficients, so that no crossing hides between two points that are
+looked at:
+
+    p(t) >= min(p(a), p(b)) - bound (b - a)^2 / 8        on [a, b]
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.safeguarded_newton import MAX_ITERATIONS, bracket_step
+from frictool.runtime.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+NEVER = -1.0
+RESOLUTION = 2.0**-40  # of the piece: two crossings nearer than this are seen as none
+MAX_HALVINGS = 10_000  # a grazing piece needs about a hundred
+
+
+@kernel
+def value(c: Vector, t: float) -> float:
+    """p(t) by Horner's rule."""
+    total = 0.0
+    for k in range(c.shape[0] - 1, -1, -1):
+        total = total * t + c[k]
+    return total
+
+
+@kernel
+def value_and_slope(c: Vector, t: float) -> tuple[float, float]:
+    """p(t) and p'(t)."""
+    total, rate = 0.0, 0.0
+    for k in range(c.shape[0] - 1, -1, -1):
+        rate = rate * t + total
+        total = total * t + c[k]
+    return total, rate
+
+
+@kernel
+def curvature_bound(c: Vector, h: float) -> float:
+    """A number that |p''| does not exceed on [0, h]."""
+    total = 0.0
+    for k in range(c.shape[0] - 1, 1, -1):
+        total = total * h + k * (k - 1) * abs(c[k])
+    return total
+
+
+@kernel
+def _root(c: Vector, low: float, high: float, start: float, end: float) -> float:
+    """The zero in [low, high], p falling from start to end: Newton's method from the chord, kept
+    inside a bracket."""
+    t = low + (high - low) * (start / (start - end))
+    for _ in range(MAX_ITERATIONS):
+        ahead, rate = value_and_slope(c, t)
+        low, high, t, found = bracket_step(t, ahead, rate, low, high)
+        if found:
+            break
+    return t
+
+
+@kernel
+def _first_zero(c: Vector, h: float) -> float:
+    """First t in (0, h] at which p, positive at 0, is zero; or NEVER. From left to right on
+    intervals that prove themselves."""
+    bound, low, width = curvature_bound(c, h), 0.0, h
+    start, leaving = c[0], c[1] if c.shape[0] > 1 else 0.0
+    for _ in range(MAX_HALVINGS):
+        high = min(low + width, h)
+        width = high - low
+        end, arriving = value_and_slope(c, high)
+        change, tiny = bound * width, width <= RESOLUTION * h
+        if end <= 0.0 and (tiny or min(leaving, arriving) < -change):
+            return _root(c, low, high, start, end)
+        if end > 0.0 and (
+            tiny or min(start, end) > 0.125 * change * width or abs(leaving) > change
+        ):
+            if high >= h:
+                return NEVER
+            low, start, leaving, width = high, end, arriving, 2.0 * width
+        else:
+            width *= 0.5
+    return NEVER
+
+
+@kernel
+def first_fall(c: Vector, h: float) -> float:
+    """First t in [0, h] at which p falls to zero from above, or NEVER; 0 where p starts below zero,
+    or at zero and falls.
+
+    A zero at t = 0 is divided out, so that a motion that starts from rest is not seen to stop
+    there.
+    """
+    if h <= 0.0:
+        return NEVER
+    lead = 0
+    while lead < c.shape[0] and c[lead] == 0.0:
+        lead += 1
+    if lead == c.shape[0]:
+        return NEVER
+    if c[lead] < 0.0:
+        return 0.0
+    terms = c.shape[0]
+    while c[terms - 1] == 0.0:
+        terms -= 1
+    return _first_zero(c[lead:terms], h)

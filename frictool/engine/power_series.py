@@ -1,0 +1,105 @@
+"""The motion under Coulomb and viscous friction of fixed sign (2.31), and the effort at rest: power
+series to rounding.
+
+    m v' = u(t, x, v, q) - friction - viscous v        x' = v        q' = x - r
+                                                       (engine/drive.py)
+
+is linear with constant coefficients: its solution is the matrix exponential, and the matrix
+exponential is its power series. Each coefficient follows from the one before; a piece is as long as
+the series is exact to rounding, and needs no step size.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.drive import (
+    AMPLITUDE,
+    DERIVATIVE,
+    FREQUENCY,
+    INTEGRAL,
+    OFFSET,
+    PHASE,
+    PROPORTIONAL,
+    SLOPE,
+    TARGET,
+    TARGET_SPEED,
+)
+from frictool.runtime.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+TERMS = 24
+EXACT = 2.0**-54  # of the size of the quantity: what the last terms may be
+REFINEMENTS = 3  # the size depends on the length weakly: to the power 1/TERMS
+
+
+@kernel
+def motion(
+    y: Vector,
+    t: float,
+    drive: Vector,
+    mass: float,
+    viscous: float,
+    moving: bool,
+    start: float,
+    piece: Vector,
+) -> None:
+    """Fills `piece` (4, TERMS), rows x, v, q, u, with the series of the time since t, from y = (x,
+    v, q).
+
+    At rest (not `moving`) x and v stay. `start`: the acceleration at t, with the friction in it,
+    given because rounding is taken out of it where slip begins; from there on `viscous` is all that
+    friction does.
+    """
+    frequency, proportional, derivative, integral = (
+        drive[FREQUENCY],
+        drive[PROPORTIONAL],
+        drive[DERIVATIVE],
+        drive[INTEGRAL],
+    )
+    cycle, mobility = frequency * t + drive[PHASE], 1.0 / mass
+    swing, other = 0.0, 0.0
+    if drive[AMPLITUDE] != 0.0:
+        swing, other = drive[AMPLITUDE] * math.sin(cycle), drive[AMPLITUDE] * math.cos(cycle)
+    x, v, q = y[0], y[1], y[2]
+    for k in range(TERMS):
+        share = 1.0 / (k + 1)
+        error = x
+        u = swing
+        if k == 0:
+            error -= drive[TARGET] + drive[TARGET_SPEED] * t
+            u += drive[OFFSET] + drive[SLOPE] * t
+        elif k == 1:
+            error -= drive[TARGET_SPEED]
+            u += drive[SLOPE]
+        u -= proportional * error + derivative * v + integral * q
+        piece[0, k], piece[1, k], piece[2, k], piece[3, k] = x, v, q, u
+        net = (u - viscous * v) * mobility if k > 0 else start
+        x, v, q = (v * share if moving else 0.0), (net * share if moving else 0.0), error * share
+        swing, other = frequency * other * share, -frequency * swing * share
+
+
+@kernel
+def reach(c: Vector) -> float:
+    """For how long the series c (TERMS,) is exact to rounding; inf for a polynomial.
+
+    The last two terms stay below EXACT of the largest of the first half: so near, no term is so
+    large that the sum loses digits.
+    """
+    longest = math.inf
+    for k in (TERMS - 2, TERMS - 1):
+        if c[k] == 0.0:
+            continue
+        h, smallest = 1.0, math.log(EXACT) - math.log(abs(c[k]))
+        for _ in range(REFINEMENTS):
+            largest, power = 0.0, 1.0
+            for j in range(TERMS // 2):
+                largest = max(largest, abs(c[j]) * power)
+                power *= h
+            h = math.exp((smallest + math.log(largest)) / k)
+        longest = min(longest, h)
+    return longest

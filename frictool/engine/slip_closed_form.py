@@ -1,0 +1,121 @@
+"""One phase of slip, in closed form: the motion, when it stops, when it has covered a distance.
+
+Everything is seen in the direction of the motion: speed w >= 0, distance y >= 0. With the
+friction's sign fixed and the command held, the drive relaxes at `rate` = 1/lag and the speed at
+`decay` = viscous/inertia:
+
+    w' = -decay w + settled + transient e^{-rate t}
+
+settled     acceleration that the final drive leaves after Coulomb friction, at w = 0
+transient   acceleration due to what the drive still has to lose; 0 without lag
+A phase is the tuple (w0, settled, transient, decay, rate) in SI. Its acceleration has one zero at
+most, so that the speed is monotone on two intervals at most: the first stop, or any other level, is
+bracketed without a search.
+"""
+
+from __future__ import annotations
+
+import math
+
+from frictool.engine.exponentials import convolved, convolved_integral, phi1, phi2
+from frictool.engine.safeguarded_newton import MAX_ITERATIONS, bracket_step
+from frictool.runtime.kernels import kernel
+
+Phase = tuple[float, float, float, float, float]
+
+NEVER = -1.0
+SPEED, DISTANCE = 0, 1
+
+
+@kernel
+def speed(phase: Phase, t: float) -> float:
+    """w(t) [rad/s | m/s]."""
+    w0, settled, transient, decay, rate = phase
+    moving = w0 * math.exp(-decay * t) + settled * t * phi1(-decay * t)
+    return moving if transient == 0.0 else moving + transient * convolved(decay, rate, t)
+
+
+@kernel
+def distance(phase: Phase, t: float) -> float:
+    """y(t) = int_0^t w [rad | m]."""
+    w0, settled, transient, decay, rate = phase
+    moving = w0 * t * phi1(-decay * t) + settled * t * t * phi2(-decay * t)
+    return moving if transient == 0.0 else moving + transient * convolved_integral(decay, rate, t)
+
+
+@kernel
+def acceleration(phase: Phase, t: float) -> float:
+    """w'(t) [rad/s^2 | m/s^2]."""
+    w0, settled, transient, decay, rate = phase
+    start = (settled + transient - decay * w0) * math.exp(-decay * t)
+    return start if transient == 0.0 else start - transient * rate * convolved(decay, rate, t)
+
+
+@kernel
+def _turning_time(start: float, transient: float, decay: float, rate: float) -> float:
+    """When the acceleration that starts at `start` is zero, t > 0; inf where it never is."""
+    if transient == 0.0:
+        return math.inf
+    r = start / (transient * rate)
+    x = (decay - rate) * r
+    if r <= 0.0 or r == math.inf or x <= -1.0:
+        return math.inf
+    return r if x == 0.0 else r * math.log1p(x) / x
+
+
+@kernel
+def _root(phase: Phase, quantity: int, level: float, low: float, high: float) -> float:
+    """Where w falls to `level`, or y rises to it, in [low, high]."""
+    t = 0.5 * (low + high)
+    for _ in range(MAX_ITERATIONS):
+        if quantity == SPEED:
+            ahead, slope = speed(phase, t) - level, acceleration(phase, t)
+        else:
+            ahead, slope = level - distance(phase, t), -speed(phase, t)
+        low, high, t, found = bracket_step(t, ahead, slope, low, high)
+        if found:
+            return t
+    return t
+
+
+@kernel
+def fall_time(phase: Phase, level: float, duration: float) -> float:
+    """First t in [0, duration] at which the speed falls to `level`, not above w0, or NEVER; 0 is
+    the stop.
+
+    A phase that starts on the level with an acceleration that is or becomes positive does not fall
+    to it at its start.
+    """
+    w0, settled, transient, decay, rate = phase
+    if w0 - level > (abs(settled) + abs(transient) + decay * max(abs(w0), abs(level))) * duration:
+        return NEVER  # not even the largest deceleration would do
+    start = settled + transient - decay * w0
+    turning = _turning_time(start, transient, decay, rate)
+    if start > 0.0 or (start == 0.0 and transient < 0.0):  # rises, then falls
+        low, high = turning, duration
+        if low >= high:
+            return NEVER
+    elif w0 == level:
+        return 0.0
+    else:  # falls, then rises
+        low, high = 0.0, min(turning, duration)
+    if speed(phase, high) > level:
+        return NEVER
+    return _root(phase, SPEED, level, low, high)
+
+
+@kernel
+def rise_time(phase: Phase, level: float, duration: float) -> float:
+    """First t in [0, duration] at which the speed rises to `level`, not below w0, or NEVER: the
+    mirrored phase falls to -level."""
+    w0, settled, transient, decay, rate = phase
+    return fall_time((-w0, -settled, -transient, decay, rate), -level, duration)
+
+
+@kernel
+def travel_time(phase: Phase, length: float, duration: float) -> float:
+    """When `length` is covered, in (0, duration], or NEVER. The speed must not fall below zero
+    within `duration`."""
+    if distance(phase, duration) < length:
+        return NEVER
+    return _root(phase, DISTANCE, length, 0.0, duration)

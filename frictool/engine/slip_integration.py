@@ -1,0 +1,302 @@
+"""A slip under a load, or with friction that depends on position or curves over speed, by
+Dormand-Prince with error control.
+
+Events are roots of its dense output.
+
+    y' = w        w' = (d (K i(t) - offset - load(x)) - F_c(x) - (F_s - F_c)(x) exp(-|w/v_s|^delta)
+                  - added - viscous w)/J    x = x0 + d y
+
+in the direction d of the motion. Inside the backlash the friction is that of the backlash alone.
+The drive i(t) is an exponential, and the load (plant/position_load.py) follows the position. Knees,
+layer, map ends and the flank of the backlash are events, so that each piece has a smooth field.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.axis_friction import (
+    breakaway_at,
+    coulomb_at,
+    has_stribeck,
+    next_place,
+    speed_band,
+    straight_line,
+)
+from frictool.engine.dormand_prince import (
+    A21,
+    A31,
+    A32,
+    A41,
+    A42,
+    A43,
+    A51,
+    A52,
+    A53,
+    A54,
+    A61,
+    A62,
+    A63,
+    A64,
+    A65,
+    A71,
+    A73,
+    A74,
+    A75,
+    A76,
+    C2,
+    C3,
+    C4,
+    C5,
+    E1,
+    E3,
+    E4,
+    E5,
+    E6,
+    E7,
+    STAGES,
+    dense_output,
+)
+from frictool.engine.drive_lag import lagged_drive
+from frictool.engine.polynomial_events import NEVER, first_fall
+from frictool.friction.stribeck import curve
+from frictool.plant.axis import (
+    BACKLASH_BREAKAWAY,
+    BACKLASH_COULOMB,
+    CONSTANT,
+    DRIVE,
+    INERTIA,
+    LAG,
+    OFFSET,
+    POSITION,
+    RESTED,
+    VELOCITY,
+)
+from frictool.plant.axis_friction_laws import LAYER, STRIBECK_EXPONENT, STRIBECK_VELOCITY
+from frictool.plant.position_load import load_size, opposing_effort
+from frictool.runtime.kernels import inner_kernel, kernel
+
+Vector = NDArray[np.float64]
+
+# how a piece of slip ends
+HELD, SLOWER, FASTER, PLACE, FAILED, CONTACT = 0, 1, 2, 3, 4, 5
+
+TOLERANCE = 1e-12  # of the speed, or of what the efforts add to it within a step
+FLOOR = 2.0**-5  # of v_s: smaller speeds inside the layer are computed to the tolerance of this
+FIRST_STEP = 2.0  # of the time in which all efforts together would cross v_s
+ROUNDING = 2.0**-46  # efforts smaller than this part of their terms are zero where slip begins
+GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
+SHORTEST_STEP = 2.0**-50  # of the time that remains
+MAX_STEPS = 1_000_000
+DISTANCE, SPEED, ROWS, TERMS = 0, 1, 3, 5  # the dense output has a third row, not used here
+DRIVING = 5  # of the scratch: 1 where the motor carries the load, 0 inside the backlash
+
+
+@inner_kernel
+def _acceleration(
+    state: Vector,
+    command: float,
+    p: Vector,
+    direction: float,
+    law: Vector,
+    line: tuple[float, float],
+    t: float,
+    y: float,
+    w: float,
+) -> float:
+    """w' at t since the start of the slip; `law` (6,): scratch for friction/stribeck.py, then
+    DRIVING; `line`: (added, viscous)."""
+    x = state[POSITION] + direction * y
+    if law[DRIVING] > 0.0:
+        friction = coulomb_at(p, direction, x)
+        if has_stribeck(p) and w < p[LAYER]:
+            law[0], law[1] = friction, breakaway_at(p, direction, x, state[RESTED])
+            friction = curve(w, law)
+    else:
+        friction = p[BACKLASH_COULOMB]
+    effort = direction * (
+        p[CONSTANT] * lagged_drive(state[DRIVE], command, p[LAG], t) - opposing_effort(p, x)
+    )
+    return float((effort - friction - line[0] - line[1] * w) / p[INERTIA])
+
+
+@inner_kernel
+def _step(
+    state: Vector,
+    command: float,
+    p: Vector,
+    direction: float,
+    law: Vector,
+    line: tuple[float, float],
+    t: float,
+    h: float,
+    start: float,
+    at: Vector,
+    slopes: Vector,
+) -> float:
+    """Tries a step of length h from `at` = (y, w), whose w' is `start`; fills rows y' and w' of
+    `slopes` (3, 7). Returns the error of w."""
+    y, w1, a1 = at[DISTANCE], at[SPEED], start
+    w2 = w1 + h * A21 * a1
+    a2 = _acceleration(state, command, p, direction, law, line, t + C2 * h, y + h * A21 * w1, w2)
+    w3 = w1 + h * (A31 * a1 + A32 * a2)
+    a3 = _acceleration(
+        state, command, p, direction, law, line, t + C3 * h, y + h * (A31 * w1 + A32 * w2), w3
+    )
+    w4 = w1 + h * (A41 * a1 + A42 * a2 + A43 * a3)
+    a4 = _acceleration(
+        state,
+        command,
+        p,
+        direction,
+        law,
+        line,
+        t + C4 * h,
+        y + h * (A41 * w1 + A42 * w2 + A43 * w3),
+        w4,
+    )
+    w5 = w1 + h * (A51 * a1 + A52 * a2 + A53 * a3 + A54 * a4)
+    y5 = y + h * (A51 * w1 + A52 * w2 + A53 * w3 + A54 * w4)
+    a5 = _acceleration(state, command, p, direction, law, line, t + C5 * h, y5, w5)
+    w6 = w1 + h * (A61 * a1 + A62 * a2 + A63 * a3 + A64 * a4 + A65 * a5)
+    y6 = y + h * (A61 * w1 + A62 * w2 + A63 * w3 + A64 * w4 + A65 * w5)
+    a6 = _acceleration(state, command, p, direction, law, line, t + h, y6, w6)
+    w7 = w1 + h * (A71 * a1 + A73 * a3 + A74 * a4 + A75 * a5 + A76 * a6)
+    y7 = y + h * (A71 * w1 + A73 * w3 + A74 * w4 + A75 * w5 + A76 * w6)
+    a7 = _acceleration(state, command, p, direction, law, line, t + h, y7, w7)
+    (
+        slopes[0, 0],
+        slopes[0, 1],
+        slopes[0, 2],
+        slopes[0, 3],
+        slopes[0, 4],
+        slopes[0, 5],
+        slopes[0, 6],
+    ) = w1, w2, w3, w4, w5, w6, w7
+    (
+        slopes[1, 0],
+        slopes[1, 1],
+        slopes[1, 2],
+        slopes[1, 3],
+        slopes[1, 4],
+        slopes[1, 5],
+        slopes[1, 6],
+    ) = a1, a2, a3, a4, a5, a6, a7
+    return abs(h * (E1 * a1 + E3 * a3 + E4 * a4 + E5 * a5 + E6 * a6 + E7 * a7))
+
+
+@kernel
+def _reached(
+    piece: Vector, row: int, level: float, sign: float, longest: float, probe: Vector
+) -> float:
+    """First t at which sign (row - level) falls to zero within `longest`, or NEVER."""
+    for k in range(TERMS):
+        probe[k] = sign * piece[row, k]
+    probe[0] -= sign * level
+    return first_fall(probe, longest)
+
+
+@inner_kernel
+def _end_of(
+    piece: Vector, h: float, lower: float, upper: float, length: float, probe: Vector
+) -> tuple[float, int]:
+    """When and how a step ends first."""
+    spent, kind = h, HELD
+    crossing = _reached(piece, SPEED, lower, 1.0, spent, probe)
+    if crossing != NEVER:
+        spent, kind = crossing, SLOWER
+    if upper < math.inf:
+        crossing = _reached(piece, SPEED, upper, -1.0, spent, probe)
+        if crossing != NEVER:
+            spent, kind = crossing, FASTER
+    if length < math.inf:
+        crossing = _reached(piece, DISTANCE, length, -1.0, spent, probe)
+        if crossing != NEVER:
+            spent, kind = crossing, PLACE
+    return spent, kind
+
+
+@inner_kernel
+def _move(at: Vector, piece: Vector, spent: float) -> None:
+    for row in range(2):
+        total = 0.0
+        for k in range(TERMS - 1, -1, -1):
+            total = total * spent + piece[row, k]
+        at[row] = total
+
+
+@kernel
+def _gross(state: Vector, command: float, p: Vector, direction: float, driving: bool) -> float:
+    """Sum of the magnitudes of all efforts [N m | N] where the slip begins."""
+    held = (
+        breakaway_at(p, direction, state[POSITION], state[RESTED])
+        if driving
+        else p[BACKLASH_BREAKAWAY]
+    )
+    drive = abs(p[CONSTANT]) * (abs(command) + abs(state[DRIVE]))
+    return float(drive + abs(p[OFFSET]) + held + load_size(p, state[POSITION]))
+
+
+@kernel
+def curved_slip(
+    state: Vector, command: float, p: Vector, direction: float, remaining: float, to_edge: float
+) -> tuple[float, float, float, int]:
+    """Slips for up to `remaining` [s] from `state`, which stays as it is; returns how long, how
+    far, the speed then, how it ended.
+
+    The level of speed that it fell or rose to is that of `speed_band`, the place that of
+    `next_place`. `to_edge` [rad | m]: distance to the flank of the backlash, not above 0 where the
+    motor carries the load.
+    """
+    at, slopes, piece, probe = (
+        np.zeros(ROWS),
+        np.zeros((ROWS, STAGES)),
+        np.empty((ROWS, TERMS)),
+        np.empty(TERMS),
+    )
+    law = np.array([0.0, 0.0, p[STRIBECK_VELOCITY], p[STRIBECK_EXPONENT], 0.0, 1.0])
+    at[SPEED] = abs(state[VELOCITY])
+    length, place = next_place(p, state[POSITION], direction)[0], PLACE
+    if to_edge > 0.0:
+        law[DRIVING] = 0.0
+        layered, line, (lower, upper) = False, (0.0, 0.0), (0.0, math.inf)
+        if to_edge <= length:
+            length, place = to_edge, CONTACT
+    else:
+        layered = at[SPEED] < p[LAYER]
+        line, (lower, upper) = straight_line(p, direction, at[SPEED]), speed_band(p, at[SPEED])
+    if length <= 0.0:
+        return 0.0, 0.0, at[SPEED], place
+    gross = _gross(state, command, p, direction, to_edge <= 0.0) / p[INERTIA]
+    start = _acceleration(state, command, p, direction, law, line, 0.0, 0.0, at[SPEED])
+    if at[SPEED] == 0.0 and abs(start) <= ROUNDING * gross:
+        start = 0.0
+    wish = FIRST_STEP * p[STRIBECK_VELOCITY] / gross if layered and gross > 0.0 else remaining
+    t, shortest = 0.0, SHORTEST_STEP * remaining
+    for _ in range(MAX_STEPS):
+        h = min(wish, remaining - t)
+        error = _step(state, command, p, direction, law, line, t, h, start, at, slopes)
+        allowed = TOLERANCE * max(at[SPEED], FLOOR * p[STRIBECK_VELOCITY] if layered else gross * h)
+        if not error <= allowed:
+            if h <= shortest:
+                break
+            wish = h * (
+                max(SHRINKAGE, SAFETY * (allowed / error) ** 0.2)
+                if math.isfinite(error)
+                else SHRINKAGE
+            )
+            continue
+        dense_output(at, slopes, h, piece)
+        spent, kind = _end_of(piece, h, lower, upper, length, probe)
+        kind = place if kind == PLACE else kind
+        _move(at, piece, spent)
+        t = t + spent if spent < remaining - t else remaining
+        if kind != HELD or t >= remaining:
+            return t, at[DISTANCE], max(0.0, at[SPEED]), kind
+        start = slopes[SPEED, STAGES - 1]
+        grown = h * min(GROWTH, SAFETY * (allowed / error) ** 0.2) if error > 0.0 else h * GROWTH
+        wish = max(grown, wish if h < wish else 0.0)
+    return t, at[DISTANCE], max(0.0, at[SPEED]), FAILED

@@ -1,0 +1,70 @@
+"""The dimension check: every term of a sum measures the same, by the units that the document's
+quantities have.
+
+The registry multiplies the units of each term's symbols. A radian has no dimension: a torque per
+radian times an angle is a torque.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from frictool.documents.quantity import dimension_of
+from frictool.equations.expression import Atom, Equation, Term
+from frictool.plant.mechanism.element_error import ElementError
+
+
+def check_equation(equation: Equation) -> int:
+    """How many terms were checked. Raises WrongElement, with the element's key, for the first that
+    is not in the equation's unit."""
+    of = Term(((equation.of, 1),))
+    return check_sum(
+        [*(term.times(of).of(term.element) for term in equation.coefficients), *equation.right],
+        equation.unit,
+        equation,
+    )
+
+
+def check_sum(terms: list[Term], unit: str, within: Equation | None = None) -> int:
+    """The same of a plain sum."""
+    wanted = dimension_of(unit)
+    for term in terms:
+        found = dimension(term)
+        if found != wanted:
+            where = "" if within is None else f" of {within.text}"
+            key = term.element or ("" if within is None else within.key)
+            raise ElementError(
+                key,
+                f"the term {term.text}{where} measures {_said(found)}; allowed: {unit or '1'}, as the other terms",
+            )
+    return len(terms)
+
+
+def dimension(term: Term) -> Any:
+    """Powers of the base dimensions, as the registry has them."""
+    out = dimension_of("")
+    for atom, power in term.factors:
+        out = out * _of_atom(atom) ** power
+    return out
+
+
+def _of_atom(atom: Atom) -> Any:
+    if atom.made is None:
+        return dimension_of(atom.unit)
+    first, *others = (dimension(term) for term in atom.made)
+    if any(other != first for other in others):
+        raise ElementError(
+            atom.made[0].element,
+            f"the terms of {atom.text} measure {_said(first)} and {_said(others[0])}",
+        )
+    return first
+
+
+def _said(found: Mapping[str, float]) -> str:
+    return (
+        " ".join(
+            f"{name}^{power:g}" if power != 1 else name for name, power in sorted(found.items())
+        )
+        or "a plain number"
+    )

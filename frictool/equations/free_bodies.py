@@ -1,0 +1,175 @@
+"""Free bodies (2.1)-(2.2), and the constraint forces eliminated: one equation for all that moves as
+one.
+
+From a leaf of the tree of rigid links to its root: with the child's M q'' = f, a link to its second
+end gives lambda = M q'' - f there and takes p lambda at its first, so that the first end's inertia
+grows by p ratio M and its efforts by p f; the other way by M/(p ratio), f/p.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from frictool.documents.quantity import si_unit
+from frictool.equations.expression import Atom, Equation, Term, sum_latex, sum_text
+from frictool.equations.link_equations import LinkEquations
+from frictool.equations.notation import Notation
+from frictool.equations.statement import Condition
+
+Efforts = Mapping[str, Sequence[Term]]
+
+
+def free_body(
+    block: str, efforts: Efforts, links: Sequence[LinkEquations], notation: Notation
+) -> Equation:
+    """m q'' = sum of what acts on the block, forces of rigid links among it."""
+    right = [*efforts[block]]
+    for link in links:
+        if link.b == block:
+            right.append(link.force)
+        if link.a == block:
+            right += link.on_first()
+    unit = si_unit("effort", notation.kinds[block])
+    return Equation(
+        (notation.inertia(block),),
+        notation.acceleration(block),
+        tuple(right),
+        unit,
+        f"blocks.{block}",
+        source="(2.1)",
+    )
+
+
+class RigidTree:
+    """Blocks tied by rigid links without play, `links`, seen from `root`."""
+
+    def __init__(self, root: str, links: Sequence[LinkEquations], notation: Notation) -> None:
+        self.root, self.links, self.notation = root, links, notation
+
+    def equation(self, efforts: Efforts) -> Equation:
+        """(sum of inertias) q_root'' = sum of efforts."""
+        inertia = [mass.times(self.notation.inertia(block)) for block, _, mass in self._walk()]
+        right = self._gathered(efforts, beside=True)
+        unit = si_unit("effort", self.notation.kinds[self.root])
+        return Equation(
+            tuple(inertia),
+            self.notation.acceleration(self.root),
+            tuple(right),
+            unit,
+            f"blocks.{self.root}",
+        )
+
+    def gathered(self, efforts: Efforts) -> list[Term]:
+        """Efforts on its blocks as the root feels them."""
+        return self._gathered(efforts, beside=False)
+
+    def _walk(self) -> Iterator[tuple[str, Term, Term]]:
+        """Each block from the root on, what the root feels of an effort on it, and of its inertia;
+        chains are longer than calls nest."""
+        at: dict[str, list[LinkEquations]] = {}
+        for link in self.links:
+            at.setdefault(link.a, []).append(link)
+            at.setdefault(link.b, []).append(link)
+        waiting: list[tuple[str, LinkEquations | None, Term, Term]] = [
+            (self.root, None, Term(), Term())
+        ]
+        while waiting:
+            block, above, effort, mass = waiting.pop()
+            yield block, effort, mass
+            for link in reversed([one for one in at.get(block, ()) if one is not above]):
+                first = link.a == block
+                passed, moved = link.passed.factor, link.passed.factor.times(link.ratio)
+                through, carried = (passed, moved) if first else (passed.inverse(), moved.inverse())
+                waiting.append(
+                    (link.b if first else link.a, link, effort.times(through), mass.times(carried))
+                )
+
+    def _gathered(self, efforts: Efforts, beside: bool) -> list[Term]:
+        out: list[Term] = []
+        for block, effort, _ in self._walk():
+            out += [effort.times(term) for term in efforts.get(block, ())]
+            if beside:
+                threads = [
+                    link.passed.beside
+                    for link in self.links
+                    if link.a == block and link.passed.beside is not None
+                ]
+                out += [effort.times(thread.negative()) for thread in threads]
+        return out
+
+
+def rest_condition(
+    tree: RigidTree,
+    blocks: Sequence[str],
+    efforts: Efforts,
+    dry: Efforts,
+    bears: Efforts,
+    notation: Notation,
+) -> Condition | None:
+    """While its efforts without dry friction are within what frictions and lossy links bear, a tree
+    stays at rest; None: nothing sticks.
+
+    At rest a lossy link passes anything between its two p.
+    """
+    threads = {
+        link.a: _modulus(link.passed.beside)
+        for link in tree.links
+        if link.passed.beside is not None
+    }
+    between = [
+        link.passed.factor.text
+        for link in tree.links
+        if link.passed.equations and link.passed.beside is None
+    ]
+    borne = {
+        block: [*bears.get(block, ()), *([threads[block]] if block in threads else [])]
+        for block in blocks
+    }
+    most = [_modulus(term) for term in tree.gathered(borne)]
+    if not most and not between:
+        return None
+    others = {
+        block: [term for term in efforts[block] if term not in dry.get(block, ())]
+        for block in blocks
+    }
+    pushing = tree.gathered(others)
+    bounds, bounds_latex = (
+        " + ".join(term.text for term in most),
+        " + ".join(term.latex for term in most),
+    )
+    text = f"|{sum_text(pushing)}| <= {bounds}" if most else f"{sum_text(pushing)} = 0"
+    latex = (
+        rf"\left|{sum_latex(pushing)}\right| \leq {bounds_latex}"
+        if most
+        else rf"{sum_latex(pushing)} = 0"
+    )
+    some = (
+        f" for some {' and '.join(between)} between what it is in both directions of power"
+        if between
+        else ""
+    )
+    told = (
+        f"{', '.join(blocks)} at rest {'stays' if len(blocks) == 1 else 'stay'} while {text}{some}"
+    )
+    return Condition(
+        told,
+        latex,
+        si_unit("effort", notation.kinds[tree.root]),
+        (*pushing, *most),
+        f"blocks.{tree.root}",
+        "(2.30)",
+    )
+
+
+def _modulus(term: Term) -> Term:
+    """Its size: without the sign, and with |p| and |W| for what may be negative."""
+
+    def sized(atom: Atom) -> Atom:
+        signed = atom.text.startswith(("p_", "W_"))
+        return (
+            Atom(f"|{atom.text}|", rf"\left|{atom.latex}\right|", atom.unit, None, atom.made)
+            if signed
+            else atom
+        )
+
+    return Term(tuple((sized(atom), power) for atom, power in term.factors), 1, term.element)

@@ -1,0 +1,95 @@
+"""Friction laws as sums, where a sum says them; otherwise by name. In slip; what they bear at
+rest."""
+
+from __future__ import annotations
+
+from frictool.documents.mechanism import FrictionOf
+from frictool.documents.quantity import Quantity
+from frictool.equations.expression import Atom, Term
+from frictool.equations.notation import Notation, function
+from frictool.friction.law_registry import LAWS
+from frictool.plant.mechanism.bearing_friction import si_parameters
+
+# name of a parameter -> letter in text and LaTeX; any other stands by its own name
+LETTERS = {
+    "coulomb": ("Fc", "F_c"),
+    "breakaway": ("Fs", "F_s"),
+    "viscous": ("sigma_v", r"\sigma_v"),
+    "stribeck_velocity": ("v_s", "v_s"),
+    "stribeck_exponent": ("delta", r"\delta"),
+    "stiffness": ("sigma_0", r"\sigma_0"),
+    "damping": ("sigma_1", r"\sigma_1"),
+}
+WITH_VISCOUS = ("svc", "stribeck")
+
+
+def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[Term]:
+    """F of the law, which opposes the motion."""
+    symbols = _symbols(name, element, notation)
+    speed = notation.speed(element.on)
+    direction = function("sign", r"\mathrm{sign}", speed.text, speed.latex)
+    coulomb = symbols["coulomb"]
+    if element.law == "coulomb":
+        return [coulomb.times(direction)]
+    if element.law not in WITH_VISCOUS:
+        law = Atom(
+            f"{element.law}({speed.text})",
+            rf"\mathrm{{{element.law.replace('_', ' ')}}}\left({speed.latex}\right)",
+            made=(coulomb,),
+        )
+        return [Term(((law, 1),))]
+    terms = [coulomb.times(direction)]
+    if element.law == "stribeck":
+        terms.append(_fall(symbols, speed).times(direction))
+    return [*terms, symbols["viscous"].times(speed)]
+
+
+def _fall(symbols: dict[str, Term], speed: Term) -> Term:
+    """(F_s - F_c) exp(-|v/v_s|^delta), (2.34)."""
+    over = speed.times(symbols["stribeck_velocity"].inverse())
+    breakaway, coulomb, delta = (
+        symbols["breakaway"],
+        symbols["coulomb"],
+        symbols["stribeck_exponent"],
+    )
+    drop = Atom(
+        f"({breakaway.text} - {coulomb.text})",
+        rf"\left({breakaway.latex} - {coulomb.latex}\right)",
+        made=(breakaway, coulomb),
+    )
+    one = Term()
+    fall = Atom(
+        f"exp(-|{over.text}|^{delta.text})",
+        rf"e^{{-\left|{over.latex}\right|^{{{delta.latex}}}}}",
+        made=(one, over, delta),
+    )
+    return Term(((drop, 1), (fall, 1)))
+
+
+def dry_level(name: str, element: FrictionOf, notation: Notation) -> Term | None:
+    """What it bears at rest; None of a law that never sticks, or sticks by a state of its own."""
+    law = LAWS[element.law]
+    if law.approximation or law.kind == "dynamic":
+        return None
+    symbols = _symbols(name, element, notation)
+    return symbols.get("breakaway", symbols["coulomb"])
+
+
+def _symbols(name: str, element: FrictionOf, notation: Notation) -> dict[str, Term]:
+    """Every parameter of the law that is given or has a default."""
+    key = f"links.{name}"
+    kind = notation.kinds[element.on]
+    given = si_parameters(key, element, kind)
+    out = {}
+    for parameter in LAWS[element.law].parameters:
+        quantity = given.get(parameter.name)
+        if quantity is None and parameter.default is not None:
+            quantity = Quantity(parameter.default, unit=parameter.unit(kind))
+        if quantity is not None:
+            text, latex = LETTERS.get(
+                parameter.name, (parameter.name, rf"\mathrm{{{parameter.name.replace('_', ' ')}}}")
+            )
+            out[parameter.name] = notation.parameter(
+                text, latex, name, quantity, f"{key}.parameters.{parameter.name}"
+            )
+    return out

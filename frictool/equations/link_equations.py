@@ -1,0 +1,218 @@
+"""Links that transmit, in symbols: what they constrain, what yields in them, what plays
+(2.3)-(2.20)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from frictool.documents.mechanism import Backlash
+from frictool.documents.quantity import Quantity, si_unit
+from frictool.equations.expression import Equation, Term
+from frictool.equations.link_ratios import EffortTransfer, effort_transfer, ratio_of
+from frictool.equations.notation import HALF, RATES, Notation, indexed_latex
+from frictool.equations.statement import Condition
+from frictool.plant.mechanism.transmissions import Transmitting
+
+SOURCES = {
+    "gear": "(2.3)",
+    "belt": "(2.6)",
+    "screw": "(2.10)-(2.13)",
+    "rack": "(2.19)",
+    "hydraulic": "(2.16)",
+    "coupling": "",
+}
+LAMBDA = r"\lambda"
+SOFT_SOURCES = {"gear": "(2.5)", "belt": "(2.6)"}
+
+
+@dataclass(frozen=True)
+class LinkEquations:
+    """A link in symbols: force is lambda, the effort on b. play: half of its width at b. stretch: e
+    of what yields or plays.
+
+    rigid: it only constrains (with play, where it touches). relations, effort, modes: what is said
+    of it.
+    """
+
+    name: str
+    a: str
+    b: str
+    ratio: Term
+    force: Term
+    passed: EffortTransfer
+    rigid: bool
+    play: Term | None
+    relations: tuple[Equation, ...]
+    effort: tuple[Equation, ...]
+    modes: tuple[Condition, ...]
+
+    def on_first(self) -> list[Term]:
+        """Efforts on a."""
+        key = f"links.{self.name}"
+        back = self.passed.factor.times(self.force).negative().of(key)
+        return (
+            [back] if self.passed.beside is None else [back, self.passed.beside.negative().of(key)]
+        )
+
+
+def link_equations(
+    name: str, link: Transmitting, notation: Notation, offset: float
+) -> LinkEquations:
+    """The link in symbols. offset: what q_b - ratio q_a is at the start [rad | m]."""
+    a, b = link.between
+    key = f"links.{name}"
+    ratio, along = ratio_of(name, link, notation)
+    force = notation.effort("lambda", name, notation.kinds[b]).of(key)
+    backlash: Backlash | None = getattr(link, "backlash", None)
+    play = None if backlash is None else _half_width(name, link, backlash, notation, ratio)
+    compliance = link.compliance or (None if backlash is None else backlash.compliance)
+    rigid = compliance is None
+    relations = _relations(name, link, notation, ratio, offset, rigid and play is None)
+    effort = () if rigid else _yielding(name, link, notation, along, force, play is not None)
+    modes: tuple[Condition, ...] = ()
+    if backlash is not None and play is not None:
+        modes = (
+            _within(name, b, notation, play),
+            _touching(name, a, b, notation, ratio, play, rigid, backlash.restitution),
+        )
+    return LinkEquations(
+        name,
+        a,
+        b,
+        ratio,
+        force,
+        effort_transfer(name, link, notation, ratio, force),
+        rigid,
+        play,
+        relations,
+        effort,
+        modes,
+    )
+
+
+def _relations(
+    name: str, link: Transmitting, notation: Notation, ratio: Term, offset: float, constrains: bool
+) -> tuple[Equation, ...]:
+    """q_b = ratio q_a + o and its rate, or e = q_b - ratio q_a - o of what may differ."""
+    a, b = link.between
+    key, source = f"links.{name}", SOURCES[str(link.__struct_config__.tag)]
+    place, rate, _ = RATES[notation.kinds[b]]
+    follows = [ratio.times(notation.position(a)).of(key)]
+    if offset:
+        kept = notation.parameter(
+            "o", "o", name, Quantity(abs(offset), unit=place), f"blocks.{b}.start"
+        )
+        follows.append(kept if offset > 0.0 else kept.negative())
+    if constrains:
+        return (
+            Equation(
+                (Term(),),
+                notation.position(b).factors[0][0],
+                tuple(follows),
+                place,
+                key,
+                source=source,
+            ),
+            Equation(
+                (Term(),),
+                notation.speed(b).factors[0][0],
+                (ratio.times(notation.speed(a)).of(key),),
+                rate,
+                key,
+                source=source,
+            ),
+        )
+    stretch, _ = notation.stretch("e", name, notation.kinds[b])
+    terms = (notation.position(b).of(key), *(term.negative() for term in follows))
+    return (Equation((Term(),), stretch.factors[0][0], terms, place, key, source=source),)
+
+
+def _yielding(
+    name: str, link: Transmitting, notation: Notation, along: Term, force: Term, plays: bool
+) -> tuple[Equation, ...]:
+    """lambda = -k s - d s', at the second end; a belt's k and d are along it, at its radius r_b."""
+    backlash: Backlash | None = getattr(link, "backlash", None)
+    compliance = link.compliance or (backlash.compliance if backlash is not None else None)
+    assert compliance is not None
+    where = f"links.{name}." + (
+        "compliance" if link.compliance is not None else "backlash.compliance"
+    )
+    kind = notation.kinds[link.between[1]]
+    stretch, rate = notation.stretch("s" if plays else "e", name, kind)
+    stiff = notation.parameter("k", "k", name, compliance.stiffness, f"{where}.stiffness").times(
+        stretch
+    )
+    drag = notation.parameter("d", "d", name, compliance.damping, f"{where}.damping").times(rate)
+    terms = tuple(
+        along.times(along).times(part).negative().of(f"{where}.{what}")
+        for part, what in ((stiff, "stiffness"), (drag, "damping"))
+    )
+    source = SOFT_SOURCES.get(str(link.__struct_config__.tag), "")
+    return (
+        Equation(
+            (Term(),),
+            force.factors[0][0],
+            terms,
+            si_unit("effort", kind),
+            f"links.{name}",
+            source=source,
+        ),
+    )
+
+
+def _half_width(
+    name: str, link: Transmitting, backlash: Backlash, notation: Notation, ratio: Term
+) -> Term:
+    """Half of the play at b, from the end whose unit it has."""
+    key = f"links.{name}.backlash.width"
+    width = notation.parameter("w", "w", name, backlash.width, key)
+    a, b = link.between
+    at = backlash.at or (b if RATES[notation.kinds[b]][0] == backlash.width.unit else a)
+    return (Term() if at == b else Term(ratio.factors)).times(width).times(HALF).of(key)
+
+
+def _within(name: str, b: str, notation: Notation, play: Term) -> Condition:
+    stretch, _ = notation.stretch("e", name, notation.kinds[b])
+    text = f"{name} plays while |{stretch.text}| < {play.text}: lambda_{name} = 0"
+    latex = rf"\left|{stretch.latex}\right| < {play.latex}: \quad {indexed_latex(LAMBDA, name)} = 0"
+    return Condition(
+        text, latex, RATES[notation.kinds[b]][0], (stretch, play), f"links.{name}", "(2.18)"
+    )
+
+
+def _touching(
+    name: str, a: str, b: str, notation: Notation, ratio: Term, play: Term, rigid: bool, restitution: float
+) -> Condition:  # fmt: skip
+    """What holds at the ends of the play."""
+    stretch, _ = notation.stretch("e", name, notation.kinds[b])
+    unit, key = RATES[notation.kinds[b]][0], f"links.{name}"
+    if not rigid:
+        taut, _ = notation.stretch("s", name, notation.kinds[b])
+        ends = (
+            f"{taut.text} = {stretch.text} - {play.text} above, {stretch.text} + {play.text} below"
+        )
+        text = f"{name} touches beyond it: {ends}, lambda_{name} {taut.text} <= 0 (no flank pulls)"
+        return Condition(
+            text,
+            rf"{taut.latex} = {stretch.latex} \mp {play.latex}",
+            unit,
+            (taut, stretch, play),
+            key,
+        )
+    follows = ratio.times(notation.speed(a)).negative()
+    sign = "-" if follows.sign < 0 else "+"
+    slip, slip_latex = (
+        f"{notation.speed(b).text} {sign} {follows.text}",
+        f"{notation.speed(b).latex} {sign} {follows.latex}",
+    )
+    after = f"-{restitution:g} times itself" if restitution else "0"
+    ends = f"{stretch.text} = -{play.text} with lambda_{name} >= 0, at {stretch.text} = {play.text} with lambda_{name} <= 0"
+    text = f"{name} touches at {ends}: {slip} = 0, and at a shock becomes {after}"
+    return Condition(
+        text,
+        rf"{stretch.latex} = \mp {play.latex}: \quad {slip_latex} = 0",
+        unit,
+        (stretch, play),
+        key,
+        "(2.19)",
+    )

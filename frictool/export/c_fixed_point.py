@@ -1,0 +1,200 @@
+"""Operations as C expressions in fixed point: control/fixed_kernel.py's integer arithmetic, with
+the shifts of control/fixed_point.py.
+
+    moved 2^-n, rounded     shifted(value, n) in 64 bits, word(value, n) where the result is a word
+    moved 2^n               raised(value, n): a product, since a shift to the left of what is
+                            negative is undefined
+
+Every value is an int32_t; sums, products and what is moved are formed in int64_t.
+"""
+
+from __future__ import annotations
+
+import math
+
+from frictool.control.fixed_point import FixedProgram
+from frictool.control.fixed_point_kernel import shift_rounded
+from frictool.control.program import ProgramNode
+from frictool.export.c_names import NamedArray
+from frictool.export.c_real_numbers import INFIX, MIRRORED
+
+CALLS = ("abs", "min", "max", "sqrt", "mul", "add", "sub", "dot")
+EDGE = 2**31
+
+
+class FixedNumbers:
+    """q31 or q15: words of the program `scaled`."""
+
+    printed, cast = "%ld", "(long)"
+    words = ", as words"
+    suffix = ""
+
+    def __init__(self, scaled: FixedProgram) -> None:
+        self.scaled = scaled
+        self.kind = "int32_t"
+        self.constant_kind = "int16_t" if scaled.bits == 15 else "int32_t"
+
+    def literal(self, value: float) -> str:
+        """A number in SI, for macros."""
+        return repr(value)
+
+    def exact(self, value: float, node: ProgramNode) -> str:
+        """Return the word of a value that the format holds; that of an input that is no number is
+        INT32_MIN."""
+        if math.isnan(value):
+            return "INT32_MIN"
+        return str(int(math.ldexp(value, self.scaled.fractions[node.index])))
+
+    def constant(self, node: ProgramNode) -> str:
+        """A coefficient's word where it is declared."""
+        return str(self.scaled.constants[node.index])
+
+    def number(self, node: ProgramNode) -> str:
+        """The word of a number without a name, where it is used."""
+        return _integer(self.scaled.constants[node.index])
+
+    def parameter(self, name: str) -> str:
+        """What the step function calls an input before it is bounded."""
+        return f"{name}_word"
+
+    def entering(self, node: ProgramNode, name: str) -> list[str]:
+        """How an input becomes a value of the program."""
+        return [
+            f"const int32_t {name} = {self._bounded(node, self.parameter(name))};{self.note(node)}"
+        ]
+
+    def valid(self, text: str) -> str:
+        """Return the condition that a word is one of a number: control/fixed_point_kernel.py
+        `INVALID` is the lowest that there is."""
+        return f"{text} != INT32_MIN"
+
+    def started(self, state: ProgramNode, source: ProgramNode | None) -> str:
+        """Where a state starts: a number, or the position that the caller gives."""
+        fractions = self.scaled.fractions
+        if source is None:
+            return str(round(math.ldexp(state.value, fractions[state.index])))
+        given = self._bounded(source, "position")
+        shift = fractions[source.index] - fractions[state.index]
+        return (
+            given
+            if shift == 0 and self._range(state) == self._range(source)
+            else self._bounded(state, _moved(given, shift))
+        )
+
+    def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
+        """What a state becomes; source None: what the caller sets."""
+        shift = self.scaled.write_shift[state.index] if source is not None else 0
+        if (
+            source is not None
+            and source.op == "constant"
+            and source.index not in self.scaled.program.names
+        ):
+            return _integer(shift_rounded(self.scaled.constants[source.index], shift))
+        return self._bounded(state, _moved(text, shift))
+
+    def _range(self, node: ProgramNode) -> tuple[int, int]:
+        return self.scaled.words[node.index]
+
+    def _bounded(self, node: ProgramNode, text: str) -> str:
+        low, high = self._range(node)
+        return f"bounded({text}, {low}, {high})"
+
+    def expression(self, node: ProgramNode, of: list[str]) -> str:
+        """The operation on the texts of its operands, each of which is a word's name, a number, a
+        call or in brackets."""
+        args = node.args
+        sa, sb, s = self.scaled.shifts.get(node.index, (0, 0, 0))
+        match node.op:
+            case "add" | "sub":
+                one, other = self._operand(args[0], of[0], sa), self._operand(args[1], of[1], sb)
+                return _word(f"{_long(one)} {INFIX[node.op]} {other}", s)
+            case "mul":
+                return _word(f"{_long(of[0])} * {of[1]}", s)
+            case "dot":
+                half = len(of) // 2
+                shifts = self.scaled.term_shifts[node.index]
+                terms = [
+                    _moved(f"{_long(c)} * {x}", n)
+                    for c, x, n in zip(of[:half], of[half:], shifts, strict=True)
+                ]
+                return _word(" + ".join(terms), s)
+            case "lt" | "le":
+                one, other = self._operand(args[0], of[0], sa), self._operand(args[1], of[1], sb)
+                if args[0].op == "constant" and args[1].op != "constant":
+                    return f"{other} {MIRRORED[node.op]} {one}"
+                return f"{one} {INFIX[node.op]} {other}"
+            case "min" | "max":
+                one, other = self._operand(args[0], of[0], sa), self._operand(args[1], of[1], sb)
+                return f"{'smaller' if node.op == 'min' else 'larger'}({one}, {other})"
+            case "select":
+                return f"{of[0]} ? {self._operand(args[1], of[1], sa, word=True)} : {self._operand(args[2], of[2], sb, word=True)}"
+            case "abs":
+                return f"absolute({of[0]})"
+            case "neg":
+                return f"-{of[0]}"
+            case "sqrt":
+                return f"whole_root({_moved(of[0], -s)})"
+            case "not":
+                return f"!{of[0]}"
+            case "valid":
+                return self.valid(self.parameter(of[0]))
+            case _:
+                return f"{of[0]} {INFIX[node.op]} {of[1]}"
+
+    def _operand(self, node: ProgramNode, text: str, shift: int, word: bool = False) -> str:
+        """A value at another fraction; a number without a name is moved here and now."""
+        if node.op == "constant" and node.index not in self.scaled.program.names:
+            return _integer(shift_rounded(self.scaled.constants[node.index], shift))
+        return (_word if word and shift else _moved)(text, shift)
+
+    def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
+        """The expression as an operand of another."""
+        if node.op in CALLS or (node.op in ("lt", "le", "valid") and within.op in ("and", "or")):
+            return text
+        return f"({text})"
+
+    def fractions(self, table: NamedArray) -> str:
+        """The fractions of an array's elements, above its declaration."""
+        told = [
+            str(self.scaled.fractions[node.index]) if node is not None else "-"
+            for _, node in table.elements()
+        ]
+        one = f"fraction of {table.name}" if len(set(told)) == 1 else f"fractions of {table.name}"
+        return f"/* {one}: {', '.join(told[:1] if len(set(told)) == 1 else told)} */\n"
+
+    def note(self, node: ProgramNode) -> str:
+        """The fraction of a value, behind its declaration."""
+        return "" if node.is_logical else f" /* {power(self.scaled.fractions[node.index])} */"
+
+
+def power(fraction: int) -> str:
+    """2^-fraction, as a comment says it."""
+    return f"2^{-fraction}" if fraction else "1"
+
+
+def _integer(word: int) -> str:
+    """A number as C writes it: long where it needs to be, in brackets where it is negative."""
+    if abs(word) >= EDGE:
+        return f"INT64_C({word})"
+    return str(word) if word >= 0 else f"({word})"
+
+
+def _long(text: str) -> str:
+    """The operand in 64 bits."""
+    return text if text.startswith(("shifted(", "raised(")) else f"(int64_t){text}"
+
+
+def _moved(text: str, shift: int) -> str:
+    return (
+        text
+        if shift == 0
+        else f"shifted({text}, {shift})"
+        if shift > 0
+        else f"raised({text}, {-shift})"
+    )
+
+
+def _word(text: str, shift: int) -> str:
+    if shift > 0:
+        return f"word({text}, {shift})"
+    return f"(int32_t)({text})" if shift == 0 else f"(int32_t)raised({text}, {-shift})"

@@ -1,0 +1,155 @@
+"""What a program's values are called in C: one namespace for constants, inputs and results, arrays
+for what is indexed.
+
+    a[1][0]       an element of the constant array `a`            x[0]    an element of the array
+                  `x` in the state
+    band          a constant of its own                           mode    a field of the state
+
+Names that C, its library or the helpers of the exported file have are followed by `_`, a second
+value of one name by `_2`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import product
+
+from frictool.control.program import Program, ProgramNode
+
+Index = tuple[int, ...]
+RESERVED = """
+auto break case char const continue default do double else enum extern float for goto if inline int long register restrict return
+short signed sizeof static struct switch typedef union unsigned void volatile while asm bool true false
+sqrt sqrtf gamma index round signal time remove
+main state value is_valid absolute smaller larger bounded shifted raised word whole_root
+"""
+TAKEN = frozenset(re.findall(r"\w+", RESERVED))
+
+
+@dataclass(frozen=True)
+class NamedArray:
+    """A constant or a state: `shape` () of a number, (n,) or (n, m) of an array, and the nodes that
+    there are by their index."""
+
+    name: str
+    shape: Index
+    nodes: dict[Index, ProgramNode]
+
+    @property
+    def brackets(self) -> str:
+        """`[2][3]`, as a declaration has them."""
+        return "".join(f"[{size}]" for size in self.shape)
+
+    def elements(self) -> list[tuple[Index, ProgramNode | None]]:
+        """Every index in row-major order, with its node where there is one."""
+        return [(index, self.nodes.get(index)) for index in product(*map(range, self.shape))]
+
+
+class CNames:
+    """The live values of a program and their names: `text` by node of constants, inputs and states,
+    `results` of operations."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.uses = _uses(program)
+        self.taken: set[str] = set(TAKEN)
+        self.text: dict[int, str] = {}
+        self.results: dict[int, str] = {}
+        for name, node in program.inputs.items():
+            self.text[node.index] = self._free(name)
+        coefficients = [
+            node for node in program.nodes if node.op == "constant" and node.index in program.names
+        ]
+        used = {
+            _split(program.names[node.index])[0] for node in coefficients if self.uses[node.index]
+        }
+        # of an array that is used every element is declared, of single numbers those that are used
+        arrays = [
+            node
+            for node in coefficients
+            if "[" in program.names[node.index] and _split(program.names[node.index])[0] in used
+        ]
+        singles = [
+            node
+            for node in coefficients
+            if "[" not in program.names[node.index] and self.uses[node.index]
+        ]
+        constants = sorted([*arrays, *singles], key=lambda node: node.index)
+        self.constants = _tables(constants, program, self._free)
+        self.states = _tables(program.states.values(), program, str)
+        for table, where in [
+            *((one, "") for one in self.constants),
+            *((one, "state->") for one in self.states),
+        ]:
+            for index, node in table.nodes.items():
+                self.text[node.index] = f"{where}{table.name}" + "".join(f"[{k}]" for k in index)
+        self._name_results()
+
+    def _name_results(self) -> None:
+        """Operations that have a name, that are used more than once, or that a state becomes."""
+        program = self.program
+        becomes = {
+            source.index: program.names[state]
+            for state, source in reversed(program.updates.items())
+        }
+        for node in program.nodes:
+            if node.op in ("constant", "input", "state") or not self.uses[node.index]:
+                continue
+            name = program.names.get(node.index)
+            if name is None and node.index in becomes:
+                name = f"next_{becomes[node.index]}"
+            if name is None and self.uses[node.index] > 1:
+                name = f"value_{node.index}"
+            if name is not None:
+                self.results[node.index] = self._free(name)
+
+    def _free(self, name: str) -> str:
+        """The name itself, or one like it that nothing has."""
+        word = re.sub(r"\W+", "_", name).strip("_")
+        found, count = (word if word not in TAKEN else f"{word}_"), 1
+        while found in self.taken:
+            count += 1
+            found = f"{word}_{count}"
+        self.taken.add(found)
+        return found
+
+
+def _split(name: str) -> tuple[str, Index]:
+    """`a[1][0]` as ("a", (1, 0))."""
+    base, *rest = name.split("[")
+    return base, tuple(int(part.rstrip("]")) for part in rest)
+
+
+def _tables(
+    nodes: Iterable[ProgramNode], program: Program, free: Callable[[str], str]
+) -> list[NamedArray]:
+    """Nodes whose names differ in their index only are elements of one table; those of one name and
+    no index are a table each.
+
+    `free`: the name that a table gets.
+    """
+    groups: dict[tuple[str, int], dict[Index, ProgramNode]] = {}
+    for node in nodes:
+        base, index = _split(program.names[node.index])
+        groups.setdefault((base, 0 if index else node.index), {})[index] = node
+    tables = []
+    for (base, _), found in groups.items():
+        shape = tuple(max(index[k] for index in found) + 1 for k in range(len(next(iter(found)))))
+        tables.append(NamedArray(free(base), shape, found))
+    return tables
+
+
+def _uses(program: Program) -> Counter[int]:
+    """How often each value is used by what is used itself: by the output, by what states become, by
+    operations that lead there."""
+    assert program.output is not None
+    uses: Counter[int] = Counter(
+        [program.output.index, *(source.index for source in program.updates.values())]
+    )
+    for node in reversed(program.nodes):
+        if uses[node.index]:
+            uses.update(arg.index for arg in node.args)
+    return uses

@@ -1,0 +1,132 @@
+"""Operations as C expressions in double or in float: each is rounded as the simulation's is, none
+is reordered."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictool.control.program import ProgramNode
+from frictool.errors import NoSolutionError
+from frictool.export.c_names import NamedArray
+
+INFIX = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "le": "<=", "and": "&&", "or": "||"}
+MIRRORED = {"lt": ">", "le": ">="}
+HELPERS = {"abs": "absolute", "min": "smaller", "max": "larger", "valid": "is_valid"}
+COMPARED = ("add", "sub", "lt", "le")
+LOOSER = {
+    "mul": COMPARED,
+    "dot": (),
+    "add": COMPARED[2:],
+    "sub": COMPARED[2:],
+    "lt": ("and", "or"),
+    "le": ("and", "or"),
+}
+
+
+class RealNumbers:
+    """`kind`: double or float, C's own words for them."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = self.constant_kind = kind
+        self.printed, self.cast, self.words = "%a", "" if kind == "double" else "(double)", ""
+        self.suffix = "f" if kind == "float" else ""
+
+    def literal(self, value: float) -> str:
+        """A number as C writes it, with the fewest digits (17 or 9 at most) that give back every
+        bit.
+
+        >>> RealNumbers("double").literal(0.1), RealNumbers("float").literal(0.1),
+        RealNumbers("double").literal(1e-05) ('0.1', '0.1f', '1e-05')
+        """
+        if self.kind == "double":
+            return repr(value)
+        with np.errstate(over="ignore", under="ignore"):
+            held = float(np.float32(value))
+        if not math.isfinite(held) or (held == 0.0) != (value == 0.0):
+            raise NoSolutionError(
+                f"{value:.3g} is beyond the range of float; use --number double, or other units in the design"
+            )
+        return f"{np.float32(value)!s}f"
+
+    def exact(self, value: float, node: ProgramNode) -> str:
+        """Return a value that the format holds, bit by bit; NAN and INFINITY are macros of
+        math.h."""
+        if not math.isfinite(value):
+            return "NAN" if math.isnan(value) else f"{'-' if value < 0.0 else ''}INFINITY"
+        return value.hex() + self.suffix
+
+    def constant(self, node: ProgramNode) -> str:
+        """A coefficient where it is declared."""
+        return self.literal(node.value)
+
+    def number(self, node: ProgramNode) -> str:
+        """A number without a name, where it is used."""
+        text = self.literal(node.value)
+        return f"({text})" if text.startswith("-") else text
+
+    @property
+    def largest(self) -> str:
+        """Return the largest finite number of the format."""
+        return self.literal(
+            float(np.finfo(np.float64 if self.kind == "double" else np.float32).max)
+        )
+
+    def parameter(self, name: str) -> str:
+        """What the step function calls an input."""
+        return name
+
+    def entering(self, node: ProgramNode, name: str) -> list[str]:
+        """Nothing: an input is a value as it comes."""
+        return []
+
+    def valid(self, text: str) -> str:
+        """Return the condition that an input is a finite number."""
+        return f"is_valid({text})"
+
+    def started(self, state: ProgramNode, source: ProgramNode | None) -> str:
+        """Where a state starts: a number, or the position that the caller gives."""
+        return "position" if source is not None else self.literal(state.value)
+
+    def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
+        """What a state becomes."""
+        return text
+
+    def fractions(self, table: NamedArray) -> str:
+        """Nothing: numbers have no fraction of their own."""
+        return ""
+
+    def expression(self, node: ProgramNode, of: list[str]) -> str:
+        """The operation on the texts of its operands, each of which is a name, a number, a call or
+        in brackets."""
+        args = node.args
+        match node.op:
+            case "dot":
+                half = len(of) // 2
+                return " + ".join(f"{c} * {x}" for c, x in zip(of[:half], of[half:], strict=True))
+            case "abs" | "min" | "max" | "valid":
+                return f"{HELPERS[node.op]}({', '.join(of)})"
+            case "sqrt":
+                return f"sqrt{self.suffix}({of[0]})"
+            case "neg":
+                return f"-{of[0]}"
+            case "not":
+                return f"!{of[0]}"
+            case "select":
+                return f"{of[0]} ? {of[1]} : {of[2]}"
+            case "lt" | "le" if args[0].op == "constant" and args[1].op != "constant":
+                return f"{of[1]} {MIRRORED[node.op]} {of[0]}"
+            case _:
+                return f"{of[0]} {INFIX[node.op]} {of[1]}"
+
+    def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
+        """The expression as an operand of another, in brackets where C would read it otherwise or a
+        reader might."""
+        if node.op in HELPERS or node.op == "sqrt" or within.op in HELPERS or within.op == "sqrt":
+            return text
+        return text if within.op in LOOSER.get(node.op, ()) else f"({text})"
+
+    def note(self, node: ProgramNode) -> str:
+        """What stands behind a declaration."""
+        return ""

@@ -1,0 +1,108 @@
+"""A program as the statements of a C function, in the program's order.
+
+What has a name, is used more than once or is what a state becomes is a constant of its own; the
+rest stands where it is used, in brackets. States are read where they are used and written after
+everything has been computed.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Protocol
+
+from frictool.control.program import ProgramNode
+from frictool.export.c_names import CNames, NamedArray
+
+WIDTH = 128
+INDENT = "    "
+UNBROKEN = "\0"
+
+
+class NumberWriter(Protocol):
+    """A number format: how operations, coefficients and vectors are written in it.
+
+    kind: the C type of values, constant_kind: of coefficients. printed, cast: of a value in printf.
+    words: what a row of vectors holds.
+    """
+
+    kind: str
+    constant_kind: str
+    suffix: str
+    printed: str
+    cast: str
+    words: str
+
+    def literal(self, value: float) -> str: ...
+    def exact(self, value: float, node: ProgramNode) -> str: ...
+    def constant(self, node: ProgramNode) -> str: ...
+    def number(self, node: ProgramNode) -> str: ...
+    def parameter(self, name: str) -> str: ...
+    def entering(self, node: ProgramNode, name: str) -> list[str]: ...
+    def valid(self, text: str) -> str: ...
+    def started(self, state: ProgramNode, source: ProgramNode | None) -> str: ...
+    def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str: ...
+    def fractions(self, table: NamedArray) -> str: ...
+    def expression(self, node: ProgramNode, of: list[str]) -> str: ...
+    def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str: ...
+    def note(self, node: ProgramNode) -> str: ...
+
+
+def c_statements(names: CNames, numbers: NumberWriter) -> list[str]:
+    """The lines that compute everything, the output and what the states become, without writing a
+    state."""
+    return _StatementWriter(names, numbers).lines
+
+
+def operand(names: CNames, numbers: NumberWriter, node: ProgramNode) -> str:
+    """A value that is a constant, an input, a state or a named result."""
+    if node.index in names.results:
+        return names.results[node.index]
+    if node.index in names.text:
+        return names.text[node.index]
+    return numbers.number(node)
+
+
+class _StatementWriter:
+    def __init__(self, names: CNames, numbers: NumberWriter) -> None:
+        self.names, self.numbers = names, numbers
+        self.inline: dict[int, str] = {}
+        self.lines: list[str] = []
+        comment, pending = "", []
+        for node in names.program.nodes:
+            comment = names.program.comments.get(node.index, comment)
+            if node.op in ("constant", "input", "state") or not names.uses[node.index]:
+                continue
+            if comment:
+                pending.append(comment)
+                comment = ""
+            text = numbers.expression(node, [self._operand(arg, node) for arg in node.args])
+            if node.index in names.results:
+                self._declare(node, text, pending)
+                pending = []
+            else:
+                self.inline[node.index] = text
+
+    def _operand(self, node: ProgramNode, within: ProgramNode) -> str:
+        if node.index in self.inline:
+            return self.numbers.closed(node, self.inline[node.index], within)
+        return operand(self.names, self.numbers, node)
+
+    def _declare(self, node: ProgramNode, text: str, comments: list[str]) -> None:
+        if comments and self.lines:
+            self.lines.append("")
+        for comment in comments:
+            self.lines += wrap_statement(f"/* {comment} */", " * ")
+        kind = "int" if node.is_logical else self.numbers.kind
+        note = self.numbers.note(node).replace(" ", UNBROKEN)
+        self.lines += wrap_statement(
+            f"const {kind} {self.names.results[node.index]} = {text};{note}", INDENT
+        )
+
+
+def wrap_statement(text: str, hanging: str = INDENT) -> list[str]:
+    """One statement in lines of at most WIDTH characters, broken at blanks but not inside the
+    comment behind it."""
+    lines = textwrap.wrap(
+        text, WIDTH, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False
+    )
+    return [INDENT + line.replace(UNBROKEN, " ") for line in lines]

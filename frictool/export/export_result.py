@@ -1,0 +1,206 @@
+"""What `frictool export` writes and tells: the files of a language, from a controller that was
+verified again in the number format."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+from frictool.control.controller_composition import controller_program
+from frictool.control.fixed_point import FixedPointOverflow
+from frictool.documents.controller import Controller, Number
+from frictool.documents.quantity import si_unit
+from frictool.documents.writing import to_yaml
+from frictool.errors import FrictoolError, NoSolutionError
+from frictool.export.c99 import c_sources
+from frictool.export.cmsis import cmsis_arrays, cmsis_header
+from frictool.export.coefficients import json_files, matlab_files
+from frictool.export.export_origin import ExportOrigin
+from frictool.export.golden_vectors import GoldenVectors, golden_vectors
+from frictool.export.mode_coverage import visit_conditions
+from frictool.export.rounded_loop import RoundedLoop, rounded_loop
+from frictool.verify.recheck import recheck
+
+Language = Literal["c", "json", "cmsis", "matlab"]
+COEFFICIENTS_ONLY = "coefficients only: the operations, the limit of the drive and the guard of the inputs are in --lang c"
+LANGUAGES: tuple[Language, ...] = ("c", "json", "cmsis", "matlab")
+
+
+@dataclass(frozen=True)
+class ExportResult:
+    """files: name -> content. vectors: None where the language has none; more: further lines for
+    people."""
+
+    controller: Controller
+    language: Language
+    number: Number
+    origin: ExportOrigin
+    files: Mapping[str, str | bytes]
+    loop: RoundedLoop
+    vectors: GoldenVectors | None = None
+    more: tuple[str, ...] = ()
+
+    def summary(self) -> dict[str, Any]:
+        """The machine's view."""
+        loop, vectors = self.loop, self.vectors
+        found: dict[str, Any] = {
+            "files": list(self.files),
+            "language": self.language,
+            "number": self.number,
+            "order": len(self.controller.linear.discrete.a),
+            "sample_period_s": self.controller.sample_period_s,
+            "sha256": self.origin.sha256,
+            "rounded": {
+                "modulus_margin": loop.modulus_margin,
+                "at": loop.at,
+                "norm": loop.norm,
+                "norm_at": loop.norm_at or None,
+            },
+        }
+        if vectors is not None:
+            found["vectors"] = {"samples": vectors.samples, **vectors.visits}
+            found["away_from_double"] = {
+                "drive": vectors.away,
+                "drive_rms": vectors.rms,
+                "samples_in_another_mode": vectors.apart,
+            }
+        return found
+
+    def told(self) -> list[str]:
+        """The same for people."""
+        norm = (
+            "" if self.loop.norm is None else f", norm {self.loop.norm:.4g} at {self.loop.norm_at}"
+        )
+        return [
+            f"{', '.join(self.files)}: {self.language}, {self.number}",
+            f"verified with coefficients rounded to {self.number}: modulus margin {self.loop.modulus_margin:.4f} at {self.loop.at}{norm}",
+            *self.more,
+        ]
+
+
+def default_number(language: Language) -> Number:
+    """The number format where none is asked for: CMSIS-DSP has no biquads in double."""
+    return "float" if language == "cmsis" else "double"
+
+
+def export(
+    controller: Controller,
+    language: Language = "c",
+    number: Number | None = None,
+    origin: ExportOrigin | None = None,
+) -> ExportResult:
+    """What `frictool export` writes: `files` are name -> content. number: by default double, of
+    cmsis float.
+
+    origin: of the document, by default the digest that it has as a file. Raises FrictoolError where
+    there is no such language or number format, NoSolutionError as `exported`.
+    """
+    for what, found, allowed in (
+        ("language", language, LANGUAGES),
+        ("number", number, (*get_args(Number), None)),
+    ):
+        if found not in allowed:
+            raise FrictoolError(
+                f"{what}: found {found!r}; allowed: {', '.join(one for one in allowed if one)}"
+            )
+    given = origin or ExportOrigin(
+        hashlib.sha256(to_yaml(controller).encode()).hexdigest(),
+        "frictool.export.export() in Python",
+    )
+    return export_controller(controller, language, number or default_number(language), given)
+
+
+def export_controller(
+    controller: Controller, language: Language, number: Number, origin: ExportOrigin
+) -> ExportResult:
+    """Raises NoSolutionError where the document is not what it says, the rounded loop is not
+    verified, or the format cannot hold it."""
+    recheck(controller)
+    try:
+        return {"c": _c, "json": _json, "cmsis": _cmsis, "matlab": _matlab}[language](
+            controller, number, origin
+        )
+    except FixedPointOverflow as error:
+        raise NoSolutionError(
+            f"{controller.name}: {number} cannot be scaled: {error}; {_remedy(controller, error)}"
+        ) from None
+
+
+def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
+    """What to try where fixed point cannot be scaled."""
+    if "no bounds" not in str(error):
+        return "rescale the units, or use --number float"
+    if controller.schedule is not None:
+        return "nothing bounds the states of a controller whose coefficients move; use --number float, or leave scheduled out of the design"
+    return "a travel and a top speed in the bench bound what is measured, or use --number float"
+
+
+def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
+    loop, program = rounded_loop(controller, number), controller_program(controller)
+    vectors = golden_vectors(controller, program, number)
+    files = c_sources(controller, program, number, vectors, loop, origin)
+    visits = visit_conditions(program)
+    counted = ", ".join(f"{count} {visits[name].text}" for name, count in vectors.visits.items())
+    more = [f"golden vectors: {vectors.samples} samples, {counted}"]
+    if number != "double":
+        unit = si_unit(controller.drive, controller.axis)
+        apart = (
+            f"; in another mode: {vectors.apart} sample{'s' * (vectors.apart > 1)}"
+            if vectors.apart
+            else ""
+        )
+        more.append(
+            f"rounding of the signals: the drive is {vectors.away:.3g} {unit} away from double's at most, {vectors.rms:.3g} rms{apart}"
+        )
+    return ExportResult(controller, "c", number, origin, files, loop, vectors, tuple(more))
+
+
+def _json(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
+    loop = rounded_loop(controller, number)
+    return ExportResult(
+        controller,
+        "json",
+        number,
+        origin,
+        json_files(controller, number, loop, origin),
+        loop,
+        None,
+        (COEFFICIENTS_ONLY,),
+    )
+
+
+def _matlab(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
+    loop = rounded_loop(controller, number)
+    return ExportResult(
+        controller,
+        "matlab",
+        number,
+        origin,
+        matlab_files(controller, number, loop, origin),
+        loop,
+        None,
+        (COEFFICIENTS_ONLY,),
+    )
+
+
+def _cmsis(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
+    """Verified with the biquads as CMSIS-DSP keeps them: in fixed point all of them share one
+    shift, and a gain is in every stage."""
+    if number == "double":
+        raise NoSolutionError(
+            f"{controller.name}: CMSIS-DSP's direct form I biquads have no double; use --number float, q31 or q15"
+        )
+    arrays = cmsis_arrays(controller, number)
+    loop = rounded_loop(controller, number, arrays.linear)
+    files = cmsis_header(controller, number, arrays, loop.modulus_margin, origin)
+    more = [
+        "linear controller only: the prefilter, the position law, the limits, the anti-windup and the guard of the inputs are in --lang c"
+    ]
+    if number != "float":
+        unit = si_unit(controller.drive, controller.axis)
+        more.append(
+            f"rounding of the signals moves the drive by at most {arrays.biquads.noise:.3g} {unit}"
+        )
+    return ExportResult(controller, "cmsis", number, origin, files, loop, None, tuple(more))

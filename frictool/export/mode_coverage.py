@@ -1,0 +1,64 @@
+"""The modes and limits of a program that golden vectors have to visit, by the names of its
+values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from frictool.control.compiled_program import CompiledProgram, read
+from frictool.control.program import Program
+from frictool.control.target_band import BRAKE, REST, RUN
+
+
+@dataclass(frozen=True)
+class VisitCondition:
+    """What is seen where the value at `place` is `value`, or is not it where `differs`, and where
+    the condition at `where` holds.
+
+    text: for people, behind a count of samples.
+    """
+
+    place: int
+    value: float
+    differs: bool
+    text: str
+    where: int | None = None
+
+    def made(self, machine: CompiledProgram) -> bool:
+        """At the machine's last sample."""
+        if self.where is not None and read(machine, self.where) == 0.0:
+            return False
+        return bool((read(machine, self.place) == self.value) != self.differs)
+
+
+def visit_conditions(program: Program) -> dict[str, VisitCondition]:
+    """Name -> what is to be seen, of those that the program has."""
+    places = {name: index for index, name in reversed(program.names.items())}
+    found = {}
+    if "mode_now" in places:
+        modes = {"run": (RUN, "in RUN"), "brake": (BRAKE, "in BRAKE"), "rest": (REST, "in REST")}
+        for name, (value, text) in modes.items():
+            if name != "brake" or "running" in places:  # a band that cuts never brakes
+                found[name] = VisitCondition(places["mode_now"], value, False, text)
+    released = places.get("released_and_settled", places.get("released"))
+    if released is not None:
+        found["released"] = VisitCondition(released, 1.0, False, "with the drive released")
+    if "braking" in places:
+        found["braking"] = VisitCondition(
+            places["braking"], 0.0, True, "with virtual friction", released
+        )
+    if "held" in places:
+        found["held"] = VisitCondition(places["held"], 1.0, False, "with the integrator held")
+    if program.guard is not None:
+        guard = program.guard
+        found["invalid"] = VisitCondition(
+            guard.left_now.index, guard.hold.value, True, "with an input held or in the fault"
+        )
+        found["fault"] = VisitCondition(guard.fault.index, 1.0, False, "in the fault")
+    found["limited"] = VisitCondition(places["met"], 0.0, True, "with the drive limited")
+    if "drive_high" in places:
+        limit = program.nodes[places["drive_limit"]].value
+        found["voltage"] = VisitCondition(
+            places["drive_high"], limit, True, "with less current than the limit, by the voltage"
+        )
+    return found

@@ -1,0 +1,107 @@
+"""Simulation parameters of the hybrid versions from the bench, and the inequalities that they have
+to keep (3.31), (3.36).
+
+(3.8)   p0 >= 5/T_s                stuck within one sample of the controller
+(3.10)  Sigma < delta_x p0         a capture moves the body by less than one encoder step
+(3.11)  m Sigma > u_max T_e        no step of the integration jumps over the capture
+(3.31)  T_0 >= T_e_min
+3.2     Sigma > 3 v_s              (3.2) compares u with F_c, where the friction has fallen to it
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from frictool.friction.parameter import Axis
+
+Version = Literal["hybrid_a", "hybrid_b", "hybrid_c"]
+# part of an encoder step by which a capture moves the body, where Stribeck's velocity does not ask
+# for more
+TRACE = 0.01
+ABOVE_STRIBECK = 4.0  # Sigma in units of v_s; 3.2 asks for more than 3
+WITHIN_STEP = 0.8  # T_e in units of its bound (3.11)
+
+
+@dataclass(frozen=True)
+class HybridBench:
+    """What the bench gives, SI, linear | rotary."""
+
+    sample_period: float  # T_s [s]
+    encoder_step: float  # delta_x [m | rad]
+    inertia: float  # m [kg | kg m^2]
+    effort_limit: float  # u_max [N | N m]
+    stribeck_velocity: float = 0.0  # v_s [m/s | rad/s]; 0 where the friction falls at once
+
+
+@dataclass(frozen=True)
+class HybridSettings:
+    """Parameters of the simulation, SI."""
+
+    convergence_rate: float  # p0 [1/s]
+    capture_velocity: float  # Sigma [m/s | rad/s]
+    step: float  # T_e max [s]
+    shortest_step: float = 0.0  # T_e min [s]
+    hold_time: float = 0.0  # T_0 [s]
+
+
+def _positive(owner: HybridBench | HybridSettings, may_be_zero: tuple[str, ...]) -> None:
+    for name, value in vars(owner).items():
+        if not math.isfinite(value) or value < 0.0 or (value == 0.0 and name not in may_be_zero):
+            allowed = ">= 0" if name in may_be_zero else "> 0"
+            raise ValueError(f"{name} is {value:g}; allowed: a finite number {allowed}")
+
+
+def settings_from_bench(bench: HybridBench) -> HybridSettings:
+    """p0 by (3.8), the smallest useful Sigma, T_e by (3.11). Raises ValueError where a value of the
+    bench is out of range.
+
+    A smaller Sigma is closer to the exact stop and asks for a smaller step; below 1 % of an encoder
+    step nobody sees the difference. Where the encoder is too fine for v_s the result breaks (3.10):
+    ask `violations`.
+    """
+    _positive(bench, ("stribeck_velocity",))
+    rate = 5.0 / bench.sample_period
+    capture = max(ABOVE_STRIBECK * bench.stribeck_velocity, TRACE * bench.encoder_step * rate)
+    return HybridSettings(rate, capture, WITHIN_STEP * bench.inertia * capture / bench.effort_limit)
+
+
+def violations(
+    version: Version, bench: HybridBench, settings: HybridSettings, axis: Axis = "linear"
+) -> list[str]:
+    """The inequalities that the settings break, one line each with its numbers; empty where all
+    hold.
+
+    Raises ValueError where a value is not finite or out of range.
+    """
+    _positive(bench, ("stribeck_velocity",))
+    _positive(settings, ("shortest_step", "hold_time"))
+    speed, mass, effort, length = (
+        ("m/s", "kg", "N", "m") if axis == "linear" else ("rad/s", "kg m^2", "N m", "rad")
+    )
+    s, b = settings, bench
+    sigma = f"Sigma = {s.capture_velocity:g} {speed}"
+    broken = []
+    if version == "hybrid_a":
+        if s.convergence_rate < 5.0 / b.sample_period:
+            broken.append(
+                f"(3.8) p0 >= 5/T_s: p0 = {s.convergence_rate:g} 1/s, 5/T_s = {5.0 / b.sample_period:g} 1/s (T_s = {b.sample_period:g} s)"
+            )
+        if s.capture_velocity >= b.encoder_step * s.convergence_rate:
+            value = b.encoder_step * s.convergence_rate
+            bound = f"delta_x p0 = {b.encoder_step:g} {length} x {s.convergence_rate:g} 1/s = {value:g} {speed}"
+            broken.append(f"(3.10) Sigma < delta_x p0: {sigma}, {bound}")
+        if s.hold_time < s.shortest_step:
+            broken.append(
+                f"(3.31) T_0 >= T_e_min: T_0 = {s.hold_time:g} s, T_e_min = {s.shortest_step:g} s"
+            )
+    if b.inertia * s.capture_velocity <= b.effort_limit * s.step:
+        left = f"m Sigma = {b.inertia:g} {mass} x {s.capture_velocity:g} {speed} = {b.inertia * s.capture_velocity:g} {effort} s"
+        right = f"u_max T_e = {b.effort_limit:g} {effort} x {s.step:g} s = {b.effort_limit * s.step:g} {effort} s"
+        broken.append(f"(3.11) m Sigma > u_max T_e: {left}, {right}")
+    if s.capture_velocity <= 3.0 * b.stribeck_velocity:
+        broken.append(
+            f"(3.2) Sigma > 3 v_s: {sigma}, 3 v_s = {3.0 * b.stribeck_velocity:g} {speed}"
+        )
+    return broken

@@ -1,0 +1,37 @@
+"""Types of the kernels of each kind, for drivers that take them as arguments.
+
+A driver that takes `kernels.pointer(kernel, SLIP_FORCE)` is compiled once, kept on disk, and runs
+every law of the kind; one that takes the kernels themselves is compiled anew for every law in every
+process. Never hand a kernel itself to a driver that is declared with these types: numba would keep
+it under the pointer's key, and load the pointer, which Python cannot call, in its place.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import types
+
+_f: Any = types.float64
+_a: Any = types.float64[::1]
+_i: Any = types.int64
+
+
+def _function(result: Any, *arguments: Any) -> Any:
+    return types.FunctionType(result(*arguments))
+
+
+# static
+SLIP_FORCE = SLIP_SLOPE = _function(_f, _f, _f, _a)
+BREAKAWAY = SEEN_VELOCITY = _function(_f, _f, _a)
+BAND = _function(_f, _a)
+# dynamic
+RATE = _function(_i, _a, _f, _a, _a)
+FORCE = _function(_f, _a, _a, _f, _a)
+COMMIT = _function(_i, _a, _f, _a)
+RESET = _function(_a, _a)
+# hybrid
+MODE_AFTER = ENTER = _function(_i, _i, _f, _f, _a, _a)
+HYBRID_FORCE = HYBRID_ACCELERATION = _function(_f, _i, _f, _f, _a, _a)
+HYBRID_RATE = _function(_i, _i, _f, _a, _a, _a)
+HYBRID_COMMIT = _function(_i, _i, _a, _a)

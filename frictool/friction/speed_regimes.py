@@ -1,0 +1,67 @@
+"""Speed regimes: viscous friction that sets in above a knee, such as 260 rad/s in figure 4.10.
+
+    F = slope (|v| - knee) sign(v)    where |v| > knee, 0 below: continuous, its derivative jumps at
+                                      the knee
+
+regimes = [knee_1, slope_1, knee_2, slope_2, ...], knees rising; their forces add to those of any
+law.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.runtime.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+
+@kernel
+def knee_force(v: float, regimes: Vector) -> float:
+    """Additional friction [N | N m] at v [m/s | rad/s]."""
+    total: float = regime_force(abs(v), regimes, count_passed_knees(abs(v), regimes))
+    return total if v >= 0.0 else -total
+
+
+@kernel
+def regime_force(speed: float, regimes: Vector, passed: int) -> float:
+    """Additional friction at a speed >= 0 with so many knees passed: smooth, where a driver holds
+    the regime between two knees."""
+    total = 0.0
+    for i in range(0, 2 * passed, 2):
+        total += regimes[i + 1] * (speed - regimes[i])
+    return total
+
+
+@kernel
+def count_passed_knees(speed: float, regimes: Vector) -> int:
+    """How many knees lie below a speed."""
+    count = 0
+    while 2 * count < regimes.shape[0] and regimes[2 * count] < speed:
+        count += 1
+    return count
+
+
+@kernel
+def knee_slope(v: float, regimes: Vector) -> float:
+    """Derivative of `knee_force` by v; at a knee that from below."""
+    total, speed = 0.0, abs(v)
+    for i in range(0, regimes.shape[0] - 1, 2):
+        if speed > regimes[i]:
+            total += regimes[i + 1]
+    return total
+
+
+def regimes_from(points: list[tuple[float, float]]) -> Vector:
+    """The kernels' array from (knee, slope) pairs in SI. Raises ValueError where a knee does not
+    rise or the friction would fall."""
+    last, total = 0.0, 0.0
+    for knee, slope in points:
+        total += slope
+        if not np.isfinite([knee, slope]).all() or knee <= last or total < 0.0:
+            raise ValueError(
+                f"speed regime at {knee:g} of slope {slope:g}; allowed: knees > 0 that rise, slopes that sum to >= 0"
+            )
+        last = knee
+    return np.array(points, dtype=np.float64).ravel()

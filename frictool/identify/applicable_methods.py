@@ -1,0 +1,77 @@
+"""Which methods of identification a log can feed, by what has been seen of it; what it then gives,
+the method itself says."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.identify.methods import METHODS
+from frictool.identify.motion_record import JITTER, MOST_BROKEN
+from frictool.logs.quality.survey import POSITION, StreamSurvey
+
+BREAKAWAY, VELOCITY = "breakaway", "velocity"
+DRIVES = ("effort", "current", "voltage")
+# of the way in a sample at top speed: one count of an encoder from which plain differences give a
+# velocity's sign
+COARSEST = 0.1
+
+
+def applicable_methods(seen: StreamSurvey, kind: str | None) -> dict[str, str | None]:
+    """Method -> None where the stream can feed it, else why not; `breakaway` is the evaluation of
+    ramps."""
+    why = _nothing_to_use(seen, kind)
+    blind = None if POSITION in seen.signals else "there is no position"
+    out = {
+        name: why or (None if row.velocity else blind) or _no_sliding(seen, kind)
+        for name, row in METHODS.items()
+    }
+    if out.get("inverse-dynamic", why) is None:
+        out["inverse-dynamic"] = _too_rough(seen)
+    ramps = (
+        None
+        if kind == "ramp"
+        else f"the log is no ramp of the effort from rest ({kind or 'unknown'})"
+    )
+    return {**out, BREAKAWAY: why or blind or ramps}
+
+
+def _nothing_to_use(seen: StreamSurvey, kind: str | None) -> str | None:
+    """What every method needs and the stream has not."""
+    if POSITION not in seen.signals and VELOCITY not in seen.signals:
+        return "there is no position and no velocity"
+    if not any(name in seen.signals for name in DRIVES):
+        return f"there is none of {', '.join(DRIVES)}"
+    if kind == "rest":
+        return "the position does not change"
+    if seen.base.samples < 3:
+        return f"there are {seen.base.samples} samples"
+    intervals = np.diff(seen.opening.time) * seen.base.rate_hz
+    broken = float(np.mean(np.abs(intervals - 1.0) > JITTER))
+    if broken > MOST_BROKEN:
+        return f"{100 * broken:.0f} % of the intervals are off the period (allowed: {100 * MOST_BROKEN:g} %); resample first"
+    return None
+
+
+def _no_sliding(seen: StreamSurvey, kind: str | None) -> str | None:
+    """Why the motion does not tell the parameters of sliding."""
+    if kind == "ramp":
+        return "the axis rests for most of the time; sliding needs a log of motion"
+    if seen.velocity is not None and not seen.velocity[0] < 0.0 < seen.velocity[1]:
+        return "the axis moves one way only, which does not tell Coulomb friction from an offset"
+    return None
+
+
+def _too_rough(seen: StreamSurvey) -> str | None:
+    """Why plain differences do not give velocities here."""
+    if seen.base.gaps:
+        return f"there are {seen.base.gaps} gaps, over which its filters cannot run"
+    step = seen.signals[POSITION].step
+    if step is None or seen.velocity is None:
+        return None
+    way = max(map(abs, seen.velocity)) / seen.base.rate_hz
+    share = step / way
+    return (
+        f"a count is {100 * share:.2g} % of the way in a sample at top speed (allowed: {100 * COARSEST:g} %)"
+        if share > COARSEST
+        else None
+    )

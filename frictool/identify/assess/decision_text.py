@@ -1,0 +1,108 @@
+"""Figure 4.4 in plain text: the path that this bench takes through the decision, with its
+numbers."""
+
+from __future__ import annotations
+
+import math
+
+from frictool.identify.assess.assessment import Assessment, ParameterAssessment
+from frictool.identify.assess.identifiability import Identifiability, percent, raw_bound, up_to
+from frictool.identify.assess.noise_filter import noise_ratio
+
+ENDS = {  # method -> where the path of a sliding parameter ends
+    "least-squares": "least squares weighted by the speed, conditioned",
+    "weak": "weak form over windows of a stroke",
+    "sines": "sines on a position loop",
+    None: "keep the a-priori value",
+}
+
+
+def scheme(found: Assessment) -> list[str]:
+    """Lines: a question each, the answer behind it."""
+    rows = {row.parameter: row for row in found.rows}
+    inertia, viscous = rows["inertia"], rows["viscous"]
+    lines = [
+        *_differentiated(found, inertia, "inertia"),
+        *_weak(inertia),
+        f"   inertia: {ENDS[inertia.verdict.method]}{_reached(inertia.verdict)}",
+        *_differentiated(found, viscous, "velocity"),
+    ]
+    lines += [
+        f"   {name}: {ENDS[rows[name].verdict.method]}{_reached(rows[name].verdict)}"
+        for name in ("viscous", "coulomb")
+    ]
+    ramps, presliding = rows["breakaway"].verdict, rows["presliding"].verdict
+    lines += [
+        _question(
+            "onset of motion under a ramp, worst case",
+            up_to(ramps.bound or 0.0) + " late, corrected",
+            rows["breakaway"].target,
+            ramps.identifiable,
+        ),
+        f"   breakaway: {'ramps both ways over the travel (figure 4.6)' if ramps.identifiable else ENDS[None]}{_reached(ramps)}",
+        _question(
+            "one count of the presliding distance",
+            up_to(presliding.bound or 0.0),
+            rows["presliding"].target,
+            presliding.identifiable,
+        ),
+        f"   presliding: {'closed loops below the breakaway' if presliding.identifiable else 'not to be seen with this encoder'}",
+    ]
+    return lines
+
+
+def _differentiated(found: Assessment, row: ParameterAssessment, what: str) -> list[str]:
+    """Return bounds (4.3) of the inertia, (4.4) of the velocity; behind a filter (4.8), (4.9)."""
+    facts, raw = found.facts, raw_bound(row.parameter, found.facts)
+    lines = [
+        _question(
+            f"{what} differenced sample by sample, worst case",
+            up_to(raw),
+            row.target,
+            raw <= row.target,
+        )
+    ]
+    if raw <= row.target:
+        return lines
+    if not facts.dynamics_known:
+        known = f"inertia/viscous is known to be {facts.fastest:.3g} to {facts.slowest:.3g} s"
+        return [*lines, f" > low-pass filter chosen beforehand: {known}; narrow enough?  no"]
+    best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
+    return [
+        *lines,
+        _question(
+            f"behind a low-pass filter of {facts.fastest:.3g} s, worst case",
+            up_to(best),
+            row.target,
+            best <= row.target,
+        ),
+    ]
+
+
+def _weak(row: ParameterAssessment) -> list[str]:
+    verdict = row.verdict
+    if (
+        verdict.method == "least-squares"
+        or verdict.precision is None
+        or not math.isfinite(verdict.precision)
+    ):
+        return []
+    return [
+        _question(
+            "averaged over windows, expected",
+            percent(verdict.precision),
+            row.target,
+            verdict.identifiable,
+        )
+    ]
+
+
+def _question(what: str, found: str, target: float, yes: bool) -> str:
+    return f" > {what}: {found}; wanted {percent(target)}?  {'yes' if yes else 'no'}"
+
+
+def _reached(verdict: Identifiability) -> str:
+    if not verdict.identifiable or verdict.precision is None:
+        return ""
+    behind = f", filter of {verdict.filter:.3g} s" if verdict.filter else ""
+    return f"{behind}, to {percent(verdict.precision)}"

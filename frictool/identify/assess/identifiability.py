@@ -1,0 +1,247 @@
+"""The decision of figure 4.4, parameter by parameter: which method gives it to the precision wanted
+with this encoder, and why.
+
+    differentiation   the worst case of (4.3) | (4.4) is within what is wanted
+                      least squares
+    filtered          (4.8) | (4.9) is, with the slowest filter that the a-priori time constant of
+                      the axis bears    least squares
+    otherwise         inertia: the weak form, where its standard deviation allows
+                      viscous, Coulomb: sines on a position loop (4.38), which need no measured
+                      velocity
+
+Going on from the thesis: where (4.8) refuses the inertia, the thesis takes the a-priori value. A
+bound adds every count's error up with the worst sign; over windows of a stroke they average, and
+the weak form is judged by what is left.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+from scipy.special import ndtri
+
+from frictool.identify.assess.assessment_inputs import AssessmentInputs
+from frictool.identify.assess.noise_filter import LARGEST_RATIO, filter_for, noise_ratio
+from frictool.identify.assess.quantisation import inertia_error, viscous_error
+from frictool.identify.assess.ramp_precision import ramp_precision
+from frictool.identify.assess.sines_precision import sines_half_width
+from frictool.identify.assess.weak_form_precision import weak_deviation
+from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke, PriorAxis, SensorPrecision
+
+CONFIDENCE = 0.95
+QUANTILE = float(ndtri(0.5 + 0.5 * CONFIDENCE))
+SINES_COUNTS = 20.0  # that a stroke has to have beyond the backlash for its reversals to be seen
+SINES, RAMPS, LOOPS = (
+    "excite --kind sines",
+    "excite --kind breakaway",
+    "slow effort up and down below the breakaway",
+)
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """All relative to the a-priori value. precision: half width of the interval expected at 95 %,
+    None where nothing is to be expected.
+
+    bound: the worst case of quantisation by differentiation (behind the filter, where there is one:
+    its time constant in s); of the ramps, by how much an onset is late; of presliding, a count.
+    None where quantisation does not enter.
+    """
+
+    identifiable: bool
+    method: str | None
+    test: str | None
+    precision: float | None
+    bound: float | None
+    why: str
+    filter: float | None = None
+
+
+def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifiability:
+    """Of inertia, viscous, coulomb, breakaway or presliding; wanted: relative half width."""
+    if facts.value(parameter) <= 0.0:
+        return Identifiability(False, None, None, None, None, "the bench says that it is 0")
+    return _JUDGES[parameter](facts, wanted)
+
+
+def differentiation(
+    parameter: str, facts: AssessmentInputs, wanted: float
+) -> Identifiability | None:
+    """Least squares where the worst case of differentiation, filtered where it has to be, is within
+    what is wanted; else None."""
+    raw = raw_bound(parameter, facts)
+    precision = statistical(facts)[parameter]
+    if max(raw, precision) <= wanted:
+        return Identifiability(True, "least-squares", SINES, precision, raw, worst_case(raw))
+    if not facts.dynamics_known:
+        return None
+    slowest = noise_ratio(facts.fastest, facts.sensing.period)
+    if max(raw * math.sqrt(slowest), precision) > wanted:
+        return None
+    tau = filter_for(min(max((wanted / raw) ** 2, slowest), LARGEST_RATIO), facts.sensing.period)
+    bound = raw * math.sqrt(noise_ratio(tau, facts.sensing.period))
+    why = f"{worst_case(raw)}, {up_to(bound)} behind a low-pass filter of {tau:.3g} s"
+    return Identifiability(True, "least-squares", SINES, precision, bound, why, tau)
+
+
+def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
+    """Return why differences sample by sample cannot give `parameter`, and the precision expected
+    from averaging over windows."""
+    raw, precision = raw_bound(parameter, facts), statistical(facts)[parameter]
+    if facts.dynamics_known:
+        best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
+        behind = f"{up_to(best)} behind the slowest low-pass filter, {facts.fastest:.3g} s"
+    else:
+        behind = f"inertia/viscous, {facts.fastest:.3g} to {facts.slowest:.3g} s, is too uncertain to choose a low-pass filter beforehand"
+    averaged = (
+        f"; averaged over windows of {best_window(facts)} samples, {percent(precision)} is expected"
+        if math.isfinite(precision)
+        else ""
+    )
+    return f"{worst_case(raw)}; {behind}{averaged}"
+
+
+def worst_case(bound: float) -> str:
+    """Return the text of the worst-case error of differencing sample by sample; it is a bound and
+    no expected precision."""
+    return f"worst case of one encoder count, differencing sample by sample: {up_to(bound)}"
+
+
+def up_to(bound: float) -> str:
+    return f"up to {100.0 * bound:.3g} %"
+
+
+def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
+    """(4.3) of the inertia, (4.4) of what the velocity carries."""
+    if parameter == "inertia":
+        return inertia_error(
+            facts.axis.inertia, facts.sensing.step, facts.sensing.period, facts.effort
+        )
+    return viscous_error(facts.sensing.step, facts.sensing.period, facts.speed)
+
+
+def statistical(facts: AssessmentInputs) -> dict[str, float]:
+    """Relative half widths at 95 % of the sliding parameters by windowed least squares over the
+    proposed sines."""
+    return _statistical(facts.strokes, facts.axis, facts.sensing)[0]
+
+
+def best_window(facts: AssessmentInputs) -> int:
+    """Samples."""
+    return _statistical(facts.strokes, facts.axis, facts.sensing)[1]
+
+
+@lru_cache(maxsize=256)
+def _statistical(
+    strokes: tuple[PlannedStroke, ...], axis: PriorAxis, sensing: SensorPrecision
+) -> tuple[dict[str, float], int]:
+    deviation, window = weak_deviation(list(strokes), axis, sensing)
+    values = (axis.inertia, axis.viscous, axis.coulomb)
+    found = {
+        name: QUANTILE * float(d) / v if v > 0.0 else math.inf
+        for name, d, v in zip(SLIDING, deviation, values, strict=False)
+    }
+    return found, window
+
+
+def _inertia(facts: AssessmentInputs, wanted: float) -> Identifiability:
+    found = differentiation("inertia", facts, wanted)
+    if found is not None:
+        return found
+    precision, refusal = statistical(facts)["inertia"], refusal_of_differentiation("inertia", facts)
+    if not facts.axis.beside.plain:
+        return Identifiability(
+            False,
+            None,
+            None,
+            precision,
+            raw_bound("inertia", facts),
+            f"{refusal}; the weak form does not know load.terms",
+        )
+    if precision <= wanted:
+        return Identifiability(
+            True, "weak", SINES, precision, raw_bound("inertia", facts), f"{refusal} (weak form)"
+        )
+    unseen = (
+        "" if math.isfinite(precision) else "; no stroke is longer than a window of the weak form"
+    )
+    return Identifiability(
+        False, None, None, precision, raw_bound("inertia", facts), f"{refusal}{unseen}"
+    )
+
+
+def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifiability:
+    found = differentiation("viscous", facts, wanted)
+    precision = statistical(facts)[parameter]
+    if found is not None and precision <= wanted:
+        bound = (
+            found.bound if parameter == "viscous" else None
+        )  # the mean error of sign(v) is nil (4.2.1.1)
+        return Identifiability(
+            True, "least-squares", SINES, precision, bound, found.why, found.filter
+        )
+    bound = raw_bound("viscous", facts) if parameter == "viscous" else None
+    refusal = (
+        refusal_of_differentiation(parameter, facts)
+        if found is None
+        else f"least squares is expected to reach {percent(precision)}"
+    )
+    if not facts.axis.beside.plain:
+        fine, why = (
+            precision <= wanted,
+            f"{refusal}; least squares over windows, since the method of sines does not know load.terms",
+        )
+        return Identifiability(
+            fine, "least-squares" if fine else None, SINES, precision, bound, why
+        )
+    way, need = facts.strokes[0].distance, facts.axis.backlash + SINES_COUNTS * facts.sensing.step
+    if way < need:
+        return Identifiability(
+            False,
+            None,
+            None,
+            None,
+            bound,
+            f"{refusal}; sines need strokes of {need:.3g}, the travel has {way:.3g}",
+        )
+    by_sines = float(
+        sines_half_width(facts, QUANTILE)[("viscous", "coulomb").index(parameter)]
+    ) / facts.value(parameter)
+    why = f"{refusal}; {percent(by_sines)} by means over strokes, which difference nothing, on a position loop that follows to 3 %"
+    fine = by_sines <= wanted
+    return Identifiability(fine, "sines" if fine else None, SINES, by_sines, bound, why)
+
+
+def _breakaway(facts: AssessmentInputs, wanted: float) -> Identifiability:
+    found = ramp_precision(
+        facts.rate, facts.sensing.step, facts.sensing.period, facts.inertia, facts.onsets
+    )
+    late, precision = found.latest / facts.breakaway, QUANTILE * found.deviation / facts.breakaway
+    why = f"the onset under a ramp of {facts.rate:.3g} a second is seen {up_to(late)} late; corrected over {facts.onsets:g} onsets"
+    fine = precision <= wanted
+    return Identifiability(fine, "ramps" if fine else None, RAMPS, precision, late, why)
+
+
+def _presliding(facts: AssessmentInputs, wanted: float) -> Identifiability:
+    counts = facts.presliding / facts.sensing.step
+    fine = 1.0 / counts <= wanted
+    why = f"an expected presliding distance of {facts.presliding:.3g} is {counts:.3g} counts"
+    return Identifiability(
+        fine, "loops" if fine else None, LOOPS if fine else None, 1.0 / counts, 1.0 / counts, why
+    )
+
+
+def percent(part: float) -> str:
+    return f"+-{100.0 * part:.3g} %"
+
+
+_JUDGES = {
+    "inertia": _inertia,
+    "viscous": lambda facts, wanted: _friction("viscous", facts, wanted),
+    "coulomb": lambda facts, wanted: _friction("coulomb", facts, wanted),
+    "breakaway": _breakaway,
+    "presliding": _presliding,
+}
+PARAMETERS = tuple(_JUDGES)

@@ -1,0 +1,83 @@
+"""What the decision starts from after the bench: the test as the records show it, in place of the
+one that `assess` proposes.
+
+A stroke of a record is taken for the half sine of its distance and duration. A few strokes stand
+for all, evenly over their durations. Where the bench knows no interval of a parameter, anything
+better than a factor of two is of use.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.identify.assess.assessment_inputs import (
+    AssessmentInputs,
+    known_widths,
+    time_constants,
+)
+from frictool.identify.excite.bench_limits import axis_known
+from frictool.identify.excite.cramer_rao import PlannedStroke, SensorPrecision
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.rows.smoothing import (
+    FOURTH_DIFFERENCE_GAIN,
+    fourth_difference_power,
+    position_noise,
+)
+from frictool.identify.rows.strokes import find_strokes
+
+MOST = 8  # strokes that stand for all
+
+
+def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInputs:
+    """The facts of records of sliding motion. Raises UnusableLogs where nothing moves."""
+    found = np.concatenate([_strokes(record) for record in records])
+    if found.size == 0:
+        raise UnusableLogs(
+            "no sample slips: nothing moves by more than the encoder's own count to and fro"
+        )
+    strokes, known = _representatives(found), bench.mechanics
+    fastest, slowest = time_constants(bench)
+    noise = (
+        math.sqrt(max(fourth_difference_power(record.effort) for record in records))
+        / FOURTH_DIFFERENCE_GAIN
+    )
+    step = max(position_noise(record) for record in records) * math.sqrt(12.0)
+    return AssessmentInputs(
+        axis=axis_known(bench),
+        sensing=SensorPrecision(records[0].period, step, noise),
+        speed=max(stroke.speed for stroke in strokes),
+        effort=max(float(np.max(np.abs(record.effort))) for record in records),
+        strokes=strokes,
+        fastest=fastest,
+        slowest=slowest,
+        known=known_widths(bench),
+        inertia=(known.inertia.interval[0], known.inertia.value, known.inertia.interval[1]),
+    )
+
+
+def _strokes(record: MotionRecord) -> Vector:
+    """Duration [s] and distance [rad | m] of each stroke, (m, 2)."""
+    strokes = find_strokes(record)
+    moving = strokes.sign != 0.0
+    number, advance = strokes.number[moving], strokes.advance[moving]
+    starts = np.flatnonzero(np.diff(number, prepend=-1))
+    if starts.size == 0:
+        return np.empty((0, 2))
+    lengths = np.diff(np.append(starts, number.size))
+    return np.column_stack((lengths * record.period, np.maximum.reduceat(advance, starts)))
+
+
+def _representatives(found: Vector) -> tuple[PlannedStroke, ...]:
+    """At most MOST of the strokes (m, 2), each as often either way as makes them all."""
+    order = found[np.argsort(found[:, 0], kind="stable")]
+    count = min(MOST, order.shape[0])
+    chosen = order[((np.arange(count) + 0.5) * order.shape[0] / count).astype(np.int64)]
+    times = order.shape[0] / (2.0 * count)
+    return tuple(
+        PlannedStroke(0.5 * math.pi * float(way) / float(time), float(way), times)
+        for time, way in chosen
+    )

@@ -1,0 +1,104 @@
+"""How precise least squares over smoothing windows is, computed before anything is measured: the
+weak form of the equation of motion.
+
+Convolved with a bell g whose second difference is c (weak_form.py) the equation needs no derivative
+of a measurement:
+
+    inertia (c*x) + viscous (g*dx) + coulomb (g*sign v) + offset = g*u + n,    n = g*e_u - (inertia
+                                                                               c + viscous g*d) *
+                                                                               e_x
+
+Ordinary least squares on it has the covariance N^-1 C N^-1: N = G'G, and C that of G'n, in which
+the overlap of the windows is exact. The encoder's noise also stands in the regressor c*x, and pulls
+the inertia down by the share that it has in the regressor's power: too short a window shows there.
+The result is above the Cramér-Rao bound by what equal weights give away, and it is a standard
+deviation where (4.3) and (4.8) are bounds of the worst case: the errors of counts are as good as
+independent once the axis passes about a count a sample.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from scipy.signal import fftconvolve
+
+from frictool.identify.excite.cramer_rao import (
+    PlannedStroke,
+    PriorAxis,
+    SensorPrecision,
+    Vector,
+    of_sliding,
+    regressors,
+)
+from frictool.identify.rows.smoothing import SHORTEST
+from frictool.plant.weak_form import bell
+
+STROKE_SHARE = 0.25  # longest window over the median stroke
+
+
+def weak_deviation(
+    strokes: list[PlannedStroke],
+    axis: PriorAxis,
+    sensing: SensorPrecision,
+    window: int | None = None,
+    own: float = 1.0,
+) -> tuple[Vector, int]:
+    """Root mean square errors (4,) of inertia, viscous, coulomb, offset in SI over `window`
+    samples, and it: the best for the inertia
+
+    where it is None. own: the share of the acceleration's power that other columns than these four
+    leave to it (1: there are none). inf where no stroke is longer than its window.
+    """
+    best, chosen = np.full(4, np.inf), window or SHORTEST
+    longest = max(
+        SHORTEST, int(np.median([one.duration for one in strokes]) / sensing.period * STROKE_SHARE)
+    )
+    choice = (
+        sorted({2 * int(length / 2.0) + 1 for length in np.geomspace(SHORTEST, longest, 20)})
+        if window is None
+        else [window]
+    )
+    for width in choice:
+        found = _deviation(strokes, axis, sensing, width, own)
+        if found[0] < best[0]:
+            best, chosen = found, width
+    return best, chosen
+
+
+def _deviation(
+    strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision, window: int, own: float
+) -> Vector:
+    g = bell(window)
+    c = np.convolve(g, [1.0, -2.0, 1.0]) / sensing.period**2
+    slope = np.convolve(g, np.array([1.0, 0.0, -1.0]) / (2.0 * sensing.period))
+    by_position = axis.inertia * c + axis.viscous * slope[::-1]
+    columns = regressors(strokes[0], axis, sensing).shape[1]
+    normal, covariance = np.zeros((columns, columns)), np.zeros((columns, columns))
+    samples = 0.0
+    for stroke, side in itertools.product(strokes, (1.0, -1.0)):
+        rows = regressors(stroke, axis, sensing, side)
+        rows = rows[window // 2 : rows.shape[0] - window // 2]
+        if rows.shape[0] < 2:
+            continue
+        samples += stroke.times * rows.shape[0]
+        normal += stroke.times * (rows.T @ rows)
+        covariance += stroke.times * (
+            sensing.noise**2 * _gram(rows, g) + sensing.step**2 / 12.0 * _gram(rows, by_position)
+        )
+    scale = np.sqrt(np.diag(normal))
+    if not np.all(scale > 0.0) or np.linalg.cond(normal / np.outer(scale, scale)) > 1e12:
+        return np.full(4, np.inf)
+    inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
+    found = np.sqrt(np.diag(inverse @ covariance @ inverse))
+    pulled = (
+        axis.inertia * sensing.step**2 / 12.0 * float(c @ c) * samples * inverse[0, 0]
+    )  # over the power that is the acceleration's own
+    found[0] = np.hypot(found[0] / np.sqrt(own), pulled / own)
+    return of_sliding(found, axis)
+
+
+def _gram(rows: Vector, kernel: Vector) -> Vector:
+    """Covariance (p, p) of rows' n for n = kernel * (white noise of variance 1)."""
+    columns = fftconvolve(rows, kernel[:, None], axes=0)
+    return np.asarray(columns.T @ columns)

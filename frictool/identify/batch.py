@@ -1,0 +1,262 @@
+"""Many actuators, or many records of one: a model for each log, or for the logs of each folder.
+
+logs ──groups──▶ Group, Group, ... ──shared by workers/──▶ One, One, ... ──▶ model.yaml each, a
+table, population.py
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any, cast
+
+from frictool import __version__
+from frictool.documents.bench import Bench
+from frictool.documents.provenance import Input, Provenance, digest
+from frictool.documents.reading import DocumentReader, compose
+from frictool.documents.writing import to_yaml
+from frictool.errors import EXIT_DONE, EXIT_INPUT, FrictoolError, LogError
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.identification import identify
+from frictool.identify.identification_logs import (
+    IdentificationLog,
+    read_identification_log,
+    with_measurement,
+)
+from frictool.identify.json_view import as_view
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.model_document import model_of
+from frictool.identify.record_plausibility import repeats_plausibility_warning
+from frictool.logs.fleet import FleetLog
+from frictool.logs.origin import LogOrigin, NamePatterns, origin_by_name, origin_of_log
+from frictool.workers.shared_files import Paths, share_files
+
+# bytes of all logs, below which the start of further processes takes longer than they save
+WORTH_SHARING = 10_000_000
+
+
+@dataclass(frozen=True)
+class LogGroup:
+    """The logs of one model. name: of its file, without the ending. words: the command that makes
+    this model alone."""
+
+    name: str
+    members: tuple[FleetLog, ...]
+    words: str = ""
+
+    @property
+    def files(self) -> str:
+        """What its logs are called."""
+        return "; ".join(member.name.file for member in self.members)
+
+
+@dataclass(frozen=True)
+class BatchModel:
+    """What a group has given. text: the model as YAML. view: what `identify --json` prints of
+    it."""
+
+    identified: dict[str, Interval]
+    method: str
+    fit: SlidingFit | None
+    text: str
+    view: dict[str, Any]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class BatchResult:
+    """Result of a group, or the reason why it has no model. code: exit code for that reason, 0 with
+    a model."""
+
+    group: LogGroup
+    origin: LogOrigin
+    found: BatchModel | None
+    reason: str = ""
+    code: int = EXIT_DONE
+
+    @property
+    def lost(self) -> bool:
+        """Return whether a log could not be used."""
+        return self.code == EXIT_INPUT
+
+
+def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
+    """The logs that belong together, in the order given; each group has a name of its own."""
+    together: dict[Path, list[FleetLog]] = {}
+    for member in members:
+        together.setdefault(member.path if each == "log" else member.path.parent, []).append(member)
+    found = list(together.values())
+    return [
+        LogGroup(name, tuple(own))
+        for name, own in zip(
+            _names(_below_one([_called(own, each) for own in found])), found, strict=True
+        )
+    ]
+
+
+def _called(members: list[FleetLog], each: str) -> PurePosixPath:
+    """What a group is called: its log, or the folder that its logs are in."""
+    log = PurePosixPath(members[0].name.file)
+    if each == "log":
+        return log
+    return log.parent if log.parent.name else PurePosixPath(members[0].path.absolute().parent.name)
+
+
+def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
+    """The same without what may not be in a name below a folder: where a path from the root begins,
+    as far as they agree, and `..`."""
+    rooted = [one for one in called if one.is_absolute()]
+    top = (
+        PurePosixPath(os.path.commonpath([one.parent for one in rooted]))
+        if rooted
+        else PurePosixPath()
+    )
+    below = [one.relative_to(top) if one.is_absolute() else one for one in called]
+    return [PurePosixPath(*(part for part in one.parts if part != "..")) for one in below]
+
+
+def _names(called: list[PurePosixPath]) -> list[str]:
+    """The names without an ending where that tells them apart, with it where not, and numbered
+    where nothing does."""
+    plain = [one.with_suffix("").as_posix() for one in called]
+    whole = [
+        short if plain.count(short) == 1 else one.as_posix()
+        for short, one in zip(plain, called, strict=True)
+    ]
+    seen: dict[str, int] = {}
+    names = []
+    for name in whole:
+        seen[name] = seen.get(name, 0) + 1
+        names.append(name if whole.count(name) == 1 else f"{name}-{seen[name]}")
+    return names
+
+
+@dataclass(frozen=True)
+class IdentifyJob:
+    """One group, wherever its logs are read. bench: as YAML, for pickle does not keep which fields
+    were left to their defaults, and a model has its bench verbatim. bench_input: what the
+    provenance of a model says of it.
+    """
+
+    bench: str
+    bench_input: Input
+    method: str
+    settings: IdentificationSettings
+    measure: bool = False
+    patterns: NamePatterns = field(default_factory=NamePatterns)
+
+    def __call__(self, paths: Paths, group: LogGroup) -> BatchResult:
+        try:
+            return self._identified(paths, group)
+        except UnusableLogs as error:
+            return self._without(group, _named(str(error), paths, group), error.exit_code)
+        except FrictoolError as error:
+            return self._without(group, _named(str(error), paths, group), EXIT_INPUT)
+        except MemoryError:
+            return self._without(group, "needs more memory than there is", EXIT_INPUT)
+        except OSError as error:
+            return self._without(group, f"cannot be read: {error.strerror or error}", EXIT_INPUT)
+        except Exception as error:  # a mistake of ours with one log must not take the others along
+            reason = f"could not be identified ({type(error).__name__}: {error}); identify it alone to see more"
+            return self._without(group, _named(reason, paths, group), EXIT_INPUT)
+
+    def _identified(self, paths: Paths, group: LogGroup) -> BatchResult:
+        bench = _bench(self.bench)
+        logs = [read_identification_log(path, bench) for path in paths]
+        origin = self._origin(logs, group)
+        records = [one.record for one in logs]
+        result = identify(records, [], bench, self.method, self.settings)
+        inputs = [Input(path.name, digest(path)) for path in paths if path.is_file()]
+        model = model_of(
+            result, bench, Provenance(group.words, __version__, (*inputs, self.bench_input))
+        )
+        if self.measure:
+            model = with_measurement(
+                model, result, records, [one.currents for one in logs if one.currents is not None]
+            )
+        told = [
+            warning
+            for one in logs
+            for warning in one.log.warnings
+            if not repeats_plausibility_warning(warning, bench)
+        ] + list(result.warnings)
+        warnings = tuple(_named(text, paths, group) for text in told)
+        found = BatchModel(
+            result.identified,
+            result.method,
+            result.fit,
+            to_yaml(model),
+            as_view(result, bench, model),
+            warnings,
+        )
+        return BatchResult(group, origin, found)
+
+    def _origin(self, logs: Sequence[IdentificationLog], group: LogGroup) -> LogOrigin:
+        """Of all of them; the earliest date. Raises LogError where they are of several units."""
+        origins = [
+            origin_of_log(one.log, member.name, self.patterns)
+            for one, member in zip(logs, group.members, strict=True)
+        ]
+        units = list(dict.fromkeys(one.unit for one in origins if one.unit is not None))
+        if len(units) > 1:
+            raise LogError(
+                group.name,
+                f"holds logs of several units ({', '.join(units)}), and a model is of one; take --each log",
+            )
+        dates = sorted(one.date for one in origins if one.date is not None)
+        return LogOrigin(units[0] if units else None, dates[0] if dates else None)
+
+    def gone(self, group: LogGroup, reason: str) -> BatchResult:
+        """In place of what it would have given."""
+        return self._without(group, reason, EXIT_INPUT)
+
+    def _without(self, group: LogGroup, reason: str, code: int) -> BatchResult:
+        return BatchResult(
+            group, origin_by_name(group.members[0].name, self.patterns), None, reason, code
+        )
+
+
+@functools.lru_cache(maxsize=4)
+def _bench(text: str) -> Bench:
+    """The document of a bench's YAML, which was read before."""
+    path = Path("bench.yaml")
+    return cast(Bench, DocumentReader(path).read(compose(text, path), Bench, ""))
+
+
+def _named(text: str, paths: Paths, group: LogGroup) -> str:
+    """A message with the logs' names in place of where they were read; without, where there is but
+    one."""
+    if len(paths) == 1:
+        text = text.removeprefix(f"{paths[0]}: ")
+    for path, member in zip(paths, group.members, strict=True):
+        text = text.replace(str(path), member.name.file)
+    return text
+
+
+def identify_groups(
+    identify_one: IdentifyJob,
+    asked: Sequence[LogGroup],
+    *,
+    cores: int | None = None,
+    cluster: str | None = None,
+    tick: Callable[[float], None] = lambda part: None,
+) -> Iterator[tuple[int, BatchResult]]:
+    """Place and model of each group, in the order in which they are done. cores, cluster: who does
+    it, as `workers/share.py`; few bytes are identified in this process.
+
+    tick: is told the part of them that is done.
+    """
+    jobs = [(tuple(member.path for member in group.members), group) for group in asked]
+    few = (
+        sum(path.stat().st_size for paths, _ in jobs for path in paths if path.is_file())
+        < WORTH_SHARING
+    )
+    alone = 1 if few else None
+    for done, (place, one) in enumerate(
+        share_files(identify_one, jobs, identify_one.gone, cores=cores or alone, cluster=cluster), 1
+    ):
+        tick(done / len(asked))
+        yield place, one

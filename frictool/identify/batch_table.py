@@ -1,0 +1,270 @@
+"""The table of a batch: a row a model, as CSV, Parquet, text and for programs; and whether its
+parameters are of one population."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from frictool.documents.bench import Bench
+from frictool.identify.batch import BatchResult
+from frictool.identify.fit_result import CURVE, PARAMETERS, Interval
+from frictool.identify.model_document import unit_of
+from frictool.identify.population import (
+    DAY_S,
+    ParameterDrift,
+    Population,
+    ScatterTest,
+    UnitValue,
+    populations,
+)
+from frictool.logs.optional_libraries import library
+
+FOUND = (*PARAMETERS, *CURVE)
+TEXTS = ("unit", "date", "file", "model", "method", "reason")
+COLUMNS = (
+    *TEXTS[:4],
+    *(column for name in FOUND for column in (name, f"{name}_low", f"{name}_high")),
+    "force_error",
+    "samples",
+    *TEXTS[4:],
+)
+PARQUET = (".parquet", ".pq")
+MONTH_DAYS = 30.0
+MOST_NAMED = 5  # units, in a line
+
+
+def model_file(one: BatchResult) -> str | None:
+    """The file of its model, below the folder of all."""
+    return None if one.found is None else f"{one.group.name}.yaml"
+
+
+def ordered(batch: Sequence[BatchResult]) -> list[BatchResult]:
+    """By unit, date and file."""
+    return sorted(
+        batch, key=lambda one: (one.origin.unit or "", one.origin.date or "", one.group.files)
+    )
+
+
+def cells(one: BatchResult) -> dict[str, Any]:
+    """Column -> value, None where there is none. A parameter that the logs have not given has none,
+    whatever the model carries for it."""
+    row: dict[str, Any] = dict.fromkeys(COLUMNS)
+    row |= {
+        "unit": one.origin.unit,
+        "date": one.origin.date,
+        "file": one.group.files,
+        "model": model_file(one),
+        "reason": one.reason or None,
+    }
+    if one.found is None:
+        return row
+    for name, interval in one.found.identified.items():
+        row |= {name: interval.value, f"{name}_low": interval.low, f"{name}_high": interval.high}
+    fit = one.found.fit
+    return (
+        row
+        | {"method": one.found.method}
+        | ({} if fit is None else {"force_error": fit.force_error, "samples": fit.samples})
+    )
+
+
+def as_csv(batch: Sequence[BatchResult]) -> str:
+    """With a line of names first; RFC 4180, but for line ends of one character."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for one in batch:
+        writer.writerow(
+            [
+                "" if cell is None else repr(cell) if isinstance(cell, float) else cell
+                for cell in cells(one).values()
+            ]
+        )
+    return out.getvalue()
+
+
+def write_parquet(
+    batch: Sequence[BatchResult], bench: Bench, target: BinaryIO, provenance: dict[str, str]
+) -> None:
+    """The same as Parquet: dates as time stamps in UTC, the unit of a parameter in its fields'
+    metadata."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    kinds = dict.fromkeys(COLUMNS, pa.float64()) | dict.fromkeys(TEXTS, pa.string())
+    kinds |= {"date": pa.timestamp("us", tz="UTC"), "samples": pa.int64()}
+    units = {
+        column: {"unit": unit_of(name, bench)}
+        for name in FOUND
+        for column in (name, f"{name}_low", f"{name}_high")
+    }
+    schema = pa.schema(
+        [pa.field(name, kinds[name], metadata=units.get(name)) for name in COLUMNS],
+        metadata=provenance,
+    )
+    rows = [
+        {**cells(one), "date": None if one.origin.date is None else _moment(one.origin.date)}
+        for one in batch
+    ]
+    pq.write_table(pa.Table.from_pylist(rows, schema=schema), target, compression="zstd")
+
+
+def require_parquet(target: Path) -> None:
+    """Raises LogError about `target` where the library that writes it is not installed."""
+    if target.suffix.lower() in PARQUET:
+        library(target, "pyarrow.parquet", "parquet")
+
+
+def _moment(date: str) -> datetime:
+    found = datetime.fromisoformat(date)
+    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)
+
+
+def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
+    """Parameter -> its population, where two models at least have it."""
+    values: dict[str, list[UnitValue]] = {name: [] for name in FOUND}
+    for one in batch:
+        if one.found is not None:
+            day = None if one.origin.date is None else _moment(one.origin.date).timestamp() / DAY_S
+            for name, interval in one.found.identified.items():
+                values[name].append(UnitValue(interval, one.origin.unit, day))
+    return populations(values, confidence)
+
+
+def headline(batch: Sequence[BatchResult]) -> str:
+    """All of it in one line."""
+    units = len({one.origin.unit for one in batch if one.origin.unit is not None})
+    lost, empty = (
+        sum(one.lost for one in batch),
+        sum(one.found is None and not one.lost for one in batch),
+    )
+    models = sum(one.found is not None for one in batch)
+    line = f"{models} model{'s' * (models != 1)}" + (
+        f" of {units} unit{'s' * (units != 1)}" if units else ""
+    )
+    line += f", {lost} could not be made: a log cannot be used" if lost else ""
+    return line + (f", {empty} could not be made: nothing identified" if empty else "")
+
+
+def reasons(batch: Sequence[BatchResult]) -> list[str]:
+    """A line for each that has no model, and for what is odd about one that has."""
+    lines = []
+    first: dict[tuple[tuple[str, Interval], ...], BatchResult] = {}
+    for one in batch:
+        told = (
+            [one.reason]
+            if one.found is None
+            else [f"warning: {text}" for text in one.found.warnings]
+        )
+        if one.found is not None:
+            same = first.setdefault(tuple(one.found.identified.items()), one)
+            if same is not one:
+                told.append(
+                    f"warning: gives the same numbers as {same.group.files}; a log that is there twice makes a population look alike"
+                )
+        lines += [f"{one.group.files}: {text}" for text in told]
+    return lines
+
+
+def population_lines(found: dict[str, Population], bench: Bench) -> list[str]:
+    """For people: what each parameter scatters, what its intervals let expect, and what follows."""
+    if not found:
+        return []
+    width = max(map(len, ("parameter", *found))) + 2
+    lines = [
+        f"{'parameter':<{width}}{'models':>6}{'mean':>12}{'spread':>12}{'expected':>12}  {'unit':<11} one population?"
+    ]
+    for name, one in found.items():
+        figures = f"{one.count:>6}{one.mean:>12.5g}{one.spread:>12.3g}{one.expected:>12.3g}"
+        lines.append(f"{name:<{width}}{figures}  {unit_of(name, bench):<11} {conclusion(one)}")
+    lines.append(
+        "spread: standard deviation of the values; expected: what their intervals let expect of one population"
+    )
+    return lines
+
+
+def conclusion(one: Population) -> str:
+    """What the tests say."""
+    no = []
+    if one.between is not None and one.rejects(one.between):
+        no.append(f"units differ by {one.between.beyond:.2g} {_p(one.between.p)}")
+    if one.within is not None and one.rejects(one.within):
+        which = f" ({', '.join(one.changing[:MOST_NAMED])})" if one.changing else ""
+        no.append(f"logs of one unit{which} differ by {one.within.beyond:.2g} {_p(one.within.p)}")
+    if one.drift is not None and one.rejects(one.drift):
+        no.append(
+            f"it drifts by {MONTH_DAYS * one.drift.slope.value:+.2g} in {MONTH_DAYS:g} days {_p(one.drift.p)}"
+        )
+    if not no and one.rejects(one.whole):
+        no.append(
+            f"models differ by {one.whole.beyond:.2g} beyond their intervals {_p(one.whole.p)}"
+        )
+    return f"no: {'; '.join(no)}" if no else f"yes {_p(one.whole.p)}"
+
+
+def _p(p: float) -> str:
+    return f"(p = {p:.2g})" if p >= 1e-6 else "(p < 1e-6)"
+
+
+def as_json(
+    batch: Sequence[BatchResult], found: dict[str, Population], bench: Bench
+) -> dict[str, Any]:
+    """The machine's view: each as `identify` alone prints it, and the populations."""
+    return {
+        "models": [
+            {
+                "file": one.group.files,
+                "model": model_file(one),
+                "unit": one.origin.unit,
+                "date": one.origin.date,
+                "read": not one.lost,
+                "reason": one.reason or None,
+                "identification": None if one.found is None else one.found.view,
+            }
+            for one in batch
+        ],
+        "populations": {
+            name: _population_json(one, unit_of(name, bench)) for name, one in found.items()
+        },
+    }
+
+
+def _population_json(one: Population, unit: str) -> dict[str, Any]:
+    def test(found: ScatterTest | None) -> dict[str, float] | None:
+        return None if found is None else {"p": found.p, "beyond": found.beyond}
+
+    def drift(found: ParameterDrift | None) -> dict[str, float] | None:
+        return (
+            None
+            if found is None
+            else {
+                "per_day": found.slope.value,
+                "low": found.slope.low,
+                "high": found.slope.high,
+                "p": found.p,
+            }
+        )
+
+    figures = {
+        name: getattr(one, name) for name in ("count", "units", "mean", "spread", "expected")
+    }
+    tests = {
+        "whole": test(one.whole),
+        "within_units": test(one.within),
+        "between_units": test(one.between),
+        "drift": drift(one.drift),
+    }
+    return {
+        "unit": unit,
+        **figures,
+        **tests,
+        "p_limit": one.limit,
+        "changing_units": one.changing,
+        "one_population": one.one,
+        "conclusion": conclusion(one),
+    }

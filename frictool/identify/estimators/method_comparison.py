@@ -1,0 +1,278 @@
+"""Choice of the method whose model predicts unseen strokes best; all candidates are compared on the
+same terms.
+
+    tried      the regressions that `auto` asks for, without and with the terms that the simulation
+               asks for, and output error
+    scores     each half of the logs, predicted by a fit to the other half: error of the simulated
+               position (rms), and force error
+    allowed    a force error of at most twice the smallest: a model with a wrong effort may still
+               simulate the position well
+    winner     the first in the order of preference whose position error is within a tenth of the
+               smallest allowed one; output error only
+               where the regression of the same structure does not contradict it
+
+Order of preference: the method of the decision scheme (`auto`), another regression, output error,
+whose parameters also absorb effects that a regression leaves out. Values of different structures
+are not compared with each other: an offset has another meaning if viscous friction differs by
+direction. If the logs are too short for halves, the regressions are compared on the logs
+themselves. Output error then takes no part, since it minimises the compared error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws
+from frictool.documents.quantity import si_unit
+from frictool.identify.estimators.output_error import simulated_fit, start_values
+from frictool.identify.estimators.segment_simulation import SegmentSimulation
+from frictool.identify.estimators.structure_selection import (
+    Sides,
+    choose_structure,
+    comparison_segments,
+    halves,
+    stroke_squares,
+)
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.force_error import SlipRows, force_error, motion_rows
+from frictool.identify.methods import IdentificationSettings, run
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.rows.load_terms import (
+    DIRECTION,
+    bench_with_terms,
+    laws_of,
+    possible,
+    terms_of,
+)
+
+Rows = Sequence[Sequence[SlipRows]]  # of each half
+NAMES = {DIRECTION: "viscous friction by direction"}
+REFINED = 0.9  # another method wins only below this share of the preferred method's position error
+MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
+
+
+@dataclass(frozen=True)
+class PredictionScore:
+    """Errors of a candidate on unseen strokes: mean square (s,) of the position error in each,
+    rad^2 | m^2, and the force error (relative).
+
+    fit: function that fits the candidate to all logs.
+    """
+
+    name: str
+    terms: tuple[str, ...]
+    squares: Vector
+    force: float
+    fit: Callable[[], SlidingFit]
+
+    @property
+    def position(self) -> float:
+        """Return the position error (rms), rad | m."""
+        return float(np.sqrt(np.mean(self.squares)))
+
+    def shown(self, unit: str) -> str:
+        """Return the score as text."""
+        return f"{self.name} {self.position:.3g} {unit}, {100.0 * self.force:.3g} %"
+
+
+@dataclass(frozen=True)
+class ComparedData:
+    """Logs, bench and settings, and the regressions of all logs: the preferred one first, each with
+    its method and why."""
+
+    records: list[MotionRecord]
+    bench: Bench
+    settings: IdentificationSettings
+    fits: Sequence[SlidingFit]
+
+    def all(self, bench: Bench) -> tuple[list[MotionRecord], Bench, IdentificationSettings]:
+        """Return the arguments of a method."""
+        return self.records, bench, self.settings
+
+
+def best_by_prediction(given: ComparedData) -> SlidingFit:
+    """Return the fit whose model predicts best."""
+    records, bench, first = given.records, given.bench, given.fits[0]
+    if any(record.velocity is not None for record in records):
+        return first
+    sides = halves(records)
+    rows = [motion_rows(side, bench) for side in sides or (records, records)]
+    scores = regression_scores(sides or (records, records), rows, given)
+    complete = all(
+        name in first.parameters and (name == "offset" or first.parameters[name].value >= 0.0)
+        for name in SLIDING
+    )
+    if sides is not None and first.laws is None and complete:
+        scores += (
+            regression_scores(sides, rows, given, (DIRECTION,))
+            if DIRECTION in possible(bench)
+            else []
+        )
+        scores += _simulations(sides, rows, given)
+    if not scores:
+        return first
+    smallest = min(score.force for score in scores)
+    allowed = [score for score in scores if score.force <= MOST_FORCE * smallest]
+    winner, fit, against = _winner(allowed)
+    return replace(
+        fit,
+        why=_why(first, winner, scores, sides is not None, si_unit("position", bench.axis))
+        + against,
+    )
+
+
+def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, SlidingFit, str]:
+    """Return the winner, its fit, and the reason against output error if that was best.
+
+    If a regression of the same structure lies outside the intervals of output error, an effect is
+    missing in both models, for example a breakaway at the reversals. It shifts the simulated
+    position, and output error compensates it by wrong parameters.
+    """
+    best = min(score.position for score in allowed)
+    winner = next(score for score in allowed if REFINED * score.position <= best)
+    others = [score for score in allowed if score is not winner]
+    try:
+        fit = winner.fit()
+    except UnusableLogs as error:
+        second, other, _ = _winner(others)
+        return second, other, f"; {winner.name} is not taken: {error}"
+    twin = next((score for score in others if score.terms == winner.terms), None)
+    apart = None if twin is None or fit.method != "output-error" else contradicted(twin.fit(), fit)
+    if twin is None or apart is None:
+        return winner, fit, ""
+    second, other, _ = _winner(others)
+    return (
+        second,
+        other,
+        f"; {winner.name} is not taken: its {apart} contradicts {twin.name}, so that an effect is missing in both",
+    )
+
+
+def contradicted(regression: SlidingFit, simulated: SlidingFit) -> str | None:
+    """Return the first sliding parameter, as text, whose regressed value lies outside the interval
+    of output error; else None."""
+    for name in SLIDING:
+        regressed, interval = regression.parameters.get(name), simulated.parameters.get(name)
+        if (
+            regressed is not None
+            and interval is not None
+            and not interval.low <= regressed.value <= interval.high
+        ):
+            return f"{name} [{interval.low:.4g}, {interval.high:.4g}]"
+    return None
+
+
+def _why(
+    first: SlidingFit,
+    winner: PredictionScore,
+    scores: Sequence[PredictionScore],
+    unseen: bool,
+    unit: str,
+) -> str:
+    """Return the text of the comparison: the candidates, their scores, and the reason for the
+    choice."""
+    how = (
+        "predicted on strokes that were not seen"
+        if unseen
+        else "simulated on the logs themselves, which are too short for halves"
+    )
+    told = "; ".join(score.shown(unit) for score in scores)
+    smallest, best = (
+        min(scores, key=lambda score: score.force),
+        min(scores, key=lambda score: score.position),
+    )
+    lost = f" ({best.name} is not allowed: its force error is above {MOST_FORCE:g} times that of {smallest.name})"
+    barred = lost if best.force > MOST_FORCE * smallest.force else ""
+    told = f"tried, {how} (position error rms, force error): {told}"
+    if winner is scores[0]:
+        return f"{first.why}; {told}; no other allowed one is better by a tenth{barred}"
+    return f"{told}; {winner.name} is the first within a tenth of the best allowed one{barred}"
+
+
+def regression_scores(
+    sides: Sides, rows: Rows, given: ComparedData, terms: tuple[str, ...] = ()
+) -> list[PredictionScore]:
+    """Return the scores of the methods of the fits, with the load terms `terms`; a method that a
+    half does not suit has none."""
+    scores, declared = [], bench_with_terms(given.bench, terms) if terms else given.bench
+    for fit in given.fits:
+        method = fit.method or ""
+        try:
+            halved = [run(method, side, declared, given.settings) for side in sides]
+            values = [start_values(half, given.bench) for half in halved]
+            position = [
+                stroke_squares(_axis(side, given.bench, half), one)
+                for side, half, one in zip(sides[::-1], halved, values, strict=True)
+            ]
+        except UnusableLogs:
+            continue
+        force = _force(rows, values, [half.laws for half in halved])
+        make = (
+            (lambda fit=fit: fit)
+            if not terms
+            else (lambda method=method: replace(run(method, *given.all(declared)), method=method))
+        )
+        scores.append(
+            PredictionScore(_name(method, terms), terms, np.concatenate(position), force, make)
+        )
+    return scores
+
+
+def _simulations(sides: Sides, rows: Rows, given: ComparedData) -> list[PredictionScore]:
+    """Return the score of output error with the load terms that it selects, and those of the
+    regressions with the same terms."""
+    known = start_values(given.fits[0], given.bench)
+    try:
+        found = choose_structure(sides, given.bench, known, given.settings.confidence)
+    except UnusableLogs:
+        return []
+    regressions = (
+        regression_scores(sides, rows, given, found.terms)
+        if found.terms not in ((), (DIRECTION,))
+        else []
+    )
+    force = _force(rows, found.values, [_laws(values, given.bench) for values in found.values])
+
+    def make() -> SlidingFit:
+        return replace(
+            simulated_fit(*given.all(given.bench), found.terms, found.errors), method="output-error"
+        )
+
+    return [
+        *regressions,
+        PredictionScore(
+            _name("output-error", found.terms), found.terms, found.squares, force, make
+        ),
+    ]
+
+
+def _name(method: str, terms: tuple[str, ...]) -> str:
+    """Return the name of a candidate as text."""
+    return (
+        method
+        if not terms
+        else f"{method} with {' and '.join(NAMES.get(term, term) for term in terms)}"
+    )
+
+
+def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> SegmentSimulation:
+    """Return a simulation of the half with the load terms of a fit."""
+    return SegmentSimulation(comparison_segments(side), bench, terms_of(fit.laws))
+
+
+def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
+    """Return the force error (rms of both halves), each half predicted with the values of the
+    other."""
+    errors = [
+        force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
+    ]
+    return float(np.sqrt(np.mean([error**2 for error in errors if error is not None] or [0.0])))
+
+
+def _laws(values: Mapping[str, float], bench: Bench) -> Laws | None:
+    """Return the load laws that these values describe."""
+    return laws_of({name: Interval(value, value, value) for name, value in values.items()}, bench)

@@ -1,0 +1,187 @@
+"""Records as the axis of a structure runs through them, and the values that make it do what was
+measured.
+
+    open loop     the measured effort drives the model from the first sample to the last; residual:
+                  position
+    closed loop   the bench's controller (its gains, `Servo`) drives the model along the measured
+                  reference; residual: effort
+
+The search is Gauss-Newton in a trust region, its Jacobian by differences: a simulation costs less
+than a filter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares as trust_region
+
+from frictool.documents.bench import Bench
+from frictool.engine.effort_replay import FREE, replay
+from frictool.engine.servo import PositionServo, follow_reference
+from frictool.engine.status import OK
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.rows.load_terms import (
+    POSITIVE,
+    SMALLEST,
+    axis_and_load,
+    names_of,
+    scale_of,
+    start_of,
+)
+from frictool.identify.rows.segments import RecordSegment, of_each_record
+from frictool.identify.rows.strokes import find_strokes
+from frictool.plant.axis import BACKLASH, GAP, VELOCITY
+
+Matrix = NDArray[np.float64]
+STEP = 1e-4  # of the differences, in units of a parameter's scale
+MOST_RUNS = 60  # of the trust region
+FAILED = 1e3  # a residual that no simulation has: the search turns back
+# of a segment: a closed loop's first samples do not count, it starts from what the log does not
+# tell
+SETTLING = 0.03
+OBSERVER = 10.0  # how many times an observer settles in a median stroke
+
+
+@dataclass(frozen=True)
+class SegmentSimulation:
+    """Segments as the axis of a structure runs through them; `servo`: the bench's controller, None
+    for the open loop.
+
+    held: parameters that are known, in SI, and not looked for.
+    """
+
+    segments: Sequence[RecordSegment]
+    bench: Bench
+    terms: tuple[str, ...] = ()
+    servo: PositionServo | None = None
+    held: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters that are looked for."""
+        return tuple(name for name in names_of(self.terms) if name not in self.held)
+
+    def residual(self, values: Mapping[str, float]) -> Vector:
+        """Measured less simulated (n,) over all segments: position, rad | m, or effort, N m | N, in
+        closed loop."""
+        return np.concatenate([self.of_segment(segment, values) for segment in self.segments])
+
+    def of_segment(
+        self, segment: RecordSegment, values: Mapping[str, float], error: Vector | None = None
+    ) -> Vector:
+        """The residual (m,) of one segment, with `error` (m,) added to its effort."""
+        p, load = axis_and_load(values, self.bench, segment.record)
+        state = _state(segment, p)
+        n = segment.last - segment.first
+        x, v, u = np.empty(n), np.empty(n), np.empty(n)
+        measured, effort, period = segment.position, segment.effort, segment.record.period
+        if self.servo is not None:
+            assert segment.reference is not None
+            status = follow_reference(
+                p,
+                load,
+                state,
+                np.array(self.servo),
+                segment.reference,
+                float(effort[0]),
+                period,
+                x,
+                v,
+                u,
+            )
+            out = effort - u
+            out[: int(SETTLING * n)] = 0.0
+        else:
+            acting = effort if error is None else effort + error
+            status = replay(p, load, state, acting, measured, FREE, period, x, v)
+            out = measured - x
+        if status != OK or not np.all(np.isfinite(out)):
+            return np.full(n, FAILED * (float(np.ptp(measured)) + float(np.ptp(effort))))
+        return np.asarray(out)
+
+    def missing_effort(self, values: Mapping[str, float]) -> list[Vector]:
+        """What an observer has to add to the effort to follow the measured position: (m,) a
+        segment, N m | N."""
+        gains = of_each_record(self.segments, observer_gains)
+        return [
+            self._observe(segment, values, own)
+            for segment, own in zip(self.segments, gains, strict=True)
+        ]
+
+    def _observe(
+        self, segment: RecordSegment, values: Mapping[str, float], gains: Vector
+    ) -> Vector:
+        p, load = axis_and_load(values, self.bench, segment.record)
+        period, n = segment.record.period, segment.last - segment.first
+        x, v = np.empty(n), np.empty(n)
+        if (
+            replay(
+                p, load, _state(segment, p), segment.effort, segment.position, gains, period, x, v
+            )
+            != OK
+        ):
+            raise UnusableLogs(
+                f"{segment.record.name}: the simulation does not follow the measured position"
+            )
+        return np.asarray(values["inertia"] * gains[1] / period * (segment.position - x))
+
+
+def _state(segment: RecordSegment, p: Vector) -> Vector:
+    """The state (7,) at the start; an axis in motion carries its load along."""
+    state = segment.start()
+    if state[VELOCITY] != 0.0:
+        state[GAP] = np.sign(state[VELOCITY]) * 0.5 * p[BACKLASH]
+    return state
+
+
+def observer_rate(record: MotionRecord) -> float:
+    """1/s: it settles several times in a stroke, and its poles stay well below the sampling
+    rate."""
+    lengths = np.bincount(find_strokes(record).number)
+    return min(OBSERVER / (float(np.median(lengths)) * record.period), 0.1 / record.period)
+
+
+def observer_gains(record: MotionRecord) -> Vector:
+    """Of engine/effort_replay.py (2,): a double pole at the observer's rate."""
+    rate = observer_rate(record)
+    return np.array([2.0 * rate * record.period, rate**2 * record.period])
+
+
+@dataclass(frozen=True)
+class SimulationFit:
+    """All values by name, the residual (n,) and its Jacobian (n, p) per unit of each parameter that
+    was looked for."""
+
+    values: dict[str, float]
+    residual: Vector
+    jacobian: Matrix
+
+
+def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> SimulationFit:
+    """The values that minimise the residual's square sum, from `known` SI values. Raises
+    NothingUsable where the search does not end."""
+    names = simulated.names
+    travel = max(float(np.ptp(segment.position)) for segment in simulated.segments)
+    scale = np.array([scale_of(name, known, travel) for name in names])
+    start = np.array([start_of(name, known) for name in names]) / scale
+    low = np.array([SMALLEST if name in POSITIVE else -np.inf for name in names])
+
+    def residual(z: Vector) -> Vector:
+        return simulated.residual(
+            {**simulated.held, **dict(zip(names, (z * scale).tolist(), strict=True))}
+        )
+
+    size = max(float(np.sqrt(np.mean(residual(start) ** 2))), 1e-300)
+    found = trust_region(
+        lambda z: residual(z) / size, np.maximum(start, 2.0 * low), bounds=(low, np.inf), diff_step=STEP, x_scale=1.0, max_nfev=MOST_RUNS,
+        xtol=1e-6, ftol=1e-7, gtol=1e-9,
+    )  # fmt: skip
+    if not found.success and found.status != 0:
+        raise UnusableLogs(f"the search for the output error does not end: {found.message}")
+    values = dict(zip(names, (found.x * scale).tolist(), strict=True))
+    return SimulationFit({**simulated.held, **values}, found.fun * size, found.jac * size / scale)

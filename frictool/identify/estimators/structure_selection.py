@@ -1,0 +1,152 @@
+"""Which structure, by what it predicts and has not seen: each half of the records simulated by a
+fit to the other half.
+
+    half       the strokes before and after the middle of each record, cut at a reversal, where a
+               simulation can begin at rest
+    candidate  output error on the four sliding parameters, and with one load term after the other
+    (`load_terms`)
+    declared   terms of the bench's `load` are kept; no other is tried
+    choice     a term is kept where the squares of the strokes it predicts are smaller beyond chance
+               (pairs of strokes, Student), and the
+               held-out error falls by a fifth: strokes of one record share its day, from which
+               other days differ more than they do
+
+A richer structure always fits better what it has seen. Where the log is too short for halves,
+nothing is compared and nothing added. Of an hour a part is simulated, evenly over all of it: what
+is not seen in five minutes is no term of the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.identify.estimators.segment_simulation import SegmentSimulation, estimate
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.regression.term_selection import beyond_chance
+from frictool.identify.rows.load_terms import declared_terms, possible
+from frictool.identify.rows.segments import (
+    FEWEST_SAMPLES,
+    RecordSegment,
+    of_each_record,
+    thinned,
+    whole,
+)
+from frictool.identify.rows.strokes import find_strokes
+
+Sides = tuple[list[MotionRecord], list[MotionRecord]]
+WORTH = 0.8  # of the held-out error: what a richer structure has to come below
+FEWEST_STROKES = 4  # of a record that is cut: both directions on either side
+MOST_COMPARED = 300_000  # samples of a half that are simulated
+
+
+def halves(records: Sequence[MotionRecord]) -> Sides | None:
+    """The records before and after the reversal that is nearest to their middle; None where one has
+    too few strokes."""
+    before, after = [], []
+    for record in records:
+        number = find_strokes(record).number
+        starts = np.flatnonzero(np.diff(number)) + 1
+        if starts.size + 1 < FEWEST_STROKES:
+            return None
+        cut = int(starts[np.argmin(np.abs(starts - number.size // 2))])
+        if not FEWEST_SAMPLES < cut < number.size - FEWEST_SAMPLES:
+            return None
+        before.append(record.part(slice(0, cut)))
+        after.append(record.part(slice(cut, None)))
+    return before, after
+
+
+@dataclass(frozen=True)
+class HeldOutPrediction:
+    """Load terms of a structure, its mean square errors (s,) on unseen strokes, rad^2 | m^2, and
+    its values fitted to each half.
+
+    errors: held-out error (rms, rad | m) of every structure that was compared, by its name.
+    """
+
+    terms: tuple[str, ...]
+    squares: Vector
+    values: tuple[dict[str, float], ...]
+    errors: dict[str, float]
+
+
+def predict_halves(
+    sides: Sides, bench: Bench, terms: tuple[str, ...], known: Mapping[str, float]
+) -> HeldOutPrediction:
+    """Return the prediction of each half by a simulation whose values were fitted to the other
+    half."""
+    squares, values = [], []
+    for seen, unseen in (sides, (sides[1], sides[0])):
+        found = estimate(SegmentSimulation(comparison_segments(seen), bench, terms), known).values
+        squares.append(
+            stroke_squares(SegmentSimulation(comparison_segments(unseen), bench, terms), found)
+        )
+        values.append(found)
+    together = np.concatenate(squares)
+    return HeldOutPrediction(
+        terms,
+        together,
+        tuple(values),
+        {"_".join(terms) or "sliding": float(np.sqrt(np.mean(together)))},
+    )
+
+
+def comparison_segments(side: Sequence[MotionRecord]) -> list[RecordSegment]:
+    """What is simulated of a half."""
+    return thinned(whole(side), MOST_COMPARED)
+
+
+def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) -> Vector:
+    """Mean square (s,) of the residual in each stroke."""
+    out = []
+    for segment, strokes in zip(
+        simulated.segments, of_each_record(simulated.segments, find_strokes), strict=True
+    ):
+        residual = simulated.of_segment(segment, values)
+        number = strokes.number[segment.first : segment.last]
+        starts = np.flatnonzero(np.diff(number, prepend=-1))
+        out.append(np.add.reduceat(residual**2, starts) / np.diff(np.append(starts, number.size)))
+    return np.concatenate(out)
+
+
+def better(richer: Vector, simpler: Vector, confidence: float) -> bool:
+    """Whether the richer one's squares (s,) are smaller: beyond chance, by Student's test of the
+    pairs, and by WORTH."""
+    return beyond_chance(richer, simpler, confidence) and bool(
+        np.mean(richer) < WORTH**2 * np.mean(simpler)
+    )
+
+
+def choose_terms(
+    records: Sequence[MotionRecord], bench: Bench, known: Mapping[str, float], confidence: float
+) -> tuple[tuple[str, ...], dict[str, float]]:
+    """The load terms to keep, and the held-out error (rms, rad | m) of every structure that was
+    compared, by its name."""
+    sides = halves(records)
+    if sides is None:
+        return declared_terms(bench), {}
+    found = choose_structure(sides, bench, known, confidence)
+    return found.terms, found.errors
+
+
+def choose_structure(
+    sides: Sides, bench: Bench, known: Mapping[str, float], confidence: float
+) -> HeldOutPrediction:
+    """Return the declared structure, or, if the bench declares none, the one that predicts best,
+    term after term."""
+    best = predict_halves(sides, bench, declared_terms(bench), known)
+    errors = dict(best.errors)
+    for term in () if bench.load is not None else possible(bench):
+        try:
+            tried = predict_halves(sides, bench, (*best.terms, term), known)
+        except UnusableLogs:
+            continue
+        errors |= tried.errors
+        if better(tried.squares, best.squares, confidence):
+            best = tried
+    return replace(best, errors=errors)

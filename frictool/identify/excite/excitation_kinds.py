@@ -1,0 +1,185 @@
+"""The tests by name: what each is for, which settings it has, and how it is made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from math import pi
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.errors import NoSolutionError
+from frictool.identify.excite import multisine as harmonics
+from frictool.identify.excite.bench_limits import (
+    BenchLimits,
+    axis_known,
+    check_reference,
+    limits_of,
+    sensing_of,
+)
+from frictool.identify.excite.breakaway import breakaway_ramps
+from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke, cramer_rao
+from frictool.identify.excite.excitation_sequence import ExcitationSequence, reference_sequence
+from frictool.identify.excite.half_sines import Motion, reachable_speed
+from frictool.identify.excite.sine import BEST_SPEED, best_stroke, condition, longest_distance, sine
+from frictool.identify.excite.sines import DURATION, SPEEDS, plan, sines
+from frictool.identify.excite.steps import steps
+
+SINE_DURATION = 10.0  # s
+LONGEST = 10_000_000  # samples: more is a setting that was mistaken
+
+
+@dataclass(frozen=True)
+class ExcitationSettings:
+    """What may be set, SI; None is the test's own choice. amplitude: half the way, or the top of
+    the ramps in units of the drive."""
+
+    amplitude: float | None = None
+    frequency: float | None = None
+    speed: float | None = None
+    rate: float | None = None
+    duration: float | None = None
+    repetitions: int | None = None
+    speeds: int | None = None
+    harmonics: int | None = None
+    seed: int | None = None
+    open_loop: bool | None = None
+
+    def given(self) -> list[str]:
+        """Names of what is set."""
+        return [one.name for one in fields(self) if getattr(self, one.name) is not None]
+
+
+def excite(kind: str, bench: Bench, settings: ExcitationSettings) -> ExcitationSequence:
+    """The test called `kind`. Raises NoSolutionError that names the limit which it breaks."""
+    return MAKERS[kind](bench, limits_of(bench), settings)
+
+
+def _reference(
+    kind: str, bench: Bench, limits: BenchLimits, motion: Motion, figures: dict[str, float]
+) -> ExcitationSequence:
+    check_reference(limits, *motion)
+    about = {
+        **figures,
+        "top_speed": float(np.abs(motion[1]).max()),
+        "top_acceleration": float(np.abs(motion[2]).max()),
+    }
+    return reference_sequence(kind, bench, motion, about)
+
+
+def _sine(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> ExcitationSequence:
+    duration = settings.duration or SINE_DURATION
+    stroke = _stroke(bench, limits, settings, duration)
+    times = settings.repetitions or max(1, round(duration / (2.0 * stroke.duration)))
+    stroke = PlannedStroke(stroke.speed, stroke.distance, times)
+    _bearable(2.0 * stroke.times * stroke.duration, bench)
+    figures = {
+        "frequency_hz": stroke.frequency,
+        "amplitude": 0.5 * stroke.distance,
+        "condition": condition(stroke.speed),
+        "scale": BEST_SPEED / stroke.speed,
+        "condition_scaled": condition(BEST_SPEED),
+        **_bounds([stroke], bench),
+    }
+    return _reference("sine", bench, limits, sine(stroke, limits, bench.sample_period_s), figures)
+
+
+def _stroke(
+    bench: Bench, limits: BenchLimits, settings: ExcitationSettings, duration: float
+) -> PlannedStroke:
+    """V = 2 pi f A from whichever are given; what is not given is as large as the limits allow, or
+    the best where nothing is."""
+    speed, frequency = settings.speed, settings.frequency
+    if settings.amplitude is None and speed is None and frequency is None:
+        return best_stroke(limits, axis_known(bench), sensing_of(bench), duration)
+    distance = 2.0 * settings.amplitude if settings.amplitude is not None else None
+    if frequency is not None and distance is None:
+        longest = longest_distance(limits)
+        choices = np.geomspace(longest, 1e-4 * longest, 500)
+        distance = (
+            speed / (pi * frequency)
+            if speed
+            else next(
+                (d for d in choices if pi * frequency * d <= reachable_speed(limits, d)), None
+            )
+        )
+        if distance is None:
+            raise NoSolutionError(
+                f"acceleration: no amplitude above {0.5e-4 * longest:.3g} {limits.unit} is possible at {frequency:g} Hz"
+            )
+    distance = float(distance) if distance is not None else longest_distance(limits)
+    if frequency is not None:
+        return PlannedStroke(pi * frequency * distance, distance)
+    return PlannedStroke(speed or reachable_speed(limits, distance), distance)
+
+
+def _sines(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> ExcitationSequence:
+    distance = 2.0 * settings.amplitude if settings.amplitude else None
+    _bearable(settings.duration or DURATION, bench)
+    strokes = plan(limits, settings.duration or DURATION, settings.speeds or SPEEDS, distance)
+    figures = {f"speed_{number}": stroke.speed for number, stroke in enumerate(strokes, start=1)}
+    motion = sines(strokes, limits, bench.sample_period_s, settings.seed or 0)
+    return _reference("sines", bench, limits, motion, {**figures, **_bounds(strokes, bench)})
+
+
+def _bounds(strokes: list[PlannedStroke], bench: Bench) -> dict[str, float]:
+    """The Cramér-Rao bounds as standard deviations, for the a-priori axis."""
+    least = cramer_rao(strokes, axis_known(bench), sensing_of(bench))
+    return {
+        f"least_deviation_{name}": float(bound) for name, bound in zip(SLIDING, least, strict=True)
+    }
+
+
+def _multisine(
+    bench: Bench, limits: BenchLimits, settings: ExcitationSettings
+) -> ExcitationSequence:
+    phases = harmonics.low_crest(settings.harmonics or harmonics.HARMONICS)
+    motion, figures = harmonics.multisine(
+        limits,
+        bench.sample_period_s,
+        phases,
+        settings.frequency,
+        settings.amplitude,
+        settings.repetitions or 3,
+    )
+    return _reference("multisine", bench, limits, motion, figures)
+
+
+def _steps(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> ExcitationSequence:
+    return _reference(
+        "steps",
+        bench,
+        limits,
+        steps(limits, bench.sample_period_s, settings.amplitude, settings.repetitions or 1),
+        {},
+    )
+
+
+def _breakaway(
+    bench: Bench, limits: BenchLimits, settings: ExcitationSettings
+) -> ExcitationSequence:
+    return breakaway_ramps(
+        bench,
+        limits,
+        settings.amplitude,
+        settings.rate,
+        settings.repetitions or 1,
+        bool(settings.open_loop),
+    )
+
+
+def _bearable(duration: float, bench: Bench) -> None:
+    if duration / bench.sample_period_s > LONGEST:
+        raise NoSolutionError(
+            f"duration: {duration:.4g} s is {duration / bench.sample_period_s:.3g} samples; allowed: {LONGEST:g}"
+        )
+
+
+MAKERS: dict[str, Callable[[Bench, BenchLimits, ExcitationSettings], ExcitationSequence]] = {
+    "sine": _sine,
+    "sines": _sines,
+    "breakaway": _breakaway,
+    "steps": _steps,
+    "multisine": _multisine,
+}

@@ -1,0 +1,91 @@
+"""A test as it is played: a reference for the position loop, or a command for the drive, sample by
+sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import drive_dimension, si_unit
+from frictool.identify.excite.cramer_rao import Vector
+from frictool.logs.canonical.mcap_layout import NS, StreamHeader
+from frictool.logs.conversion import OutgoingStream
+from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
+from frictool.logs.stream_source import SampleBlock
+
+
+@dataclass(frozen=True)
+class ExcitationSequence:
+    """columns: name -> (n,) in SI. figures: what describes it. rule: how it is played, for whoever
+    plays it."""
+
+    kind: str
+    period: float
+    columns: dict[str, Vector]
+    units: dict[str, str]
+    rule: str
+    figures: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def time(self) -> Vector:
+        """(n,) in s."""
+        return np.asarray(
+            np.arange(next(iter(self.columns.values())).size) * self.period, dtype=np.float64
+        )
+
+    @property
+    def duration(self) -> float:
+        """s."""
+        return next(iter(self.columns.values())).size * self.period
+
+    def as_log(self, source: str) -> Log:
+        """The same as a log, with rule and figures as metadata."""
+        about = {
+            "kind": self.kind,
+            "rule": self.rule,
+            **{name: repr(float(value)) for name, value in self.figures.items()},
+        }
+        return Log(
+            (Stream(MAIN_TOPIC, self.time, self.columns, self.units),), {EXCITATION: about}, source
+        )
+
+    def outgoing(self) -> OutgoingStream:
+        """The same for the formats of other tools."""
+        head = StreamHeader(
+            MAIN_TOPIC, tuple(self.columns), tuple(self.units[name] for name in self.columns)
+        )
+        samples = SampleBlock(
+            np.rint(self.time * NS).astype(np.int64), tuple(self.columns.values())
+        )
+        return OutgoingStream(head, iter([samples]))
+
+
+def reference_sequence(
+    kind: str, bench: Bench, motion: tuple[Vector, Vector, Vector], figures: dict[str, float]
+) -> ExcitationSequence:
+    """A reference of position, velocity and acceleration, each (n,)."""
+    position, velocity = si_unit("position", bench.axis), si_unit("velocity", bench.axis)
+    names = ("reference", "reference_velocity", "reference_acceleration")
+    units = dict(zip(names, (position, velocity, f"{velocity}^2"), strict=True))
+    rule = f"start at rest at {motion[0][0]:.6g} {position}; the position loop follows `reference`, one row a sample"
+    return ExcitationSequence(
+        kind, bench.sample_period_s, dict(zip(names, motion, strict=True)), units, rule, figures
+    )
+
+
+def command_sequence(
+    bench: Bench, command: Vector, segment: Vector, rule: str, figures: dict[str, float]
+) -> ExcitationSequence:
+    """A command (n,) of the drive, and the number of the ramp that each sample belongs to."""
+    drive = bench.actuator.drive
+    units = {drive: si_unit(drive_dimension(drive, constant=False), bench.axis), "segment": "1"}
+    return ExcitationSequence(
+        "breakaway",
+        bench.sample_period_s,
+        {drive: command, "segment": segment},
+        units,
+        rule,
+        figures,
+    )

@@ -1,0 +1,70 @@
+"""An identification as JSON: the keys are part of the format, documented in docs/formats.md."""
+
+from __future__ import annotations
+
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from msgspec import to_builtins
+
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model
+from frictool.identify.breakaway.breakaway import Breakaway
+from frictool.identify.identification import Identification
+from frictool.identify.model_document import unit_of
+
+
+def as_view(result: Identification, bench: Bench, model: Model | None = None) -> dict[str, Any]:
+    """The machine's view of an identification."""
+    fit, ramp = result.fit, result.ramp
+    return {
+        "method": result.method,
+        "confidence": result.confidence,
+        "logs": [{"name": Path(name).name, "kind": kind} for name, kind in result.kinds.items()],
+        "parameters": {
+            name: {
+                "value": found.value,
+                "low": found.low,
+                "high": found.high,
+                "unit": unit_of(name, bench),
+            }
+            for name, found in result.identified.items()
+        },
+        "force_error": fit.force_error if fit else None,
+        "residual": fit.residual if fit else None,
+        "held_out_residual": fit.held_out_residual if fit else None,
+        "condition": fit.condition if fit else None,
+        "samples": fit.samples if fit else None,
+        "details": fit.details if fit else {},
+        "chosen_because": fit.why if fit else None,
+        "dropped": list(fit.dropped) if fit else [],
+        "not_identified": result.refused,
+        "warnings": list(result.warnings),
+        "laws": None if result.laws is None else to_builtins(result.laws),
+        "measurement": None
+        if model is None or model.measurement is None
+        else to_builtins(model.measurement),
+        "presliding": None
+        if model is None or model.presliding is None
+        else to_builtins(model.presliding),
+        "ramp": _ramp_view(ramp) if ramp else None,
+    }
+
+
+def _ramp_view(ramp: Breakaway) -> dict[str, Any]:
+    """The onsets of breakaway ramps; `fall` is the range of Stribeck velocities that the
+    breakaway's interval holds, null for no bound."""
+    fall = ramp.fall
+    return {
+        "forward": ramp.forward,
+        "backward": ramp.backward,
+        "onsets": ramp.onsets,
+        "delay_corrected": ramp.delay,
+        "fall": {
+            "value": fall.velocity if isfinite(fall.velocity) else None,
+            "low": fall.low,
+            "high": fall.high if isfinite(fall.high) else None,
+            "from": "fit" if fall.known else "onsets",
+        },
+    }

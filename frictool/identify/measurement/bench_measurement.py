@@ -1,0 +1,62 @@
+"""What the logs tell of the bench, as the document has it: each figure, or the reason why there is
+none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from frictool.documents.bench import Bench
+from frictool.documents.measurement import Measurement
+from frictool.documents.quantity import Estimate, si_unit
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.measurement.loop_lag import loop_lag
+from frictool.identify.measurement.reversals import reversals
+from frictool.identify.motion_record import MotionRecord, Vector
+
+NO_COMMAND = (
+    "no log holds both the commanded current (channel current_command) and the measured one"
+)
+
+
+def measurement(
+    records: list[MotionRecord],
+    currents: list[tuple[Vector, Vector, float]],
+    bench: Bench,
+    confidence: float,
+) -> Measurement:
+    """records: of sliding motion. currents: commanded and measured, (n,) A, and the period, of each
+    log that holds both."""
+    try:
+        width, late = (
+            reversals(records, bench, confidence)
+            if records
+            else (UnusableLogs("no log of sliding motion was given"),) * 2
+        )
+    except UnusableLogs as error:
+        width = late = error
+    lag = (
+        _tried(lambda: loop_lag(*max(currents, key=lambda one: one[0].size), confidence))
+        if currents
+        else UnusableLogs(NO_COMMAND)
+    )
+    found = {
+        "backlash": (width, "position"),
+        "delay": (late, "time"),
+        "loop_time_constant": (lag, "time"),
+    }
+    estimates = {
+        name: Estimate(
+            one.value, one.low, one.high, si_unit(dimension, bench.axis), source="identified"
+        )
+        for name, (one, dimension) in found.items()
+        if isinstance(one, Interval)
+    }
+    refused = {name: str(one) for name, (one, _) in found.items() if isinstance(one, UnusableLogs)}
+    return Measurement(**estimates, refused=refused)
+
+
+def _tried(estimate: Callable[[], Interval]) -> Interval | UnusableLogs:
+    try:
+        return estimate()
+    except UnusableLogs as error:
+        return error

@@ -1,0 +1,98 @@
+"""Records that are in order and yet cannot tell friction: their effort, or their position, is not
+what acted on the axis, or moved.
+
+    saturated effort      flat tops below the actuator's limit: the sensor went no further, the
+                          effort did
+    clipped encoder       the position stops at its extreme within a sample, from a speed that the
+                          effort does not brake
+    commanded effort      the effort follows from the motion alone, without friction: it was
+                          computed from the encoder (by a controller
+                          whose drive is off, or by a model) and not measured
+
+The last is seen after a fit: a controller's own output explains itself, with next to no friction at
+a tiny residual.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
+from frictool.identify.fit_result import SlidingFit, UnusableLogs
+from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.logs.quality.saturation import FlatTopDetector
+
+LARGEST_SATURATED_SHARE = 0.01  # of the samples
+AT_THE_LIMIT = (
+    0.99  # of what the actuator gives: flat there, the effort itself is limited, and is known
+)
+STOPPING_SAMPLES = (
+    3  # the speed before the stop is taken over so many, and after it nothing moves for as many
+)
+MARGIN = 2.0  # times what the effort and the friction can brake
+COUNTS = 2.0  # that the encoder may be off over those samples
+SELF_EXPLAINED = 1e-3  # relative residual: smaller than any sensor's noise
+NO_FRICTION = 0.02  # Coulomb friction over the rms effort
+
+
+def refuse_unmeasured(records: list[MotionRecord], bench: Bench) -> None:
+    """Raises UnusableLogs where the effort of a record is saturated, or its encoder clipped."""
+    for record in records:
+        _refuse_saturated(record, bench)
+        _refuse_clipped(record, bench)
+
+
+def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
+    tops = FlatTopDetector(float(record.effort.min()), float(record.effort.max()), None)
+    tops.take(record.effort)
+    most = bench.actuator.limit.value * bench.actuator.constant.value
+    for top in tops.found():
+        share = top.samples / record.effort.size
+        if share > LARGEST_SATURATED_SHARE and abs(top.at) < AT_THE_LIMIT * most:
+            unit = si_unit("effort", bench.axis)
+            raise UnusableLogs(
+                f"{record.name}: the effort stays at {top.at:.4g} {unit} for {100 * share:.2g} % of the samples (allowed: "
+                f"{100 * LARGEST_SATURATED_SHARE:g} %) though the actuator gives {most:.4g}: its measurement is saturated; widen its range"
+            )
+
+
+def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
+    """The position rests at its extreme from one sample to the next, having come too fast for the
+    effort around it to brake it so."""
+    x, n, unit = record.position, STOPPING_SAMPLES, si_unit("position", bench.axis)
+    friction, inertia = bench.mechanics.coulomb.interval[1], bench.mechanics.inertia.interval[0]
+    for extreme in (x.max(), x.min()):
+        stops = (
+            np.flatnonzero(
+                (x[n:-n] == extreme) & (x[n - 1 : -n - 1] != extreme) & (x[2 * n :] == extreme)
+            )
+            + n
+        )
+        for at in stops[record.piece[stops + n] == record.piece[stops - n]]:
+            speed = abs(x[at - 1] - x[at - n]) / ((n - 1) * record.period)
+            brake = (float(np.abs(record.effort[at - n : at + n]).max()) + friction) / inertia
+            unseen = COUNTS * record.resolution / ((n - 1) * record.period)
+            if speed > MARGIN * brake * 0.5 * n * record.period + unseen:
+                raise UnusableLogs(
+                    f"{record.name}: the position stops at its extreme, {extreme:.4g} {unit}, within a sample at {record.time[at]:.6g} s, "
+                    f"from {speed:.3g} {unit}/s, which the effort does not brake: the encoder is clipped, or the axis hit a stop"
+                )
+
+
+def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
+    """Raises UnusableLogs where the fit explains the effort to the last digit without friction."""
+    coulomb = fit.parameters.get("coulomb")
+    if coulomb is None or fit.residual > SELF_EXPLAINED:
+        return
+    size = _rms([record.effort for record in records])
+    if abs(coulomb.value) < NO_FRICTION * size:
+        raise UnusableLogs(
+            f"the motion alone explains the effort to {100 * fit.residual:.1g} %, with a friction of {coulomb.value:.2g} beside an "
+            f"effort of {size:.2g} (rms): it was computed from the encoder, by a controller or a model, and not measured; "
+            "log the measured current"
+        )
+
+
+def _rms(parts: list[Vector]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))

@@ -1,0 +1,93 @@
+"""Whether a record can be one of the bench's axis at all: values that no axis reaches, and counts
+that it cannot have skipped."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
+from frictool.errors import LogError
+from frictool.identify.motion_record import MotionRecord
+from frictool.logs.quality.jumps import JUMPS, PositionJumps, allowance
+
+MOST_COUNTS = 2.0**53  # from 0: beyond, not even whole numbers are told apart
+MOST_TRAVELS = (
+    10.0  # from the middle: a travel is known roughly, and the zero of an encoder not at all
+)
+MOST_EFFORT = 10.0  # of what the actuator gives at its limit
+
+
+def implausible(record: MotionRecord, bench: Bench) -> list[str]:
+    """What is odd about the record's counts: warnings.
+
+    Raises LogError with the time of the first position that no encoder or travel gives, or effort
+    that no actuator gives.
+    """
+    length, effort = si_unit("position", bench.axis), si_unit("effort", bench.axis)
+    counts = MOST_COUNTS * record.resolution
+    _refuse(
+        record,
+        np.abs(record.position) > counts,
+        record.position,
+        length,
+        f"an encoder shows at most 2^53 counts, {counts:.3g} {length}",
+    )
+    travel = bench.mechanics.travel
+    if travel is not None:
+        reach = MOST_TRAVELS * (travel.high - travel.low)
+        away = np.abs(record.position - np.median(record.position)) > reach
+        _refuse(
+            record,
+            away,
+            record.position,
+            length,
+            f"within {MOST_TRAVELS:g} times the bench's travel, {reach:.4g} {length}, of the others",
+        )
+    most = MOST_EFFORT * bench.actuator.limit.value * bench.actuator.constant.value
+    beyond = np.abs(record.effort) > most
+    _refuse(
+        record,
+        beyond,
+        record.effort,
+        effort,
+        f"at most {MOST_EFFORT:g} times the actuator's at its limit, {most:.4g} {effort}",
+    )
+    return _skipped_counts(record, bench)
+
+
+def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
+    """Return whether `implausible` repeats this warning of a log, which is on jumps, because the
+    bench has a top speed."""
+    return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
+
+
+def _refuse(
+    record: MotionRecord, bad: np.ndarray, values: np.ndarray, unit: str, allowed: str
+) -> None:
+    if bad.any():
+        first = int(np.argmax(bad))
+        raise LogError(
+            record.name,
+            f"found {values[first]:.4g} {unit} at {record.time[first]:.6g} s; allowed: {allowed}",
+        )
+
+
+def _skipped_counts(record: MotionRecord, bench: Bench) -> list[str]:
+    """A warning where the position jumps by more than top speed covers in a period, as a counter
+    does that wraps."""
+    top_speed = bench.mechanics.top_speed
+    if top_speed is None:
+        return []
+    steps = np.diff(record.position) / record.resolution
+    limit = allowance(top_speed.value, np.full(steps.size, record.period), record.resolution)
+    long = (np.abs(steps) > limit) & (np.diff(record.piece) == 0)
+    jumps = PositionJumps()
+    jumps.take(
+        record.time[1:][long],
+        steps[long],
+        record.position[1:][long] / record.resolution,
+        float(limit.max()),
+    )
+    text = jumps.text()
+    return [f"{record.name}: {text}"] if text else []

@@ -1,0 +1,132 @@
+"""Widening of intervals by the parameters that a regression leaves out although they act.
+
+fixed      the bench's value is used; the others hold what the bench's interval of it adds
+untold     a load that is declared and that the travel does not tell (`load_columns.untold`): it is
+           0 in the model, and the others hold
+           what it may add. With `load.most` of the bench it is any load of at most that effort in
+           the log; without, the others are as uncertain as they are in a fit with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from frictool.identify.fit_result import Interval
+from frictool.identify.motion_record import Vector
+from frictool.identify.regression.regression import (
+    LeastSquaresSolution,
+    Matrix,
+    SingularRegressors,
+    solve_triangles,
+)
+from frictool.identify.regression.tsqr import Numbers, Tensor, merged
+from frictool.identify.rows.load_terms import TERMS
+
+DIRECTIONS = 90  # of the plane of a harmonic's sine and cosine, over half a turn
+
+
+class OmittedParameters:
+    """Half widths that parameters outside the regression add to those in it.
+
+    names: of the columns of `weighted` (g, q, q), the triangles of runs of rows, before any is left
+    out.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        weighted: Tensor,
+        fixed: Mapping[str, Interval],
+        untold: Sequence[str],
+    ) -> None:
+        self.free = [name for name in names if name not in fixed and name not in untold]
+        self._names, self._weighted, self._untold = list(names), weighted, list(untold)
+        self._known = {name: fixed[name] for name in names if name in fixed}
+        self._added = np.zeros(len(self.free))
+        whole, outside = merged(weighted), [*self._known, *untold]
+        columns = whole[:, [self._names.index(name) for name in self.free]]
+        self._slope = {}
+        if outside:
+            slopes = np.linalg.lstsq(
+                columns, whole[:, [self._names.index(name) for name in outside]], rcond=None
+            )[0]
+            self._slope = dict(zip(outside, slopes.T, strict=True))
+        for name, interval in self._known.items():
+            self._add(
+                np.abs(self._slope[name])
+                * max(interval.high - interval.value, interval.value - interval.low)
+            )
+
+    def add_loads(
+        self, loads: Mapping[str, Vector], most: float | None, cluster: Numbers, confidence: float
+    ) -> None:
+        """Add what the untold loads may do. Raises NothingUsable if nothing limits it.
+
+        loads: column (n,) of each. most: largest effort of a load, N m | N. cluster (g,): of each
+        run.
+        """
+        if not self._untold:
+            return
+        beside = self._beside(cluster, confidence)
+        if most is None:
+            self._add(beside)
+            return
+        total = np.zeros(len(self.free))
+        for own in TERMS.values():
+            group = [name for name in own if name in self._untold]
+            if group:
+                points = most * _unit_loads([loads[name] for name in group])
+                total += np.max(
+                    np.abs(np.column_stack([self._slope[name] for name in group]) @ points.T),
+                    axis=1,
+                )
+        self._add(np.minimum(total, beside))
+
+    def widened(self, names: Sequence[str], half: Vector) -> Vector:
+        """Return half widths (p,) that hold what was added. Names as in `by_direction`, whose
+        columns are sums of two."""
+        added = dict(zip(self.free, self._added.tolist(), strict=True))
+        if "viscous_backward" in names:
+            added["viscous_backward"] += added.get("viscous", 0.0)
+        if "coulomb_backward" in names:
+            added["coulomb"] = added["coulomb_backward"] = added["coulomb"] + added["offset"]
+        return np.hypot(half, [added.get(name, 0.0) for name in names])
+
+    def _add(self, half: Vector) -> None:
+        self._added = np.hypot(self._added, half)
+
+    def _beside(self, cluster: Numbers, confidence: float) -> Vector:
+        """Return how far (p,) the free parameters may be from their values, by a fit with the
+        untold loads; inf if there is none."""
+        with_loads, without = (
+            self._solution([*self.free, *more], cluster) for more in (self._untold, [])
+        )
+        if with_loads is None or without is None:
+            return np.full(len(self.free), np.inf)
+        kept = len(self.free)
+        return np.asarray(
+            np.abs(with_loads.value[:kept] - without.value)
+            + with_loads.half_width(confidence)[:kept]
+        )
+
+    def _solution(self, names: Sequence[str], cluster: Numbers) -> LeastSquaresSolution | None:
+        columns = [*(self._names.index(name) for name in names), -1]
+        try:
+            return solve_triangles(self._weighted[:, :, columns], cluster)
+        except SingularRegressors:
+            return None
+
+
+def _unit_loads(columns: Sequence[Vector]) -> Matrix:
+    """Return loads (m, k), as factors of k columns, whose largest effort over the rows is 1, in
+    every direction."""
+    if len(columns) == 1:
+        return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])
+    angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    directions = np.column_stack((np.cos(angles), np.sin(angles)))
+    reach = np.array(
+        [float(np.max(np.abs(one * columns[0] + other * columns[1]))) for one, other in directions]
+    )
+    return np.asarray(directions / reach[:, None])

@@ -1,0 +1,371 @@
+"""The rows of the regression, from the records of one or several logs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.motion_record import Vector
+from frictool.identify.regression.clusters import clusters
+from frictool.identify.regression.regression import (
+    SingularRegressors,
+    least,
+    residual_norm,
+    solve_triangles,
+)
+from frictool.identify.regression.term_selection import halved, held_out_norm, needless
+from frictool.identify.regression.tsqr import Numbers, Tensor, triangles
+from frictool.identify.rows.load_columns import by_direction, indistinct_terms
+from frictool.identify.rows.omitted_parameters import OmittedParameters
+
+# in each direction: a difference of directions that is seen once cannot be told from one of strokes
+FEWEST_STROKES = 2
+ONE_DIRECTION = (
+    "the motion is in one direction only, in which Coulomb friction and offset are one number"
+)
+NO_OFFSET = "the bench says that there is none (load.terms)"
+KNOWN_OFFSET = {
+    "offset": "the motion is in one direction only; the bench's offset is taken off the Coulomb friction"
+}
+
+
+@dataclass(frozen=True)
+class RegressionSamples:
+    """Rows of effort = inertia a + viscous v + coulomb s + offset: (n,) in SI, `stroke` (n,)
+    ascending; `sign`: s, filtered as the rest;
+
+    `counts`: how many encoder counts pass in the row. known_offset: that of the bench, N m | N,
+    which separates Coulomb friction from the offset if the motion is in one direction only. loads:
+    column (n,) of each parameter of further loads of the bench. terms, most: of `load` of the
+    bench. fixed: parameters whose effort is subtracted from `effort` (`with_fixed`).
+    """
+
+    acceleration: Vector
+    velocity: Vector
+    effort: Vector
+    stroke: Numbers
+    sign: Vector
+    counts: Vector
+    known_offset: Interval | None = None
+    loads: dict[str, Vector] = field(default_factory=dict)
+    terms: tuple[str, ...] | None = None
+    most: float | None = None
+    fixed: Mapping[str, Interval] = field(default_factory=dict)
+
+    @property
+    def split_coulomb(self) -> bool:
+        """Whether what is constant in slip is Coulomb friction that differs by direction."""
+        return self.terms is not None and "coulomb_by_direction" in self.terms
+
+    @property
+    def columns(self) -> tuple[Vector, ...]:
+        """The regressors, each (n,), in the order of SLIDING."""
+        return self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)
+
+    @property
+    def one_direction(self) -> bool:
+        """Return whether the motion is in one direction only."""
+        return bool(np.all(self.sign > 0.0) or np.all(self.sign < 0.0))
+
+    @property
+    def known_effort(self) -> Vector:
+        """Return the effort (n,) of the fixed parameters; a known offset belongs to a fixed Coulomb
+        friction in one direction."""
+        out = np.zeros(self.sign.size)
+        for name, column in zip(SLIDING, self.columns, strict=True):
+            if name in self.fixed:
+                out += self.fixed[name].value * column
+        if "coulomb" in self.fixed and self.one_direction and self.known_offset is not None:
+            out += self.known_offset.value
+        return out
+
+    def rows(self, chosen: NDArray[np.bool_]) -> RegressionSamples:
+        """The rows where `chosen` (n,) is True."""
+        names = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
+        loads = {name: column[chosen] for name, column in self.loads.items()}
+        return replace(self, loads=loads, **{name: getattr(self, name)[chosen] for name in names})
+
+
+def with_fixed(samples: RegressionSamples, fixed: Mapping[str, Interval]) -> RegressionSamples:
+    """Return the samples with the effort of the fixed parameters subtracted."""
+    if not fixed:
+        return samples
+    known = replace(samples, fixed=fixed)
+    return replace(known, effort=samples.effort - known.known_effort)
+
+
+def joined(parts: list[RegressionSamples]) -> RegressionSamples:
+    """All rows, their strokes numbered through."""
+    if len(parts) == 1:
+        return parts[0]
+    strokes, above = [], 0
+    for part in parts:
+        strokes.append(part.stroke + above)
+        above += int(part.stroke[-1]) + 1 if part.stroke.size else 0
+    stack = [
+        np.concatenate([getattr(p, name) for p in parts])
+        for name in ("acceleration", "velocity", "effort", "sign", "counts")
+    ]
+    loads = {name: np.concatenate([part.loads[name] for part in parts]) for name in parts[0].loads}
+    acceleration, velocity, effort, sign, counts = stack
+    return replace(
+        parts[0],
+        acceleration=acceleration,
+        velocity=velocity,
+        effort=effort,
+        stroke=np.concatenate(strokes),
+        sign=sign,
+        counts=counts,
+        loads=loads,
+    )
+
+
+def fit(
+    samples: RegressionSamples,
+    weight: Vector,
+    window: int,
+    confidence: float,
+    details: dict[str, float | int],
+    droppable: tuple[str, ...] = (),
+) -> SlidingFit:
+    """Weighted least squares on `samples`, weight (n,); a residual is correlated over `window`
+    rows.
+
+    Of the `droppable` parameters those that are needless (`alternatives`) are 0, and the others
+    fitted without them. A load that the travel does not tell is refused, and widens the others by
+    what it may be (`unresolved`). Raises NothingUsable where there are too few rows. Where the axis
+    moves in one direction only, Coulomb friction and offset are one number: both are refused, or
+    the offset alone where the bench knows it.
+    """
+    names, refused = parameters_of(samples)
+    plain, weighted, cluster, order = reduced(samples, weight, len(names), window)
+    names = (*names, *samples.loads)
+    unknown = indistinct_terms(plain, names, samples.velocity.size)
+    refused |= unknown
+    droppable = tuple(name for name in droppable if name in names and name not in samples.fixed)
+    try:
+        outside = OmittedParameters(names, weighted, samples.fixed, tuple(unknown))
+        outside.add_loads(samples.loads, samples.most, cluster, confidence)
+        names, plain, weighted = _without(
+            names,
+            [name for name in names if name in samples.fixed or name in unknown],
+            plain,
+            weighted,
+        )
+        solution = solve_triangles(weighted, cluster)
+        width = outside.widened(names, solution.half_width(confidence))
+        low, high = solution.value - width, solution.value + width
+        dropped = [
+            names[k]
+            for k in needless(
+                plain, weighted, order, low, high, [names.index(name) for name in droppable]
+            )
+        ]
+        found = {
+            name: Interval(0.0, float(low[names.index(name)]), float(high[names.index(name)]))
+            for name in dropped
+        }
+        kept, plain, weighted = _without(names, dropped, plain, weighted)
+        dropped_or_split = bool(dropped)
+        if ("viscous_backward" in kept and "viscous" in kept) or samples.split_coulomb:
+            kept, plain, weighted = by_direction(kept, samples.split_coulomb, plain, weighted)
+            refused |= {"offset": NO_OFFSET} if samples.split_coulomb else {}
+            dropped_or_split = True
+        if dropped_or_split:
+            solution = solve_triangles(weighted, cluster)
+            width = outside.widened(kept, solution.half_width(confidence))
+    except SingularRegressors as error:
+        raise UnusableLogs(str(error)) from None
+    for name, v, w in zip(kept, solution.value, width, strict=True):
+        found[name] = Interval(float(v), float(v - w), float(v + w))
+    if (
+        "viscous_backward" in found and "viscous" in samples.fixed
+    ):  # viscous friction backward less forward
+        found["viscous_backward"] = shifted(
+            found["viscous_backward"], samples.fixed["viscous"].value
+        )
+    if (
+        refused.get("offset") == KNOWN_OFFSET["offset"]
+        and samples.known_offset is not None
+        and "coulomb" in found
+    ):
+        found["coulomb"] = less_offset(
+            found["coulomb"], samples.known_offset, float(samples.sign[0])
+        )
+    size = float(np.linalg.norm(samples.effort + samples.known_effort))
+    held_out = held_out_norm(plain, weighted, halved(order), list(range(len(kept))))
+    return SlidingFit(
+        {
+            name: found[name]
+            for name in dict.fromkeys((*names, *kept))
+            if name in found and name not in refused
+        },
+        refused,
+        residual_norm(plain, solution.value) / size,
+        None if held_out is None else held_out / size,
+        solution.condition,
+        samples.velocity.size,
+        {**details, "strokes": int(order.max()) + 1, "clusters": int(cluster.max()) + 1},
+        dropped=tuple(dropped),
+    )
+
+
+def shifted(interval: Interval, by: float) -> Interval:
+    """Return the interval moved by a value."""
+    return Interval(interval.value + by, interval.low + by, interval.high + by)
+
+
+def _without(
+    names: tuple[str, ...], gone: list[str], plain: Tensor, weighted: Tensor
+) -> tuple[tuple[str, ...], Tensor, Tensor]:
+    """Names and triangles without the columns that are `gone`."""
+    if not gone:
+        return names, plain, weighted
+    chosen = [*(k for k, name in enumerate(names) if name not in gone), -1]
+    return (
+        tuple(name for name in names if name not in gone),
+        plain[:, :, chosen],
+        weighted[:, :, chosen],
+    )
+
+
+def less_offset(found: Interval, offset: Interval, sign: float) -> Interval:
+    """Coulomb friction from what it and the offset are together in the direction `sign`, wherever
+    in its interval the offset is."""
+    value, half = found.value - sign * offset.value, found.half_width
+    low, high = (
+        (sign * offset.low, sign * offset.high)
+        if sign > 0.0
+        else (sign * offset.high, sign * offset.low)
+    )
+    return Interval(value, found.value - high - half, found.value - low + half)
+
+
+def reduced(
+    samples: RegressionSamples, weight: Vector, parameters: int, window: int
+) -> tuple[Tensor, Tensor, Numbers, Numbers]:
+    """Of each run of rows in one stroke and cluster (g,): its triangle, that of the weighted rows,
+    its cluster, its stroke from 0.
+
+    Columns: the first `parameters` of SLIDING, the loads, the effort.
+    """
+    columns = (*samples.columns[:parameters], *samples.loads.values(), samples.effort)
+    cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
+    starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))
+    order = np.unique(samples.stroke[starts], return_inverse=True)[1]
+    plain = triangles(columns, np.ones(weight.size), starts)
+    even = bool(np.all(weight == weight[0])) and weight[0] == 1.0
+    return plain, plain if even else triangles(columns, weight, starts), cluster[starts], order
+
+
+def residuals(samples: RegressionSamples, weight: Vector) -> Vector:
+    """The effort's residuals (n,) of a weighted fit. Raises NothingUsable where the parameters do
+    not follow."""
+    _, free = free_columns(samples)
+    columns = (*free, *samples.loads.values())
+    starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
+    try:
+        value = least(triangles((*columns, samples.effort), weight, starts))[0]
+    except SingularRegressors as error:
+        raise UnusableLogs(str(error)) from None
+    return samples.effort - sum(
+        (v * column for v, column in zip(value, columns, strict=True)), np.zeros(weight.size)
+    )
+
+
+def cluster_products(
+    samples: RegressionSamples, columns: tuple[Vector, ...], window: int
+) -> tuple[Tensor, Vector, Numbers]:
+    """Of each run of rows in one cluster: the products (g, q, q) of q `columns` (n,), its number of
+    rows (g,), its cluster (g,)."""
+    cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
+    starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))
+    parts = triangles(columns, np.ones(samples.velocity.size), starts)
+    rows = np.diff(np.append(starts, samples.velocity.size)).astype(np.float64)
+    return np.swapaxes(parts, 1, 2) @ parts, rows, cluster[starts]
+
+
+def intervals(
+    products: Tensor,
+    rows: Vector,
+    cluster: Numbers,
+    estimate: Callable[[Tensor, float], Vector],
+    names: tuple[str, ...],
+    confidence: float,
+) -> dict[str, Interval]:
+    """Each parameter that estimate(summed products, rows) gives, with the interval of the
+    delete-one-cluster jackknife."""
+    place = np.unique(cluster, return_inverse=True)[1]
+    count = int(place.max()) + 1
+    summed, number = np.zeros((count, *products.shape[1:])), np.bincount(place, rows)
+    np.add.at(summed, place, products)
+    whole, total = summed.sum(axis=0), float(number.sum())
+    value = estimate(whole, total)
+    if count < 2:
+        return {
+            name: Interval(float(v), -np.inf, np.inf) for name, v in zip(names, value, strict=True)
+        }
+    left_out = np.array(
+        [estimate(whole - part, total - n) for part, n in zip(summed, number, strict=True)]
+    )
+    deviation = np.sqrt(
+        (count - 1) / count * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)
+    )
+    width = deviation * stdtrit(count - 1, 0.5 + 0.5 * confidence)
+    return {
+        name: Interval(float(v), float(v - w), float(v + w))
+        for name, v, w in zip(names, value, width, strict=True)
+    }
+
+
+def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Which columns are told apart, in the order of SLIDING, and what is refused. Raises
+    UnusableLogs where there are too few rows."""
+    if samples.velocity.size < 2 * len(SLIDING):
+        raise UnusableLogs(f"only {samples.velocity.size} samples are certain to slip")
+    if samples.terms is not None and "offset" not in samples.terms and not samples.split_coulomb:
+        return SLIDING[:3], {"offset": NO_OFFSET}
+    if samples.one_direction:
+        return SLIDING[:3], {
+            "coulomb": ONE_DIRECTION,
+            "offset": ONE_DIRECTION,
+        } if samples.known_offset is None else KNOWN_OFFSET
+    forward, backward = (
+        np.count_nonzero(np.diff(samples.stroke[samples.sign * side > 0.0])) + 1
+        for side in (1.0, -1.0)
+    )
+    if min(forward, backward) < FEWEST_STROKES:
+        reason = f"too few reversals: {forward} strokes slip forward and {backward} backward (at least {FEWEST_STROKES} each are needed)"
+        return SLIDING, {"coulomb": reason, "offset": reason}
+    return SLIDING, {}
+
+
+def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vector, ...]]:
+    """Return names and columns, each (n,), of the sliding parameters that are identifiable and not
+    fixed. Raises as `parameters_of`."""
+    names, _ = parameters_of(samples)
+    free = [
+        (name, column)
+        for name, column in zip(names, samples.columns, strict=False)
+        if name not in samples.fixed
+    ]
+    return tuple(name for name, _ in free), tuple(column for _, column in free)
+
+
+def spread_as(
+    plain: Mapping[str, Interval], found: dict[str, Interval], samples: RegressionSamples
+) -> dict[str, Interval]:
+    """Return the intervals, at least as wide as those of least squares, which include the
+    uncertainty of the fixed parameters."""
+    if not samples.fixed:
+        return found
+    half = {name: max(one.half_width, plain[name].half_width) for name, one in found.items()}
+    return {
+        name: Interval(one.value, one.value - half[name], one.value + half[name])
+        for name, one in found.items()
+    }

@@ -1,0 +1,56 @@
+"""Whether a quadratic form of a transfer matrix is negative on a whole arc of the unit circle, not
+only at points of it.
+
+    Phi(z) = [M; I]* Pi [M; I],   M(z) = c (z - a)^-1 b + d
+
+is singular exactly at the imaginary eigenvalues of a Hamiltonian matrix. The circle is turned so
+that the arc's middle is at 1, and mapped by s = tan(h/2) (z + 1)/(z - 1), h half the arc: its
+middle goes to infinity, its ends to +-j, so that the arc is where abs(s) >= 1 on the imaginary
+axis. Phi is negative on the arc where it is at the middle and no eigenvalue lies on that part of
+the axis.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.plant.lti import Lti
+
+Complex = NDArray[np.complex128]
+# of the largest eigenvalue: a real part below this counts as a crossing, which refuses the arc
+ON_AXIS = 1e-8
+
+
+def is_negative_on(system: Lti, pi: Complex, start: float, stop: float) -> bool:
+    """Whether Phi < 0 for every angle from `start` to `stop` [rad]; the system is sampled and
+    stable, pi is Hermitian."""
+    middle, half = 0.5 * (start + stop), 0.5 * (stop - start)
+    stretch = np.tan(0.5 * half)
+    turn = np.exp(-1j * middle)
+    identity = np.eye(system.order)
+    inverse = np.linalg.inv(identity - system.a * turn)
+    e = inverse @ (identity + system.a * turn)
+    a = -stretch * e
+    b = np.sqrt(stretch) * (e + identity) @ inverse @ (system.b * turn)
+    c = -np.sqrt(stretch) * system.c
+    d = system.d + system.c @ inverse @ (system.b * turn)
+    c_all = np.vstack([c, np.zeros((system.b.shape[1], system.order))])
+    d_all = np.vstack([d, np.eye(system.b.shape[1])])
+    r = d_all.conj().T @ pi @ d_all
+    if np.linalg.eigvalsh(0.5 * (r + r.conj().T))[-1] >= 0.0:
+        return False
+    q, s = c_all.conj().T @ pi @ c_all, c_all.conj().T @ pi @ d_all
+    solved = np.linalg.solve(r, np.hstack([s.conj().T, b.conj().T]))
+    upper = a - b @ solved[:, : system.order]
+    hamiltonian = np.block(
+        [
+            [upper, -b @ solved[:, system.order :]],
+            [s @ solved[:, : system.order] - q, -upper.conj().T],
+        ]
+    )
+    values = np.linalg.eigvals(hamiltonian)
+    largest = max(1.0, float(np.max(np.abs(values), initial=0.0)))
+    return not bool(
+        np.any((np.abs(values.real) <= ON_AXIS * largest) & (np.abs(values.imag) >= 1.0 - 1e-6))
+    )

@@ -1,0 +1,116 @@
+"""D-G scalings of a structured uncertainty as one quadratic form (Fan, Tits and Doyle, 1991).
+
+    w_D = Delta z_D, Delta = diag(delta I, ..., Delta_f, ...), delta real in [-1, 1], |Delta_f| <= 1
+    real block   D = D* > 0, G = G*, both full:   z* D z - w* D w >= 0,   j (w* G z - z* G w) = 0
+    full block   d > 0:                           d |z|^2 - d |w|^2 >= 0
+
+With M from (w_D, w) to (z_D, z), level g and all of these added,
+
+    Phi = [M; I]* Pi [M; I] = M* diag(D, 1/g) M + j (G M_D - M_D* G) - diag(D, g) < 0      on the
+                                                                                           whole
+                                                                                           imaginary
+                                                                                           axis or
+                                                                                           unit
+                                                                                           circle
+
+says |z| < g |w| for every Delta, and that the loop is stable for every Delta where it is for one (G
+acts on w_D). Pi is linear in the unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.plant.uncertain_axis import RealBlock, Uncertain
+
+Complex = NDArray[np.complex128]
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ScalingForm:
+    """Pi = fixed(g) + sum x_k `basis`[k]; `positive` are the (entering, size) slices whose D has to
+    be positive.
+
+    z, w: numbers of all outputs and inputs of M, those of the uncertainty first (z_uncertain,
+    w_uncertain).
+    """
+
+    basis: Complex
+    blocks: tuple[tuple[slice, slice, bool], ...]
+    z_uncertain: int
+    w_uncertain: int
+    z: int
+    w: int
+
+    @property
+    def count(self) -> int:
+        return len(self.basis)
+
+    def fixed(self, level: float) -> Complex:
+        """The part of the performance: z* z/level - level w* w."""
+        diagonal = np.zeros(self.z + self.w)
+        diagonal[self.z_uncertain : self.z] = 1.0 / level
+        diagonal[self.z + self.w_uncertain :] = -level
+        return np.diag(diagonal).astype(np.complex128)
+
+    def at(self, x: Vector, level: float) -> Complex:
+        """Pi for the unknowns x (count,)."""
+        return np.asarray(self.fixed(level) + np.tensordot(x, self.basis, 1))
+
+    def scales(self, x: Vector) -> list[Complex]:
+        """The matrices D of the blocks, which have to be positive."""
+        whole = np.tensordot(x, self.basis, 1)
+        return [
+            whole[z, z] if real else whole[z.start : z.start + 1, z.start : z.start + 1]
+            for z, _, real in self.blocks
+        ]
+
+
+def form(blocks: Sequence[Uncertain], z: int, w: int) -> ScalingForm:
+    """The form of an uncertainty; `z`, `w` count the outputs and inputs of M, those of the
+    uncertainty among them."""
+    z_at, w_at, found, placed = 0, 0, [], []
+    for block in blocks:
+        rows, columns = slice(z_at, z_at + block.entering), slice(z + w_at, z + w_at + block.size)
+        placed.append((rows, columns, isinstance(block, RealBlock)))
+        found += (
+            _real(block, rows, columns, z + w)
+            if isinstance(block, RealBlock)
+            else [_full(rows, columns, z + w)]
+        )
+        z_at, w_at = z_at + block.entering, w_at + block.size
+    return ScalingForm(np.array(found).reshape(-1, z + w, z + w), tuple(placed), z_at, w_at, z, w)
+
+
+def _real(block: RealBlock, z: slice, w: slice, size: int) -> list[Complex]:
+    """One matrix for each real unknown of D and of G."""
+    found = []
+    for part in _hermitian(block.size):
+        for_d, for_g = np.zeros((2, size, size), dtype=np.complex128)
+        for_d[z, z], for_d[w, w] = part, -part
+        for_g[w, z], for_g[z, w] = 1j * part, -1j * part
+        found += [for_d, for_g]
+    return found
+
+
+def _hermitian(size: int) -> list[Complex]:
+    """A basis of the Hermitian matrices over the real numbers."""
+    found = []
+    for row in range(size):
+        for column in range(row + 1):
+            for value in (1.0,) if row == column else (1.0, 1j):
+                part = np.zeros((size, size), dtype=np.complex128)
+                part[row, column], part[column, row] = value, np.conj(value)
+                found.append(part)
+    return found
+
+
+def _full(z: slice, w: slice, size: int) -> Complex:
+    diagonal = np.zeros(size)
+    diagonal[z], diagonal[w] = 1.0, -1.0
+    return np.diag(diagonal).astype(np.complex128)

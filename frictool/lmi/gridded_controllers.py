@@ -1,0 +1,187 @@
+"""Controllers scheduled by r for X constant and Y(r): explicit, in common coordinates, without the
+rates of r.
+
+With M = I, N(r) = I - Y(r) X in (5.63) the map that takes the closed loop's inequality to (5.62) is
+constant, so that the motion enters as Y' in M22 alone (Apkarian and Adams, 1998: practically
+valid). Some D with |D11 + D12 D D21| < gamma is taken, W is the lower right block of (5.62), and
+
+    A^ = -A' - C2' D' B2' + L2' W^-1 L1        makes M21's Schur complement zero: two inequalities
+                                               remain, each with one unknown
+    C^ = -(E' V E + e I)^-1 (B2' + E' V L1)    the least of the first,  V = -W^-1,  E = [0; D12]
+    B^' = -(F' V F + e I)^-1 (C2 + F' V L2)    the least of the second, at every rate,  F = [D21';
+                                               0]
+
+e > 0 stands for a small weight where D12 or D21 lacks rank, the largest with which both hold at
+every point: a smaller one only makes the controller faster.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from frictool.errors import NoSolutionError
+from frictool.lmi.grid_inequalities import Values
+from frictool.lmi.gridded_synthesis import GriddedSolution
+from frictool.lmi.parrott_reconstruction import parrott
+from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.plant.lti import Lti
+
+Matrix = NDArray[np.float64]
+WEIGHTS = (
+    0.0,
+    *np.geomspace(1.0, 1e-10, 21).tolist(),
+)  # e, in balanced coordinates; zero where both ranks are full
+FULL = 1e-6  # smallest singular value of D12 and D21, of gamma, that counts as full rank
+
+
+def scheduled_controllers(
+    found: GriddedSolution, points: Sequence[Values], plants: Sequence[GeneralisedPlant]
+) -> tuple[Lti, ...]:
+    """One controller for each point and its plant; with them the loop keeps `found.gamma` while r
+    moves within the rates.
+
+    In continuous time and for X of degree 0; raises ValueError otherwise, and NoSolutionError where
+    the inequalities admit no controller to working precision at some point.
+    """
+    if found.frame.disc or found.bases[0].degree:
+        raise ValueError("scheduled controllers need continuous time and an X of degree 0")
+    cells = [
+        _ScheduledPlant(found, values, found.frame.plant(plant).transformed(found.t))
+        for values, plant in zip(points, plants, strict=True)
+    ]
+    full = min(cell.rank for cell in cells) > FULL * found.gamma
+    for small in WEIGHTS if full else WEIGHTS[1:]:
+        if all(cell.holds(small) for cell in cells):
+            return tuple(found.frame.back(cell.controller(small), 0.0) for cell in cells)
+    raise NoSolutionError(
+        "no scheduled controller keeps the bound at every point to working precision; raise `recentring`"
+    )
+
+
+class _ScheduledPlant:
+    """One plant in balanced coordinates, and what of (5.62) does not depend on the unknowns."""
+
+    def __init__(self, found: GriddedSolution, values: Values, plant: GeneralisedPlant) -> None:
+        self.plant, self.gamma = plant, found.gamma
+        self.x = found.x[0]
+        self.y = np.tensordot(found.bases[1].at(values), found.y, 1)
+        self.drifts = [
+            np.tensordot(found.bases[1].along(values, motion), found.y, 1)
+            for motion in found.motions
+        ]
+        p, root = plant, 1.0 / found.gamma
+        self.rank = min(np.linalg.norm(p.d12, -2), np.linalg.norm(p.d21.T, -2))
+        inside = np.linalg.norm(p.d11, 2) < found.gamma
+        self.d = (
+            np.zeros((p.b2.shape[1], len(p.c2)))
+            if inside
+            else parrott(root * p.d11, root * p.d12, p.d21)
+        )
+        through = p.d11 + p.d12 @ self.d @ p.d21
+        w, z = p.b1.shape[1], len(p.c1)
+        self.v = np.linalg.inv(
+            np.block([[found.gamma * np.eye(w), -through.T], [-through, found.gamma * np.eye(z)]])
+        )
+        self.e, self.f = (
+            np.vstack([np.zeros((w, p.d12.shape[1])), p.d12]),
+            np.vstack([p.d21.T, np.zeros((z, len(p.c2)))]),
+        )
+        self.a, self.b, self.c = (
+            p.a + p.b2 @ self.d @ p.c2,
+            p.b1 + p.b2 @ self.d @ p.d21,
+            p.c1 + p.d12 @ self.d @ p.c2,
+        )
+
+    def hats(self, small: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+        """C^, B^, L1, L2."""
+        p, e, f, v = self.plant, self.e, self.f, self.v
+        first, second = np.vstack([self.b.T, p.c1 @ self.x]), np.vstack([p.b1.T @ self.y, self.c])
+        c = -np.linalg.solve(e.T @ v @ e + small * np.eye(e.shape[1]), p.b2.T + e.T @ v @ first)
+        b = -np.linalg.solve(f.T @ v @ f + small * np.eye(f.shape[1]), p.c2 + f.T @ v @ second).T
+        return np.asarray(c), np.asarray(b), np.asarray(first + e @ c), np.asarray(second + f @ b.T)
+
+    def holds(self, small: float) -> bool:
+        """Whether both inequalities do, the second at every corner of the rates."""
+        p = self.plant
+        c, b, first, second = self.hats(small)
+        flow_x, flow_y = p.a @ self.x + p.b2 @ c, self.y @ p.a + b @ p.c2
+        one = flow_x + flow_x.T + first.T @ self.v @ first
+        two = flow_y + flow_y.T + second.T @ self.v @ second
+        return bool(
+            np.linalg.eigvalsh(one)[-1] < 0.0
+            and all(np.linalg.eigvalsh(two + drift)[-1] < 0.0 for drift in self.drifts)
+        )
+
+    def controller(self, small: float) -> Lti:
+        """(5.63) with M = I."""
+        p, x, y = self.plant, self.x, self.y
+        c, b, first, second = self.hats(small)
+        a = -self.a.T - second.T @ self.v @ first
+        n = np.eye(len(x)) - y @ x
+        found_c = c - self.d @ p.c2 @ x
+        found_b = np.linalg.solve(n, b - y @ p.b2 @ self.d)
+        found_a = np.linalg.solve(
+            n, a - y @ self.a @ x - n @ found_b @ p.c2 @ x - y @ p.b2 @ found_c
+        )
+        return Lti(found_a, found_b, found_c, self.d, 0.0)
+
+
+def lyapunov(found: GriddedSolution, values: Values) -> Matrix:
+    """P(r) of the loop of plant and scheduled controller, in the plant's states and the
+    controller's as they are given.
+
+    [X I; I 0] P = [I Y; 0 N'].
+    """
+    back = block_diag(np.linalg.inv(found.t), np.eye(len(found.t)))
+    return np.asarray(back.T @ _balanced(found, values) @ back)
+
+
+def _balanced(found: GriddedSolution, values: Values) -> Matrix:
+    x, y, identity = (
+        found.x[0],
+        np.tensordot(found.bases[1].at(values), found.y, 1),
+        np.eye(len(found.t)),
+    )
+    first = np.block([[x, identity], [identity, np.zeros_like(x)]])
+    second = np.block([[identity, y], [np.zeros_like(x), identity - x @ y]])
+    p = second @ np.linalg.inv(first)
+    return np.asarray(0.5 * (p + p.T))
+
+
+def certified_gamma(
+    found: GriddedSolution, values: Values, plant: GeneralisedPlant, controller: Lti
+) -> float:
+    """The gamma that P(r) proves at r, at every corner of the rates, for any controller in the
+    scheduled ones' coordinates; infinite: none.
+
+    For instance of a sum of them (5.64), which this synthesis does not cover by itself.
+    """
+    states = block_diag(found.t, np.eye(controller.order))
+    loop, unit = plant.closed(controller).transformed(states), found.frame.scale
+    p, still = _balanced(found, values), np.zeros((controller.order,) * 2)
+    if np.linalg.eigvalsh(p)[0] <= 0.0:
+        return np.inf
+    w, z = loop.b.shape[1], len(loop.c)
+    flow, cross = unit * p @ loop.a, np.sqrt(unit) * np.vstack([loop.b.T @ p, loop.c])
+    rest = np.block([[np.zeros((w, w)), loop.d.T], [loop.d, np.zeros((z, z))]])
+    worst = 0.0
+    for motion in found.motions:
+        drift = np.tensordot(found.bases[1].along(values, motion), found.y, 1)
+        decrease = -(flow + flow.T + _carried(found, drift, still))
+        if np.linalg.eigvalsh(decrease)[0] <= 0.0:
+            return np.inf
+        worst = max(
+            worst, float(np.linalg.eigvalsh(rest + cross @ np.linalg.solve(decrease, cross.T))[-1])
+        )
+    return worst
+
+
+def _carried(found: GriddedSolution, drift: Matrix, still: Matrix) -> Matrix:
+    """P' = T^-T diag(0, Y') T^-1 with the constant map T = [X I; I 0]."""
+    x, identity = found.x[0], np.eye(len(drift))
+    inverse = np.linalg.inv(np.block([[x, identity], [identity, still]]))
+    return np.asarray(inverse.T @ block_diag(still, drift) @ inverse)

@@ -1,0 +1,218 @@
+"""H-infinity synthesis over a polytope with one Lyapunov matrix (theorem 5.3.1), in continuous and
+in discrete time, by elimination.
+
+    minimise    the smallest gamma and (R, S), the X and Y of (5.61), for all plants at once
+    controller  the central controller of one plant (a frozen controller, or an LTI problem's)
+    scheduled   a controller per vertex in common coordinates, whose barycentric sums (5.64) the
+                inequalities cover
+
+Conditioning decides whether the solver's answer means anything (not the solver's status): the
+problem is solved several times in coordinates in which R and S are equal and diagonal and gamma is
+near one, then recentred: at gamma somewhat above the optimum the smallest R and S are sought, then
+the largest distance of [R I; I S] from singular, so that the controller has bounded coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.errors import NoSolutionError
+from frictool.lmi.bounded_real import BoundedRealInequalities
+from frictool.lmi.parrott_reconstruction import central
+from frictool.lmi.pole_regions import (
+    PoleDisc,
+    PoleHalfPlane,
+    PoleRegion,
+    TransformVariable,
+    frame,
+    refuse_fixed_modes,
+)
+from frictool.lmi.sdp import AffineConstraint, Vector, solve, upper_triangle
+from frictool.lmi.state_balancing import balancing, even_out
+from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.plant.lti import Lti
+
+__all__ = [
+    "LyapunovPair",
+    "PoleDisc",
+    "PoleHalfPlane",
+    "controller",
+    "minimise",
+    "vertex_controllers",
+]
+
+Matrix = NDArray[np.float64]
+PASSES = 8  # of balancing, at most
+DIVERGED = 1e3  # a gamma so many times that of the pass before is no optimum
+SETTLED = 1e-3  # of gamma: the passes end where it changes by less, and the inequalities hold
+INFEASIBLE = frozenset(
+    {"PrimalInfeasible", "DualInfeasible", "AlmostPrimalInfeasible", "AlmostDualInfeasible"}
+)
+SMALLEST_INVERSE = 1e-8  # of gamma: zero to the solver's precision
+NO_GAMMA = (
+    "no finite gamma: no controllers satisfy the matrix inequalities of all plants with one Lyapunov matrix, to working precision; "
+    "narrow the intervals or relax the weights"
+)
+RELAX = "bring the weights nearer to each other, or relax them"
+# by which the inequalities are asked, gamma being near one: more than the solver's own slack
+STRICT = 1e-6
+TRACE_SLACK = 1.5  # how far above the smallest trace(R + S) the recentring may go
+
+
+@dataclass(frozen=True)
+class LyapunovPair:
+    """R, S in the coordinates x = t x_balanced, the optimum gamma, and the gamma >= optimum at
+    which R and S hold.
+
+    `frame` is the variable in which they do; without a pole region they hold for the plant in s or
+    z too.
+    """
+
+    r: Matrix
+    s: Matrix
+    t: Matrix
+    optimum: float
+    gamma: float
+    frame: TransformVariable
+
+
+def minimise(
+    plants: Sequence[GeneralisedPlant], recentring: float, pole_region: PoleRegion | None = None
+) -> LyapunovPair:
+    """The smallest gamma over all plants, of one domain, with one (R, S), then (R, S) recentred at
+    `recentring` times it.
+
+    Raises NoSolutionError where a pole cannot be moved into the region of stability (or the
+    `pole_region`), where the inequalities are infeasible, or where they do not hold, evaluated
+    again, at what the solver returns; ValueError where B2, C2, D12 or D21 vary.
+    """
+    try:
+        return _minimise(plants, recentring, pole_region)
+    except np.linalg.LinAlgError as error:
+        raise NoSolutionError(f"the synthesis broke down numerically ({error}); {RELAX}") from None
+
+
+def _minimise(
+    plants: Sequence[GeneralisedPlant], recentring: float, pole_region: PoleRegion | None
+) -> LyapunovPair:
+    chosen = frame(plants, pole_region)
+    framed = [chosen.plant(plant) for plant in plants]
+    t, level, before = even_out(framed), 1.0, np.nan
+    refuse_fixed_modes([plant.transformed(t) for plant in framed], chosen)
+    for _ in range(PASSES + 1):
+        problem = BoundedRealInequalities(
+            [scale_level(plant, level).transformed(t) for plant in framed]
+        )
+        optimum, r, s = _optimum(problem)
+        if optimum * level > DIVERGED * before:
+            raise NoSolutionError(NO_GAMMA)
+        gamma, inner = recentring * optimum, np.sqrt(recentring) * optimum
+        smallest = _smallest(problem, inner)
+        if abs(optimum * level - before) <= SETTLED * before:
+            for x in (_widest(problem, inner, smallest), smallest):
+                if problem.hold(*problem.blocks(x, inner), gamma):
+                    return LyapunovPair(
+                        *problem.blocks(x, inner), t, optimum * level, gamma * level, chosen
+                    )
+        level = before = optimum * level
+        t = t @ _next(problem.blocks(smallest, inner), (r, s))
+    raise NoSolutionError(
+        f"the matrix inequalities do not hold where the solver stopped (gamma {recentring * before:.4g}); "
+        "raise `recentring` or relax the weights"
+    )
+
+
+def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.0) -> Lti:
+    """The central controller of one plant for the given (R, S): closed by it the plant's norm is at
+    most `lyapunov.gamma`.
+
+    With `ease` > 1 it is the central one at `ease` times that gamma, which is all that the
+    inequalities then bound: calmer, and often of a norm below the gamma asked for all that, which
+    has to be verified. A controller that is frozen has to be verified in any case. Raises
+    NoSolutionError where (R, S) do not admit a controller to working precision, ValueError for an
+    `ease` below 1.
+    """
+    if not ease >= 1.0:
+        raise ValueError(f"ease is {ease:g}; it is a factor on gamma, 1 or more")
+    framed = lyapunov.frame.plant(plant).transformed(lyapunov.t)
+    try:
+        found = central(framed, lyapunov.r, lyapunov.s, ease * lyapunov.gamma)
+    except np.linalg.LinAlgError as error:
+        raise NoSolutionError(
+            f"the controller's reconstruction broke down numerically ({error}); {RELAX}"
+        ) from None
+    return lyapunov.frame.back(found, plant.period)
+
+
+def vertex_controllers(
+    plants: Sequence[GeneralisedPlant], lyapunov: LyapunovPair, ease: float = 1.0
+) -> tuple[Lti, ...]:
+    """A controller for each plant, in common coordinates: sums of them with the plants' weights
+    (5.46) keep ease times gamma (5.64)."""
+    return tuple(controller(plant, lyapunov, ease) for plant in plants)
+
+
+def scale_level(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
+    """The plant whose norm is that of `plant` over `level`; R and S are the same."""
+    root = np.sqrt(level)
+    return replace(
+        plant,
+        b1=plant.b1 / root,
+        c1=plant.c1 / root,
+        d11=plant.d11 / level,
+        d12=plant.d12 / root,
+        d21=plant.d21 / root,
+    )
+
+
+def _optimum(problem: BoundedRealInequalities) -> tuple[float, Matrix, Matrix]:
+    """The smallest gamma, with its R and S. Raises NoSolutionError where the solver finds no finite
+    gamma."""
+    objective = np.zeros(2 * problem.half + 2)
+    objective[-2] = -1.0
+    found = solve(objective, problem.free())
+    inverse = float(found.x[-2])
+    if (
+        not np.all(np.isfinite(found.x))
+        or inverse <= SMALLEST_INVERSE
+        or found.status in INFEASIBLE
+    ):
+        raise NoSolutionError(NO_GAMMA)
+    return 1.0 / inverse, *problem.blocks(found.x, 1.0 / inverse)
+
+
+def _next(*pairs: tuple[Matrix, Matrix]) -> Matrix:
+    """The balancing by the first pair (R, S) of two positive matrices. Raises NoSolutionError where
+    none is."""
+    for r, s in pairs:
+        if (
+            np.all(np.isfinite(r))
+            and np.all(np.isfinite(s))
+            and min(np.linalg.eigvalsh(r)[-1], np.linalg.eigvalsh(s)[-1]) > 0.0
+        ):
+            return balancing(r, s)
+    raise NoSolutionError(NO_GAMMA)
+
+
+def _trace(problem: BoundedRealInequalities) -> Vector:
+    return np.concatenate([np.eye(problem.n)[upper_triangle(problem.n)]] * 2)
+
+
+def _smallest(problem: BoundedRealInequalities, gamma: float) -> Vector:
+    """The decision vector of smallest trace(R + S) at a gamma."""
+    return solve(_trace(problem), problem.at(gamma, 1.0 + STRICT, STRICT)).x
+
+
+def _widest(problem: BoundedRealInequalities, gamma: float, smallest: Vector) -> Vector:
+    """That of the largest b in [R bI; bI S] >= 0, with a trace not much above the smallest."""
+    trace = np.append(_trace(problem), 0.0)
+    limit = AffineConstraint(
+        np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None]
+    )
+    push = np.zeros(len(trace))
+    push[-1] = -1.0
+    return solve(push, [*problem.at(gamma, None, STRICT), limit]).x

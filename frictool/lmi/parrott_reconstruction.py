@@ -1,0 +1,136 @@
+"""The controller of a plant for given (R, S), explicit: Parrott's problem instead of (5.62)-(5.63)
+with another optimisation.
+
+With P = [S, -G; -G, G], G = S - R^-1, the bounded-real lemma in discrete time says that a norm is
+below one, affinely in the controller's matrices K: |Phi + U K V| < 1. That is Parrott's problem;
+its central solution is explicit (Davis, Kahan and Weinberger, 1982).
+
+In continuous time the plant is first mapped to the unit disc (Cayley): the same P solves both
+bounded-real inequalities. D12 = 0 or D21 = 0 need no exception on this way, and a singular [R I; I
+S] is the only thing that can go wrong.
+
+P depends on (R, S) alone, so that the controllers of all vertices are in common coordinates, and
+any barycentric sum of them (5.64) is covered by the same inequalities: these are affine in the
+plant and the controller together, B2, C2, D12 and D21 being constant.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from frictool.errors import NoSolutionError
+from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.plant.lti import Lti
+
+Matrix = NDArray[np.float64]
+CAYLEY_STEPS = (
+    1.0,
+    0.7,
+    0.5,
+)  # times the frame's unit of time; one of them is away from every pole in the right half-plane
+
+
+def central(plant: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float) -> Lti:
+    """The central controller of the order of the plant, in its domain, where the inequalities hold
+    with (R, S) at `gamma`.
+
+    Raises NoSolutionError where (R, S) do not admit a controller to working precision.
+    """
+    if plant.period:
+        return _discrete(
+            plant, r, s, gamma, np.zeros((len(plant.c2), plant.b2.shape[1])), plant.period
+        )
+    identity = np.eye(len(plant.a))
+    h = max(CAYLEY_STEPS, key=lambda step: float(np.linalg.norm(identity - step * plant.a, -2)))
+    mapped, d22 = _cayley(plant, h)
+    k = _discrete(mapped, r, s, gamma, d22, 1.0)
+    inverse = np.linalg.inv(k.a + identity)
+    root = np.sqrt(2.0 / h)
+    return Lti(
+        (k.a - identity) @ inverse / h,
+        root * inverse @ k.b,
+        root * k.c @ inverse,
+        k.d - k.c @ inverse @ k.b,
+        0.0,
+    )
+
+
+def _cayley(p: GeneralisedPlant, h: float) -> tuple[GeneralisedPlant, Matrix]:
+    """The plant in z = (1 + h s)/(1 - h s), and its D22."""
+    identity = np.eye(len(p.a))
+    inverse = np.linalg.inv(identity - h * p.a)
+    root = np.sqrt(2.0 * h)
+    mapped = GeneralisedPlant(
+        inverse @ (identity + h * p.a),
+        root * inverse @ p.b1,
+        root * inverse @ p.b2,
+        root * p.c1 @ inverse,
+        root * p.c2 @ inverse,
+        p.d11 + h * p.c1 @ inverse @ p.b1,
+        p.d12 + h * p.c1 @ inverse @ p.b2,
+        p.d21 + h * p.c2 @ inverse @ p.b1,
+        1.0,
+    )
+    return mapped, h * p.c2 @ inverse @ p.b2
+
+
+def _discrete(
+    p: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float, d22: Matrix, period: float
+) -> Lti:
+    """Parrott's central controller, for a plant whose measurement sees the command through
+    `d22`."""
+    n, n_w, n_z, n_u, n_y = len(p.a), p.b1.shape[1], len(p.c1), p.b2.shape[1], len(p.c2)
+    gap = s - np.linalg.inv(r)
+    big = np.block([[s, -gap], [-gap, gap]])
+    values, vectors = np.linalg.eigh(0.5 * (big + big.T))
+    if values[0] <= 0.0:
+        raise NoSolutionError(
+            "the Lyapunov matrix of the synthesis is not positive; raise `recentring` or relax the weights"
+        )
+    root, root_inverse = (
+        vectors @ np.diag(np.sqrt(values)) @ vectors.T,
+        vectors @ np.diag(values**-0.5) @ vectors.T,
+    )
+    left = block_diag(root, np.eye(n_z) / np.sqrt(gamma))
+    right = block_diag(root_inverse, np.eye(n_w) / np.sqrt(gamma))
+    zero = np.zeros
+    phi = (
+        left
+        @ np.block(
+            [[p.a, zero((n, n)), p.b1], [zero((n, 2 * n + n_w))], [p.c1, zero((n_z, n)), p.d11]]
+        )
+        @ right
+    )
+    u = left @ np.block(
+        [[zero((n, n)), p.b2], [np.eye(n), zero((n, n_u))], [zero((n_z, n)), p.d12]]
+    )
+    v = np.block([[zero((n, n)), np.eye(n), zero((n, n_w))], [p.c2, zero((n_y, n)), p.d21]]) @ right
+    k = parrott(phi, u, v)
+    # found for y without d22 u: u = k (y - d22 u), solved for u
+    direct = np.linalg.inv(np.eye(n_u) + k[n:, n:] @ d22)
+    c, d = direct @ k[n:, :n], direct @ k[n:, n:]
+    return Lti(k[:n, :n] - k[:n, n:] @ d22 @ c, k[:n, n:] - k[:n, n:] @ d22 @ d, c, d, period)
+
+
+def parrott(phi: Matrix, u: Matrix, v: Matrix) -> Matrix:
+    """The central K with |phi + u K v| < 1, u of full column rank and v of full row rank. Raises
+    NoSolutionError where there is none."""
+    q_u, r_u = np.linalg.qr(u, mode="complete")
+    q_v, r_v = np.linalg.qr(v.T, mode="complete")
+    m, k = u.shape[1], v.shape[0]
+    turned = q_u.T @ phi @ q_v
+    corner, b, c, a = turned[:m, :k], turned[:m, k:], turned[m:, :k], turned[m:, k:]
+    reach = max(np.linalg.norm(np.vstack([b, a]), 2), np.linalg.norm(np.hstack([c, a]), 2))
+    if reach >= 1.0:
+        raise NoSolutionError(
+            f"no controller for the Lyapunov matrix found (norm {reach:.6g} >= 1); raise `recentring` or relax the weights"
+        )
+    completed = -b @ np.linalg.solve(np.eye(a.shape[1]) - a.T @ a, a.T @ c)
+    found = np.linalg.solve(r_u[:m], np.linalg.solve(r_v[:k], (completed - corner).T).T)
+    if not np.linalg.norm(phi + u @ found @ v, 2) < 1.0:
+        raise NoSolutionError(
+            "the controller found does not keep the bound that it was found for; raise `recentring` or relax the weights"
+        )
+    return np.asarray(found)

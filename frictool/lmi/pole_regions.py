@@ -1,0 +1,132 @@
+"""The variable of the Laplace or z transform in which a synthesis is solved: p = scale (s - shift),
+in a half-plane or in a disc.
+
+    continuous            p = s T              Re p < 0       T makes the fast modes of order one
+    discrete              p = z                abs(p) < 1
+    half-plane of poles   p = (s + decay) T    Re p < 0       Re s < -decay
+    disc of poles         p = (s - c)/r        abs(p) < 1     abs(s - c) < r
+
+A norm bounded on the boundary of the region, with every pole inside it, is bounded on the imaginary
+axis or the unit circle too (maximum modulus), so that one inequality in p asks for the region and
+the norm at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.errors import NoSolutionError
+from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.plant.lti import Lti
+
+Matrix = NDArray[np.float64]
+# smallest singular value of [A - pole, B2], of the largest, below which a pole is not moved by
+# feedback
+UNREACHED = 1e-9
+
+
+@dataclass(frozen=True)
+class PoleHalfPlane:
+    """Closed-loop poles with Re s < -decay [rad/s]; continuous time."""
+
+    decay: float
+
+
+@dataclass(frozen=True)
+class PoleDisc:
+    """Closed-loop poles with abs(s - centre) < radius: in the left half-plane [rad/s], or for
+    sampled plants in the unit disc."""
+
+    centre: float
+    radius: float
+
+
+PoleRegion = PoleHalfPlane | PoleDisc
+
+
+@dataclass(frozen=True)
+class TransformVariable:
+    """p = scale (s - shift); stable where abs(p) < 1 (`disc`) or where Re p < 0."""
+
+    shift: float
+    scale: float
+    disc: bool
+
+    def plant(self, plant: GeneralisedPlant) -> GeneralisedPlant:
+        """The plant in p: a period of 1 marks the disc."""
+        root = np.sqrt(self.scale)
+        return replace(
+            plant,
+            a=self.scale * (plant.a - self.shift * np.eye(len(plant.a))),
+            b1=root * plant.b1,
+            b2=root * plant.b2,
+            c1=root * plant.c1,
+            c2=root * plant.c2,
+            period=1.0 if self.disc else 0.0,
+        )
+
+    def back(self, k: Lti, period: float) -> Lti:
+        """A controller in p as one in s or z."""
+        root = np.sqrt(self.scale)
+        return Lti(
+            k.a / self.scale + self.shift * np.eye(k.order), k.b / root, k.c / root, k.d, period
+        )
+
+    def inside(self, pole: complex) -> bool:
+        """Whether a pole, in s or z, is in the region."""
+        p = self.scale * (pole - self.shift)
+        return abs(p) < 1.0 if self.disc else p.real < 0.0
+
+
+def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> TransformVariable:
+    """The frame of a synthesis. Raises ValueError for a region that is not within the region of
+    stability."""
+    sampled = plants[0].period > 0.0
+    if isinstance(region, PoleDisc):
+        reach = abs(region.centre) + region.radius if sampled else region.centre + region.radius
+        if region.radius <= 0.0 or reach > (1.0 if sampled else 0.0):
+            where = "the unit disc" if sampled else "the left half-plane"
+            raise ValueError(
+                f"the disc of poles, centre {region.centre:g} and radius {region.radius:g}, is not within {where}"
+            )
+        return TransformVariable(region.centre, 1.0 / region.radius, True)
+    if isinstance(region, PoleHalfPlane) and (sampled or region.decay < 0.0):
+        raise ValueError(
+            "a half-plane of poles needs a plant in continuous time and a decay of 0 rad/s or more; try a disc"
+        )
+    if sampled:
+        return TransformVariable(0.0, 1.0, True)
+    fastest = max(float(np.max(np.abs(np.linalg.eigvals(plant.a)))) for plant in plants)
+    return TransformVariable(
+        -region.decay if region else 0.0, 1.0 / fastest if fastest else 1.0, False
+    )
+
+
+def refuse_fixed_modes(framed: Sequence[GeneralisedPlant], frame: TransformVariable) -> None:
+    """Raises NoSolutionError where a pole that no feedback moves, such as a weight's own, lies
+    outside the region.
+
+    `framed` are the plants in p, with states of like size.
+    """
+    for plant in framed:
+        identity = np.eye(len(plant.a))
+        for p in np.linalg.eigvals(plant.a).astype(np.complex128):
+            pole = p / frame.scale + frame.shift
+            if frame.inside(pole):
+                continue
+            inner = p * identity - plant.a
+            sides = {
+                "driven by the command": np.hstack([inner, plant.b2]),
+                "seen by the measurement": np.vstack([inner, plant.c2]),
+            }
+            for what, side in sides.items():
+                values = np.linalg.svd(side, compute_uv=False)
+                if values[-1] <= UNREACHED * values[0]:
+                    raise NoSolutionError(
+                        f"the pole at {pole if pole.imag else pole.real:.4g} is not {what}, and not within the region asked for the "
+                        "closed loop: no controller exists; give the weights stable poles within that region, or widen it"
+                    )

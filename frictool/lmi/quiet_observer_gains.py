@@ -1,0 +1,248 @@
+"""Gains of a switched observer that pass least of the measurement's noise, of those that keep the
+gain from the model's error small.
+
+The optimum of (6.6) is flat, and without noise in it the gains that it gives put the error right
+within a sample or two: what a coarse encoder adds then goes through amplified. Here the gains
+minimise nu under
+
+    |z| <= factor gamma* |Delta|      gamma*: the smallest gamma, with the decay that is asked for
+    |z| <= nu |w|                     y = C_i x + n_i w, so that -L_i n_i w enters the error
+
+both with the same P_i. For every allowed switch (i, j), a slack G_i in place of the P_i that (6.6)
+multiplies by, V_i = G_i' L_i, and Q the one of the two that is meant (-V_i n_i for G_i' Q_i)
+
+    [lambda^2 P_i - C-bar_i' C-bar_i      0           A_i' G_i - C_i' V_i']
+    [ *                                   gamma^2 I   Q_i' G_i            ]  >  0
+    [ *                                   *           G_i + G_i' - P_j    ]
+
+(J. Daafouz, P. Riedinger, C. Iung, IEEE TAC 47, 2002). With G_i = P_i it is (6.6), whose lemma
+6.2.1 asks P_j < 2 P_i of every switch: where alpha pushes one way in one mode and the other way in
+the next that leaves no fast alpha. gamma* is the solver's; that the gains keep to `factor` times it
+is evaluated by (6.9), with the gains and the P_i found, and so is nu.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky
+
+from frictool.errors import NoSolutionError
+from frictool.lmi.sdp import AffineConstraint, assemble, solve, symmetric
+from frictool.lmi.switched_observer_gains import (
+    ObserverMode,
+    SwitchedGains,
+    Switches,
+    place_among_unknowns,
+    proved_gamma,
+    refuse_undetectable,
+    state_units,
+)
+
+Matrix = NDArray[np.float64]
+Vector = NDArray[np.float64]
+PASSES = 3  # of balancing
+INSIDE, FASTER = (
+    0.995,
+    1e-6,
+)  # of the gamma that is allowed, and of the decay, by which the gains are asked for inside and not on the edge
+
+
+@dataclass(frozen=True)
+class QuietGains:
+    """found: gains and what they prove. noise_gain: the smallest nu that is proved of them."""
+
+    found: SwitchedGains
+    noise_gain: float
+
+
+def quiet_gains(
+    modes: Mapping[int, ObserverMode],
+    switches: Switches,
+    noise: Mapping[int, Vector],
+    decay: float,
+    factor: float,
+    apart: Mapping[int, NDArray[np.bool_]] = MappingProxyType({}),
+) -> QuietGains:
+    """Gains for `modes` and the allowed `switches`; noise: n_i (m,) of each mode.
+
+    apart: of a mode (n, m), which gains may differ from 0. Such a mask is the same for all states
+    of a block, and the blocks' states follow one another, so that it stands in states which a
+    triangular matrix leads to.
+
+    Raises NoSolutionError where a mode is not detectable, and where no gains are proved to keep to
+    `factor` times the smallest gamma. Raises ValueError for a decay outside (0, 1], or a factor
+    that is not above 1.
+    """
+    if not 0.0 < decay <= 1.0 or not factor > 1.0:
+        raise ValueError(
+            f"a decay of {decay:g} and a factor of {factor:g}; allowed: above 0 and at most 1, and above 1"
+        )
+    t = state_units(modes)
+    for index, mode in modes.items():
+        refuse_undetectable(index, mode.in_states(t))
+    best: QuietGains | None = None
+    for _ in range(PASSES):
+        problem = _QuietProblem(modes, switches, noise, decay, t, apart)
+        smallest = problem.smallest()
+        found = problem.quietest(INSIDE * factor * smallest) if smallest > 0.0 else None
+        if found is None:
+            break
+        passed = {
+            i: replace(mode, q=-found.gains[i] @ noise[i][:, None]) for i, mode in modes.items()
+        }
+        nu = proved_gamma(passed, switches, found.gains, found.p, t, 1.0)
+        if found.gamma <= factor * smallest and (best is None or nu < best.noise_gain):
+            best = QuietGains(replace(found, smallest_gamma=smallest), nu)
+        t = t @ np.linalg.inv(cholesky(np.mean(list(found.p.values()), axis=0)))
+    if best is None:
+        raise NoSolutionError(
+            f"no gains were found that are proved to decay by {decay:g} a sample within {factor:g} times the smallest gamma: ask for a "
+            "decay nearer to 1, or a larger factor"
+        )
+    return best
+
+
+class _QuietProblem:
+    """The inequalities in one set of states. Unknowns: P_i, G_i, V_i of each mode, then the square
+    that is minimised."""
+
+    def __init__(
+        self,
+        modes: Mapping[int, ObserverMode],
+        switches: Switches,
+        noise: Mapping[int, Vector],
+        decay: float,
+        t: Matrix,
+        apart: Mapping[int, NDArray[np.bool_]],
+    ) -> None:
+        self.modes, self.switches, self.decay, self.t = modes, switches, decay, t
+        posed = {index: mode.in_states(t) for index, mode in modes.items()}
+        self.n = len(t)
+        self.half = self.n * (self.n + 1) // 2
+        self.weight = max(float(np.max(np.abs(mode.weight))) for mode in posed.values())
+        self.entering = (
+            max(float(np.max(np.abs(mode.q), initial=0.0)) for mode in posed.values()) or 1.0
+        )
+        self.rows = {i: np.max(np.abs(m.c), axis=1, keepdims=True) for i, m in posed.items()}
+        self.posed = {
+            i: ObserverMode(m.a, m.c / self.rows[i], m.q / self.entering, m.weight / self.weight)
+            for i, m in posed.items()
+        }
+        enters = {i: each[:, None] / self.rows[i] for i, each in noise.items()}
+        largest = max(float(np.max(np.abs(each))) for each in enters.values()) or 1.0
+        self.noise = {i: each / largest for i, each in enters.items()}
+        masks = {
+            i: apart.get(i, np.ones((self.n, len(m.c)), dtype=np.bool_)) for i, m in posed.items()
+        }
+        self.masks = {
+            i: (np.all(mask[:, None] == mask[None], axis=2), mask) for i, mask in masks.items()
+        }  # of G_i and V_i
+        self.first, self.sizes, count = {}, {}, 0
+        for index, mode in self.posed.items():
+            self.first[index], self.sizes[index] = (
+                count,
+                self.half + self.n * self.n + self.n * len(mode.c),
+            )
+            count += self.sizes[index]
+        self.count = count + 1
+
+    def smallest(self) -> float:
+        """The smallest gamma by the solver, at the edge of what is possible; 0 where it finds
+        none."""
+        square = float(
+            solve(
+                np.eye(self.count)[-1],
+                [self.inequality(i, j, None, False) for i, j in self.switches],
+            ).x[-1]
+        )
+        return self.weight * self.entering * math.sqrt(square) if square > 0.0 else 0.0
+
+    def quietest(self, gamma: float) -> SwitchedGains | None:
+        """The gains with the smallest nu for a gamma."""
+        level = (gamma / (self.weight * self.entering)) ** 2
+        constraints = [self.inequality(i, j, level, False) for i, j in self.switches]
+        constraints += [self.inequality(i, j, None, True) for i, j in self.switches]
+        return self.found(solve(np.eye(self.count)[-1], constraints).x)
+
+    def inequality(self, i: int, j: int, level: float | None, of_noise: bool) -> AffineConstraint:
+        """The matrix above for a switch; `level`: the square that stands in it, None: the unknown
+        one."""
+        mode, same, own = self.posed[i], i == j, self.sizes[i]
+        size = own + (0 if same else self.half) + 1
+
+        def values(x: Matrix) -> Matrix:
+            p_i = symmetric(x[:, : self.half], self.n)
+            p_j = p_i if same else symmetric(x[:, own:-1], self.n)
+            g, v = self.multipliers(i, x[:, self.half : own])
+            square = x[:, -1] if level is None else np.full(len(x), level)
+            enters = -v @ self.noise[i] if of_noise else np.swapaxes(g, 1, 2) @ mode.q
+            return _matrix(
+                mode,
+                1.0 if of_noise else (1.0 - FASTER) * self.decay,
+                p_i,
+                p_j,
+                g,
+                v,
+                enters,
+                square,
+            )
+
+        return place_among_unknowns(
+            assemble(values, size),
+            self.count,
+            (self.first[i], own),
+            None if same else (self.first[j], self.half),
+        )
+
+    def multipliers(self, index: int, x: Matrix) -> tuple[Matrix, Matrix]:
+        """G_i (k, n, n) and V_i (k, n, m) from their unknowns (k, n n + n m)."""
+        of_g, of_v = self.masks[index]
+        return of_g * x[:, : self.n**2].reshape(-1, *of_g.shape), of_v * x[:, self.n**2 :].reshape(
+            -1, *of_v.shape
+        )
+
+    def found(self, x: Vector) -> SwitchedGains | None:
+        """L_i = G_i'^-1 V_i in the modes' own states and the gamma that they prove; None where P_i
+        or G_i are of no use."""
+        gains, p = {}, {}
+        for index in self.posed:
+            own = x[self.first[index] : self.first[index] + self.sizes[index]]
+            if not np.all(np.isfinite(own)):
+                return None
+            p[index] = self.weight**2 * symmetric(own[: self.half], self.n)
+            (g,), (v,) = self.multipliers(index, own[None, self.half :])
+            if np.linalg.eigvalsh(g + g.T)[0] <= 0.0 or np.linalg.eigvalsh(p[index])[0] <= 0.0:
+                return None
+            gains[index] = self.t @ np.linalg.solve(g.T, v) / self.rows[index].T
+        gamma = proved_gamma(self.modes, self.switches, gains, p, self.t, self.decay)
+        return SwitchedGains(gains, gamma, self.decay, np.inf, p, self.t)
+
+
+def _matrix(
+    mode: ObserverMode,
+    decay: float,
+    p_i: Matrix,
+    p_j: Matrix,
+    g: Matrix,
+    v: Matrix,
+    enters: Matrix,
+    square: Matrix,
+) -> Matrix:
+    """The matrix above for P_i, P_j, G_i (k, n, n), V_i (k, n, m), what enters (k, n, w) and
+    gamma^2 (k,)."""
+    n, w = len(mode.a), enters.shape[2]
+    whole = np.zeros((len(p_i), 2 * n + w, 2 * n + w))
+    turned = np.swapaxes(g, 1, 2)
+    whole[:, :n, :n] = decay**2 * p_i - mode.weight.T @ mode.weight
+    whole[:, n : n + w, n : n + w] = square[:, None, None] * np.eye(w)
+    below = np.concatenate([turned @ mode.a - v @ mode.c, enters], axis=2)
+    whole[:, n + w :, : n + w] = below
+    whole[:, : n + w, n + w :] = np.swapaxes(below, 1, 2)
+    whole[:, n + w :, n + w :] = g + turned - p_j
+    return whole

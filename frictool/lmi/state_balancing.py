@@ -1,0 +1,60 @@
+"""States in which the matrix inequalities are well conditioned: what decides whether the solver's
+answer means anything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import svd
+
+from frictool.plant.generalised_plant import GeneralisedPlant
+
+Matrix = NDArray[np.float64]
+SMALLEST = 1e-12  # eigenvalue of R and S that balancing believes, of their largest
+
+
+def even_out(plants: Sequence[GeneralisedPlant], sweeps: int = 20) -> Matrix:
+    """Diagonal t that evens out what flows into and out of each state of all plants."""
+    return osborne([_whole(p) for p in plants], len(plants[0].a), sweeps)
+
+
+def osborne(systems: Sequence[Matrix], n: int, sweeps: int = 20) -> Matrix:
+    """Diagonal t (n, n) for matrices [A B; C D], whose first n rows and columns are states:
+    Osborne's balancing with inputs and outputs."""
+    whole = np.max(np.abs(systems), axis=0)
+    scale = np.ones(n)
+    for _ in range(sweeps):
+        for k in range(n):
+            into = float(np.linalg.norm(np.delete(whole[k], k)))
+            out_of = float(np.linalg.norm(np.delete(whole[:, k], k)))
+            if into > 0.0 and out_of > 0.0:
+                factor = np.sqrt(into / out_of)
+                whole[k] /= factor
+                whole[:, k] *= factor
+                scale[k] *= factor
+    return np.diag(scale)
+
+
+def _whole(p: GeneralisedPlant) -> Matrix:
+    return np.block(
+        [
+            [p.a, p.b1, p.b2],
+            [p.c1, p.d11, p.d12],
+            [p.c2, p.d21, np.zeros((len(p.c2), p.b2.shape[1]))],
+        ]
+    )
+
+
+def balancing(r: Matrix, s: Matrix) -> Matrix:
+    """t with t^-1 R t^-T = t' S t diagonal."""
+    root_r, root_s = _root(r), _root(s)
+    _, values, v = svd(root_s.T @ root_r)
+    return np.asarray(root_r @ v.T @ np.diag(values**-0.5))
+
+
+def _root(m: Matrix) -> Matrix:
+    """A square root of a matrix that is positive but for rounding."""
+    values, vectors = np.linalg.eigh(m)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, SMALLEST * values[-1])))

@@ -1,0 +1,104 @@
+"""An MDF file whose end is missing, as a logger leaves it that lost its supply: heads and the first
+records are there.
+
+asammdf refuses such a file. Here it reads zeros behind the end, and only the records that lie
+before it are believed.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+from pathlib import Path
+from typing import Any
+
+ORIGINAL_FILE, PLAIN = 0, 0  # asammdf's codes: data lie where they lay, and are not compressed
+VIRTUAL_END = 1 << 40
+HEADER = 64  # where the block HD of version 4 stands, from which links lead to all others
+DESCRIBING = (
+    b"##HD",
+    b"##DG",
+    b"##CG",
+    b"##CN",
+)  # in that order they say where which channel's bits are
+MOST_BLOCKS = 100_000
+_BLOCK = struct.Struct("<4s4xQQ")  # its kind, length, number of links; the links follow
+
+
+class ZeroPaddedFile(io.BufferedIOBase):
+    """A file with zeros behind its end."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("rb")
+        self._size = path.stat().st_size
+        self._at = 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def tell(self) -> int:
+        return self._at
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        self._at = (
+            offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: VIRTUAL_END}[whence]
+        )
+        return self._at
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        size = VIRTUAL_END - self._at if size is None or size < 0 else size
+        self._file.seek(min(self._at, self._size))
+        data = self._file.read(size)
+        self._at += size
+        return data + bytes(size - len(data))
+
+    def close(self) -> None:
+        self._file.close()
+        super().close()
+
+
+def records_before(group: Any, end: int) -> int:
+    """How many records of an asammdf group lie before byte `end` of the file. Raises ValueError
+    where they have been moved elsewhere."""
+    if group.data_location != ORIGINAL_FILE or group.uses_ld:
+        raise ValueError("the records of its groups are mixed or lie by columns")
+    found = 0
+    for block in group.get_data_blocks():
+        there = max(0, min(block.compressed_size, end - block.address))
+        if there < block.compressed_size:
+            found += there if block.block_type == PLAIN else 0
+            break
+        found += block.original_size
+    size = int(group.channel_group.samples_byte_nr + group.channel_group.invalidation_bytes_nr)
+    return int(min(found // max(size, 1), group.channel_group.cycles_nr))
+
+
+def described_at(path: Path) -> int | None:
+    """Where a file of version 4 says that a block lies which describes its channels, behind its
+    end; None where all are there."""
+    size = path.stat().st_size
+    with path.open("rb") as stream:
+        waiting, seen = [HEADER], {HEADER}
+        while waiting and len(seen) < MOST_BLOCKS:
+            at = waiting.pop()
+            stream.seek(at)
+            head = stream.read(_BLOCK.size)
+            if at + _BLOCK.size > size:
+                return at
+            kind, length, count = _BLOCK.unpack(head)
+            if kind not in DESCRIBING or not _BLOCK.size + 8 * count <= length <= size:
+                continue
+            if at + length > size:
+                return at
+            links = struct.unpack(f"<{count}Q", stream.read(8 * count))
+            # the first leads to the next block of the same kind, the second to the first of the
+            # next kind; others to texts, data, tools
+            new = {
+                link for link in links[: 1 if at == HEADER else 2] if link
+            } - seen  # the head has none beside it
+            seen |= new
+            waiting += new
+    return None

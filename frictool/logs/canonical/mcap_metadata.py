@@ -1,0 +1,72 @@
+"""What the metadata records of a canonical log say: its streams' units, its times, and what its
+writer noted."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from frictool.errors import LogError
+from frictool.logs.canonical.mcap_layout import (
+    EPOCH_KEY,
+    SHIFT_KEY,
+    TIME,
+    UNITS,
+    StreamHeader,
+    message_path,
+)
+from frictool.logs.canonical.mcap_streams import DeclaredStream
+
+_WHOLE = re.compile(r"-?[0-9]{1,19}")
+Metadata = dict[str, dict[str, str]]  # name -> key -> text
+
+
+def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) -> list[StreamHeader]:
+    """The streams in the order of their channels. Raises LogError where there is none, or one has
+    no samples or no units."""
+    units, found = metadata.get(UNITS, {}), []
+    for one in channels:
+        if not one.samples:
+            raise LogError(path, f"stream {one.topic} has no samples")
+        missing = [name for name in one.fields if message_path(one.topic, name) not in units]
+        if missing:
+            raise LogError(
+                path,
+                f"is no canonical log: metadata {UNITS!r} has no {message_path(one.topic, missing[0])!r}",
+            )
+        found.append(
+            StreamHeader(
+                one.topic,
+                one.fields,
+                tuple(units[message_path(one.topic, name)] for name in one.fields),
+            )
+        )
+    if not found:
+        raise LogError(path, "no sample in it can be read, since it declares no channel")
+    return found
+
+
+def shift_ns(path: Path, metadata: Metadata) -> int:
+    """What was added to every time. Raises LogError where it is no number."""
+    return _nanoseconds(path, metadata, SHIFT_KEY) or 0
+
+
+def epoch_ns(path: Path, metadata: Metadata) -> int | None:
+    """What the clocks showed at 0 of the log; None where none dates it. Raises LogError where it is
+    no number."""
+    return _nanoseconds(path, metadata, EPOCH_KEY)
+
+
+def _nanoseconds(path: Path, metadata: Metadata, key: str) -> int | None:
+    text = metadata.get(TIME, {}).get(key)
+    if text is not None and not (_WHOLE.fullmatch(text) and abs(int(text)) < 2**62):
+        raise LogError(path, f"metadata {TIME}.{key}: found {text!r}; allowed: a whole number")
+    return None if text is None else int(text)
+
+
+def notes(metadata: Metadata) -> Metadata:
+    """The records without what the streams carry."""
+    clocks = {key: text for key, text in metadata.get(TIME, {}).items() if key != SHIFT_KEY}
+    others = {name: entries for name, entries in metadata.items() if name not in (UNITS, TIME)}
+    return {**others, **({TIME: clocks} if clocks else {})}

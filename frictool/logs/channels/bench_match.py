@@ -1,0 +1,114 @@
+"""Whether a log is one of this rig: a canonical log was made with some bench, and the bench may be
+another today.
+
+A raw file is mapped by the bench that is given, and always fits it. A canonical log carries units,
+a clock and often an effort that the constant of its own bench gave: here they are compared with the
+bench, and such an effort is made anew from the drive.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
+from frictool.errors import LogError
+from frictool.logs.canonical.mcap_layout import COLUMNS, message_path
+from frictool.logs.channels.mapping import EFFORT, check_rate
+from frictool.logs.clocks.resampling import RESAMPLED
+from frictool.logs.log import Log, Stream, Vector
+from frictool.logs.quality.jumps import JUMPS
+from frictool.logs.quality.time_base import time_base
+from frictool.logs.quality.wrap_detection import WrapSearch
+
+ROUNDING = 1e-9  # relative: an effort that follows the drive so closely was computed from it
+SAME_CONSTANT = 1e-6  # relative
+
+
+def match_bench(log: Log, bench: Bench) -> Log:
+    """Return the log with the effort of its main stream recomputed with the bench's constant, if
+    the log computed it from the drive.
+
+    Raises LogError where a unit is one of the other kind of axis, the period differs from the
+    bench's by more than 20 %, or the position wraps. Oddities and a changed constant become
+    warnings of the log.
+    """
+    stream = log.main
+    _check_units(log, stream, bench)
+    noted = [
+        *log.warnings,
+        *_check_wraps(log, stream, bench),
+        *check_rate(log.source, time_base(stream.time), bench.sample_period_s),
+    ]
+    if _is_measured(log, stream, bench):
+        return replace(log, warnings=tuple(dict.fromkeys(noted)))
+    signals = {name: values for name, values in stream.signals.items() if name != EFFORT}
+    drive, constant = signals.get(bench.actuator.drive), bench.actuator.constant.value
+    if drive is not None:
+        signals[EFFORT] = constant * drive
+        before = _ratio(drive, stream.signals[EFFORT])
+        if np.any(drive) and abs(before / constant - 1.0) > SAME_CONSTANT:
+            unit = si_unit(drive_dimension(bench.actuator.drive, constant=True), bench.axis)
+            made = f"effort made anew from {bench.actuator.drive} with the bench's actuator.constant, {constant:.6g} {unit}"
+            noted.append(f"{made}; the log's was made with {before:.6g} {unit}")
+    streams = tuple(
+        replace(stream, signals=signals) if one is stream else one for one in log.streams
+    )
+    return replace(log, streams=streams, warnings=tuple(dict.fromkeys(noted)))
+
+
+def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
+    for name, unit in stream.units.items():
+        if name not in CHANNEL_DIMENSIONS:
+            continue
+        wanted = si_unit(CHANNEL_DIMENSIONS[name], bench.axis)
+        if unit != wanted:
+            found = f"{message_path(stream.topic, name)} is in {unit!r}, the {bench.axis} axis of bench {bench.name!r} has it in {wanted!r}"
+            raise LogError(log.source, f"{found}; is this the bench of this log?")
+
+
+def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
+    """Return a warning of a jump that may be a wrap. Raises LogError where the position wraps."""
+    if "position" not in stream.signals:
+        return ()
+    wraps = WrapSearch(bench)
+    wraps.take(stream.time, stream.signals["position"])
+    wraps.finish()
+    wrap, question = wraps.found(), wraps.possible()
+    if wrap is not None:
+        raise LogError(log.source, f"{wrap.text}, and ingest the raw log again")
+    return (
+        ()
+        if question is None or any(JUMPS in text for text in log.warnings)
+        else (question.question,)
+    )
+
+
+def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
+    """Whether the effort is absent, or no mere multiple of the drive: `columns` tells where
+    `ingest` has written it, else the numbers."""
+    if EFFORT not in stream.signals:
+        return True
+    columns = log.metadata.get(COLUMNS, {})
+    if columns:
+        return _path_before(log, message_path(stream.topic, EFFORT)) in columns
+    drive, effort = stream.signals.get(bench.actuator.drive), stream.signals[EFFORT]
+    if drive is None:
+        return True
+    return float(np.max(np.abs(effort - _ratio(drive, effort) * drive))) > ROUNDING * float(
+        np.max(np.abs(effort))
+    )
+
+
+def _path_before(log: Log, path: str) -> str:
+    """What a channel's path was before `ingest --resample` put it on one grid."""
+    return log.metadata.get(RESAMPLED, {}).get(path, "").partition(", from ")[2] or path
+
+
+def _ratio(drive: Vector, effort: Vector) -> float:
+    """The constant that gives the effort from the drive, at the largest drive; 0 where there is
+    none."""
+    largest = int(np.argmax(np.abs(drive)))
+    return float(effort[largest] / drive[largest]) if drive[largest] else 0.0

@@ -1,0 +1,133 @@
+"""Which table of a raw file gives which channel: each time base that has one becomes a stream of
+its own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+
+from frictool.documents.bench import Bench, Column
+from frictool.documents.quantity import CHANNEL_DIMENSIONS
+from frictool.errors import LogError
+from frictool.logs.canonical.mcap_layout import message_path
+from frictool.logs.channels.mapping import EFFORT, TIME, ChannelMapper
+from frictool.logs.log import MAIN_TOPIC
+from frictool.logs.table import DataLoss, LostColumnError, RawTable, listed, pick
+from frictool.logs.text.units import ISO_8601
+
+ChannelColumns = dict[
+    str, tuple[Column, str]
+]  # channel -> what the bench says of it, and the column's name in the table
+
+
+def bind(
+    tables: Sequence[RawTable],
+    bench: Bench,
+    stem: str = "",
+    taken: Sequence[str] = (),
+    lost: list[DataLoss] | None = None,
+) -> list[ChannelMapper]:
+    """The streams of a raw file: `/axis`, made of the table with the position, else of the first;
+    further ones `/axis/NAME`.
+
+    stem: the file's, where it is not the first of its log: its streams are `/axis/STEM`,
+    `/axis/STEM_NAME`. taken: topics of the others. lost: a channel whose column lies behind where
+    the file was cut is appended to it and left out; None raises LogError.
+
+    Raises LogError where the bench maps no channel, a column is missing or in several tables, its
+    unit contradicts the bench, or a table has no time.
+    """
+    source = tables[0].source
+    if not bench.columns.keys() - {TIME}:
+        raise LogError(
+            source,
+            f"bench {bench.name!r} maps no channel: columns needs at least one of {', '.join(CHANNEL_DIMENSIONS)}",
+        )
+    found: dict[int, ChannelColumns] = {}
+    behind: dict[str, LostColumnError] = {}
+    for channel, column in bench.columns.items():
+        if channel != TIME:
+            try:
+                home, name = _home(tables, channel, column)
+            except LostColumnError as error:
+                behind[channel] = error
+                continue
+            found.setdefault(home, {})[channel] = column, name
+    if behind and (lost is None or not found):
+        raise next(iter(behind.values()))
+    order = sorted(found, key=lambda home: "position" not in found[home])
+    topics: list[str] = []
+    for home in order:
+        topics.append(topic_for(stem, tables[home].topic if topics else "", [*taken, *topics]))
+    if lost is not None:
+        lost += [
+            DataLoss((message_path(topics[0], channel),), error.reason)
+            for channel, error in behind.items()
+        ]
+    derive_from = (
+        bench.actuator.drive if not any(EFFORT in channels for channels in found.values()) else None
+    )
+    return [
+        ChannelMapper(
+            tables[home],
+            bench,
+            _time(tables[home], bench) | found[home],
+            topic,
+            derive=derive_from in found[home],
+            period=bench.sample_period_s if topic == topics[0] else None,
+        )
+        for home, topic in zip(order, topics, strict=True)
+    ]
+
+
+def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int, str]:
+    """The table that has a channel's column, and the column's name there."""
+    wanted, source = column.column, tables[0].source
+    if isinstance(wanted, int) and len(tables) > 1:
+        raise LogError(
+            source,
+            f"has {len(tables)} time bases, so that columns have no number; give columns.{channel}.column by its name",
+        )
+    found = [
+        (home, name)
+        for home, table in enumerate(tables)
+        if (name := table.find(wanted)) is not None
+    ]
+    if not found:
+        pick([name for table in tables for name in table.names], wanted, source)
+    if len(found) > 1:
+        where = listed([tables[home].topic for home, _ in found])
+        raise LogError(
+            source,
+            f"has {len(found)} columns {wanted!r}, in {where}; name the one of columns.{channel}",
+        )
+    return found[0]
+
+
+def _time(table: RawTable, bench: Bench) -> ChannelColumns:
+    """The column that dates a table, where the bench names one and the table has it."""
+    column = bench.columns.get("time")
+    if column is None:
+        return {}
+    name = table.find(column.column)
+    if name is None and table.clock is None:
+        pick(table.names, column.column, table.source)
+    if name is None or (
+        name == table.clock and column.unit == ISO_8601
+    ):  # the table dates its rows by it
+        return {}
+    return {TIME: (column, name)}
+
+
+def topic_for(stem: str, name: str, taken: Collection[str]) -> str:
+    """`/axis`, or `/axis/STEM`, `/axis/NAME`, `/axis/STEM_NAME` in letters that ROS 2 allows, with
+    a number where it is taken."""
+    words = re.sub(r"[^A-Za-z0-9]+", "_", "_".join(filter(None, (stem, name)))).strip("_")
+    topic = (
+        f"{MAIN_TOPIC}/{words if not words[:1].isdigit() else '_' + words}" if words else MAIN_TOPIC
+    )
+    number = 2
+    while topic in taken:
+        base = topic.removesuffix(f"_{number - 1}") if topic != MAIN_TOPIC else f"{MAIN_TOPIC}/more"
+        topic, number = f"{base}_{number}", number + 1
+    return topic

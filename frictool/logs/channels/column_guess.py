@@ -1,0 +1,245 @@
+"""Guess of a rig from a bench file: column and unit of each channel, the sample period, the
+encoder's step.
+
+A unit takes precedence over a name. Somebody who knows the rig has to check the guess. A column
+that fits no channel is left out. A unit that the file does not contain, and one of several columns
+that fit, are questions and not guessed (column_choice.py).
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from frictool.documents.bench import LONGEST_PERIOD, OPEN, SHORTEST_PERIOD
+from frictool.documents.quantity import Axis, factor_to_si
+from frictool.documents.starting_documents import StartingRig
+from frictool.errors import LogError
+from frictool.logs.arrays.memory_table import MemoryTable, in_memory
+from frictool.logs.canonical.mcap_format import read_mcap
+from frictool.logs.canonical.mcap_layout import NS
+from frictool.logs.canonical.mcap_reader import is_canonical
+from frictool.logs.channels.column_choice import (
+    LABEL,
+    OfferedColumn,
+    choose,
+    dimension_of,
+    fits,
+    is_count,
+)
+from frictool.logs.channels.column_names import words
+from frictool.logs.channels.mapping import COUNT, TIME
+from frictool.logs.channels.question import ColumnQuestion
+from frictool.logs.formats import open_tables
+from frictool.logs.log import Log, Vector
+from frictool.logs.quality.time_base import encoder_step, time_base
+from frictool.logs.recordings.recording_files import sources
+from frictool.logs.table import RawTable
+
+AXIS_NAMES: dict[Axis, set[str]] = {
+    "rotary": {"angle", "theta", "omega", "rpm"},
+    "linear": {"displacement"},
+}
+_ANGLE = re.compile(r"rad|deg|°|rev|rpm|turn|cycle", re.IGNORECASE)
+ROUND = 1e-3
+MOST_ROWS = 1 << 18  # that are looked at
+
+
+@dataclass(frozen=True)
+class ColumnGuess:
+    """Channels, sample period and encoder step guessed from a file.
+
+    columns: channel -> (column, unit), each OPEN while one of `questions` remains. left: columns
+    that fit no channel, or a channel with a better column. period [s], step [rad | m]: None if the
+    file does not give them.
+    """
+
+    axis: Axis
+    columns: dict[str, tuple[str, str]] = field(default_factory=dict)
+    left: tuple[str, ...] = ()
+    period: float | None = None
+    step: float | None = None
+    questions: tuple[ColumnQuestion, ...] = ()
+
+    def asks(self, channel: str) -> bool:
+        """Return whether a question is open about this channel."""
+        return any(one.channel == channel for one in self.questions)
+
+    @property
+    def drive(self) -> Literal["current", "voltage"] | None:
+        """What drives the axis, where the file has it."""
+        return (
+            "current"
+            if "current" in self.columns
+            else "voltage"
+            if "voltage" in self.columns
+            else None
+        )
+
+
+def guess_from(path: Path, axis: Axis | None = None) -> ColumnGuess:
+    """What the log or the bag at `path` tells; `axis` where it is known.
+
+    Raises LogError where it cannot be read, and where neither `axis` nor the log tells the kind of
+    axis.
+    """
+    (parts,) = sources([path])
+    if len(parts) == 1 and is_canonical(parts[0]):
+        return guess([_table(read_mcap(parts[0]))], axis)
+    return guess(read_start(open_tables(parts)), axis)
+
+
+def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = None) -> StartingRig:
+    """A rig's documents to start from, with what the log tells. Raises LogError as `guess_from`
+    does."""
+    found = guess_from(log, axis)
+    return StartingRig(
+        name=name,
+        axis=found.axis,
+        log=log.name,
+        log_path=log_path,
+        drive=found.drive,
+        columns=found.columns,
+        left=found.left,
+        period=found.period,
+        step=found.step,
+        axis_source="guessed" if axis is None else "given",
+        questions={
+            key: "; ".join(one.note for one in found.questions if one.channel == key)
+            for key in found.columns
+            if found.asks(key)
+        },
+    )
+
+
+def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
+    """Return the start of each table that has numbers, those with most columns first. Raises
+    LogError where none has."""
+    found: list[MemoryTable] = []
+    for table in sorted(tables, key=lambda one: -len(one.names)):
+        first, _ = (
+            next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
+        )
+        # columns of texts, and those that date the rows, have no finite number
+        names = (
+            []
+            if first is None
+            else [name for name, values in first.columns.items() if np.isfinite(values).any()]
+        )
+        if names:
+            found.append(in_memory(table, names, MOST_ROWS))
+    if not found:
+        for table in tables:
+            if table.names:
+                next(
+                    iter(table.blocks(table.names)), None
+                )  # raises LogError if the rows are refused or damaged
+        raise LogError(
+            tables[0].source, "has no column of numbers with a finite one in its first rows"
+        )
+    return found
+
+
+def _table(log: Log) -> MemoryTable:
+    """The main stream of a canonical log."""
+    return MemoryTable(
+        {TIME: log.main.time, **log.main.signals}, {TIME: "s", **log.main.units}, log.source
+    )
+
+
+def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGuess:
+    """The guess for the tables of a file, which have been read. Raises LogError where nothing tells
+    the kind of axis."""
+    axis = axis or kind_of_axis(tables)
+    if axis is None:
+        wanting = "has no unit or name that tells a rotary from a linear axis"
+        raise LogError(
+            tables[0].source, f"{wanting}; give --axis rotary (rad, N m) or --axis linear (m, N)"
+        )
+    offered = [(name, table) for table in tables for name in _liveliest_first(table)]
+    count = Counter(name for name, _ in offered)
+    once = [OfferedColumn(name, table) for name, table in offered if count[name] == 1]
+    chosen = choose(once, axis)
+    used = {name for choice in chosen.values() for name in choice.columns}
+    left = tuple(
+        dict.fromkeys(name for name, table in offered if name not in used and name != table.clock)
+    )
+    columns = {channel: (choice.column, choice.unit) for channel, choice in chosen.items()}
+    homes = {channel: choice.table for channel, choice in chosen.items()}
+    main = homes.get("position", next(iter(homes.values()), tables[0]))
+    questions = tuple(question for choice in chosen.values() for question in choice.questions)
+    return ColumnGuess(
+        axis, columns, left, _period(main, columns, axis), _step(main, columns, axis), questions
+    )
+
+
+def _liveliest_first(table: MemoryTable) -> list[str]:
+    """The columns; of several joints those of the one of which most numbers change come first, and
+    what is taken is of one joint."""
+    label = {name: found[1] if (found := LABEL.search(name)) else "" for name in table.columns}
+    moving = Counter(label[name] for name, values in table.columns.items() if np.ptp(values) > 0.0)
+    return sorted(table.columns, key=lambda name: -moving[label[name]])
+
+
+def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
+    """The kind of axis that the units of positions and velocities tell, else the names; None where
+    nothing tells, or both are told."""
+    units = [
+        unit for table in tables for unit in table.units.values() if unit and not is_count(unit)
+    ]
+    found = {word for table in tables for name in table.columns for word in words(name)}
+    for told in (
+        {axis for axis in AXIS_NAMES for unit in units if _tells(unit, axis)},
+        {axis for axis, names in AXIS_NAMES.items() if found & names},
+    ):
+        if told:
+            return told.pop() if len(told) == 1 else None
+    return None
+
+
+def _tells(unit: str, axis: Axis) -> bool:
+    """Whether only this kind of axis has positions or velocities in the unit; a per cent or a hertz
+    would pass for an angle's."""
+    named = axis == "linear" or _ANGLE.search(unit) is not None
+    return named and any(fits(unit, kind, axis) for kind in ("position", "velocity"))
+
+
+def _si(
+    table: MemoryTable, columns: dict[str, tuple[str, str]], channel: str, axis: Axis
+) -> Vector | None:
+    """A channel in SI, or None where the file does not have it in a unit that says so."""
+    name, unit = columns.get(channel, (OPEN, OPEN))
+    if OPEN in (name, unit) or unit == COUNT or name not in table.columns:
+        return None
+    return table.columns[name] * factor_to_si(unit, dimension_of(channel), axis)
+
+
+def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
+    """The sample period: the mean interval of a log without gaps, else the median; 3 digits where
+    they say it within 0.1 %, else 6.
+
+    None where no bench could have it: the time is in another unit than it seems.
+    """
+    time = _si(table, columns, TIME, axis)
+    if time is None and table.time_ns is not None and table.time_ns.size:
+        time = (table.time_ns - table.time_ns[0]) / NS
+    if time is None or time.size < 2 or np.any(np.diff(time) <= 0.0):
+        return None
+    base = time_base(time)
+    period = 1.0 / base.rate_hz if base.gaps else base.duration_s / (time.size - 1)
+    if not SHORTEST_PERIOD <= period <= LONGEST_PERIOD:
+        return None
+    short = float(f"{period:.3g}")
+    return short if abs(short / period - 1.0) < ROUND else float(f"{period:.6g}")
+
+
+def _step(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
+    position = _si(table, columns, "position", axis)
+    step = None if position is None else encoder_step(position)
+    return None if step is None else float(f"{step:.6g}")

@@ -1,0 +1,92 @@
+"""Names of columns: the quantity, the unit, and whether it is a command."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+# a name is read by its clearest words: "q_current" is a current although q alone is a position
+QUANTITIES: tuple[dict[str, str], ...] = (
+    {
+        "time": r"time|times|timestamp|timestamps|temps|zeit",
+        "voltage": r"voltage|volt|volts|vir|tension|spannung",
+        "current": r"current|currents|cur|curr|amp|amps|ampere|iq|courant|strom",
+        "velocity": r"velocity|velocities|vel|speed|omega|rpm|qd|dq|vitesse|drehzahl",
+        "effort": r"effort|torque|force|tau|couple|drehmoment|kraft",
+        "position": r"position|positions|pos|angle|theta|displacement|winkel|qg|qm",
+    },
+    {"position": r"encoder|enc|counter|count|counts"},
+    {"time": r"t", "voltage": r"u|v", "current": r"i", "position": r"q|x|y"},
+)
+_COMMAND = re.compile(
+    r"ref|reference|setpoint|target|desired|des|command|cmd|commanded|goal|demand|qg|consigne|soll|sollwert"
+)
+_NO_SIGNAL = re.compile(
+    r"error|err|deviation|limit|max|min|bus|vbus|supply|vsupply|battery|vdc|temperature"
+)
+UNITS: Mapping[str, str] = {  # words that end a name and are units
+    "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "us": "us", "ns": "ns",
+    "rad": "rad", "radians": "rad", "deg": "deg", "degrees": "deg", "turns": "turn", "revs": "turn", "rpm": "rpm", "mm": "mm", "nm": "N m",
+    "a": "A", "amp": "A", "amps": "A", "ampere": "A", "ma": "mA", "v": "V", "volt": "V", "volts": "V", "mv": "mV",
+    "count": "count", "counts": "count", "ticks": "count",
+}  # fmt: skip
+RATES: Mapping[tuple[str, str], str] = {
+    ("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("mm", "s"): "mm/s", ("m", "s"): "m/s", ("rev", "s"): "turn/s", ("turns", "s"): "turn/s",
+}  # fmt: skip
+_HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")  # of a name such as motorCurrent
+
+
+def words(name: str) -> list[str]:
+    """Return the words of a name in lower case.
+
+    >>> words("motorCurrent_q2")
+    ['motor', 'current', 'q']
+    """
+    return [word for word in re.split(r"[^a-z]+", _HUMP.sub(" ", name).lower()) if word]
+
+
+def quantities(name: str) -> list[str]:
+    """Return the channels that the clearest words of a name fit: none, one, or several that
+    contradict one another.
+
+    >>> quantities("q_current"), quantities("TorqueCur"), quantities("i_q"),
+    quantities("bus_voltage") (['current'], ['current', 'effort'], ['current'], [])
+    """
+    found = set(words(name))
+    if any(map(_NO_SIGNAL.fullmatch, found)):
+        return []
+    found.add("".join(words(name)))
+    for level in QUANTITIES:
+        fitting = [channel for channel, pattern in level.items() if found & set(pattern.split("|"))]
+        if fitting:
+            return fitting
+    return []
+
+
+def clarity(name: str) -> int:
+    """Return the rank of the word that names the quantity: 0 for the clearest, len(QUANTITIES) if
+    there is no such word."""
+    found = {*words(name), "".join(words(name))}
+    levels = (set("|".join(level.values()).split("|")) for level in QUANTITIES)
+    return next((number for number, level in enumerate(levels) if found & level), len(QUANTITIES))
+
+
+def is_command(name: str) -> bool:
+    """Return whether a name says that its numbers were commanded and not measured."""
+    return any(map(_COMMAND.fullmatch, words(name)))
+
+
+def unit_in(name: str) -> str | None:
+    """Return the unit that ends a name of more than one word, or None.
+
+    >>> unit_in("measured_velocity_deg_s"), unit_in("timestamp_ms"), unit_in("torque_Nm"),
+    unit_in("pos_estimate") ('deg/s', 'ms', 'N m', None)
+    """
+    parts = [part.lower() for part in re.split(r"[^A-Za-z]+", name) if part]
+    if len(parts) > 2 and (parts[-2], parts[-1]) in RATES:
+        return RATES[parts[-2], parts[-1]]
+    return (
+        UNITS.get(parts[-1])
+        if len(parts) > 1 or parts[-1:] in (["rpm"], ["amps"], ["volts"], ["counts"], ["ticks"])
+        else None
+    )

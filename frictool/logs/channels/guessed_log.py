@@ -1,0 +1,108 @@
+"""Log made of a raw file without a bench: columns recognised by name and unit, in the units of the
+file, not converted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.bench import OPEN
+from frictool.documents.quantity import Axis, factor_to_si
+from frictool.errors import LogError
+from frictool.logs.arrays.memory_table import MemoryTable
+from frictool.logs.canonical.mcap_layout import COLUMNS, NS, message_path
+from frictool.logs.channels.column_guess import ColumnGuess, guess, kind_of_axis, read_start
+from frictool.logs.channels.mapping import TIME
+from frictool.logs.formats import open_tables
+from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
+from frictool.logs.losses import LOST, LossList, record_of
+from frictool.logs.recordings.recording_files import sources
+from frictool.logs.table import DataLoss
+
+GIVE = "give --bench bench.yaml (`frictool ingest --guess` proposes one)"
+
+
+@dataclass(frozen=True)
+class GuessedLog:
+    """Log of a raw file, with the guess of its columns."""
+
+    log: Log
+    guess: ColumnGuess
+
+
+def guess_log(path: Path) -> GuessedLog:
+    """Return the first rows of the table with the position as a log in the units of the file.
+
+    Raises LogError if the file cannot be read, has no time of its rows, or no recognisable channel.
+    """
+    (parts,) = sources([path])
+    tables = read_start(open_tables(parts))
+    axis: Axis = (
+        kind_of_axis(tables) or "rotary"
+    )  # without a unit or a telling name: no unit here depends on the kind of axis
+    found = guess(tables, axis)
+    named = {channel: column for channel, (column, _) in found.columns.items() if column != OPEN}
+    home = named.get(
+        "position", next((column for channel, column in named.items() if channel != TIME), None)
+    )
+    if home is None:
+        raise LogError(path, f"has no column whose name or unit tells a channel; {GIVE}")
+    table = next(one for one in tables if home in one.columns)
+    chosen = {channel: column for channel, column in named.items() if column in table.columns}
+    time = _time(table, found, chosen.pop(TIME, None), axis)
+    finite = {channel: np.isfinite(table.columns[column]) for channel, column in chosen.items()}
+    rows = np.logical_and.reduce(list(finite.values())) & np.isfinite(time)
+    lost = _lost(
+        time,
+        rows,
+        {f"column {chosen[channel]!r}": mask for channel, mask in finite.items()}
+        | {"its time": np.isfinite(time)},
+    )
+    time = time[rows]
+    if time.size < 2 or (np.diff(time) <= 0.0).any():
+        raise LogError(path, f"has no times that increase from row to row; {GIVE}")
+    units = {channel: found.columns[channel][1] for channel in chosen}
+    stream = Stream(
+        MAIN_TOPIC,
+        time,
+        {channel: table.columns[column][rows] for channel, column in chosen.items()},
+        units,
+    )
+    columns = {
+        message_path(MAIN_TOPIC, channel): f"{column} [{units[channel]}]"
+        for channel, column in chosen.items()
+    }
+    return GuessedLog(
+        Log((stream,), {COLUMNS: columns} | ({LOST: record_of(lost)} if lost else {}), str(path)),
+        found,
+    )
+
+
+def _lost(
+    time: Vector, rows: NDArray[np.bool_], finite: dict[str, NDArray[np.bool_]]
+) -> list[DataLoss]:
+    """Return the runs of rows (n,) that are left out, each with the columns that hold no number
+    there and the times beside it."""
+    lost = LossList()
+    edges = np.flatnonzero(np.diff(rows.astype(np.int8), prepend=1, append=1))
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        names = [name for name, mask in finite.items() if not mask[first:end].all()]
+        before, after = time[:first][rows[:first]][-1:], time[end:][rows[end:]][:1]
+        start, stop = (float(one[0]) if one.size else None for one in (before, after))
+        lost.append(
+            DataLoss((), f"{' and '.join(names)}: no finite number", start, stop, end - first)
+        )
+    return lost
+
+
+def _time(table: MemoryTable, found: ColumnGuess, column: str | None, axis: Axis) -> Vector:
+    """Return the times of the rows in s."""
+    if table.time_ns is not None and table.time_ns.size:
+        return np.asarray((table.time_ns - table.time_ns[0]) / NS)
+    unit = found.columns[TIME][1] if column is not None else OPEN
+    if column is None or unit == OPEN:
+        raise LogError(table.source, f"does not tell the time of its rows; {GIVE}")
+    return np.asarray(table.columns[column] * factor_to_si(unit, TIME, axis))

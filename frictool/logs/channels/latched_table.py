@@ -1,0 +1,102 @@
+"""A table at the bench's period: each column holds its last value, as a controller's input
+registers latch a counter.
+
+An oscilloscope samples far faster than the bench, and a logic analyser only writes what changes: of
+both the log keeps what a controller with the bench's period would have seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from frictool.errors import LogError
+from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock
+
+NS = 1e9
+
+
+class LatchedTable:
+    """A table (a Table) whose rows are `period_ns` apart, from its first on.
+
+    time: the column that dates the rows and the seconds of its unit; None where the table dates
+    them itself.
+    """
+
+    def __init__(self, table: RawTable, period_ns: int, time: tuple[str, float] | None) -> None:
+        self._table, self._period, self._time = table, period_ns, time
+        self.source, self.topic, self.size, self.clock = (
+            table.source,
+            table.topic,
+            table.size,
+            table.clock,
+        )
+        self.names, self.units = table.names, table.units
+
+    def find(self, wanted: str | int) -> str | None:
+        return self._table.find(wanted)
+
+    def line(self, row: int) -> int | None:
+        """None: its rows are no lines of the file."""
+        return None
+
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        """See Table. Raises LogError where time does not increase."""
+        asked = wanted if self._time is None else tuple(dict.fromkeys([*wanted, self._time[0]]))
+        start = row = 0
+        last: dict[str, float] | None = None
+        for block, done in self._table.blocks(asked, losses):
+            time = row_times(block, self._time)
+            if last is None:
+                start = int(time[0])
+                last = {name: float(values[0]) for name, values in block.columns.items()}
+            self._check(block, time)
+            end = int((time[-1] - start) // self._period) + 1  # rows that are known by now
+            while row < end:
+                rows = np.arange(row, min(end, row + BLOCK_ROWS))
+                at = np.searchsorted(time, start + rows * self._period, side="right")
+                columns = {
+                    name: np.concatenate([[last[name]], values])[at]
+                    for name, values in block.columns.items()
+                }
+                yield self._block(rows, start, columns, wanted), done
+                row += rows.size
+            last = {name: float(values[-1]) for name, values in block.columns.items()}
+
+    def _check(self, block: RowBlock, time: Nanoseconds) -> None:
+        back = np.flatnonzero(np.diff(time) < 0)
+        if back.size:
+            row = int(back[0]) + 1
+            found = (
+                f"time does not increase: {time[row] / NS:.9g} s after {time[row - 1] / NS:.9g} s"
+            )
+            raise LogError(self.source, found, line=self._table.line(block.first_row + row))
+
+    def _block(
+        self,
+        rows: Nanoseconds,
+        start: int,
+        columns: dict[str, np.ndarray[tuple[int], np.dtype[np.float64]]],
+        wanted: Sequence[str],
+    ) -> RowBlock:
+        time = start + rows * self._period
+        if self._time is not None:
+            name, seconds = self._time
+            columns[name] = time / (NS * seconds)
+        return RowBlock(
+            int(rows[0]),
+            {name: columns[name] for name in wanted},
+            time if self._time is None else None,
+        )
+
+
+def row_times(block: RowBlock, time: tuple[str, float] | None) -> Nanoseconds:
+    """When the rows of a block are, in ns, by the column and the seconds of its unit, or by the
+    table."""
+    if time is None:
+        assert block.time_ns is not None
+        return block.time_ns
+    return np.rint(block.columns[time[0]] * (time[1] * NS)).astype(np.int64)

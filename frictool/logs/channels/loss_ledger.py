@@ -1,0 +1,84 @@
+"""Losses of one stream while it is mapped: each gets its channels' paths, and the times of the
+samples before and after it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.logs.canonical.mcap_layout import NS
+from frictool.logs.losses import LossList
+from frictool.logs.table import DataLoss, Nanoseconds
+
+Rows = NDArray[np.intp]  # indices into a block
+
+
+class DroppedRows(NamedTuple):
+    """Rows of a block that mapping leaves out, of all channels, and why."""
+
+    reason: str
+    rows: Rows
+
+
+class LossLedger:
+    """Fills `losses`. named: column -> the paths of the channels made from it; every: the paths of
+    all channels."""
+
+    def __init__(
+        self, losses: LossList, named: Mapping[str, tuple[str, ...]], every: tuple[str, ...]
+    ) -> None:
+        self._losses, self._named, self._every = losses, named, every
+        self._open: list[DataLoss] = []  # their end is not known yet
+
+    def take(self, inbox: list[DataLoss] | None, before: int | None) -> None:
+        """Empties what a table has appended before it gave its next block; before: the last
+        sample's time in ns."""
+        for loss in inbox or ():
+            open_ended = loss.start_s is None and loss.end_s is None
+            start = before / NS if open_ended and before is not None else loss.start_s
+            named = replace(loss, channels=self._paths(loss.channels), start_s=start)
+            (self._open if open_ended else self._losses).append(named)
+        if inbox:
+            inbox.clear()
+
+    def reach(self, after: int) -> None:
+        """The next sample's time in ns: it ends what has no end yet."""
+        for loss in self._open:
+            self._losses.append(replace(loss, end_s=after / NS))
+        self._open.clear()
+
+    def drop(
+        self, dropped: list[DroppedRows], kept: Rows, time: Nanoseconds, before: int | None
+    ) -> None:
+        """Rows of a block left out; kept: the others, with their times in ns; before: the time of
+        the last sample before the block."""
+        for reason, rows in dropped:
+            for run in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
+                low, high = np.searchsorted(kept, (run[0], run[-1]))
+                start = int(time[low - 1]) if low else before
+                loss = DataLoss(
+                    self._every,
+                    reason,
+                    None if start is None else start / NS,
+                    samples=int(run.size),
+                )
+                if high < kept.size:
+                    self._losses.append(replace(loss, end_s=int(time[high]) / NS))
+                else:
+                    self._open.append(loss)
+
+    def close(self) -> None:
+        """No sample follows."""
+        for loss in self._open:
+            self._losses.append(loss)
+        self._open.clear()
+
+    def _paths(self, columns: tuple[str, ...]) -> tuple[str, ...]:
+        paths = tuple(
+            dict.fromkeys(path for column in columns for path in self._named.get(column, (column,)))
+        )
+        return paths or self._every

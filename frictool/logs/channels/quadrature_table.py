@@ -1,0 +1,81 @@
+"""Columns of counts, made of an encoder's two channels as an oscilloscope or a logic analyser
+records them (kernels/quadrature.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from frictool.documents.bench import Quadrature
+from frictool.logs.table import DataLoss, RawTable, RowBlock, pick
+
+
+class QuadratureTable:
+    """A table (a Table) with a further column of counts for each of `encoders`."""
+
+    def __init__(self, table: RawTable, encoders: Mapping[str, Quadrature]) -> None:
+        self._table = table
+        self.source, self.topic, self.size, self.clock = (
+            table.source,
+            table.topic,
+            table.size,
+            table.clock,
+        )
+        self.names = (*table.names, *encoders)
+        self.units: Mapping[str, str | None] = {**table.units, **dict.fromkeys(encoders, "count")}
+        self._channels = {
+            name: (self._found(one.a), self._found(one.b), one) for name, one in encoders.items()
+        }
+        self._illegal = dict.fromkeys(encoders, (0, 0))
+
+    def _found(self, wanted: str | int) -> str:
+        found = self._table.find(wanted)
+        return pick(self._table.names, wanted, self.source) if found is None else found
+
+    def find(self, wanted: str | int) -> str | None:
+        return (
+            wanted
+            if isinstance(wanted, str) and wanted in self._channels
+            else self._table.find(wanted)
+        )
+
+    def line(self, row: int) -> int | None:
+        return self._table.line(row)
+
+    def findings(self) -> tuple[str, ...]:
+        """How many transitions were illegal in what has been read; nothing where none was."""
+        return tuple(
+            f"quadrature {name!r}: {bad} of {moves} transitions are illegal, each two counts of unknown sign: is the sample rate above"
+            " four times the line rate, and the threshold between the levels?"
+            for name, (bad, moves) in self._illegal.items()
+            if bad
+        )
+
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        from frictool.logs.kernels.quadrature import ILLEGAL, UNKNOWN, count_quadrature
+
+        made = [name for name in wanted if name in self._channels]
+        plain = [name for name in wanted if name not in self._channels]
+        raw = dict.fromkeys(
+            [*plain, *(channel for name in made for channel in self._channels[name][:2])]
+        )
+        states = {name: np.array([UNKNOWN, UNKNOWN, 0, 0]) for name in made}
+        moves = dict.fromkeys(made, 0)
+        for block, done in self._table.blocks(tuple(raw), losses):
+            columns = {name: block.columns[name] for name in plain if name in block.columns}
+            for name in made:
+                a, b, one = self._channels[name]
+                half = one.hysteresis / 2.0
+                before, counts = float(states[name][2]), np.empty(block.columns[a].size)
+                levels = block.columns[a] * one.probe, block.columns[b] * one.probe
+                count_quadrature(
+                    *levels, one.threshold - half, one.threshold + half, states[name], counts
+                )
+                moves[name] += int(np.count_nonzero(np.diff(counts, prepend=before)))
+                bad = int(states[name][ILLEGAL])
+                self._illegal[name] = bad, moves[name] + bad
+                columns[name] = counts
+            yield RowBlock(block.first_row, columns, block.time_ns), done

@@ -1,0 +1,69 @@
+"""What a table goes through before its columns are mapped, where the bench asks for it: zeros,
+quadrature, the bench's period.
+
+Table ──▶ Zeroed ──▶ Counted ──▶ Latched ──▶ mapping
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import factor_to_si
+from frictool.errors import LogError
+from frictool.logs.channels.latched_table import NS, LatchedTable, row_times
+from frictool.logs.channels.mapping import RATE_REFUSED, TIME
+from frictool.logs.channels.quadrature_table import QuadratureTable
+from frictool.logs.channels.zeroed_table import zeroed
+from frictool.logs.table import RawTable
+
+# of the intervals: a file with a row where a channel changes may have the bench's period on average
+REGULAR = 0.9
+
+FindingTexts = Callable[[], tuple[str, ...]]
+
+
+def prepare_tables(
+    tables: Sequence[RawTable], bench: Bench
+) -> tuple[tuple[RawTable, ...], list[FindingTexts]]:
+    """The tables as the bench wants them, and what tells of each, when it has been read, what was
+    odd.
+
+    Raises LogError where a channel of an encoder is in no table, or in a file of several.
+    """
+    ready = tuple(zeroed(table, bench.columns) for table in tables)
+    if not bench.quadrature:
+        return ready, []
+    if len(ready) > 1:
+        raise LogError(
+            ready[0].source, f"has {len(ready)} time bases; quadrature is made of files of one"
+        )
+    counted = QuadratureTable(ready[0], bench.quadrature)
+    return (_latched(counted, bench),), [counted.findings]
+
+
+def _latched(table: RawTable, bench: Bench) -> RawTable:
+    """The table at the bench's period, unless it has that already."""
+    time = None
+    column = bench.columns.get("time")
+    name = None if column is None else table.find(column.column)
+    if column is not None and name is not None and name != table.clock:
+        try:
+            time = name, column.scale * factor_to_si(column.unit, TIME, bench.axis)
+        except ValueError as error:
+            raise LogError(
+                table.source, f"columns.time.unit of bench {bench.name!r}: {error}"
+            ) from None
+    elif table.clock is None:
+        return table  # rows that nothing dates are the bench's period apart
+    first, _ = next(
+        iter(table.blocks([name] if time is not None and name else table.names[:1], [])), (None, 0)
+    )
+    period = bench.sample_period_s
+    if first is not None:
+        steps = np.diff(row_times(first, time)) / NS
+        if steps.size and np.mean(np.abs(steps / period - 1.0) <= RATE_REFUSED) > REGULAR:
+            return table
+    return LatchedTable(table, round(period * NS), time)

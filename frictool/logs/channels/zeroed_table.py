@@ -1,0 +1,85 @@
+"""Columns whose zero is the mean of their first samples, as an offset of an amplifier that is taken
+while nothing moves yet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from frictool.documents.bench import Channel, Column
+from frictool.errors import LogError
+from frictool.logs.table import DataLoss, LostColumnError, RawTable, RowBlock
+
+
+class ZeroedTable:
+    """A table (a Table) some columns of which have the mean of their first `counts[name]` finite
+    numbers taken off."""
+
+    def __init__(self, table: RawTable, counts: Mapping[str, int]) -> None:
+        self._table, self._counts = table, counts
+        self.source, self.topic, self.size, self.clock = (
+            table.source,
+            table.topic,
+            table.size,
+            table.clock,
+        )
+        self.names, self.units = table.names, table.units
+
+    def find(self, wanted: str | int) -> str | None:
+        return self._table.find(wanted)
+
+    def line(self, row: int) -> int | None:
+        return self._table.line(row)
+
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        zeros = {name: self._zero(name, losses) for name in wanted if name in self._counts}
+        for block, done in self._table.blocks(wanted, losses):
+            columns = {
+                name: values - zeros[name] if name in zeros else values
+                for name, values in block.columns.items()
+            }
+            yield replace(block, columns=columns), done
+
+    def _zero(self, name: str, losses: list[DataLoss] | None) -> float:
+        """The mean, in a reading of its own that goes no further than it has to.
+
+        Where the table is shorter it is the mean of what there is, which `losses` is told. Raises
+        LogError without them, and of nothing.
+        """
+        wanted = self._counts[name]
+        found = np.empty(0)
+        for block, _ in self._table.blocks([name], []):
+            values = block.columns[name]
+            found = np.concatenate([found, values[np.isfinite(values)][: wanted - found.size]])
+            if found.size == wanted:
+                return float(found.mean())
+        if losses is None or not found.size:
+            raise LogError(
+                self.source,
+                f"column {name!r} has {found.size} samples, fewer than its zero_first_samples, {wanted}",
+            )
+        losses.append(
+            DataLoss(
+                (name,),
+                f"its zero is the mean of {found.size} samples, and not of {wanted}",
+                samples=0,
+            )
+        )
+        return float(found.mean())
+
+
+def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
+    """The table with the zeros that the bench's columns ask for. A column that may lie behind
+    damage is left to who binds it."""
+    counts: dict[str, int] = {}
+    for one in columns.values():
+        if one.zero_first_samples is not None:
+            with suppress(LostColumnError):
+                name = table.find(one.column)
+                counts |= {} if name is None else {name: one.zero_first_samples}
+    return ZeroedTable(table, counts) if counts else table

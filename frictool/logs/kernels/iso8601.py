@@ -1,0 +1,114 @@
+"""ISO 8601 to nanoseconds since 1970-01-01, exactly.
+
+    YYYY-MM-DD[T| ]hh:mm[:ss[.fff...]][Z|+hh[[:]mm]]     a date and a time of day; without a zone it
+                                                         counts as UTC
+    hh:mm[:ss[.fff...]]                                  a time of day alone, as on 1970-01-01
+
+Days are counted by the civil calendar from 1 March, so that the leap day is a year's last (H.
+Hinnant, chrono-compatible date algorithms).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.logs.kernels.decimal_parser import NO_NUMBER, NUMBER
+from frictool.runtime.kernels import kernel
+
+FIRST_YEAR, LAST_YEAR = 1678, 2261  # whole years that fit 63 bits of ns
+SECOND = 1_000_000_000
+NO_DATE = -1_000_000  # before FIRST_YEAR
+DASH, COLON, BLANK, SMALL_T, BIG_T, BIG_Z, POINT, COMMA, PLUS = (ord(sign) for sign in "-: tTZ.,+")
+MONTH_DAYS = np.array([31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31])
+
+
+@kernel
+def _whole(text: NDArray[np.uint8], at: int, length: int) -> int:
+    """The number of `length` digits at `at`, or -1."""
+    value = 0
+    for k in range(length):
+        digit = int(text[at + k]) - 48
+        if not 0 <= digit <= 9:
+            return -1
+        value = value * 10 + digit
+    return value
+
+
+@kernel
+def days_of(year: int, month: int, day: int) -> int:
+    """Days from 1970-01-01 to a date, or NO_DATE where there is none such between FIRST_YEAR and
+    LAST_YEAR."""
+    if not (FIRST_YEAR <= year <= LAST_YEAR and 1 <= month <= 12 and day >= 1):
+        return NO_DATE
+    leap = year % 4 == 0 and (year % 100 != 0 or year % 400 == 0)
+    if day > MONTH_DAYS[month - 1] + (1 if leap and month == 2 else 0):
+        return NO_DATE
+    from_march = year - 1 if month <= 2 else year
+    day_of_year = (153 * ((month + 9) % 12) + 2) // 5 + day - 1
+    return (
+        from_march * 365
+        + from_march // 4
+        - from_march // 100
+        + from_march // 400
+        + day_of_year
+        - 719468
+    )
+
+
+@kernel
+def scan_stamp(text: NDArray[np.uint8], at: int, comma: bool) -> tuple[int, int, int]:
+    """The stamp that begins at `text[at]`; the text ends in a byte that belongs to none.
+
+    comma: whether one may stand before the fraction of a second; it does not where it ends a cell.
+
+    Returns (ns, where it ends, NUMBER or NO_NUMBER).
+    """
+    days = 0
+    if _whole(text, at, 2) < 0 or text[at + 2] != COLON:
+        year = _whole(text, at, 4)
+        if year < 0 or text[at + 4] != DASH or _whole(text, at + 5, 2) < 0 or text[at + 7] != DASH:
+            return 0, at, NO_NUMBER
+        days = days_of(year, _whole(text, at + 5, 2), _whole(text, at + 8, 2))
+        at += 10
+        if days == NO_DATE or not (text[at] == BLANK or text[at] == BIG_T or text[at] == SMALL_T):
+            return 0, at, NO_NUMBER
+        at += 1
+    hour = _whole(text, at, 2)
+    if not 0 <= hour <= 23 or text[at + 2] != COLON:
+        return 0, at, NO_NUMBER
+    minute = _whole(text, at + 3, 2)
+    at += 5
+    second, fraction = 0, 0
+    if text[at] == COLON:
+        second = _whole(text, at + 1, 2)
+        at += 3
+        if (text[at] == POINT or (comma and text[at] == COMMA)) and _whole(text, at + 1, 1) >= 0:
+            at += 1
+            weight = SECOND
+            while _whole(text, at, 1) >= 0:  # what is below 1 ns is cut off
+                weight //= 10
+                fraction += weight * _whole(text, at, 1)
+                at += 1
+    if not (0 <= minute <= 59 and 0 <= second <= 59):
+        return 0, at, NO_NUMBER
+    zone = 0
+    if text[at] == BIG_Z:
+        at += 1
+    elif text[at] == PLUS or text[at] == DASH:
+        sign = 1 if text[at] == PLUS else -1
+        hours = _whole(text, at + 1, 2)
+        at += 3
+        minutes = 0
+        if text[at] == COLON:
+            at += 1
+            minutes = _whole(text, at, 2)
+            at += 2
+        elif _whole(text, at, 1) >= 0:
+            minutes = _whole(text, at, 2)
+            at += 2
+        if not (0 <= hours <= 23 and 0 <= minutes <= 59):
+            return 0, at, NO_NUMBER
+        zone = sign * (hours * 60 + minutes)
+    seconds = ((days * 24 + hour) * 60 + minute - zone) * 60 + second
+    return seconds * SECOND + fraction, at, NUMBER

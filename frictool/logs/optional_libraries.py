@@ -1,0 +1,22 @@
+"""Libraries that only some formats need: imported when such a file is met."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from types import ModuleType
+
+from frictool.errors import LogError
+
+
+def library(path: Path, module: str, extra: str) -> ModuleType:
+    """The module, imported. Raises LogError about `path` that says how to install it where it is
+    missing."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name is None or not module.startswith(error.name.partition(".")[0]):
+            raise
+        raise LogError(
+            path, f"needs {error.name}, which is not installed: pip install 'frictool[{extra}]'"
+        ) from None

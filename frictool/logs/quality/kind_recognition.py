@@ -1,0 +1,109 @@
+"""Kind of test that a log records, recognised from its signals; it decides which parameters can be
+identified.
+
+rest    the position does not move
+steps   the reference is constant but for a few jumps; without a reference: the axis rests at one
+        place after the other
+ramp    the axis rests for most of the time; during each rest the effort rises from a low level
+        along a line until the axis starts (`ramps`)
+sines   few lines hold nearly all power of the excitation: of the reference's acceleration, else of
+        the drive, else of the position
+stroke  the axis goes one way, or one way and back
+free    it moves in any other manner
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from frictool.logs.log import Stream, Vector
+from frictool.logs.quality.ramps import REST, are_ramps, rests_of
+from frictool.logs.quality.time_base import encoder_step
+
+Kind = Literal["rest", "steps", "ramp", "sines", "stroke", "free"]  # of KINDS (log_kinds.py)
+STILL_COUNTS, STILL_SHARE = (
+    1.5,
+    1e-3,
+)  # a rest may move by so many counts, or this share of the range against an encoder's noise
+FEW_JUMPS = 0.02  # of the samples
+LINES, PURE = 12, 0.9  # so many spectral lines hold this share of the power
+LOBE = 2  # bins on either side of a line that a Hann window fills
+FEWEST_BINS = 64
+PLACES = 500
+ONE_WAY_AND_BACK = 2.2  # ranges of path
+
+
+def kind_of(stream: Stream) -> Kind | None:
+    """The kind of test, or None of a stream without a position or with too few samples to tell."""
+    signals = stream.signals
+    position = signals.get("position")
+    if position is None or position.size < 2 * REST:
+        return None
+    span = float(np.ptp(position))
+    still = max(STILL_COUNTS * (encoder_step(position) or 0.0), STILL_SHARE * span)
+    if span <= still:
+        return "rest"
+    reference = signals.get("reference")
+    if (
+        reference is not None
+        and 0 < np.count_nonzero(np.diff(reference)) <= FEW_JUMPS * reference.size
+    ):
+        return "steps"
+    drive = next(
+        (signals[name] for name in ("effort", "current", "voltage") if name in signals), None
+    )
+    rests, step = _rests(position, still), encoder_step(position)
+    resting = sum(end - start for start, end in rests) > 0.5 * position.size
+    within_counts = rests_of(np.abs(np.diff(position)) > 0.5 * step) if step else []
+    if drive is not None and (
+        are_ramps(within_counts, position, drive) or are_ramps(rests, position, drive)
+    ):
+        return "ramp"
+    if reference is None and resting and len(rests) > 1:
+        return "steps"
+    excitation = (
+        np.diff(reference, 2)
+        if reference is not None and np.ptp(reference) > 0.0
+        else drive
+        if drive is not None
+        else position
+    )
+    if _path(position) <= ONE_WAY_AND_BACK * span:
+        return "stroke"
+    return "sines" if _is_lines(excitation) else "free"
+
+
+def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
+    """First sample and first sample after of each time in which the position stays within `still`
+    for REST samples."""
+    spread = maximum_filter1d(position, REST) - minimum_filter1d(position, REST)
+    inside = maximum_filter1d(
+        (spread <= still).astype(np.int8), REST, origin=-1 if REST % 2 == 0 else 0
+    )
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], inside, [0]))))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _is_lines(values: Vector) -> bool:
+    """Whether LINES lines of the spectrum hold the share PURE of the power, and no less than
+    FEWEST_BINS bins could."""
+    window = np.hanning(values.size)
+    power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2
+    total, held = float(power.sum()), 0.0
+    if power.size < FEWEST_BINS * LOBE or total == 0.0:
+        return False
+    for _ in range(LINES):
+        peak = int(np.argmax(power))
+        lobe = slice(max(peak - LOBE, 0), peak + LOBE + 1)
+        held += float(power[lobe].sum())
+        power[lobe] = 0.0
+    return held >= PURE * total
+
+
+def _path(position: Vector) -> float:
+    """How far the axis has gone altogether; counts to and fro and noise are left out by looking at
+    PLACES places only."""
+    return float(np.abs(np.diff(position[:: max(1, position.size // PLACES)])).sum())

@@ -1,0 +1,63 @@
+"""The velocities that a position shows, through differences over so many samples that a count of
+the encoder matters little."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.logs.log import Vector
+
+WINDOWS = (1, 2, 4, 8, 16, 32, 64, 128, 256)  # samples
+RESOLVED = 0.01  # one count is at most this share of the longest way over the window
+SHARE_OF_LOG = 8  # the window is no longer than one part in so many of the log
+
+
+class VelocityRange:
+    """Lowest and highest velocity of one position in rad/s | m/s, block after block, over each of
+    WINDOWS."""
+
+    def __init__(self, step: float | None) -> None:
+        self._step = step or 0.0
+        self._samples = 0
+        self._ways = dict.fromkeys(WINDOWS, 0.0)
+        self._ranges = dict.fromkeys(WINDOWS, (np.inf, -np.inf))
+        self._time: Vector = np.empty(0)
+        self._position: Vector = np.empty(0)
+
+    def take(self, time: Vector, position: Vector) -> None:
+        """Adds samples (n,) that follow those before: s, rad | m."""
+        before = self._time.size
+        self._samples += time.size
+        time, position = (
+            np.concatenate((self._time, time)),
+            np.concatenate((self._position, position)),
+        )
+        for window in WINDOWS:
+            first = max(before - window, 0)
+            way = position[first + window :] - position[first:-window]
+            if way.size:
+                velocity = way / (time[first + window :] - time[first:-window])
+                low, high = self._ranges[window]
+                self._ranges[window] = (
+                    min(low, float(velocity.min())),
+                    max(high, float(velocity.max())),
+                )
+                self._ways[window] = max(self._ways[window], float(np.abs(way).max()))
+        self._time, self._position = time[-WINDOWS[-1] :], position[-WINDOWS[-1] :]
+
+    @property
+    def window(self) -> int:
+        """The shortest window, in samples, that the encoder resolves, or the longest that the log
+        bears."""
+        longest = max(1, self._samples // SHARE_OF_LOG)
+        allowed: list[int] = [window for window in WINDOWS if window <= longest]
+        return next(
+            (window for window in allowed if self._step <= RESOLVED * self._ways[window]),
+            allowed[-1],
+        )
+
+    @property
+    def range(self) -> tuple[float, float] | None:
+        """(lowest, highest) over that window, or None where there are too few samples."""
+        low, high = self._ranges[self.window]
+        return (low, high) if low <= high else None

@@ -1,0 +1,91 @@
+"""The numbers of a message that another library decodes into objects (JSON, protobuf), called by
+their paths as in ROS messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.logs.log import Vector
+from frictool.logs.recordings.messages import LABELS, MOST_LISTED, Messages
+
+MOST_NUMBERS = 20_000  # of one message
+MOST_VALUES = 100_000  # of one mapping of a message
+
+
+def numbers(
+    found: object, path: str = "", labels: Sequence[str] = ()
+) -> Iterator[tuple[str, float]]:
+    """Return paths and numbers of objects made of mappings, sequences, numbers and texts; an
+    element has its label and its index.
+
+    Raises ValueError where a mapping has more than MOST_VALUES keys.
+    """
+    if isinstance(found, bool | int | float):
+        try:
+            yield path, float(found)
+        except OverflowError:
+            yield path, float("inf")
+    elif isinstance(found, Mapping):
+        if len(found) > MOST_VALUES:
+            raise ValueError(f"has more than {MOST_VALUES} keys")
+        labels = next((texts for key in LABELS if (texts := _labels(found.get(key)))), labels)
+        for key, value in found.items():
+            yield from numbers(value, f"{path}.{key}" if path else str(key), labels)
+    elif isinstance(found, list | tuple) and len(found) <= MOST_LISTED:
+        for index, value in enumerate(found):
+            if len(labels) == len(found):
+                yield from numbers(value, f"{path}[{labels[index]}]", labels)
+            yield from numbers(value, f"{path}[{index}]", labels)
+
+
+def _labels(found: object) -> Sequence[str]:
+    distinct = (
+        isinstance(found, list | tuple)
+        and all(isinstance(text, str) for text in found)
+        and len(set(found)) == len(found)
+    )
+    return [str(text) for text in found] if distinct and isinstance(found, list | tuple) else ()
+
+
+class ObjectDecoder:
+    """A `Decoder` over a function that turns a message into objects, and raises ValueError where it
+    cannot."""
+
+    def __init__(self, objects: Callable[[bytes], object]) -> None:
+        self._objects = objects
+
+    def names(self, data: bytes) -> list[str]:
+        """See `Decoder`."""
+        return list(self._numbers(data))
+
+    def columns(
+        self, messages: Messages, paths: tuple[str, ...]
+    ) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
+        """See `Decoder`."""
+        count = messages.start.size
+        values = np.full((len(paths), count), np.nan)
+        present = np.zeros(values.shape, bool)
+        failed: dict[int, str] = {}
+        for index in range(count):
+            try:
+                found = self._numbers(messages.payload(index))
+            except ValueError as error:
+                failed[index] = str(error)
+                continue
+            values[:, index] = [found.get(path, np.nan) for path in paths]
+            present[:, index] = [path in found for path in paths]
+        return values, present, failed
+
+    def _numbers(self, data: bytes) -> dict[str, float]:
+        found: dict[str, float] = {}
+        try:
+            for path, value in numbers(self._objects(data)):
+                found[path] = value
+                if len(found) > MOST_NUMBERS:
+                    raise ValueError(f"has more than {MOST_NUMBERS} numbers")
+        except RecursionError:
+            raise ValueError("is nested too deep") from None
+        return found

@@ -1,0 +1,101 @@
+"""Which files are one recording: recorders split what is long, and a ROS 2 bag is a folder of its
+parts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import yaml
+from yaml.constructor import SafeConstructor
+
+from frictool.documents.reading import read_text
+from frictool.documents.yaml_parser import compose
+from frictool.errors import InputFileError, LogError
+from frictool.logs.canonical.mcap_reader import is_canonical
+from frictool.logs.table import listed
+
+METADATA = "metadata.yaml"  # beside the parts of a ROS 2 bag
+ROOT = "rosbag2_bagfile_information"
+SUFFIXES = (".mcap", ".db3", ".bag")
+_NUMBERED = re.compile(r"(.+_)(\d+)")
+
+
+def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
+    """The recordings that files and folders are: the parts of each in their order, one where it is
+    whole.
+
+    Files that follow one another and are called `run_0.mcap`, `run_1.mcap`, ... from 0 on, in any
+    order, are parts of one recording. Raises LogError as `parts_of` does.
+    """
+    found: list[tuple[Path, ...]] = []
+    left = list(paths)
+    while left:
+        count = next((n for n in range(len(left), 1, -1) if are_parts(left[:n])), 1)
+        taken, left = left[:count], left[count:]
+        if count > 1 and not is_canonical(taken[0]):
+            found.append(tuple(sorted(taken, key=_number)))
+        else:
+            found += [tuple(parts_of(path)) if path.is_dir() else (path,) for path in taken]
+    return found
+
+
+def parts_of(folder: Path) -> list[Path]:
+    """The files of a ROS 2 bag, which is a folder, in their order. Raises LogError where the folder
+    is none."""
+    if not (folder / METADATA).exists():
+        raise LogError(
+            folder,
+            f"is a directory; expected: a log file, or the folder of a ROS 2 bag, which has a {METADATA}",
+        )
+    try:
+        found = SafeConstructor().construct_document(compose(read_text(folder / METADATA)))
+        about = found[ROOT]
+        names = [str(name) for name in about["relative_file_paths"]]
+        compressed = str(about.get("compression_mode") or "").upper() not in ("", "NONE")
+    except InputFileError as error:
+        raise LogError(folder, f"is no ROS 2 bag: {error}") from None
+    except (yaml.YAMLError, ValueError, KeyError, TypeError, AttributeError):
+        raise LogError(
+            folder / METADATA, f"names no files; expected: {ROOT} with relative_file_paths"
+        ) from None
+    if compressed:
+        raise LogError(
+            folder,
+            "is a compressed bag; unpack it with `ros2 bag convert`, or its files with `zstd -d`",
+        )
+    missing = [name for name in names if not (folder / Path(name).name).is_file()]
+    if missing or not names:
+        raise LogError(
+            folder,
+            f"lacks the files {listed(missing)}, which {METADATA} names"
+            if names
+            else f"has no files by its {METADATA}",
+        )
+    return [folder / Path(name).name for name in names]
+
+
+def are_parts(paths: Sequence[Path]) -> bool:
+    """Whether files are by their names the parts of one split recording."""
+    matches = [_NUMBERED.fullmatch(path.stem) for path in paths]
+    alike = (
+        len(
+            {
+                (path.parent, path.suffix, match[1] if match else "")
+                for path, match in zip(paths, matches, strict=True)
+            }
+        )
+        == 1
+    )
+    return (
+        alike
+        and paths[0].suffix in SUFFIXES
+        and all(matches)
+        and sorted(map(_number, paths)) == list(range(len(paths)))
+    )
+
+
+def _number(path: Path) -> int:
+    match = _NUMBERED.fullmatch(path.stem)
+    return -1 if match is None else int(match[2])

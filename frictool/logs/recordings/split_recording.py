@@ -1,0 +1,42 @@
+"""A recording that was split: its parts, in their order, as one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from frictool.errors import LogError
+from frictool.logs.recordings.messages import Messages
+from frictool.logs.recordings.recording import MessageGap, RecordingFile, Topic
+
+
+class SplitRecording:
+    """Parts of one recording, opened (a `Container`). A part may lack topics that others have."""
+
+    def __init__(self, path: Path, parts: list[RecordingFile]) -> None:
+        self.source, self._parts = str(path), parts
+        self.size = sum(part.size for part in parts)
+        self.topics: dict[str, Topic] = {}
+        for part in parts:
+            for name, topic in part.topics.items():
+                known = self.topics.setdefault(name, topic)
+                if known.kind != topic.kind:
+                    raise LogError(
+                        part.source,
+                        f"topic {name} carries {topic.kind}, and {known.kind} in another part; are these one recording?",
+                    )
+                if not known.paths:
+                    self.topics[name] = topic
+
+    def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
+        """See `Container`."""
+        before = 0
+        for part in self._parts:
+            for piece, done in part.messages(topic) if topic in part.topics else ():
+                named = (
+                    MessageGap(f"{Path(part.source).name} {piece.reason}", piece.samples)
+                    if isinstance(piece, MessageGap)
+                    else piece
+                )
+                yield named, before + done
+            before += part.size

@@ -1,0 +1,108 @@
+"""The bytes of a text file, as an encoding that has ASCII in it, whatever the file's own is."""
+
+from __future__ import annotations
+
+import codecs
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from frictool.errors import LogError
+
+READ_BYTES = 1 << 20
+MARKS = {
+    codecs.BOM_UTF8: "utf-8",
+    codecs.BOM_UTF16_LE: "utf-16-le",
+    codecs.BOM_UTF16_BE: "utf-16-be",
+}
+
+
+@dataclass(frozen=True)
+class TextEncoding:
+    """name: as Python calls it. mark: bytes of the byte-order mark before the text."""
+
+    name: str
+    mark: int
+
+    @property
+    def is_wide(self) -> bool:
+        return self.name.startswith("utf-16")
+
+    @property
+    def shown(self) -> str:
+        return {"utf-8": "UTF-8", "latin-1": "Latin-1"}.get(self.name, "UTF-16")
+
+
+def encoding_of(head: bytes, given: str | None = None) -> TextEncoding:
+    """The encoding of a text that begins with `head`: what its byte-order mark says, else what is
+    given, else UTF-8, else Latin-1."""
+    for mark, name in MARKS.items():
+        if head.startswith(mark):
+            return TextEncoding(name, len(mark))
+    if given == "utf-16" or (given is None and _looks_wide(head)):
+        return TextEncoding("utf-16-be" if head[:1] == b"\0" else "utf-16-le", 0)
+    if given is not None:
+        return TextEncoding(given, 0)
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return TextEncoding("latin-1", 0)
+    return TextEncoding("utf-8", 0)
+
+
+def is_text(head: bytes) -> bool:
+    """Whether the bytes may begin a text: they hold no NUL character, unless as every other byte of
+    UTF-16."""
+    return b"\0" not in head or encoding_of(head).is_wide
+
+
+def _looks_wide(head: bytes) -> bool:
+    pairs = len(head) // 2
+    fewer, more = sorted((head[: 2 * pairs : 2].count(0), head[1 : 2 * pairs : 2].count(0)))
+    return pairs > 1 and more > 0.9 * pairs and fewer < 0.1 * pairs
+
+
+def text_bytes(path: Path, encoding: TextEncoding) -> Iterator[tuple[bytes, int]]:
+    """The text, piece after piece, each with the bytes of the file read so far: UTF-16 as UTF-8,
+    others as they are.
+
+    Raises LogError where the file cannot be read.
+    """
+    plain = _Transcoder(encoding)
+    try:
+        with path.open("rb") as stream:
+            done = len(stream.read(encoding.mark))
+            while data := stream.read(READ_BYTES):
+                done += len(data)
+                yield plain.bytes(data), done
+    except OSError as error:
+        raise LogError(path, f"cannot be read: {error.strerror or error}") from None
+
+
+def head_bytes(head: bytes, encoding: TextEncoding) -> bytes:
+    """The first bytes of a file as `text_bytes` gives them."""
+    return _Transcoder(encoding).bytes(head[encoding.mark :])
+
+
+class _Transcoder:
+    """Bytes of a text to bytes that have ASCII in them, piece after piece."""
+
+    def __init__(self, encoding: TextEncoding) -> None:
+        self._decoder = (
+            codecs.getincrementaldecoder(encoding.name)(errors="replace")
+            if encoding.is_wide
+            else None
+        )
+
+    def bytes(self, piece: bytes) -> bytes:
+        return (
+            piece
+            if self._decoder is None
+            else self._decoder.decode(piece).encode("utf-8", "replace")
+        )
+
+
+def decoded(data: bytes, encoding: TextEncoding) -> str:
+    """A cell or a head of the text; what is no character of the encoding is shown as the
+    replacement character."""
+    return data.decode("latin-1" if encoding.name == "latin-1" else "utf-8", "replace")

@@ -1,0 +1,155 @@
+"""What an engineer has to know of a switched observer before he trusts it, with the figures of this
+bench."""
+
+from __future__ import annotations
+
+import math
+
+from frictool.documents.model import Model
+from frictool.documents.observer import Observer, Switched
+from frictool.documents.quantity import si_unit
+from frictool.observe.design.friction_map import KNEES, left_out
+
+DEAR = 1.5  # gamma over that without a decay
+SLOW_S = 10.0  # an alpha that takes so long to follow says nothing of a shift
+# of the friction, where no mode has a deviation: gamma is then over that, and the gains do not
+# depend on it
+UNIT_DEVIATION = 0.01
+KNOWN_BY_TRACKING = (KNEES,)
+COARSE = 0.1  # of the switch speed: a count in one sample that looks faster is a coarse encoder
+
+
+def notes(observer: Observer, model: Model) -> list[str]:
+    """One line each."""
+    switched = observer.switched
+    if switched is None:
+        return [line for line in [_left_out(model, KNOWN_BY_TRACKING)] if line]
+    found = [
+        _encoder(observer, switched),
+        _constant(switched),
+        _intervals(observer, switched),
+        _turning(observer, switched),
+        *_rest(switched),
+        _slow(observer, switched),
+        _dear(switched),
+        _left_out(model, ()),
+    ]
+    return [line for line in found if line]
+
+
+def count_speed(observer: Observer) -> float:
+    """The speed that one count in one sample looks like [rad/s | m/s]."""
+    return observer.bench.encoder.resolution / observer.sample_period_s
+
+
+def _encoder(observer: Observer, switched: Switched) -> str:
+    seen, sigma = count_speed(observer), switched.switch_speed.value
+    if seen <= COARSE * sigma:
+        return ""
+    position, velocity = si_unit("position", observer.axis), si_unit("velocity", observer.axis)
+    effort = f" {si_unit('effort', observer.axis)}" if switched.wear == "additive" else ""
+    step = observer.bench.encoder.resolution
+    speed, wear = (max(abs(mode.gains[row][0]) for mode in switched.modes) * step for row in (1, 2))
+    return (
+        f"the encoder is coarse: one count, {step:.4g} {position}, in one sample looks like {seen:.4g} {velocity}, "
+        f"{seen / sigma:.3g} times the switch speed; it moves the estimated speed by up to {speed:.3g} {velocity} and alpha by up to "
+        f"{wear:.3g}{effort}. This observer needs a count below {COARSE * sigma * observer.sample_period_s:.2g} {position}; for this "
+        "encoder take --kind tracking, and observe run for the wear"
+    )
+
+
+def _constant(switched: Switched) -> str:
+    """Whether Delta has a unit that is chosen: that of (6.18) would be 0."""
+    chosen = [
+        mode
+        for mode in switched.modes
+        if mode.friction and mode.deviation == UNIT_DEVIATION * mode.friction
+    ]
+    return (
+        f"friction does not depend on the position: gamma is for a model that is wrong by {UNIT_DEVIATION:.0%} of it"
+        if chosen
+        else ""
+    )
+
+
+def _intervals(observer: Observer, switched: Switched) -> str:
+    """Whether the axis may pass an interval within a sample."""
+    widths = [mode.over[1] - mode.over[0] for mode in switched.modes if mode.over is not None]
+    top = observer.bench.mechanics.top_speed
+    if (
+        not widths
+        or top is None
+        or top.value * observer.sample_period_s <= min(widths)
+        or _any_interval(switched)
+    ):
+        return ""
+    return (
+        f"an interval of {min(widths):.3g} {si_unit('position', observer.axis)} is passed within a sample at top speed: "
+        f"fewer --intervals, or --transitions direction{_made_up(switched)}"
+    )
+
+
+def _any_interval(switched: Switched) -> bool:
+    moving = [mode.index for mode in switched.modes if mode.direction]
+    return all((i, j) in switched.transitions for i in moving for j in moving if i * j > 0)
+
+
+def _turning(observer: Observer, switched: Switched) -> str:
+    """Whether a motion may turn without passing mode 0."""
+    actuator = observer.bench.actuator
+    change = (
+        actuator.constant.value
+        * actuator.limit.value
+        / observer.inertia.value
+        * observer.sample_period_s
+    )
+    if change <= 2.0 * switched.switch_speed.value:
+        return ""
+    unit = si_unit("velocity", observer.axis)
+    return (
+        f"at its limit the drive changes the speed by {change:.3g} {unit} a sample, so that a motion may turn without passing mode 0 "
+        f"(below {switched.switch_speed.value:g} {unit}), a switch that the certificate does not hold{_made_up(switched)}"
+    )
+
+
+def _made_up(switched: Switched) -> str:
+    after = switched.motion_after_turn_s
+    return "" if after is None else f"; {after * 1e3:.3g} ms of motion make up for it"
+
+
+def _rest(switched: Switched) -> list[str]:
+    said = "at rest alpha stands still, an eigenvalue of 1 that the certificate does not cover"
+    after = switched.motion_after_rest_s
+    return [
+        said
+        if after is None
+        else f"{said}; {after * 1e3:.3g} ms of motion make up for a rest of any length"
+    ]
+
+
+def _slow(observer: Observer, switched: Switched) -> str:
+    slowest = max(
+        time_constant(mode.spectral_radius, observer.sample_period_s) for mode in switched.modes
+    )
+    return (
+        f"alpha takes {slowest:.3g} s to follow: ask for a --decay below {switched.decay:g}"
+        if slowest > SLOW_S
+        else ""
+    )
+
+
+def _dear(switched: Switched) -> str:
+    least = switched.smallest_gamma
+    if least is None or switched.quiet is not None or switched.gamma <= DEAR * least:
+        return ""
+    return f"a decay of {switched.decay:.5g} makes gamma {switched.gamma / least:.3g} times what it is without: ask for one nearer to 1"
+
+
+def _left_out(model: Model, known: tuple[str, ...]) -> str:
+    names = [name for name in left_out(model) if name not in known]
+    return f"not known to the observer: {', '.join(names)}" if names else ""
+
+
+def time_constant(radius: float, period: float) -> float:
+    """Of the slowest error of a mode [s]."""
+    return -period / math.log(radius) if 0.0 < radius < 1.0 else 0.0

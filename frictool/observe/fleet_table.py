@@ -1,0 +1,276 @@
+"""The table of a fleet: a row a log, its wear beside that of the unit's first log, as CSV, Parquet
+and for programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from frictool.logs.losses import loss_count_text
+from frictool.logs.optional_libraries import library
+from frictool.observe.commissioning import Commissioning, commissioning_of_estimate
+from frictool.observe.estimate import EstimateRange
+from frictool.observe.fleet import FleetResult
+from frictool.observe.observation_outcome import ObservationOutcome, ratio_to
+from frictool.observe.wear_limit import WearVerdict, judge
+
+ESTIMATED = ("wear", "low", "high", "ratio", "ratio_low", "ratio_high")
+COLUMNS = (
+    "unit",
+    "date",
+    "file",
+    *ESTIMATED,
+    "kind",
+    "moves",
+    "velocity_rms",
+    "duration_s",
+    "alarm",
+    "reason",
+)
+TEXTS = ("unit", "date", "file", "kind", "reason")
+SEEN_LAST = (
+    "kind",
+    "moves",
+    "velocity_rms",
+    "duration_s",
+    "reason",
+)  # by people, in a table that is wider than their window
+PARQUET = (".parquet", ".pq")
+
+
+@dataclass(frozen=True)
+class FleetRow:
+    """One log. ratio: of its wear to the unit's at commissioning. reason: of the verdict, or why
+    there is none. first: whether it is itself what the others of its unit are compared with."""
+
+    file: str
+    unit: str | None
+    date: str | None
+    outcome: ObservationOutcome | None
+    ratio: EstimateRange | None
+    verdict: WearVerdict | None
+    reason: str
+    first: bool = False
+
+    @property
+    def alarm(self) -> bool | None:
+        return None if self.verdict is None else self.verdict.exceeded
+
+    def cells(self) -> dict[str, Any]:
+        """Column -> value, None where there is none."""
+        out = self.outcome
+        found = None if out is None else out.estimate
+        return {
+            "unit": self.unit,
+            "date": self.date,
+            "file": self.file,
+            **_range("wear", "low", "high", None if found is None else found.wear),
+            **_range("ratio", "ratio_low", "ratio_high", self.ratio),
+            "kind": None if found is None else found.kind,
+            "moves": None if found is None else found.moves,
+            "velocity_rms": None if out is None else out.figures.get("velocity_rms"),
+            "duration_s": None if out is None else out.duration,
+            "alarm": self.alarm,
+            "reason": self.reason or None,
+        }
+
+    def as_json(self) -> dict[str, Any]:
+        """The machine's view: what the run along this log alone prints, and the row's own."""
+        own = {} if self.outcome is None else self.outcome.as_json()
+        ratio = {} if self.ratio is None else {"ratio": self.ratio.as_json()}
+        limit = None if self.verdict is None else self.verdict.limit
+        told = {"wear_limit": limit, "alarm": self.alarm, "reason": self.reason or None}
+        return {
+            **own,
+            "log": self.file,
+            "unit": self.unit,
+            "date": self.date,
+            **ratio,
+            **told,
+            "read": self.outcome is not None,
+        }
+
+
+def _range(value: str, low: str, high: str, found: EstimateRange | None) -> dict[str, float | None]:
+    return (
+        {value: None, low: None, high: None}
+        if found is None
+        else {value: found.value, low: found.low, high: found.high}
+    )
+
+
+def rows(
+    fleet: Sequence[FleetResult], limit: float | None, given: Commissioning | None
+) -> list[FleetRow]:
+    """A row for each log, in the order of unit, date and file. The first log of a unit is its
+    commissioning where none is `given`.
+
+    limit: of the ratio to commissioning where there is one, else of the wear.
+    """
+    first = {} if given is not None else _first_logs(fleet)
+    made = [_row(one, limit, given, first) for one in fleet]
+    return sorted(made, key=lambda row: (row.unit or "", row.date or "", row.file))
+
+
+def _first_logs(fleet: Iterable[FleetResult]) -> dict[str, FleetResult]:
+    """Unit -> the earliest of its logs that has told a wear."""
+    dated = [
+        (one.origin.date, one.member.name.file, one)
+        for one in fleet
+        if one.origin.date is not None and one.outcome is not None
+    ]
+    first: dict[str, FleetResult] = {}
+    for _, _, one in sorted(dated, key=lambda entry: entry[:2]):
+        estimate = None if one.outcome is None else one.outcome.estimate
+        if (
+            one.origin.unit is not None
+            and estimate is not None
+            and estimate.moves
+            and estimate.wear.low > 0.0
+        ):
+            first.setdefault(one.origin.unit, one)
+    return first
+
+
+def _row(
+    one: FleetResult,
+    limit: float | None,
+    given: Commissioning | None,
+    first: dict[str, FleetResult],
+) -> FleetRow:
+    out, unit, date = one.outcome, one.origin.unit, one.origin.date
+    if out is None:
+        return FleetRow(one.member.name.file, unit, date, None, None, None, one.reason)
+    start = first.get(unit or "")
+    reference = given
+    if start is not None and start is not one and start.outcome is not None:
+        reference = commissioning_of_estimate(start.outcome.estimate, start.member.name.file)
+    ratio = ratio_to(reference, out.estimate)
+    verdict = None if limit is None else judge(out.estimate, limit, ratio, out.doubts)
+    told = [] if verdict is None else [verdict.reason]
+    told += [f"data lost: {loss_count_text(list(out.losses))}"] if out.losses else []
+    told += ["first log of its unit"] if start is one else []
+    return FleetRow(
+        one.member.name.file, unit, date, out, ratio, verdict, "; ".join(told), start is one
+    )
+
+
+def counts(table: Sequence[FleetRow]) -> dict[str, int]:
+    """Return the numbers of logs above the limit, undecided, unreadable, and read with data
+    lost."""
+    return {
+        "above_limit": sum(bool(row.alarm) for row in table),
+        "undecided": sum(row.verdict is not None and row.verdict.exceeded is None for row in table),
+        "not_read": sum(row.outcome is None for row in table),
+        "data_lost": sum(row.outcome is not None and bool(row.outcome.losses) for row in table),
+    }
+
+
+def headline(table: Sequence[FleetRow], limit: float | None) -> str:
+    """All of it in one line."""
+    lost, parts = counts(table)["not_read"], counts(table)["data_lost"]
+    units = len({row.unit for row in table if row.unit is not None})
+    told = f"{len(table)} log{'s' * (len(table) != 1)}" + (
+        f" of {units} unit{'s' * (units != 1)}" if units else ""
+    )
+    told += f", {lost} could not be read" if lost else ""
+    told += f", {parts} read with data lost" if parts else ""
+    if limit is None:
+        return told
+    above = [row for row in table if row.alarm]
+    worn = f": {', '.join(dict.fromkeys(row.unit or row.file for row in above))}" if above else ""
+    undecided = counts(table)["undecided"]
+    return f"{told}; above the limit {limit:g}: {len(above)}{worn}" + (
+        f"; undecided: {undecided}" if undecided else ""
+    )
+
+
+def table_texts(table: Sequence[FleetRow]) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows of texts for people, columns that no row fills left out."""
+    cells = [{name: _short(value) for name, value in _joined(row).items()} for row in table]
+    names = [
+        name
+        for name in sorted(
+            COLUMNS, key=lambda name: SEEN_LAST.index(name) if name in SEEN_LAST else -1
+        )
+        if any(one.get(name) for one in cells)
+    ]
+    return [name.replace("_", " ") for name in names], [
+        [one[name] for name in names] for one in cells
+    ]
+
+
+def _joined(row: FleetRow) -> dict[str, Any]:
+    """The cells, an interval in one."""
+    cells = row.cells()
+    for value, low, high in (("wear", "low", "high"), ("ratio", "ratio_low", "ratio_high")):
+        ends = cells.pop(low), cells.pop(high)
+        if cells[value] is not None:
+            cells[value] = f"{cells[value]:.4g} [{ends[0]:.4g}, {ends[1]:.4g}]"
+    return cells
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, bool):
+        return "ALARM" if value else "no"
+    return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def as_text(table: Sequence[FleetRow]) -> str:
+    """The same in columns."""
+    headings, rows = table_texts(table)
+    lines = [headings, *rows]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(headings))]
+    return "\n".join(
+        "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
+        for line in lines
+    )
+
+
+def as_csv(table: Sequence[FleetRow]) -> str:
+    """With a line of names first; RFC 4180, but for line ends of one character."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for row in table:
+        writer.writerow([_cell(value) for value in row.cells().values()])
+    return out.getvalue()
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def write_parquet(table: Sequence[FleetRow], target: BinaryIO, provenance: dict[str, str]) -> None:
+    """The same as Parquet; dates as time stamps in UTC. Raises LogError where pyarrow is not
+    installed."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    kinds = dict.fromkeys(COLUMNS, pa.float64()) | dict.fromkeys(TEXTS, pa.string())
+    kinds |= {"date": pa.timestamp("us", tz="UTC"), "moves": pa.int64(), "alarm": pa.bool_()}
+    cells = [{**row.cells(), "date": _stamp(row.date)} for row in table]
+    schema = pa.schema([pa.field(name, kinds[name]) for name in COLUMNS], metadata=provenance)
+    pq.write_table(pa.Table.from_pylist(cells, schema=schema), target, compression="zstd")
+
+
+def require_parquet(target: Path) -> None:
+    """Raises LogError about `target` where the library that writes it is not installed."""
+    if target.suffix.lower() in PARQUET:
+        library(target, "pyarrow.parquet", "parquet")
+
+
+def _stamp(date: str | None) -> datetime | None:
+    if date is None:
+        return None
+    found = datetime.fromisoformat(date)
+    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)

@@ -1,0 +1,176 @@
+"""Friction along a log, with its interval: the model's law times what it has worn by
+(kernels/friction_interval.py)."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from statistics import NormalDist
+from typing import TypeVar
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+from frictool.observe.estimate import EstimateRange, WearEstimate
+from frictool.observe.kernels.friction_interval import (
+    GAPS,
+    KNOWN,
+    STATE_SIZE,
+    ZONE_SIZE,
+    friction_along,
+)
+from frictool.observe.motion_block import MotionBlock, Vector
+from frictool.plant.axis_model import axis_of, load_of
+
+Matrix = NDArray[np.float64]
+S = TypeVar("S", bound=msgspec.Struct)
+# rad | m: end stops that no axis reaches, so that every axis has its laws in the kernels' array
+NEVER = 1e30
+NONE = EstimateRange(0.0, 0.0, 0.0)
+# of the friction at a place, a deviation: no model has its friction over position to the last per
+# cent
+ROUGH = 0.01
+UNBOUNDED = 1e6  # stands for a wear of which no upper bound is known: a log holds finite numbers
+WIDTH, LOOSE = (
+    0.2,
+    0.4,
+)  # of a gap's width, of the friction in it: how unsure they are where the bench gives no range
+
+
+class FrictionTracker:
+    """Follows the friction from piece to piece. confidence: of its intervals."""
+
+    def __init__(self, model: Model, confidence: float = 0.95) -> None:
+        self._axes = np.stack(
+            [_extended(one) for one in (model, _with_viscous(model, 0), _with_viscous(model, 1))]
+        )
+        self._load = load_of(model).as_array()
+        mechanics, inertia = model.bench.mechanics, model.parameters.inertia.interval[1]
+        loose = Quantity(axis_of(model).backlash_coulomb, *_ends(mechanics.backlash_coulomb))
+        self._gap = np.stack(
+            [_unsure(mechanics.backlash or Quantity(0.0), WIDTH), _unsure(loose, LOOSE)]
+        )
+        self._swing = inertia / (2.0 * model.bench.encoder.resolution)
+        self._quantile = NormalDist().inv_cdf(0.5 + 0.5 * confidence)
+        self._state = np.zeros(STATE_SIZE)
+
+    def take(
+        self, piece: MotionBlock, velocity: Matrix, known: Sequence[tuple[int, WearEstimate]]
+    ) -> Matrix:
+        """Friction (3, n): value, low, high [N m | N], positive against a positive motion.
+
+        velocity (3, n): value, low, high. known: what is known of the wear from which sample of the
+        piece on, the first from 0 on.
+        """
+        if not piece.follows:
+            self._state[KNOWN], self._state[GAPS:] = 0.0, 0.0
+        out = np.empty((3, piece.time.size))
+        ends = [*(start for start, _ in known[1:]), piece.time.size]
+        for (low, estimate), high in zip(known, ends, strict=True):
+            factors, zones = _worn(estimate, self._quantile * ROUGH)
+            part = slice(low, high)
+            friction_along(
+                self._axes,
+                self._load,
+                self._gap,
+                self._swing,
+                factors,
+                zones,
+                self._quantile,
+                piece.position[part],
+                velocity[:, part],
+                piece.effort[part],
+                self._state,
+                out[:, part],
+            )
+        return out
+
+
+def _ends(quantity: Quantity | None) -> tuple[float | None, float | None]:
+    return (None, None) if quantity is None else (quantity.low, quantity.high)
+
+
+def _unsure(quantity: Quantity, part: float) -> Vector:
+    """Value, low, high (3,); without a range `part` of the value either way."""
+    low, high = quantity.interval
+    if low == high:
+        low, high = (1.0 - part) * quantity.value, (1.0 + part) * quantity.value
+    return np.array([quantity.value, low, high])
+
+
+def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
+    """Wear forward and backward and added friction (3, 3), zones (k, 5), as the kernel takes them;
+    rough: of a place, beside its wear."""
+    is_added = estimate.kind == "additive" and estimate.added is not None
+    both = EstimateRange(1.0, 1.0, 1.0) if is_added else estimate.wear
+    sides = (both, both)
+    if estimate.kind == "directional":
+        sides = (estimate.forward or both, estimate.backward or both)
+    added = estimate.added if is_added and estimate.added is not None else NONE
+    factors = np.array(
+        [*(_ends_of(one, rough) for one in sides), [added.value, added.low, added.high]]
+    )
+    zones = [[zone.low, zone.high, *_ends_of(zone.wear, rough)] for zone in estimate.zones]
+    return factors, np.array(zones if estimate.kind == "zones" else []).reshape(-1, ZONE_SIZE)
+
+
+def _ends_of(wear: EstimateRange, rough: float) -> list[float]:
+    """Value, low, high at one place."""
+    room = rough * wear.value
+    low, high = (
+        math.hypot(wear.value - wear.low, room),
+        math.hypot(min(wear.high, UNBOUNDED) - wear.value, room),
+    )
+    return [max(0.0, one) for one in (wear.value, wear.value - low, wear.value + high)]
+
+
+def _extended(model: Model) -> Vector:
+    axis = axis_of(model)
+    return axis._replace(laws=axis.laws._replace(stops=(-NEVER, NEVER))).as_array()
+
+
+def _with_viscous(model: Model, end: int) -> Model:
+    """The model with each viscous friction at one end of its interval, 0 the lower."""
+
+    def at_end(found: Quantity | None) -> Quantity | None:
+        return (
+            None
+            if found is None
+            else msgspec.structs.replace(found, value=max(0.0, found.interval[end]))
+        )
+
+    def replaced(part: S, *names: str) -> S:
+        return msgspec.structs.replace(
+            part, **{name: at_end(getattr(part, name)) for name in names}
+        )
+
+    laws = model.laws
+    if laws is not None:
+        backward = None if laws.backward is None else replaced(laws.backward, "viscous")
+        regimes = tuple(replaced(regime, "viscous", "backward") for regime in laws.regimes)
+        laws = msgspec.structs.replace(laws, backward=backward, regimes=regimes)
+    return msgspec.structs.replace(
+        model, parameters=replaced(model.parameters, "viscous"), laws=laws
+    )
+
+
+def estimate_starts(
+    piece: MotionBlock, before: WearEstimate, found: Sequence[WearEstimate]
+) -> list[tuple[int, WearEstimate]]:
+    """From which sample of a piece on each estimate is known: the first after the last that it is
+    from; of those at one sample the last."""
+    starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in found)]
+    pairs = [
+        (start, one)
+        for start, one in zip(starts, (before, *found), strict=True)
+        if start < piece.time.size
+    ]
+    return [
+        one
+        for one, after in itertools.zip_longest(pairs, pairs[1:])
+        if after is None or after[0] > one[0]
+    ]

@@ -1,0 +1,181 @@
+"""Friction along samples: in slip that of the model's law times what it has worn by, at rest the
+effort that the axis stands.
+
+    slip       direction (wear F(x, |v|) + added) + viscous v     F with its Stribeck curve (2.34),
+               (4.41)
+    in a gap   direction F_gap                                    between motor and load of a
+               backlash (4.45)
+    at rest    effort - offset - load(x)                          at most the breakaway, worn
+
+At rest is where the interval of the velocity holds 0: nothing says that the axis moves. That it may
+is in the interval of the friction: the effort that stops it within a count. The gap is followed
+from the position alone, as a play, for its width and either end of its interval.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.axis_friction import breakaway_at, coulomb_at, straight_line
+from frictool.plant.axis import BACKLASH_BREAKAWAY, OFFSET
+from frictool.plant.axis_friction_laws import STRIBECK_EXPONENT, STRIBECK_VELOCITY
+from frictool.plant.position_load import load_effort
+from frictool.runtime.kernels import kernel
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+# what is kept from sample to sample: position, effort, whether both are known, mean square of the
+# effort's noise, how much that is worth, gaps of the width's value, low, high
+LAST_X, LAST_EFFORT, KNOWN, NOISE, WEIGHT, GAPS = 0, 1, 2, 3, 4, 5
+STATE_SIZE = GAPS + 3
+FORGET = 1.0 / 256.0  # of the noise, a sample at rest
+VALUE, LOW, HIGH = 0, 1, 2
+ROUNDING = 1e-9  # of a gap's half width
+ZONE_SIZE = 5  # from, to, wear, low, high
+AXES = 3  # the model's axis, and with the viscous friction of either end of its interval
+
+
+@kernel
+def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
+    """F [N m | N] in slip without the viscous part, after a long rest before it; p
+    (EXTENDED_SIZE,)."""
+    level = float(coulomb_at(p, direction, x))
+    if p[STRIBECK_VELOCITY] > 0.0:
+        fall = math.exp(-((speed / p[STRIBECK_VELOCITY]) ** p[STRIBECK_EXPONENT]))
+        level += max(0.0, breakaway_at(p, direction, x, math.inf) - level) * fall
+    return float(level)
+
+
+@kernel
+def viscous_friction(p: Vector, direction: float, speed: float) -> float:
+    """The viscous part [N m | N], across the knees of its regimes."""
+    added, viscous = straight_line(p, direction, speed)
+    return added + viscous * speed
+
+
+@kernel
+def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[float, float, float]:
+    """Wear at x in a direction: value, low, high; factors (3, 3): forward, backward, added."""
+    for row in range(zones.shape[0]):
+        if zones[row, 0] <= x < zones[row, 1]:
+            return zones[row, 2], zones[row, 3], zones[row, 4]
+    side = 0 if direction > 0.0 else 1
+    return factors[side, VALUE], factors[side, LOW], factors[side, HIGH]
+
+
+@kernel
+def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Matrix) -> float:
+    """What the axis stands at most at x [N m | N], worn as far as may be; not less than the
+    friction inside a gap."""
+    worn = (
+        breakaway_at(p, direction, x, math.inf) * _worn(factors, zones, x, direction)[HIGH]
+        + factors[2, HIGH]
+    )
+    return float(max(worn, p[BACKLASH_BREAKAWAY]))
+
+
+@kernel
+def _in_slip(
+    axes: Matrix, gap: Vector, x: float, v: float, factors: Matrix, zones: Matrix, loose: float
+) -> tuple[float, float, float]:
+    """Friction of an axis that slips: value, low, high. loose: the part of the widths for which it
+    is inside its gap."""
+    direction, speed = 1.0 if v > 0.0 else -1.0, abs(v)
+    value, low, high = 0.0, math.inf, 0.0
+    wear = _worn(factors, zones, x, direction)
+    if loose < 1.0:
+        dry, viscous = (
+            dry_friction(axes[0], x, direction, speed),
+            viscous_friction(axes[0], direction, speed),
+        )
+        worn = wear[VALUE] * dry + factors[2, VALUE]
+        value = worn + viscous
+        least = wear[LOW] * dry + factors[2, LOW] - worn
+        most = wear[HIGH] * dry + factors[2, HIGH] - worn
+        thin, thick = (
+            viscous_friction(axes[LOW], direction, speed),
+            viscous_friction(axes[HIGH], direction, speed),
+        )
+        low = max(0.0, value - math.sqrt(least * least + (thin - viscous) ** 2))
+        high = value + math.sqrt(most * most + (thick - viscous) ** 2)
+    if loose > 0.0:
+        low = min(low, gap[LOW] * wear[LOW])
+        high = max(high, gap[HIGH] * wear[HIGH])
+    if loose > 0.5:
+        value = gap[VALUE] * wear[VALUE]
+    return (value, low, high) if direction > 0.0 else (-value, -high, -low)
+
+
+@kernel
+def _play(state: Vector, x: float, direction: float, widths: Vector) -> float:
+    """Follows the gaps to x and says what part of the widths leaves the axis inside its gap."""
+    loose = 0
+    for which in range(3):
+        half = 0.5 * widths[which]
+        gap = min(max(state[GAPS + which] + (x - state[LAST_X]), -half), half)
+        state[GAPS + which] = gap
+        loose += direction * gap < half * (1.0 - ROUNDING)
+    return loose / 3.0
+
+
+@kernel
+def friction_along(
+    axes: Matrix,
+    load: Vector,
+    gap: Matrix,
+    swing: float,
+    factors: Matrix,
+    zones: Matrix,
+    quantile: float,
+    x: Vector,
+    v: Matrix,
+    effort: Vector,
+    state: Vector,
+    out: Matrix,
+) -> None:
+    """Friction of samples that follow one another, out (3, n): value, low, high [N m | N].
+
+    axes (3, EXTENDED_SIZE): the model's, and those of its least and most viscous friction. load:
+    plant/position_load.py. gap (2, 3): its width and the friction in it. swing: inertia over two
+    counts. factors (3, 3): wear forward, wear backward, added friction. zones (k, 5). quantile: of
+    the normal law. x, effort (n,); v (3, n); state (STATE_SIZE,), kept. Of three values each is
+    value, low, high.
+    """
+    p = axes[0]
+    place, forward, backward, loaded = (
+        math.nan,
+        0.0,
+        0.0,
+        0.0,
+    )  # where it rests: what it stands at most there, and its load
+    for k in range(x.shape[0]):
+        if state[KNOWN] == 0.0:
+            state[LAST_X], state[LAST_EFFORT], state[KNOWN] = x[k], effort[k], 1.0
+        speed, slowest, fastest = v[VALUE, k], v[LOW, k], v[HIGH, k]
+        loose = _play(state, x[k], 1.0 if speed >= 0.0 else -1.0, gap[0])
+        if slowest <= 0.0 <= fastest:
+            if x[k] != place:
+                place, loaded = x[k], p[OFFSET] + load_effort(load, x[k])
+                forward, backward = (
+                    _strongest(p, 1.0, place, factors, zones),
+                    _strongest(p, -1.0, place, factors, zones),
+                )
+            held = effort[k] - loaded
+            step = effort[k] - state[LAST_EFFORT]
+            state[NOISE] += FORGET * (0.5 * step * step - state[NOISE])
+            state[WEIGHT] += FORGET * (1.0 - state[WEIGHT])
+            stopped = swing * max(-slowest, fastest) ** 2  # what it takes to stop within a count
+            spread = math.hypot(quantile * math.sqrt(state[NOISE] / state[WEIGHT]), stopped)
+            value = min(max(held, -backward), forward)
+            low, high = (
+                min(max(held - spread, -backward), forward),
+                min(max(held + spread, -backward), forward),
+            )
+        else:
+            value, low, high = _in_slip(axes, gap[1], x[k], speed, factors, zones, loose)
+        out[VALUE, k], out[LOW, k], out[HIGH, k] = value, low, high
+        state[LAST_X], state[LAST_EFFORT] = x[k], effort[k]

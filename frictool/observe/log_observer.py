@@ -1,0 +1,176 @@
+"""One log from its first sample to what it has told in the end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from frictool.documents.model import Model
+from frictool.documents.observer import Observer
+from frictool.logs.assembly import EVERYTHING, TimeWindow
+from frictool.logs.canonical.mcap_layout import KIND
+from frictool.logs.origin import LogName, NamePatterns, origin_of
+from frictool.observe.design.tracking import design_tracking
+from frictool.observe.estimate import WearEstimate
+from frictool.observe.estimation import (
+    EstimateBlock,
+    VelocityEstimation,
+    WearEstimation,
+    estimate_along,
+)
+from frictool.observe.observation_outcome import ObservationOutcome
+from frictool.observe.rig_plausibility import implausible
+from frictool.observe.sample_stream import SampleStream, open_stream
+from frictool.observe.second_observer import SecondObserver, check_observer
+from frictool.observe.velocity import VelocityEstimator
+from frictool.observe.wear.estimator import WearEstimator
+
+OFTEN = 100  # samples to a gap: with more gaps no move is in one piece
+
+
+@dataclass(frozen=True)
+class ObservationSettings:
+    """How logs are read and judged. topic: of the stream, where it is not /axis. confidence: of all
+    intervals."""
+
+    window: TimeWindow = EVERYTHING
+    topic: str | None = None
+    salvage: bool = False
+    confidence: float = 0.95
+    patterns: NamePatterns = field(default_factory=NamePatterns)
+
+
+def estimated_wear(model: Model, confidence: float) -> WearEstimation:
+    """The estimator of wear."""
+    return WearEstimator(model, confidence=confidence)
+
+
+def estimated_velocity(model: Model, confidence: float) -> VelocityEstimation:
+    """The estimator of the velocity."""
+    return VelocityEstimator(model, confidence)
+
+
+@dataclass(frozen=True)
+class EstimatorFactories:
+    """What estimates, made for a model and a confidence."""
+
+    wear: Callable[[Model, float], WearEstimation] = estimated_wear
+    velocity: Callable[[Model, float], VelocityEstimation] = estimated_velocity
+
+
+THESE = EstimatorFactories()
+
+
+class LogObserver:
+    """A log that is being observed: `parts` once, then `outcome`."""
+
+    def __init__(
+        self,
+        path: Path,
+        model: Model,
+        settings: ObservationSettings,
+        name: LogName | None = None,
+        estimators: EstimatorFactories = THESE,
+        observer: tuple[Path, Observer] | None = None,
+    ) -> None:
+        """observer: the document of a further one, and where it is from; one that tracks takes the
+        place of the velocity's estimator.
+
+        Raises LogError as `feed` does, DocumentError where the observer is for another axis or
+        period, FrictoolError where the model has no dry friction.
+        """
+        self.name, self.settings = name or LogName(path.name), settings
+        self.feed: SampleStream = open_stream(
+            path, model.bench, settings.window, settings.topic, settings.salvage
+        )
+        bench = msgspec.structs.replace(model.bench, sample_period_s=self.feed.period)
+        self.model = msgspec.structs.replace(model, bench=bench)
+        self.wear = estimators.wear(self.model, settings.confidence)
+        self.velocity = estimators.velocity(self.model, settings.confidence)
+        self.beside: SecondObserver | None = None
+        if observer is not None:
+            check_observer(*observer, self.model, self.feed.period)
+            self._take_along(observer[1])
+
+    def _take_along(self, observer: Observer) -> None:
+        if observer.tracking is not None:
+            self.velocity = VelocityEstimator(self.model, self.settings.confidence, observer)
+            return
+        own = design_tracking(self.model, observer.provenance).tracking
+        assert own is not None
+        self.beside = SecondObserver(observer, own.bandwidth_rad_s / (2.0 * math.pi))
+
+    def parts(self) -> Iterator[EstimateBlock]:
+        """What is known at its samples, piece after piece. Raises LogError as `Feed.pieces`."""
+        yield from estimate_along(
+            self.feed.pieces(),
+            self.model,
+            self.wear,
+            self.velocity,
+            self.settings.confidence,
+            self.beside,
+        )
+        self.wear.finish()
+
+    def _silent(self) -> list[str]:
+        """Why nothing is known of the wear."""
+        if self.wear.estimate.moves:
+            return []
+        if self.feed.gaps * OFTEN > self.feed.samples:
+            grid = f"put it on a grid first: `frictool ingest --resample {self.feed.period:.6g}`"
+            return [
+                f"no move tells the wear: the log's clock breaks {self.feed.gaps} times, and a move has to be in one piece; {grid}"
+            ]
+        return [
+            "no move tells the wear: within the bench's travel the axis never slips long and fast enough, its load carried along"
+        ]
+
+    def _figures(self) -> dict[str, Any]:
+        """Those of the velocity; a velocity that a sensor measured is not called the true one."""
+        found = self.velocity.figures()
+        return (
+            found
+            if self.feed.truth
+            else {name.replace("_true", "_measured"): value for name, value in found.items()}
+        )
+
+    def wear_alone(self) -> WearEstimate:
+        """The wear in the end, nothing else: in place of `parts`."""
+        for piece in self.feed.pieces():
+            self.wear.take(piece)
+        self.wear.finish()
+        return self.wear.estimate
+
+    @property
+    def progress(self) -> float:
+        """The part of the log that has been worked through."""
+        return self.feed.made.progress
+
+    def outcome(self) -> ObservationOutcome:
+        """What is known in the end."""
+        log, made = self.feed, self.feed.made
+        found = origin_of(
+            made.notes.get(KIND, {}), made.origin, log.first, self.name, self.settings.patterns
+        )
+        return ObservationOutcome(
+            source=log.source,
+            stream=log.topic,
+            samples=log.samples,
+            duration=log.duration,
+            gaps=log.gaps,
+            period=log.period,
+            estimate=self.wear.estimate,
+            figures=self._figures(),
+            observer=None if self.beside is None else self.beside.as_json(),
+            losses=log.losses,
+            remarks=(*log.remarks(), *self._silent()),
+            doubts=implausible(self.model, self.wear.estimate),
+            confidence=self.settings.confidence,
+            unit=found.unit,
+            date=found.date,
+        )

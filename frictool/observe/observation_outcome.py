@@ -1,0 +1,210 @@
+"""What a log has told in the end: the estimate, the figures of the velocity, the verdict; for
+people and for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.logs.losses import as_rows, loss_count_text
+from frictool.logs.table import DataLoss
+from frictool.observe.commissioning import Commissioning
+from frictool.observe.estimate import EstimateRange, WearEstimate
+from frictool.observe.wear_limit import WearVerdict, judge
+
+KINDS = {
+    "none": "none that the log shows",
+    "multiplicative": "all dry friction by one factor",
+    "additive": "one effort added to the dry friction",
+    "directional": "another factor in either direction",
+    "zones": "another factor in each zone of the travel",
+}
+
+
+@dataclass(frozen=True)
+class ObservationOutcome:
+    """Of one log. figures: of the velocity, by name, in SI. ratio: of the wear to that at
+    commissioning, from `reference`. observer: what another observer says. doubts: why the log may
+    not be of this rig."""
+
+    source: str
+    stream: str
+    samples: int
+    duration: float
+    gaps: int
+    period: float
+    estimate: WearEstimate
+    figures: dict[str, Any]
+    ratio: EstimateRange | None = None
+    reference: str | None = None
+    verdict: WearVerdict | None = None
+    observer: dict[str, Any] | None = None
+    losses: Sequence[DataLoss] = ()
+    remarks: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+    confidence: float = 0.95
+    unit: str | None = None
+    date: str | None = None
+
+    @property
+    def warnings(self) -> list[str]:
+        """All of them, for people."""
+        return [*self.remarks, *self.doubts, *self.estimate.warnings]
+
+    def as_json(self) -> dict[str, Any]:
+        """The machine's view."""
+        verdict, ratio = self.verdict, self.ratio
+        return {
+            "log": Path(self.source).name,
+            "stream": self.stream,
+            "unit": self.unit,
+            "date": self.date,
+            "samples": self.samples,
+            "duration_s": self.duration,
+            "gaps": self.gaps,
+            "sample_period_s": self.period,
+            "confidence": self.confidence,
+            **self.estimate.as_json(),
+            **(
+                {"ratio": ratio.as_json(), "commissioning": self.reference}
+                if ratio is not None
+                else {}
+            ),
+            **self.figures,
+            **({"observer": self.observer} if self.observer is not None else {}),
+            "wear_limit": None if verdict is None else verdict.limit,
+            "alarm": None if verdict is None else verdict.exceeded,
+            "reason": None if verdict is None else verdict.reason,
+            "lost": as_rows(list(self.losses)),
+            "warnings": self.warnings,
+        }
+
+
+def ratio_to(reference: Commissioning | None, estimate: WearEstimate) -> EstimateRange | None:
+    """The wear over that at commissioning, where there is one and moves tell a wear."""
+    told = reference is not None and estimate.moves > 0 and estimate.wear.value > 0.0
+    return reference.ratio(estimate) if reference is not None and told else None
+
+
+def with_verdict(
+    outcome: ObservationOutcome, limit: float | None, reference: Commissioning | None
+) -> ObservationOutcome:
+    """The same with its ratio to commissioning and its verdict, where they are asked for."""
+    ratio = ratio_to(reference, outcome.estimate)
+    verdict = None if limit is None else judge(outcome.estimate, limit, ratio, outcome.doubts)
+    return replace(
+        outcome,
+        ratio=ratio,
+        reference=None if reference is None else Path(reference.source).name,
+        verdict=verdict,
+    )
+
+
+def heading(outcome: ObservationOutcome) -> str:
+    """The log in one line."""
+    moves = outcome.estimate.moves
+    return f"{Path(outcome.source).name}: {outcome.samples} samples, {outcome.duration:.6g} s, {moves} move{'s' * (moves != 1)}"
+
+
+def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
+    """All of it for people, the verdict last."""
+    found = facts(outcome, model)
+    width = max(len(name) for name, _ in found) + 2
+    shown = [f"{name:<{width}}{text}" for name, text in found]
+    return [
+        heading(outcome),
+        *shown,
+        *([] if outcome.verdict is None else [_told(outcome.verdict)]),
+    ]
+
+
+def facts(outcome: ObservationOutcome, model: Model) -> list[tuple[str, str]]:
+    """What was found, by its name, for people."""
+    found, effort, position = (
+        outcome.estimate,
+        si_unit("effort", model.axis),
+        si_unit("position", model.axis),
+    )
+    shown = [
+        ("wear", f"{_range(found.wear)}   ({100.0 * outcome.confidence:g} % interval)"),
+        ("kind", KINDS[found.kind]),
+    ]
+    sides = (
+        ("forward", found.forward, ""),
+        ("backward", found.backward, ""),
+        ("added", found.added, effort),
+    )
+    shown += [
+        (f"  {name}", f"{_range(one)} {unit}".rstrip())
+        for name, one, unit in sides
+        if one is not None
+    ]
+    shown += [
+        (f"  {zone.low:.4g} to {zone.high:.4g} {position}", _range(zone.wear))
+        for zone in found.zones
+    ]
+    if outcome.ratio is not None:
+        shown.append(("to commissioning", _range(outcome.ratio)))
+    if found.scale is not None:
+        shown.append(
+            (
+                "scale",
+                f"{_range(found.scale)}   (the actuator's constant: on the wear, not on a ratio)",
+            )
+        )
+    shown += [
+        (name.replace("_", " "), f"{_range(one)}   (over the model's)")
+        for name, one in found.others.items()
+    ]
+    shown += [("velocity", text) for text in _velocity(outcome, si_unit("velocity", model.axis))]
+    if outcome.observer is not None:
+        told = ", ".join(
+            f"{name.replace('_', ' ')} {value:.4g}"
+            for name, value in outcome.observer.items()
+            if isinstance(value, float)
+        )
+        shown.append(
+            ("observer", f"{outcome.observer['name']}, {outcome.observer['kind']}: {told}")
+        )
+    if outcome.losses:
+        shown.append(("lost", loss_count_text(list(outcome.losses))))
+    return shown
+
+
+def _range(found: EstimateRange) -> str:
+    return f"{found.value:.4g} in [{found.low:.4g}, {found.high:.4g}]"
+
+
+def _velocity(outcome: ObservationOutcome, unit: str) -> list[str]:
+    """How far the velocity is from others, rms, and how far the low-pass (5.70) is at the cut-off
+    that is best for this log."""
+    found = outcome.figures
+    shown: list[str] = []
+    cutoff = found.get("zero_phase_cutoff_hz")
+    zero_phase = "the zero-phase velocity" + (f" of {cutoff:.3g} Hz" if cutoff is not None else "")
+    for ending, reference in (
+        ("", zero_phase),
+        ("_true", "the true one"),
+        ("_measured", "the measured one"),
+    ):
+        own, other, at = (
+            found.get(f"{name}{ending}")
+            for name in ("velocity_rms", "velocity_rms_filter", "filter_cutoff_hz")
+        )
+        if own is not None:
+            against = (
+                ""
+                if other is None
+                else f"; (5.70) at its best{f', {at:.3g} Hz' if at is not None else ''}: {other:.4g} {unit}"
+            )
+            shown.append(f"{own:.4g} {unit} rms from {reference}{against}")
+    return shown
+
+
+def _told(verdict: WearVerdict) -> str:
+    word = {True: "EXCEEDED", False: "not exceeded", None: "UNDECIDED"}[verdict.exceeded]
+    return f"wear limit {verdict.limit:g}: {word}: {verdict.reason}"

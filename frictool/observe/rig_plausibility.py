@@ -1,0 +1,43 @@
+"""Whether what a log tells can be of the rig that the model describes: else a narrow interval holds
+nothing that is true of the rig.
+
+The inertia does not wear. Where it is beyond the bench's range of it and of the actuator's
+constant, by more than units differ, the log is of another rig, its clock or its drive is not what
+the bench says, or its signal saturates.
+"""
+
+from __future__ import annotations
+
+from frictool.documents.model import Model
+from frictool.observe.estimate import EstimateRange, WearEstimate
+from frictool.observe.wear.restriction import INERTIA_SPREAD
+
+TRY = "is this the rig of the log, does its drive's signal saturate, are the units and the constant right?"
+
+
+def implausible(model: Model, estimate: WearEstimate) -> tuple[str, ...]:
+    """What cannot be, in one line each."""
+    found = estimate.others.get("inertia")
+    odd = [] if found is None or estimate.moves == 0 else _inertia(model, found, estimate.scale)
+    if estimate.moves and estimate.wear.high <= 0.0:
+        odd.append(
+            "the wear is below 0, which dry friction cannot be: is the sign of the position or of the drive reversed?"
+        )
+    return tuple(odd)
+
+
+def _inertia(model: Model, found: EstimateRange, scale: EstimateRange | None) -> list[str]:
+    known = (model.parameters.inertia, model.bench.mechanics.inertia)
+    nominal = model.parameters.inertia.value
+    low = (
+        min(own.interval[0] for own in known) / nominal * (scale.low if scale is not None else 1.0)
+    )
+    high = (
+        max(own.interval[1] for own in known) / nominal * (scale.high if scale is not None else 1.0)
+    )
+    if found.high >= low * (1.0 - INERTIA_SPREAD) and found.low <= high * (1.0 + INERTIA_SPREAD):
+        return []
+    allowed = f"the bench and its constant allow {low:.3g} to {high:.3g}"
+    return [
+        f"the inertia is {found.value:.3g} of the model's, {allowed}: do not trust the wear; {TRY}"
+    ]

@@ -1,0 +1,323 @@
+"""Any log to the pieces that observers take, block after block and without holding it.
+
+    file ──assembly.py──▶ samples of one stream, SI ──▶ Piece, Piece, ...    (samples.py)
+
+A canonical log is read as it is, a raw one by the columns of the model's bench. A gap, or an
+interval that is off the period by more than a tenth, ends a piece, and the next one says that it
+does not follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.errors import LogError
+from frictool.logs.assembly import (
+    EVERYTHING,
+    LogAssembly,
+    PendingStream,
+    TimeWindow,
+    assemble,
+    start_streams,
+)
+from frictool.logs.canonical.mcap_layout import NS, StreamHeader
+from frictool.logs.canonical.sample_chunks import join_blocks
+from frictool.logs.channels.bench_match import match_bench
+from frictool.logs.channels.mapping import RATE_NOTED
+from frictool.logs.log import MAIN_TOPIC, Log, Stream
+from frictool.logs.losses import loss_count_text
+from frictool.logs.quality.opening_samples import OpeningSamples
+from frictool.logs.quality.sign_check import sign_of
+from frictool.logs.quality.time_base import time_base
+from frictool.logs.stream_source import SampleBlock
+from frictool.logs.table import DataLoss, pick
+from frictool.observe.motion_block import MotionBlock, Vector
+
+JITTER = 0.1  # an interval that is off the period by more than this part of it breaks the clock
+MOST_BROKEN = 0.2  # with more broken intervals than this part there is no uniform clock to speak of
+FEWEST = 3  # samples
+LARGEST = 1e12  # of a signal in SI
+PIECE_SAMPLES = 1 << 14  # of a piece, at least, where the log goes on: each piece costs some calls
+OPENING_SAMPLES = (
+    1 << 16
+)  # of the beginning, by which the log is compared with the bench; more where the drive is still 0
+
+
+@dataclass
+class SampleStream:
+    """One stream of a log on its way. What it counts is complete when `pieces` has ended.
+
+    period: s, the bench's, or the log's own where the two differ by more than 1 %. truth: whether
+    the velocity of the pieces is a simulation's, not a sensor's. gaps: how often the clock broke.
+    """
+
+    made: LogAssembly
+    topic: str
+    period: float
+    truth: bool
+    warnings: tuple[str, ...]
+    _blocks: Iterator[SampleBlock]
+    _fields: tuple[str, ...]
+    _effort: tuple[str, float]
+    _beginning: OpeningSamples
+    samples: int = 0
+    gaps: int = 0
+    longest_gap: float = 0.0
+    first: float = 0.0
+    last: float = 0.0
+
+    @property
+    def source(self) -> str:
+        """The file, for messages."""
+        return self.made.flows[0].source
+
+    @property
+    def duration(self) -> float:
+        """s, from the first sample to the end of the last."""
+        return self.last - self.first + self.period if self.samples else 0.0
+
+    @property
+    def losses(self) -> list[DataLoss]:
+        """What could not be read."""
+        return self.made.losses
+
+    def remarks(self) -> tuple[str, ...]:
+        """What is odd about the log, for people; complete when `pieces` has ended."""
+        odd = [
+            text
+            for text in (*self.warnings, *self.made.warnings)
+            if " in time, the longest " not in text
+        ]
+        if self.made.told:
+            odd.append(
+                f"was made with data lost: {loss_count_text(self.made.told)}; `frictool info` lists it"
+            )
+        sign = sign_of(self._beginning.stream).text if self.samples else None
+        odd += [] if sign is None else [sign]
+        if self.gaps:
+            odd.append(
+                f"{self.gaps} gap{'s' * (self.gaps != 1)} in time, the longest {self.longest_gap:.6g} s"
+            )
+        return tuple(dict.fromkeys(odd))
+
+    def pieces(self) -> Iterator[MotionBlock]:
+        """The pieces, once. Raises LogError where the log is damaged, or its clock breaks too
+        often."""
+        before: int | None = None
+        for samples in _grouped(self._blocks):
+            signals = dict(zip(self._fields, samples.values, strict=True))
+            name, constant = self._effort
+            self._check(samples)
+            self._beginning.take(samples)
+            effort = signals[name] if constant == 1.0 else constant * signals[name]
+            position, velocity = signals["position"], signals.get("velocity")
+            for low, high, follows in self._parts(samples, before):
+                known = None if velocity is None else velocity[low:high]
+                yield MotionBlock(
+                    samples.time[low:high] / NS,
+                    position[low:high],
+                    effort[low:high],
+                    follows,
+                    known,
+                )
+            before = int(samples.time[-1])
+
+    def _parts(self, samples: SampleBlock, before: int | None) -> Iterator[tuple[int, int, bool]]:
+        """Where the pieces of a block begin and end, and whether each follows what was before
+        it."""
+        steps = np.diff(samples.time, prepend=samples.time[0] if before is None else before) / NS
+        broken = np.abs(steps - self.period) > JITTER * self.period
+        broken[0] = before is not None and broken[0]
+        self._count(samples, steps[broken])
+        starts = [0, *(edge for edge in np.flatnonzero(broken).tolist() if edge)]
+        ends = [*starts[1:], samples.time.size]
+        for low, high in zip(starts, ends, strict=True):
+            yield low, high, low == 0 and before is not None and not broken[0]
+
+    def _check(self, samples: SampleBlock) -> None:
+        """Raises LogError where a signal is so large that nothing measures it, and sums of its
+        squares would overflow."""
+        for name, values in zip(self._fields, samples.values, strict=True):
+            most = int(np.argmax(np.abs(values)))
+            if not abs(values[most]) <= LARGEST:
+                found = f"{name} is {values[most]:g} at {samples.time[most] / NS:.9g} s"
+                raise LogError(
+                    self.source,
+                    f"stream {self.topic}: {found}; allowed: {LARGEST:g} at most; is its unit right?",
+                )
+
+    def _count(self, samples: SampleBlock, jumps: Vector) -> None:
+        self.first = self.first if self.samples else float(samples.time[0]) / NS
+        self.samples, self.last = self.samples + samples.time.size, float(samples.time[-1]) / NS
+        self.gaps += jumps.size
+        self.longest_gap = max(self.longest_gap, float(jumps.max(initial=0.0)))
+        if self.gaps > MOST_BROKEN * self.samples and self.samples > FEWEST:
+            _refuse_clock(self.source, self.gaps / self.samples, self.period)
+
+
+def open_stream(
+    path: Path,
+    bench: Bench,
+    window: TimeWindow = EVERYTHING,
+    topic: str | None = None,
+    salvage: bool = False,
+) -> SampleStream:
+    """The stream `topic` of the log at `path`, by default /axis or the only one, with what of the
+    window it holds.
+
+    Raises LogError where the file cannot be read or mapped, has no such stream, no position or no
+    drive, is of another kind of axis or of a period that is not the bench's by 20 %, or has no
+    uniform clock.
+    """
+    made = assemble([path], bench, salvage)
+    chosen = _topic(made, topic)
+    if made.origin is not None:  # nothing counts its time from another stream's first sample
+        made.flows = [flow for flow in made.flows if flow.head.topic == chosen]
+    ready = next((one for one in start_streams(made, window) if one.head.topic == chosen), None)
+    if ready is None:
+        raise LogError(made.flows[0].source, f"stream {chosen} has no samples {window}".rstrip())
+    return _started(made, ready, bench)
+
+
+def _topic(made: LogAssembly, wanted: str | None) -> str:
+    topics = [flow.head.topic for flow in made.flows]
+    source = made.flows[0].source
+    if wanted is not None:
+        return pick(topics, wanted, source, "stream")
+    if MAIN_TOPIC in topics or len(topics) == 1:
+        return MAIN_TOPIC if MAIN_TOPIC in topics else topics[0]
+    raise LogError(
+        source, f"has no stream {MAIN_TOPIC}; name one with --stream: {', '.join(topics)}"
+    )
+
+
+def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStream:
+    """The feed, its stream compared with the bench by its beginning."""
+    source, drive = made.flows[0].source, bench.actuator.drive
+    fields = ready.head.fields
+    _require(source, ready, made, bench)
+    opening = _opening(ready, drive)
+    beginning = _stream(ready, opening)
+    base = time_base(beginning.time)
+    _check_clock(source, beginning.time)
+    metadata = {**made.notes, **_columns(made, ready)}
+    agreed = match_bench(Log((beginning,), metadata, source), bench)
+    remade = drive in fields and agreed.main.signals.get("effort") is not beginning.signals.get(
+        "effort"
+    )
+    effort = (
+        ("effort", 1.0)
+        if "effort" in fields and not remade
+        else (drive, bench.actuator.constant.value)
+    )
+    own = 1.0 / base.rate_hz
+    apart = abs(own / bench.sample_period_s - 1.0) > RATE_NOTED
+    kept = tuple(
+        dict.fromkeys(name for name in ("position", effort[0], "velocity") if name in fields)
+    )
+    places = [fields.index(name) for name in kept]
+    blocks = (
+        SampleBlock(one.time, tuple(one.values[place] for place in places))
+        for one in chain(opening, ready.samples)
+    )
+    truth = made.notes.get("log", {}).get("kind") == "simulated"
+    period = own if apart else bench.sample_period_s
+    told = OpeningSamples(
+        StreamHeader(ready.head.topic, kept, tuple(ready.head.units[place] for place in places))
+    )
+    return SampleStream(
+        made, ready.head.topic, period, truth, agreed.warnings, blocks, kept, effort, told
+    )
+
+
+def _require(source: str, ready: PendingStream, made: LogAssembly, bench: Bench) -> None:
+    """Raises LogError where the stream has no position, or nothing that tells the effort."""
+    fields, drives = ready.head.fields, (bench.actuator.drive, "effort")
+    missing = [] if "position" in fields else ["position"]
+    missing += (
+        []
+        if any(name in fields for name in drives)
+        else [f"{drives[0]} (the bench's drive) or effort"]
+    )
+    if not missing:
+        return
+    has = f"stream {ready.head.topic} has no {' and no '.join(missing)}; it has {', '.join(fields)}"
+    others = [flow.head.topic for flow in made.flows if flow.head.topic != ready.head.topic]
+    hint = (
+        f"; where another stream has it ({', '.join(others[:3])}), `frictool ingest --resample S` puts all on one clock"
+        if others
+        else ""
+    )
+    raise LogError(source, has + hint)
+
+
+def _opening(ready: PendingStream, drive: str) -> list[SampleBlock]:
+    """The first blocks, until the drive has shown that it is one."""
+    place = ready.head.fields.index(drive) if drive in ready.head.fields else None
+    opening: list[SampleBlock] = []
+    seen = 0
+    for block in ready.samples:
+        opening.append(block)
+        seen += block.time.size
+        if (
+            (place is None or block.values[place].any()) and seen >= FEWEST
+        ) or seen >= OPENING_SAMPLES:
+            break
+    return opening
+
+
+def _stream(ready: PendingStream, opening: list[SampleBlock]) -> Stream:
+    whole = join_blocks(opening)
+    signals = dict(zip(ready.head.fields, whole.values, strict=True))
+    units = dict(zip(ready.head.fields, ready.head.units, strict=True))
+    return Stream(MAIN_TOPIC, whole.time / NS, signals, units)
+
+
+def _columns(made: LogAssembly, ready: PendingStream) -> dict[str, dict[str, str]]:
+    """The record that tells whether the effort was measured, as if the stream were /axis."""
+    flow = next(one for one in made.flows if one.head.topic == ready.head.topic)
+    return (
+        {"columns": {f"{MAIN_TOPIC}.{name}": text for name, text in flow.columns.items()}}
+        if flow.columns
+        else {}
+    )
+
+
+def _check_clock(source: str, time: Vector) -> None:
+    """Raises LogError where the beginning (n,) has too few samples, or no uniform clock."""
+    if time.size < FEWEST:
+        raise LogError(
+            source,
+            f"has {time.size} sample{'s' * (time.size != 1)} to observe; at least {FEWEST} are needed",
+        )
+    steps = np.diff(time)
+    period = float(np.median(steps))
+    broken = float(np.mean(np.abs(steps - period) > JITTER * period))
+    if broken > MOST_BROKEN:
+        _refuse_clock(source, broken, period)
+
+
+def _refuse_clock(source: str, broken: float, period: float) -> None:
+    told = f"{100 * broken:.0f} % of the intervals are off the median period {period:.6g} s by more than {JITTER:.0%}"
+    raise LogError(
+        source,
+        f"{told}; put it on a grid first: `frictool ingest {Path(source).name} --resample {period:.6g}`",
+    )
+
+
+def _grouped(blocks: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
+    """Blocks of PIECE_SAMPLES or more; the last may be shorter."""
+    held: list[SampleBlock] = []
+    for block in blocks:
+        held.append(block)
+        if sum(one.time.size for one in held) >= PIECE_SAMPLES:
+            yield join_blocks(held)
+            held = []
+    if held:
+        yield join_blocks(held)

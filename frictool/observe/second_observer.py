@@ -1,0 +1,92 @@
+"""A second observer along the same log, that of an observer.yaml: its estimates are a stream of
+their own, beside the estimator's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frictool.documents.model import Model
+from frictool.documents.observer import Observer
+from frictool.documents.quantity import si_unit
+from frictool.errors import DocumentError
+from frictool.logs.canonical.mcap_layout import NS, StreamHeader
+from frictool.logs.log import MAIN_TOPIC
+from frictool.logs.stream_source import SampleBlock
+from frictool.observe.motion_block import MotionBlock
+from frictool.observe.observer_run import ObserverOutput, ObserverRun
+from frictool.observe.velocity_errors import VelocityErrors
+
+TOPIC = f"{MAIN_TOPIC}/observer"
+SAME_PERIOD = 1e-3  # relative
+
+
+class SecondObserver:
+    """Runs the observer and keeps how well it did."""
+
+    def __init__(self, observer: Observer, cutoff: float) -> None:
+        """cutoff [Hz]: of the zero-phase velocity that it is compared with."""
+        self.observer = observer
+        self._run = ObserverRun(observer)
+        self._figures = VelocityErrors(cutoff, observer.sample_period_s)
+        self._wear: float | None = None
+
+    def take(self, piece: MotionBlock) -> ObserverOutput:
+        """What it finds at the samples of a piece."""
+        found = self._run.take(piece)
+        self._figures.take(piece.position, found.velocity, piece.velocity, piece.follows)
+        self._wear = None if found.wear is None else float(found.wear[-1])
+        return found
+
+    @property
+    def head(self) -> StreamHeader:
+        """Of its stream. What an additive observer finds is friction that was added."""
+        axis, kind = self.observer.axis, self.observer.kind
+        units = {
+            name: si_unit(of, axis)
+            for name, of in (
+                ("position", "position"),
+                ("velocity", "velocity"),
+                ("friction", "effort"),
+            )
+        }
+        if kind != "tracking":
+            units |= {"added": si_unit("effort", axis)} if kind == "additive" else {"wear": "1"}
+        return StreamHeader(TOPIC, tuple(units), tuple(units.values()))
+
+    def as_json(self) -> dict[str, Any]:
+        """The machine's view; wear or added friction at the end of the log."""
+        found = {
+            name: value
+            for name, value in self._figures.figures().items()
+            if name in ("velocity_rms", "velocity_rms_true")
+        }
+        last = (
+            {}
+            if self._wear is None
+            else {"added" if self.observer.kind == "additive" else "wear": self._wear}
+        )
+        return {"name": self.observer.name, "kind": self.observer.kind, **last, **found}
+
+
+def samples_of(found: ObserverOutput) -> SampleBlock:
+    """As they stand in the stream."""
+    wear = () if found.wear is None else (found.wear,)
+    return SampleBlock(
+        np.rint(found.time * NS).astype(np.int64),
+        (found.position, found.velocity, found.friction, *wear),
+    )
+
+
+def check_observer(path: Path, observer: Observer, model: Model, period: float) -> None:
+    """Raises DocumentError about the document at `path` where it is for another axis, or for
+    another period [s] than the log's."""
+    if observer.axis != model.axis:
+        raise DocumentError(
+            path, f"found {observer.axis}; the model's axis is {model.axis}", line=None, key="axis"
+        )
+    if abs(observer.sample_period_s / period - 1.0) > SAME_PERIOD:
+        found = f"found {observer.sample_period_s:g} s; the log's period is {period:.6g} s; design the observer for it"
+        raise DocumentError(path, found, line=None, key="sample_period_s")

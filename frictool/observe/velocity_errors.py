@@ -1,0 +1,158 @@
+"""How well a causal velocity did along a log, beside the low-pass (5.70) at the cut-off that is
+best for this very log.
+
+    positions ──central difference, Butterworth forwards and backwards──▶ zero-phase velocity ──▶
+    rms of the observer, of (5.70)
+              ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)─────────────▲
+
+The zero-phase velocity needs what comes after, so that it is found in blocks: what is held is one
+block, and beside it on either side as much as the filter remembers. The cut-off of (5.70) is chosen
+with the log at hand, which no target can; the observer's is not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from frictool.control.speed_filter import first_order
+from frictool.observe.kernels.low_pass_bank import low_pass_bank
+
+Vector = NDArray[np.float64]
+ORDER = 4  # of the Butterworth filter, forwards and backwards
+REMEMBERED = 10.0  # periods of its cut-off, after which its answer is below 1e-9
+BLOCK = 1 << 14  # samples
+SLOWEST_HZ, CUTOFFS = (
+    1.0,
+    31,
+)  # of the low-passes that are tried, up to the one that takes the mean of two differences
+LEAST = 12  # samples, below which nothing is compared
+
+
+@dataclass
+class ErrorSums:
+    """Of squares, of samples; low_passes (2 b + 1,): as the bank's columns."""
+
+    low_passes: Vector
+    observer: float = 0.0
+    samples: int = 0
+
+
+@dataclass
+class PendingSamples:
+    """What has come in and is still needed: position, estimate, true velocity (n,); compared: how
+    many of them have been."""
+
+    position: list[Vector] = field(default_factory=list)
+    estimate: list[Vector] = field(default_factory=list)
+    truth: list[Vector] = field(default_factory=list)
+    compared: int = 0
+
+
+class VelocityErrors:
+    """Sums over a log, piece after piece. cutoff [Hz]: of the zero-phase velocity; period [s]."""
+
+    def __init__(self, cutoff: float, period: float) -> None:
+        self.period, self.cutoff = period, min(cutoff, 0.4 / period)
+        self.sections = butter(ORDER, self.cutoff, fs=1.0 / period, output="sos")
+        self.overlap = math.ceil(REMEMBERED / (self.cutoff * period))
+        self.tried = np.geomspace(min(SLOWEST_HZ, 0.01 / period), 1.0 / (math.pi * period), CUTOFFS)
+        pairs = np.array([first_order(2.0 * math.pi * tried, period) for tried in self.tried])
+        self.pole, self.gain = np.ascontiguousarray(pairs[:, 0]), np.ascontiguousarray(pairs[:, 1])
+        self.zero_phase, self.true = self._sums(), self._sums()
+        self._begin()
+
+    def take(self, position: Vector, estimate: Vector, truth: Vector | None, follows: bool) -> None:
+        """Samples (n,) of a piece; truth: the velocity that a simulation knows, in every piece of a
+        log or in none."""
+        if not follows:
+            self._compare(last=True)
+            self._begin()
+        self.held.position.append(position)
+        self.held.estimate.append(estimate)
+        if truth is not None:
+            self.held.truth.append(truth)
+        if sum(map(len, self.held.position)) >= self.held.compared + BLOCK + self.overlap:
+            self._compare(last=False)
+
+    def figures(self) -> dict[str, Any]:
+        """By name, SI; the log ends here. None where it was too short."""
+        self._compare(last=True)
+        self._begin()
+        found = self._figures("", self.zero_phase)
+        return (
+            found
+            | {"zero_phase_cutoff_hz": self.cutoff}
+            | (self._figures("_true", self.true) if self.true.samples else {})
+        )
+
+    def _sums(self) -> ErrorSums:
+        return ErrorSums(np.zeros(2 * self.tried.size + 1))
+
+    def _begin(self) -> None:
+        self.held, self.states = (
+            PendingSamples(),
+            (np.zeros((3, self.tried.size)), np.zeros((3, self.tried.size))),
+        )
+
+    def _compare(self, last: bool) -> None:
+        """What is held, but for the end that what comes may still change."""
+        held = self.held
+        if not held.position:
+            return
+        position, estimate = np.concatenate(held.position), np.concatenate(held.estimate)
+        truth = np.concatenate(held.truth) if held.truth else None
+        end = position.size if last else position.size - self.overlap
+        if position.size < LEAST or end <= held.compared:
+            return
+        central = np.gradient(position, self.period)
+        reference = sosfiltfilt(self.sections, central, padlen=min(self.overlap, position.size - 1))
+        part = slice(held.compared, end)
+        difference = np.diff(position, prepend=position[0])[part] / self.period
+        self._add(self.zero_phase, self.states[0], difference, reference[part], estimate[part])
+        if truth is not None:
+            self._add(self.true, self.states[1], difference, truth[part], estimate[part])
+        first = max(0, end - self.overlap)
+        self.held = PendingSamples(
+            [position[first:]],
+            [estimate[first:]],
+            [] if truth is None else [truth[first:]],
+            end - first,
+        )
+
+    def _add(
+        self,
+        sums: ErrorSums,
+        state: NDArray[np.float64],
+        difference: Vector,
+        reference: Vector,
+        estimate: Vector,
+    ) -> None:
+        wanted = np.ascontiguousarray(reference)
+        low_pass_bank(difference, wanted, self.pole, self.gain, state, sums.low_passes)
+        sums.observer += float(np.sum((estimate - wanted) ** 2))
+        sums.samples += difference.size
+
+    def _figures(self, ending: str, sums: ErrorSums) -> dict[str, Any]:
+        """The best of the low-passes: order 0 is the difference itself."""
+        names = [
+            f"velocity_rms{ending}",
+            f"velocity_rms_filter{ending}",
+            f"filter_cutoff_hz{ending}",
+            f"filter_order{ending}",
+        ]
+        if not sums.samples:
+            return dict.fromkeys(names)
+        best = int(np.argmin(sums.low_passes))
+        order = 0 if best == 0 else 1 if best <= self.tried.size else 2
+        cutoff = None if order == 0 else float(self.tried[(best - 1) % self.tried.size])
+        rms = [
+            math.sqrt(total / sums.samples)
+            for total in (sums.observer, float(sums.low_passes[best]))
+        ]
+        return dict(zip(names, (*rms, cutoff, order), strict=True))

@@ -1,0 +1,325 @@
+"""What kind of wear the moves show: one linear model of the rows with five beliefs about its
+parameters, compared by their evidence.
+
+    rows = columns theta + errors       theta ~ N(mean, P_kind)
+
+    none             dry_d,z = 1                  multiplicative   dry_d,z = w
+    additive         level_d = d a                directional      dry_d,z = w_d
+                     zones   dry_d,z = w_z
+
+Multiplicative is the alpha of (6.13), additive that of (6.22).
+
+In every kind the inertia, the viscous friction and its bends, and an offset are as unsure as
+restriction.py says, and friction over speed that the model has not may be there, the more the less
+likely (filter_bank.py): a mixture of beliefs, whose p are summed. Each dry_d,z deviates by ROUGH,
+as no model has its friction over position to the last per cent; and all are scaled alike by what
+the actuator's constant is unsure of: what a wrong constant explains is no wear. The evidence of a
+kind (evidence.py) is the density of the data under it, the parameters integrated out, so that a
+kind with more parameters has to earn them.
+
+A kind of wear is told where its evidence exceeds that of none by CERTAIN and that of the other
+kinds; below that it is none. Values are posterior means; their intervals hold the rough part, and
+not the scale (constant_error.py).
+
+Sums fade over MEMORY moves. Where the last RECENT moves have more evidence with another friction in
+either direction than with what those before have told of every direction and zone, it has changed
+at once, and those before are forgotten.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp, ndtri
+
+from frictool.documents.model import Model
+from frictool.observe.estimate import EstimateRange, Kind, WearZone
+from frictool.observe.wear.bayesian_evidence import best_fit, evidences, mixture, posterior
+from frictool.observe.wear.constant_error import relative_deviation
+from frictool.observe.wear.filter_bank import BEFOREHAND, UNMODELLED
+from frictool.observe.wear.moves import Move
+from frictool.observe.wear.repeated_moves import MoveRepeats
+from frictool.observe.wear.restriction import dry_columns, level_columns, offset_of, restriction
+from frictool.observe.wear.weak_form_layout import WeakFormLayout
+from frictool.observe.wear.zone_weights import SIDES, friction_share, zone_edges, zone_mean
+
+Vector = NDArray[np.float64]
+
+# of kinds that explain the same, as where friction does not vary over position, the first is told
+KINDS: tuple[Kind, ...] = ("none", "multiplicative", "additive", "directional", "zones")
+WEAR = 0.3  # standard deviation of a wear, and of an added friction over the mean friction
+ROUGH = 0.01  # of the model's friction, in each direction and zone
+# of the friction: what the model's shape leaves in a value, however many moves there are (a
+# deviation)
+FLOOR = 0.005
+# of the mean friction: by how much the drive's sensor may have drifted; more looks like friction of
+# one direction
+OFFSET = 0.01
+CERTAIN = 4.0  # of evidence, natural logarithms
+ALIKE = 1.0  # of evidence, by which two kinds explain the same
+MEMORY = 60.0  # moves, over which the sums are a mean
+FEWEST = 2  # moves
+SEEN = 0.2  # of WEAR: what the moves have told less of is not given
+LEFT = 0.25  # of the rows at least, when parameters have used theirs up
+UNEVEN = 0.08  # of what the wear of zones differs by: a deviation within a zone
+LOOSE = -1  # of the beliefs of friction over speed, the widest
+PASSES = 3  # until the variance no longer moves
+FIRST = 16  # moves, at each of which they are looked at
+RECENT = 8  # moves, after which they are looked at again
+
+
+@dataclass(frozen=True)
+class WearClassification:
+    """What the moves say. evidence: of each kind over that of none. wear: of both directions and
+    the zones that were seen, under the kind.
+
+    forward, backward: None where a direction was not seen. inertia: over the model's, under the
+    kind. added [N m | N]: of kind additive. zones: those that were seen, of kind zones.
+    """
+
+    kind: Kind
+    evidence: dict[Kind, float]
+    wear: EstimateRange
+    forward: EstimateRange | None
+    backward: EstimateRange | None
+    inertia: EstimateRange
+    added: EstimateRange | None = None
+    zones: tuple[WearZone, ...] = ()
+
+
+class WearClassifier:
+    """Takes moves and tells their kind of wear; holds some Gram matrices."""
+
+    def __init__(self, model: Model, layout: WeakFormLayout, confidence: float = 0.95) -> None:
+        self.layout = layout
+        self._quantile = float(ndtri(0.5 + 0.5 * confidence))
+        dry = dry_columns(layout)
+        bases = [
+            restriction(model, layout, {"offset": offset_of(model, layout, OFFSET)}, dry, beside)
+            for beside in UNMODELLED
+        ]
+        means = np.stack([base.fixed + base.matrix @ base.mean for base in bases])
+        known = np.stack(
+            [
+                (base.matrix * base.deviation**2) @ base.matrix.T + ROUGH**2 * np.diag(dry)
+                for base in bases
+            ]
+        )
+        self._set_beliefs(
+            means,
+            {kind: known + _spread(layout, kind) for kind in KINDS},
+            WEAR**2 * np.diag(dry),
+            relative_deviation(model),
+        )
+        self._change = _spread(layout, "directional") / np.outer(self._unit, self._unit)
+        self._inflation = 1.0 / (
+            layout.every * float(np.sum(layout.phi**2))
+        )  # rows that tell as much as one: windows overlap
+        self._dry = np.flatnonzero(dry)
+        self._inertia = (np.array(layout.names) == "inertia") / model.parameters.inertia.value
+        self._sides = {side: dry_columns(layout, side) / self._unit for side in SIDES}
+        self._zones = [dry_columns(layout, zone=zone) / self._unit for zone in range(layout.zones)]
+        self._shares: dict[tuple[tuple[int, ...], str | None], Vector] = {}
+        self._floor = (1e-6 * layout.friction) ** 2
+        size = self._mean.size
+        self._nothing: Vector = np.zeros((size + 1, size + 1))
+        self._old, self._old_rows, self._recent = self._nothing, 0.0, list[tuple[Vector, float]]()
+        self._count, self._variance, self._repeats = 0, np.inf, MoveRepeats()
+        self.told: WearClassification | None = None
+
+    def _set_beliefs(
+        self, means: Vector, beliefs: dict[Kind, Vector], free: Vector, scale: float
+    ) -> None:
+        """Parameters are counted in the deviations of the loosest belief, so that no sum loses
+        digits: `_unit` (p,), `_row` (p + 1,)."""
+        loose = sum((belief[LOOSE] for belief in beliefs.values()), free)
+        deviations = np.sqrt(np.diag(loose))
+        self._unit = np.where(deviations > 0.0, deviations, 1.0)
+        self._row = np.append(self._unit, 1.0)
+        both = np.outer(self._unit, self._unit)
+        self._means, self._loose = means / self._unit, loose / both
+        self._beliefs = {kind: belief / both for kind, belief in beliefs.items()}
+        alike = scale**2 * self._means[:, :, None] * self._means[:, None, :]
+        self._scaled = np.concatenate([self._beliefs[kind] + alike for kind in KINDS])
+        self._mean = self._means[LOOSE]
+
+    def take(self, move: Move) -> WearClassification | None:
+        """A move more; what all of them say by now, None where they are too few. Looks again at
+        each of the first, then now and then."""
+        scaled = move.gram * np.outer(self._row, self._row)
+        self._repeats.take(move.gram[np.ix_(self._dry, self._dry)])
+        self._recent.append((scaled, float(move.rows)))
+        if len(self._recent) > RECENT:
+            kept, (gram, rows) = 1.0 - 1.0 / MEMORY, self._recent.pop(0)
+            self._old, self._old_rows = kept * self._old + gram, kept * self._old_rows + rows
+        self._count += 1
+        if self._count >= FEWEST and (self._count <= FIRST or self._count % RECENT == 0):
+            self.told = self._tell()
+        return self.told
+
+    def _tell(self) -> WearClassification:
+        last, rows = (
+            sum((gram for gram, _ in self._recent), self._nothing),
+            sum(rows for _, rows in self._recent),
+        )
+        gram, right = self._information(self._old + last, self._old_rows + rows)
+        since = self._changed(gram, right) if self._old_rows > 0.0 else 0
+        if since:
+            self._recent = self._recent[-since:]
+            last, rows = (
+                sum((gram for gram, _ in self._recent), self._nothing),
+                sum(rows for _, rows in self._recent),
+            )
+            self._old, self._old_rows, self._count = self._nothing, 0.0, since
+            gram, right = self._information(last, rows)
+        best = best_fit(gram, right)
+        every = evidences(gram, best, np.tile(self._means, (len(KINDS), 1)), self._scaled)
+        found = logsumexp(every.reshape(len(KINDS), -1) + np.array(BEFOREHAND), axis=1)
+        over: dict[Kind, float] = {
+            kind: float(value - found[0]) for kind, value in zip(KINDS, found, strict=True)
+        }
+        highest = max(over.values())
+        likely = (
+            [kind for kind in KINDS if over[kind] >= highest - ALIKE]
+            if highest >= CERTAIN
+            else list(KINDS)
+        )
+        return self._values(likely[0], over, gram, right, best)
+
+    def _changed(self, gram: Vector, right: Vector) -> int:
+        """How many of the last moves are of another friction than all before, all else being as it
+        was; 0: none.
+
+        Wherever it changed among the last RECENT: moves of both frictions together would look like
+        zones.
+        """
+        last, since, most = self._nothing, 0, CERTAIN
+        for count, (move, _) in enumerate(reversed(self._recent), 1):
+            last = last + move
+            own, own_right = self._weighted(last, self._variance)
+            known, spread = posterior(gram - own, right - own_right, self._mean, self._loose)
+            beliefs = np.stack([spread, spread + self._change])
+            same, changed = evidences(
+                own, best_fit(own, own_right), np.stack([known, known]), beliefs
+            )
+            if changed - same > most:
+                since, most = count, float(changed - same)
+        return since
+
+    def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
+        """G (p, p) and b (p,), by the variance of the rows' errors under the loosest belief of
+        all."""
+        size = self._mean.size
+        gram, right, squares = sums[:size, :size], sums[:size, size], float(sums[size, size])
+        variance = min(max(squares / rows, self._floor), self._variance)
+        for _ in range(PASSES):
+            weight = 1.0 / (variance * self._inflation)
+            theta, spread = posterior(weight * gram, weight * right, self._mean, self._loose)
+            left = squares - 2.0 * float(theta @ right) + float(theta @ gram @ theta)
+            spent = (
+                self._inflation * weight * float(np.sum(spread * gram))
+            )  # rows that the parameters have used up
+            variance = max(left / max(rows - spent, LEFT * rows), self._floor)
+        self._variance = variance
+        return self._weighted(sums, variance)
+
+    def _weighted(self, sums: Vector, variance: float) -> tuple[Vector, Vector]:
+        """G and b of sums over rows whose errors have this variance."""
+        size, weight = self._mean.size, 1.0 / (variance * self._inflation)
+        return weight * sums[:size, :size], weight * sums[:size, size]
+
+    def _values(
+        self, kind: Kind, over: dict[Kind, float], gram: Vector, right: Vector, best: Vector
+    ) -> WearClassification:
+        own = self._under(kind, gram, right, best)
+        sides = (
+            own
+            if kind in ("additive", "directional")
+            else self._under("directional", gram, right, best)
+        )
+        layout = self.layout
+        zones = tuple(zone for zone, columns in enumerate(self._zones) if _tells(columns, gram))
+        forward, backward = (
+            self._range(self._share(zones, side), *sides, FLOOR)
+            if _tells(self._sides[side], gram)
+            else None
+            for side in ("forward", "backward")
+        )
+        added = (
+            self._range(level_columns(layout, 0.5, 0.5), *own, FLOOR * layout.friction)
+            if kind == "additive"
+            else None
+        )
+        return WearClassification(
+            kind,
+            over,
+            self._range(self._share(zones), *own, FLOOR),
+            forward,
+            backward,
+            self._range(self._inertia, *own),
+            added,
+            self._worn(zones, *own) if kind == "zones" else (),
+        )
+
+    def _under(
+        self, kind: Kind, gram: Vector, right: Vector, best: Vector
+    ) -> tuple[Vector, Vector]:
+        """Mean and covariance of the parameters under a kind."""
+        return mixture(gram, right, best, self._means, self._beliefs[kind], np.array(BEFOREHAND))
+
+    def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[WearZone, ...]:
+        """Each zone's wear; wherever it begins, it need not be at the edge of a zone, so that what
+        zones differ by is within them too, and an error that moves which are alike repeat."""
+        weights, edges = [zone_mean(self.layout, zone) for zone in zones], zone_edges(self.layout)
+        values = [float(own * self._unit @ theta) for own in weights]
+        uneven = UNEVEN * (max(values, default=0.0) - min(values, default=0.0))
+        return tuple(
+            WearZone(
+                edges[zone],
+                edges[zone + 1],
+                self._range(
+                    own, theta, self._repeats.each * spread, float(np.hypot(FLOOR, uneven))
+                ),
+            )
+            for zone, own in zip(zones, weights, strict=True)
+        )
+
+    def _share(self, zones: tuple[int, ...], side: str | None = None) -> Vector:
+        key = (zones, side)
+        if key not in self._shares:
+            self._shares[key] = friction_share(self.layout, zones, side)
+        return self._shares[key]
+
+    def _range(
+        self, weights: Vector, theta: Vector, spread: Vector, beside: float = 0.0
+    ) -> EstimateRange:
+        """The value of weighted parameters, a deviation `beside` in quadrature."""
+        own = weights * self._unit
+        value, deviation = float(own @ theta), float(np.sqrt(own @ spread @ own + beside**2))
+        return EstimateRange(
+            value, value - self._quantile * deviation, value + self._quantile * deviation
+        )
+
+
+def _tells(columns: Vector, gram: Vector) -> bool:
+    """Whether the moves alone tell the wear of these columns to better than SEEN of what is known
+    beforehand, were all else known."""
+    return bool(columns @ gram @ columns * (SEEN * WEAR) ** 2 > 1.0)
+
+
+def _spread(layout: WeakFormLayout, kind: Kind) -> Vector:
+    """What a kind adds to the covariance (p, p) of the columns' parameters."""
+    if kind == "multiplicative":
+        worn = [WEAR * dry_columns(layout)]
+    elif kind == "additive":
+        worn = [WEAR * layout.friction * level_columns(layout, 1.0, 1.0)]
+    elif kind == "directional":
+        worn = [WEAR * dry_columns(layout, side) for side in SIDES]
+    elif kind == "zones":
+        worn = [WEAR * dry_columns(layout, zone=zone) for zone in range(layout.zones)]
+    else:
+        worn = []
+    size = len(layout.names)
+    return sum((np.outer(one, one) for one in worn), np.zeros((size, size)))

@@ -1,0 +1,67 @@
+"""Friction of some directions and zones over the model's (4.44): weights of the columns'
+parameters, of which an interval is taken."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.position_polynomial import mean_over
+from frictool.observe.wear.restriction import dry_columns, level_columns
+from frictool.observe.wear.weak_form_layout import WeakFormLayout
+
+Vector = NDArray[np.float64]
+DIGITS = 6  # of the travel
+SIDES = ("backward", "forward")
+
+
+def zone_edges(layout: WeakFormLayout) -> list[float]:
+    """Where zones begin and end [rad | m], for people: without what rounding has left of a zero."""
+    span = float(np.ptp(layout.edges))
+    return [
+        float(edge) + 0.0
+        for edge in np.round(
+            layout.edges, DIGITS - math.floor(math.log10(span)) if span > 0.0 else DIGITS
+        )
+    ]
+
+
+def zone_mean(layout: WeakFormLayout, zone: int) -> Vector:
+    """Weights (p,) of the plain mean of a zone's two directions."""
+    columns = dry_columns(layout, zone=zone)
+    return np.asarray(columns / np.sum(columns))
+
+
+def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | None = None) -> Vector:
+    """Weights (p,) of the friction over the model's in the mean over `zones`, all where none is
+    given; of one direction, or of both."""
+    sides = SIDES if side is None else (side,)
+    bounded = np.all(np.isfinite(layout.edges)) and layout.edges[0] < layout.edges[-1]
+    spans = {
+        zone: float(layout.edges[zone + 1] - layout.edges[zone]) if bounded else 1.0
+        for zone in zones or range(layout.zones)
+    }
+    weights, whole = np.zeros(len(layout.names)), 0.0
+    for name in sides:
+        for zone, span in spans.items():
+            part = span * _mean_friction(layout, name, zone)
+            weights[layout.names.index(f"dry_{name}_{zone}")] = part
+            whole += part
+    each = (
+        0.5 * len(sides) * sum(spans.values())
+    )  # what levels have in common: by what they differ is an offset, no friction
+    levels = level_columns(layout, each, each)
+    return np.asarray((weights + levels) / whole)
+
+
+def _mean_friction(layout: WeakFormLayout, side: str, zone: int) -> float:
+    """The model's own, over a zone [N m | N]."""
+    curve, (low, high) = layout.dry[SIDES.index(side)], layout.mapped
+    if not np.isfinite(low):
+        return float(curve[0])
+    return mean_over(
+        curve, float(low), float(high), float(layout.edges[zone]), float(layout.edges[zone + 1])
+    )

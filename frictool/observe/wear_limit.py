@@ -1,0 +1,139 @@
+"""Whether wear is above a limit: by the ratio to commissioning where there is one, which is free of
+the actuator's constant.
+
+    interval against the limit             exceeded   certain
+    all above                              yes        yes
+    all below                              no         yes
+    all below 0                            cannot     no         no friction is
+                                           tell
+    is that before any move                cannot     no
+    holds the limit, and 1 too, or is of   cannot     no         it could be a healthy unit's as
+                                           well as a worn one's
+    fewer moves than FEWEST_MOVES          tell
+    holds the limit, and not 1             by the value, no
+
+Where friction has worn in one direction or zone only, the mean of all hides it: a direction or a
+zone that is above the limit for certain exceeds it too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from frictool.observe.estimate import EstimateRange, WearEstimate
+
+FEWEST_MOVES = 2  # fewer tell nothing unless their interval does
+HEALTHY = 1.0
+
+
+@dataclass(frozen=True)
+class WearVerdict:
+    """Against a limit of the wear. exceeded: None where it cannot be told. certain: whether all of
+    the interval says so. reason: in one line."""
+
+    limit: float
+    exceeded: bool | None
+    certain: bool
+    reason: str
+
+
+def judge(
+    estimate: WearEstimate,
+    limit: float,
+    ratio: EstimateRange | None = None,
+    doubts: Sequence[str] = (),
+) -> WearVerdict:
+    """The wear, or its ratio to commissioning, against the limit. doubts: why the log may not be of
+    this rig (rig_plausibility.py): one that has any is not let pass, and an alarm stays one."""
+    found = _of_all_and_parts(estimate, limit, ratio)
+    return found if found.exceeded or not doubts else WearVerdict(limit, None, False, doubts[0])
+
+
+def _of_all_and_parts(
+    estimate: WearEstimate, limit: float, ratio: EstimateRange | None
+) -> WearVerdict:
+    found, name = (estimate.wear, "wear") if ratio is None else (ratio, "ratio to commissioning")
+    of_all = _judged(name, found, estimate.moves, limit)
+    if of_all.exceeded:
+        return of_all
+    for part, worn in _parts(estimate, ratio):
+        if worn.low > limit:
+            return WearVerdict(
+                limit,
+                True,
+                True,
+                f"{_shown(f'{name} {part}', worn)} is above {limit:g}; that of all is {found.value:.4g}",
+            )
+    return of_all
+
+
+def _judged(name: str, found: EstimateRange, moves: int, limit: float) -> WearVerdict:
+    shown = _shown(name, found)
+    if moves == 0:
+        return WearVerdict(
+            limit,
+            None,
+            False,
+            "no move tells of the wear: the verdict needs some, from rest to rest or to and fro",
+        )
+    if found.high <= 0.0:
+        return WearVerdict(
+            limit,
+            None,
+            False,
+            f"{shown} is below 0, which friction cannot be: the log is not what the bench says of it",
+        )
+    if found.low > limit or found.high <= limit:
+        exceeded = found.low > limit
+        return WearVerdict(
+            limit, exceeded, True, f"{shown} is {'above' if exceeded else 'not above'} {limit:g}"
+        )
+    if moves < FEWEST_MOVES:
+        return WearVerdict(
+            limit, None, False, f"{shown} after {moves} move{'s' * (moves != 1)}: too few to tell"
+        )
+    if found.low <= HEALTHY < limit:
+        return WearVerdict(
+            limit,
+            None,
+            False,
+            f"{shown} holds both {HEALTHY:g} and {limit:g}: a longer log, or faster moves, may tell",
+        )
+    exceeded = found.value > limit
+    return WearVerdict(
+        limit,
+        exceeded,
+        False,
+        f"{shown} is {'above' if exceeded else 'not above'} {limit:g}, but not for certain",
+    )
+
+
+def _parts(
+    estimate: WearEstimate, ratio: EstimateRange | None
+) -> Iterator[tuple[str, EstimateRange]]:
+    """Each direction or zone where they differ, by name; over what `ratio` is over."""
+    if estimate.kind == "directional":
+        sides = (("forward", estimate.forward), ("backward", estimate.backward))
+        found = [(name, worn) for name, worn in sides if worn is not None]
+    else:
+        found = [(f"from {zone.low:.4g} to {zone.high:.4g}", zone.wear) for zone in estimate.zones]
+    for name, worn in found:
+        yield name, worn if ratio is None else worn.over(_reference(estimate.wear, ratio))
+
+
+def _reference(wear: EstimateRange, ratio: EstimateRange) -> EstimateRange:
+    """What the wear was divided by to give the ratio (`Range.over`)."""
+    value = wear.value / ratio.value
+
+    def beside(whole: float, own: float) -> float:
+        return value * math.sqrt(max(whole**2 - own**2, 0.0))
+
+    above = beside(1.0 - ratio.low / ratio.value, 1.0 - wear.low / wear.value)
+    below = beside(ratio.high / ratio.value - 1.0, wear.high / wear.value - 1.0)
+    return EstimateRange(value, value - below, value + above)
+
+
+def _shown(name: str, found: EstimateRange) -> str:
+    return f"{name} {found.value:.4g} in [{found.low:.4g}, {found.high:.4g}]"

@@ -1,0 +1,105 @@
+"""The wear of a fleet over the date, a line a unit, each log with its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+from matplotlib import dates
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from frictool.observe.estimate import EstimateRange
+from frictool.observe.estimate_plot import LIMIT, MARGINS, WIDTH, drawing
+from frictool.observe.fleet_table import FleetRow
+from frictool.presentation.svg import panels, render
+
+COLOURS = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f", "#5c6b00", "#8c2f39")
+MARKS = ("o", "s", "^", "D", "v", "P")
+HEIGHT = 3.8  # inches
+MOST_NAMED = 12  # units in the legend: beyond, no colour tells them apart
+UNNAMED = "no unit"
+
+
+def trend(table: Sequence[FleetRow], limit: float | None) -> str:
+    """The `<svg>` element: ratios to commissioning where there are some, a unit's first log at 1,
+    else the wear.
+
+    Where a log has no date, all are drawn by their place in the table.
+    """
+    ratios = any(row.ratio is not None for row in table)
+    told = [(row, found) for row in table if (found := _shown(row, ratios)) is not None]
+    dated = bool(told) and all(row.date is not None for row, _ in told)
+    units = list(dict.fromkeys(row.unit or UNNAMED for row, _ in told))
+    with drawing("trend"):
+        figure, (axes,) = panels((WIDTH, HEIGHT), MARGINS)
+        where = {
+            row.file: _day(row.date or "") if dated else float(place)
+            for place, (row, _) in enumerate(told, start=1)
+        }
+        for number, unit in enumerate(units):
+            own = [(where[row.file], found) for row, found in told if (row.unit or UNNAMED) == unit]
+            own.sort(key=lambda one: one[0])
+            _draw(axes, number, unit, own)
+        if limit is not None:
+            axes.axhline(limit, color=LIMIT, linestyle=(0, (4, 2)), linewidth=1.0)
+        axes.set_ylabel("wear over that at commissioning [1]" if ratios else "wear [1]")
+        _abscissa(axes, dated)
+        if 1 < len(units) <= MOST_NAMED:
+            axes.legend(loc="best", fontsize="small", framealpha=0.9)
+        return render(figure, "wear of each unit over the date")
+
+
+def _abscissa(axes: Axes, dated: bool) -> None:
+    if not dated:
+        axes.set_xlabel("log, in the table's order")
+        axes.xaxis.set_major_locator(MaxNLocator(10, integer=True, min_n_ticks=1))
+        return
+    locator: Any = dates.AutoDateLocator(minticks=3, maxticks=7)  # type: ignore[no-untyped-call]  # has no types
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(dates.ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]  # has no types
+
+
+def _draw(axes: Any, number: int, unit: str, own: Sequence[tuple[float, EstimateRange]]) -> None:
+    """One unit: places on the abscissa and what is drawn there."""
+    value = np.array([found.value for _, found in own])
+    reach = np.array(
+        [
+            [max(0.0, found.value - found.low), max(0.0, found.high - found.value)]
+            for _, found in own
+        ]
+    ).T
+    style = {
+        "color": COLOURS[number % len(COLOURS)],
+        "marker": MARKS[number % len(MARKS)],
+        "markersize": 3.5,
+        "linewidth": 1.0,
+    }
+    label = (
+        unit.replace("_", " ") if unit.startswith("_") else unit
+    )  # a legend leaves out what begins so
+    axes.errorbar(
+        [place for place, _ in own],
+        value,
+        yerr=reach,
+        label=label,
+        capsize=2.0,
+        elinewidth=0.9,
+        **style,
+    )
+
+
+def _shown(row: FleetRow, ratios: bool) -> EstimateRange | None:
+    """What is drawn of a log; None where it has told nothing."""
+    if row.outcome is None or not row.outcome.estimate.moves:
+        return None
+    if ratios:
+        return EstimateRange(1.0, 1.0, 1.0) if row.first else row.ratio
+    return row.outcome.estimate.wear
+
+
+def _day(date: str) -> float:
+    found: float = dates.date2num(datetime.fromisoformat(date).replace(tzinfo=None))  # type: ignore[no-untyped-call]  # has no types
+    return found

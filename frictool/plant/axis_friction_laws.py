@@ -1,0 +1,195 @@
+"""What an axis's friction may do beyond plant/axis.py: by direction, speed, position and time at
+rest; and where its travel ends.
+
+    slipping   friction = (F_c + (F_s - F_c) exp(-|v/v_s|^delta)) sign(v) + viscous v
+               (2.33)-(2.34); beyond a knee another viscous
+    at rest    v = 0 as long as |e| <= F_s (1 - (1 - fresh) tau/(tau + t))
+               friction/rising_breakaway.py, never below F_c
+    position   F_c and F_s of each direction follow polynomials of the motor's position
+               (4.41)-(4.44)
+    end stops  the motor stays in [low, high]; it comes back from a stop at `restitution` times its
+    speed
+
+Friction is continuous at a knee (figure 4.10). Inside the backlash none of this acts but the end
+stops. In slip the Stribeck curve starts from the breakaway that the rest before it has built up.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.polynomial_minimum import minimum
+from frictool.friction.position_polynomial import least_factor, normalised_coefficients
+from frictool.friction.stribeck import straight_from
+
+Vector = NDArray[np.float64]
+Coefficients = tuple[float, ...]  # lowest power first
+Sides = tuple[Coefficients, Coefficients]  # forward, backward
+
+PLAIN_SIZE = 14  # an axis that needs none of this
+MAX_REGIMES, MAX_TERMS = 4, 8
+
+# where things lie behind the plain parameters; of a pair the negative direction is first: base +
+# (direction > 0)
+VISCOUS_PAIR, COULOMB_PAIR, BREAKAWAY_PAIR, STOP_PAIR = range(PLAIN_SIZE, PLAIN_SIZE + 8, 2)
+RESTITUTION, STRIBECK_VELOCITY, STRIBECK_EXPONENT, LAYER, FRESH, RISE_TIME = range(
+    PLAIN_SIZE + 8, PLAIN_SIZE + 14
+)
+MAPPED, MAP_LOW, MAP_HIGH, REGIMES = range(
+    PLAIN_SIZE + 14, PLAIN_SIZE + 18
+)  # a regime: knee, viscous backward, viscous forward
+COULOMB_MAPS = REGIMES + 3 * MAX_REGIMES
+BREAKAWAY_MAPS = COULOMB_MAPS + 2 * MAX_TERMS
+EXTENDED_SIZE = BREAKAWAY_MAPS + 2 * MAX_TERMS
+
+REGIME_SIZE = 3
+ROUNDING = 1e-12
+
+
+class ViscousRegime(NamedTuple):
+    """From `knee` [rad/s | m/s] on, the friction goes on with this viscous coefficient [N m s/rad |
+    N s/m] in each direction."""
+
+    knee: float
+    forward: float
+    backward: float
+
+
+class AxisFrictionLevels(NamedTuple):
+    """Friction in one direction: N m s/rad, N m | N s/m, N."""
+
+    viscous: float
+    coulomb: float
+    breakaway: float
+
+
+class FrictionPositionShape(NamedTuple):
+    """How Coulomb friction and breakaway vary over positions [low, high] [rad | m]; beyond them as
+    at the ends.
+
+    Polynomials (forward, backward) in any unit of effort: divided by their means they are factors
+    of the levels of their direction.
+    """
+
+    low: float
+    high: float
+    coulomb: Sides
+    breakaway: Sides
+
+
+class AxisLaws(NamedTuple):
+    """SI; the default changes nothing."""
+
+    backward: AxisFrictionLevels | None = None  # None: as forward
+    regimes: tuple[ViscousRegime, ...] = ()
+    stribeck_velocity: float = 0.0  # rad/s | m/s; 0: none
+    stribeck_exponent: float = 2.0
+    fresh: float = 1.0  # breakaway just after a stop over that of a long rest
+    rise_time: float = 0.0  # s; 0: at once
+    shape: FrictionPositionShape | None = None
+    stops: tuple[float, float] = (-math.inf, math.inf)  # rad | m
+    restitution: float = 0.0
+
+    def pack(self, forward: AxisFrictionLevels) -> Vector:
+        """What follows the plain parameters in the kernels' array, empty where nothing is changed.
+        Raises ValueError naming what is out of range."""
+        if self == AxisLaws():
+            return np.empty(0)
+        sides = (self.backward or forward, forward)
+        sides = (_lifted(sides[0]), _lifted(sides[1]))
+        self._check(sides)
+        out = np.zeros(EXTENDED_SIZE)
+        for base, values in (
+            (VISCOUS_PAIR, "viscous"),
+            (COULOMB_PAIR, "coulomb"),
+            (BREAKAWAY_PAIR, "breakaway"),
+        ):
+            out[base], out[base + 1] = (getattr(side, values) for side in sides)
+        out[STOP_PAIR], out[STOP_PAIR + 1], out[RESTITUTION] = *self.stops, self.restitution
+        out[STRIBECK_VELOCITY], out[STRIBECK_EXPONENT] = (
+            self.stribeck_velocity,
+            self.stribeck_exponent,
+        )
+        out[LAYER] = straight_from(self.stribeck_velocity, self.stribeck_exponent)
+        out[FRESH], out[RISE_TIME] = self.fresh, self.rise_time
+        out[REGIMES:COULOMB_MAPS:REGIME_SIZE] = math.inf
+        for index, regime in enumerate(self.regimes):
+            out[REGIMES + REGIME_SIZE * index :][:REGIME_SIZE] = (
+                regime.knee,
+                regime.backward,
+                regime.forward,
+            )
+        if self.shape is not None:
+            out[MAPPED], out[MAP_LOW], out[MAP_HIGH] = 1.0, self.shape.low, self.shape.high
+            out[COULOMB_MAPS:] = _maps(self.shape, sides)
+        return out[PLAIN_SIZE:]
+
+    def _check(self, sides: tuple[AxisFrictionLevels, AxisFrictionLevels]) -> None:
+        """ValueError with the first value that is out of range."""
+        for side in sides:
+            for name, value in side._asdict().items():
+                _within(f"backward {name}", value, 0.0, math.inf)
+        if len(self.regimes) > MAX_REGIMES:
+            raise ValueError(f"regimes: found {len(self.regimes)}; allowed: at most {MAX_REGIMES}")
+        last = 0.0
+        for regime in self.regimes:
+            if not last < regime.knee < math.inf:
+                raise ValueError(f"a knee at {regime.knee:g}; allowed: above 0 and rising")
+            for value in regime[1:]:
+                _within(f"viscous beyond the knee at {regime.knee:g}", value, 0.0, math.inf)
+            last = regime.knee
+        _within("stribeck_velocity", self.stribeck_velocity, 0.0, math.inf)
+        _within("stribeck_exponent", self.stribeck_exponent, 0.5, 4.5)
+        _within("rise_time", self.rise_time, 0.0, math.inf)
+        _within("restitution", self.restitution, 0.0, 1.0)
+        if not 0.0 < self.fresh <= 1.0:
+            raise ValueError(f"fresh is {self.fresh:g}; allowed: > 0 and <= 1")
+        if not self.stops[0] < self.stops[1]:
+            raise ValueError(
+                f"end stops at {self.stops[0]:g} and {self.stops[1]:g}; allowed: low < high"
+            )
+
+
+def _within(name: str, value: float, low: float, high: float) -> None:
+    if not low <= value < high:
+        raise ValueError(f"{name} is {value:g}; allowed: >= {low:g} and < {high:g}")
+
+
+def _lifted(side: AxisFrictionLevels) -> AxisFrictionLevels:
+    """A breakaway below the Coulomb friction counts as equal to it."""
+    return side._replace(breakaway=max(side.coulomb, side.breakaway))
+
+
+def _maps(
+    shape: FrictionPositionShape, sides: tuple[AxisFrictionLevels, AxisFrictionLevels]
+) -> Vector:
+    """Coefficients of F_c backward, forward, F_s backward, forward, MAX_TERMS each. ValueError
+    where 0 <= F_c <= F_s does not hold."""
+    out, over = np.zeros((4, MAX_TERMS)), (shape.low, shape.high)
+    for index, level in enumerate(sides):
+        slip, rest = shape.coulomb[1 - index], shape.breakaway[1 - index]
+        for row, terms, value in ((index, slip, level.coulomb), (2 + index, rest, level.breakaway)):
+            if len(terms) > MAX_TERMS:
+                raise ValueError(
+                    f"a polynomial of position has {len(terms)} coefficients; allowed: at most {MAX_TERMS}"
+                )
+            out[row, : len(terms)] = [value * one for one in normalised_coefficients(terms, *over)]
+        place, part = least_factor(slip, *over)
+        excess = (
+            (place, (level.breakaway - level.coulomb) * part)
+            if rest == slip
+            else minimum(out[2 + index] - out[index], *over)
+        )
+        room = ROUNDING * (level.breakaway + level.coulomb)
+        for name, (where, smallest) in (
+            ("Coulomb friction", (place, level.coulomb * part)),
+            ("breakaway less Coulomb friction", excess),
+        ):
+            if smallest < -room:
+                found = f"{name} {('backward', 'forward')[index]} is {smallest:.3g} at {where:.4g}"
+                raise ValueError(f"position: {found}; allowed: >= 0 over the polynomials' range")
+    return out.ravel()

@@ -1,0 +1,86 @@
+"""A block diagram as a table: systems whose inputs and outputs are named signals, and sums of
+signals.
+
+    blocks = {"axis": Block(axis, ("drive", "friction"), ("speed",)), "W2": Block(w2, ("error",),
+    ("z",))} sums = {"error": {"reference": 1.0, "speed": -1.0}} connect(blocks, sums,
+    inputs=("reference", "friction", "drive"), outputs=("z", "speed"))
+
+A signal is an input of the diagram, an output of exactly one block, or one of the sums; a sum may
+use sums named before it, and a sum of nothing is zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from frictool.plant.lti import Lti
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DiagramBlock:
+    """A system and the names of the signals that enter and leave it."""
+
+    system: Lti
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+def connect(
+    blocks: Mapping[str, DiagramBlock],
+    sums: Mapping[str, Mapping[str, float]],
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+) -> Lti:
+    """The system from `inputs` to `outputs`; its states are those of the blocks in their order.
+
+    Raises ValueError for a signal that nothing gives or that two things give, for blocks of
+    different periods, and for an algebraic loop that has no solution.
+    """
+    periods = {block.system.period for block in blocks.values()}
+    if len(periods) > 1:
+        raise ValueError(f"blocks of different periods: {sorted(periods)}")
+    produced = [name for block in blocks.values() for name in block.outputs]
+    given = [*inputs, *produced]
+    doubled = {name for name in [*given, *sums] if [*given, *sums].count(name) > 1}
+    if doubled:
+        raise ValueError(f"signals with two sources: {sorted(doubled)}")
+    rows: dict[str, Matrix] = {name: np.eye(len(given))[k] for k, name in enumerate(given)}
+    for name, terms in sums.items():
+        rows[name] = sum(
+            (factor * _row(rows, term) for term, factor in terms.items()),
+            start=np.zeros(len(given)),
+        )
+    m = len(inputs)
+    entering = np.array(
+        [_row(rows, name) for block in blocks.values() for name in block.inputs]
+    ).reshape(-1, len(given))
+    leaving = np.array([_row(rows, name) for name in outputs]).reshape(-1, len(given))
+    a, b, c, d = (
+        block_diag(*(getattr(block.system, part) for block in blocks.values())) for part in "abcd"
+    )
+    # produced = c x + d entering,  entering = e_in inputs + e_out produced
+    e_in, e_out, l_in, l_out = entering[:, :m], entering[:, m:], leaving[:, :m], leaving[:, m:]
+    loop = np.eye(len(produced)) - d @ e_out
+    if len(produced) and np.linalg.cond(loop) > 1e12:
+        raise ValueError("the diagram has an algebraic loop without a solution")
+    from_x, from_in = np.linalg.solve(loop, c), np.linalg.solve(loop, d @ e_in)
+    return Lti(
+        a + b @ e_out @ from_x,
+        b @ (e_in + e_out @ from_in),
+        l_out @ from_x,
+        l_in + l_out @ from_in,
+        periods.pop() if periods else 0.0,
+    )
+
+
+def _row(rows: Mapping[str, Matrix], name: str) -> Matrix:
+    if name not in rows:
+        raise ValueError(f"nothing gives the signal {name}; there are {', '.join(sorted(rows))}")
+    return rows[name]

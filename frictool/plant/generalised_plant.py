@@ -1,0 +1,220 @@
+"""The generalised plants of figures 5.11 and 5.25 and of annex C's figure 5, continuous or sampled
+with the computational delay inside.
+
+    position (5.11)      error e = s - x,        s the position reference          measured  s - x +
+                         noise
+    speed    (5.25)      error e = v_c - v,      s the integral of v_c             measured  s - x +
+             noise
+
+    inputs w   reference; friction, times W1; noise, through W4; w_Delta where the plant has an
+               uncertainty channel
+    outputs z  W2 e; W3 i; W_u u; W_eta eta; W5 z_Delta               (each present where its weight
+                                                                      is)
+
+Both measure eta = s - x, so that what closes the loop on the target is the same system in both
+structures. The weights are sampled by Tustin. A weight on the commanded drive is not in the text:
+without one D12 = 0, the optimum is not attained, and one encoder count asks for hundreds of times
+the drive's limit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.plant.block_diagram import DiagramBlock, connect
+from frictool.plant.linear_axis import INPUTS, OUTPUTS, AxisRates, linear_axis
+from frictool.plant.lti import Lti, delay, gain, tustin
+
+Matrix = NDArray[np.float64]
+Controlled = Literal["position", "speed"]
+
+
+@dataclass(frozen=True)
+class FirstOrderWeight:
+    """gain (s/zero + 1)/(s/pole + 1), both in rad/s; infinite ones are absent."""
+
+    gain: float
+    zero: float = np.inf
+    pole: float = np.inf
+
+    def system(self, period: float) -> Lti:
+        """Continuous (period 0), or its Tustin equivalent. Raises ValueError for a zero without a
+        pole, which is not proper."""
+        if np.isinf(self.pole):
+            if np.isfinite(self.zero):
+                raise ValueError("a weight with a zero and no pole is not proper")
+            return gain(self.gain, period)
+        high = self.gain * self.pole / self.zero
+        a, b, c, d = (
+            np.array([[value]]) for value in (-self.pole, self.pole, self.gain - high, high)
+        )
+        continuous = Lti(a, b, c, d, 0.0)
+        return tustin(continuous, period) if period else continuous
+
+
+@dataclass(frozen=True)
+class PlantWeights:
+    """What the closed loop is judged by.
+
+    error: W2 (5.56). disturbance: W1. drive: W3 (5.58). command: on the commanded drive. noise: W4,
+    the measurement noise [rad or m]. eta: on the measured signal. uncertainty: W5, where the plant
+    has an uncertainty channel.
+    """
+
+    error: FirstOrderWeight
+    disturbance: float
+    drive: float
+    command: float = 0.0
+    noise: FirstOrderWeight = FirstOrderWeight(0.0)
+    eta: float = 0.0
+    uncertainty: FirstOrderWeight = FirstOrderWeight(1.0)
+
+
+def template(bandwidth: float, modulus_margin: float, static_error: float) -> FirstOrderWeight:
+    """W2 of (5.56) with G2 = M_mod z2/p2 and p2 = z2 M_mod e_stat (5.57), read with M_mod > G2
+    p2/(gamma z2). bandwidth: z2 [rad/s]."""
+    pole = bandwidth * modulus_margin * static_error
+    return FirstOrderWeight(modulus_margin * bandwidth / pole, bandwidth, pole)
+
+
+@dataclass(frozen=True)
+class UncertaintyChannel:
+    """z_Delta = (drive i + viscous v + friction w)/d of one real uncertainty |Delta| <= 1, annex
+    (22), (29); w_Delta = Delta z_Delta."""
+
+    drive: float
+    viscous: float
+    friction: float
+
+
+@dataclass(frozen=True)
+class GeneralisedPlant:
+    """x' | x+ = a x + b1 w + b2 u;  z = c1 x + d11 w + d12 u;  y = c2 x + d21 w.       period 0:
+    continuous
+
+       w ──▶┌─────┐──▶ z
+            │  P  │
+    ┌─ u ──▶└─────┘──▶ y ─┐
+    └──────[  K  ]◀───────┘
+    """
+
+    a: Matrix
+    b1: Matrix
+    b2: Matrix
+    c1: Matrix
+    c2: Matrix
+    d11: Matrix
+    d12: Matrix
+    d21: Matrix
+    period: float
+
+    @staticmethod
+    def of(system: Lti, measured: int = 1, controls: int = 1) -> GeneralisedPlant:
+        """The last outputs are measured, the last inputs controls. Raises ValueError where a
+        control is measured at once (D22 not zero)."""
+        w, z = system.b.shape[1] - controls, system.c.shape[0] - measured
+        if np.any(system.d[z:, w:]):
+            raise ValueError("the measurement sees the control without delay: D22 must be zero")
+        return GeneralisedPlant(
+            system.a,
+            system.b[:, :w],
+            system.b[:, w:],
+            system.c[:z],
+            system.c[z:],
+            system.d[:z, :w],
+            system.d[:z, w:],
+            system.d[z:, :w],
+            system.period,
+        )
+
+    def transformed(self, t: Matrix) -> GeneralisedPlant:
+        """The same plant in coordinates x = t x_new."""
+        inverse = np.linalg.inv(t)
+        return replace(
+            self,
+            a=inverse @ self.a @ t,
+            b1=inverse @ self.b1,
+            b2=inverse @ self.b2,
+            c1=self.c1 @ t,
+            c2=self.c2 @ t,
+        )
+
+    def closed(self, k: Lti) -> Lti:
+        """From w to z with u = k y; states: the plant's, then the controller's."""
+        direct = self.b2 @ k.d
+        a = np.block([[self.a + direct @ self.c2, self.b2 @ k.c], [k.b @ self.c2, k.a]])
+        b = np.vstack([self.b1 + direct @ self.d21, k.b @ self.d21])
+        c = np.hstack([self.c1 + self.d12 @ k.d @ self.c2, self.d12 @ k.c])
+        return Lti(a, b, c, self.d11 + self.d12 @ k.d @ self.d21, self.period)
+
+
+def generalised_plant(
+    controlled: Controlled,
+    rates: AxisRates,
+    lag: float,
+    weights: PlantWeights,
+    period: float = 0.0,
+    delay_samples: int = 0,
+    uncertainty: UncertaintyChannel | None = None,
+    axis: DiagramBlock | None = None,
+) -> GeneralisedPlant:
+    """The plant of one vertex, `lag` and `period` in s. Raises ValueError for a delay in continuous
+    time.
+
+    `axis` takes the place of linear_axis(rates, lag, period); ports that it has beyond those become
+    the plant's first inputs and outputs.
+    """
+    if delay_samples and not period:
+        raise ValueError("a delay in samples needs a sampled plant")
+    speed = controlled == "speed"
+    blocks = {
+        "delay": DiagramBlock(delay(delay_samples, period), ("u",), ("command",)),
+        "axis": axis or linear_axis(rates, lag, period),
+        "W2": DiagramBlock(weights.error.system(period), ("error",), ("z_error",)),
+        "W4": DiagramBlock(weights.noise.system(period), ("noise",), ("disturbing_noise",)),
+    }
+    sums = {
+        "friction": {"friction_signal": weights.disturbance},
+        "measured": {"eta": 1.0, "disturbing_noise": 1.0}
+        if speed
+        else {"reference": 1.0, "eta": 1.0, "disturbing_noise": 1.0},
+        "error": {"speed_reference": 1.0, "speed": -1.0}
+        if speed
+        else {"reference": 1.0, "eta": 1.0},
+        "z_drive": {"drive": weights.drive},
+        "z_command": {"u": weights.command},
+        "z_eta": {"eta": weights.eta},
+    }
+    further = [name for name in blocks["axis"].inputs if name not in INPUTS]
+    inputs = [*further, "speed_reference" if speed else "reference", "friction_signal"]
+    if not speed:
+        sums["speed_reference"] = {}
+    if weights.noise.gain:
+        inputs.append("noise")
+    else:
+        sums["noise"] = {}
+    outputs = [name for name in blocks["axis"].outputs if name not in OUTPUTS]
+    outputs += (
+        ["z_error", "z_drive"]
+        + ["z_command"] * bool(weights.command)
+        + ["z_eta"] * bool(weights.eta)
+    )
+    if uncertainty is None:
+        sums["uncertain_effort"] = {}
+    else:
+        inputs.append("uncertain_effort")
+        outputs.append("z_uncertain")
+        terms = {
+            "drive": uncertainty.drive,
+            "speed": uncertainty.viscous,
+            "friction": uncertainty.friction,
+        }
+        sums["z_uncertain_raw"] = terms
+        blocks["W5"] = DiagramBlock(
+            weights.uncertainty.system(period), ("z_uncertain_raw",), ("z_uncertain",)
+        )
+    return GeneralisedPlant.of(connect(blocks, sums, (*inputs, "u"), (*outputs, "measured")))

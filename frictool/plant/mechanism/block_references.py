@@ -1,0 +1,146 @@
+"""Which blocks an element names, whether they turn or slide, and whether its units are theirs."""
+
+from __future__ import annotations
+
+import difflib
+import re
+
+from frictool.documents.mechanism import GROUND, Block, Compliance, Mechanism
+from frictool.documents.quantity import Axis, Quantity, Series, Span, si_unit
+from frictool.plant.mechanism.element_error import ElementError
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+MOTION = {"rotary": "turns", "linear": "slides"}
+
+
+def axis_kind(block: Block) -> Axis:
+    """Of a block that turns or slides."""
+    return "rotary" if block.inertia is not None else "linear"
+
+
+class BlockNames:
+    """The blocks of a mechanism by name, in the document's order."""
+
+    def __init__(self, document: Mechanism) -> None:
+        """Raises ElementError where a name cannot be used."""
+        if not document.blocks:
+            raise ElementError(
+                "blocks", "found none; allowed: at least one, with its inertia or mass"
+            )
+        for group in ("blocks", "links", "sources", "sensors"):
+            for name in getattr(document, group):
+                _check_name(f"{group}.{name}", name)
+        self.names = tuple(document.blocks)
+        self.kinds = tuple(axis_kind(block) for block in document.blocks.values())
+
+    def place(self, key: str, name: str) -> int:
+        """Where the block called `name` lies. Raises WrongElement where there is none, or where it
+        is the frame."""
+        if name == GROUND:
+            raise ElementError(
+                key,
+                f"found {GROUND}, which does not move; allowed: a block: {', '.join(self.names)}",
+            )
+        if name in self.names:
+            return self.names.index(name)
+        near = difflib.get_close_matches(name, [*self.names, GROUND], n=1, cutoff=0.5)
+        hint = f", did you mean {near[0]!r}?" if near else ""
+        raise ElementError(
+            key,
+            f"found {name!r}, which is no block{hint}; allowed: {', '.join(self.names)}, and {GROUND}, the frame",
+        )
+
+    def kind(self, key: str, name: str) -> Axis:
+        """Whether the block called `name` turns or slides."""
+        return self.kinds[self.place(key, name)]
+
+    def two(self, key: str, between: tuple[str, ...]) -> tuple[str, str]:
+        """Both ends of an element, of which the first is a block and the second a block or the
+        frame.
+
+        Raises WrongElement where an end is missing or unknown, or where both are one.
+        """
+        where = f"{key}.between"
+        if len(between) < 2:
+            raise ElementError(
+                where,
+                f"found one end, [{between[0]}]; allowed: two; the frame is an end too: [{between[0]}, {GROUND}]",
+            )
+        first, second = between
+        if first == second:
+            raise ElementError(where, f"found both ends on {first}; allowed: two different ones")
+        if first == GROUND:
+            raise ElementError(
+                where,
+                f"found {GROUND} as the first end; allowed: a block first, [{second}, {GROUND}]",
+            )
+        self.place(where, first)
+        if second != GROUND:
+            self.place(where, second)
+        return first, second
+
+    def moving(self, key: str, between: tuple[str, ...], hint: str) -> tuple[str, str]:
+        """Both ends of an element that links two blocks. Raises WrongElement as `two`, and where
+        one is the frame."""
+        where = f"{key}.between"
+        if GROUND in between:
+            other = next((name for name in between if name != GROUND), between[0])
+            raise ElementError(
+                where,
+                f"found {GROUND} as an end: it would hold {other} for good; allowed: two blocks; {hint}",
+            )
+        return self.two(key, between)
+
+    def sequence(
+        self, key: str, what: str, ends: tuple[str, str], kinds: tuple[Axis, Axis]
+    ) -> None:
+        """Raises WrongElement where the ends do not turn or slide as the element called `what`
+        asks."""
+        where = f"{key}.between"
+        found = (self.kind(where, ends[0]), self.kind(where, ends[1]))
+        if found == kinds:
+            return
+        told = " and ".join(
+            f"{name}, which {MOTION[kind]}" for name, kind in zip(ends, found, strict=True)
+        )
+        asked = " and one that ".join(MOTION[kind] for kind in kinds)
+        turned = found == kinds[::-1] and kinds[0] != kinds[1]
+        hint = (
+            f"; write [{ends[1]}, {ends[0]}]"
+            if turned
+            else "; rack and screw link what turns with what slides"
+        )
+        raise ElementError(where, f"found {told}; allowed for {what}: a block that {asked}{hint}")
+
+
+def check_unit(
+    key: str, quantity: Quantity | Series | Span | None, dimension: str, kind: Axis, whose: str
+) -> None:
+    """Raises ElementError where the quantity, already in SI, is not of this dimension for a block
+    that turns or slides."""
+    wanted = si_unit(dimension, kind)
+    if quantity is not None and quantity.unit != wanted:
+        hint = f"{whose} {MOTION[kind]}" if whose else f"of what {MOTION[kind]}"
+        raise ElementError(
+            f"{key}.unit",
+            f"found a multiple of {quantity.unit}; allowed: {wanted} and its multiples, since {hint}",
+        )
+
+
+def check_compliance(key: str, compliance: Compliance | None, kind: Axis, whose: str) -> None:
+    """Raises WrongElement where stiffness or damping are not of what turns or slides, as `kind`
+    says."""
+    if compliance is not None:
+        check_unit(f"{key}.stiffness", compliance.stiffness, "stiffness", kind, whose)
+        check_unit(f"{key}.damping", compliance.damping, "viscous", kind, whose)
+
+
+def _check_name(key: str, name: str) -> None:
+    if name == GROUND:
+        raise ElementError(
+            key, f"{GROUND} is the frame, which needs no entry; allowed: another name"
+        )
+    if not NAME.fullmatch(name):
+        raise ElementError(
+            key, f"found the name {name!r}; allowed: a letter, then letters, digits and _"
+        )

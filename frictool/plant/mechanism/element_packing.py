@@ -1,0 +1,330 @@
+"""What acts on blocks beside rigid links, gathered element by element and packed in the order
+gathered."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from frictool.documents.mechanism import (
+    GROUND,
+    Cam,
+    Curve,
+    FrictionOf,
+    Level,
+    Mechanism,
+    Spring,
+    Stop,
+)
+from frictool.documents.quantity import Axis, si_unit
+from frictool.plant.mechanism.bearing_friction import law_row, pack_law
+from frictool.plant.mechanism.block_references import BlockNames, check_compliance, check_unit
+from frictool.plant.mechanism.curves import CurveList, PiecewiseCubic, cam_push, monotone_cubic
+from frictool.plant.mechanism.element_error import ElementError
+from frictool.plant.mechanism.link_graph import RigidGroup
+from frictool.plant.mechanism.packed_mechanism import (
+    FRAME,
+    Couplings,
+    Frictions,
+    Pressings,
+    Pushes,
+    Stops,
+    Vector,
+)
+from frictool.plant.mechanism.transmissions import Transmission
+
+STEEPEST = math.radians(80.0)  # of a cam's profile
+FAR: dict[Axis, float] = {
+    "rotary": 1e5,
+    "linear": 1e3,
+}  # rad, m: where a compliant stop of one side has its other
+
+
+class ElementArrays:
+    """Rows of every array but the rigid links'. grounded: blocks that an element ties to the
+    frame."""
+
+    def __init__(
+        self, document: Mechanism, blocks: BlockNames, start: Vector, notes: list[str]
+    ) -> None:
+        self.document, self.blocks, self.start, self.notes = document, blocks, start, list(notes)
+        self.curves = CurveList()
+        self.grounded: set[int] = set()
+        self.coupling_names: list[str] = []
+        self.friction_names: list[str] = []
+        self.pressing_names: list[str] = []
+        self.push_names: list[str] = []
+        self.stop_names: list[str] = []
+        self.coupled_a: list[int] = []
+        self.coupled_b: list[int] = []
+        self.spring_a: list[int] = []
+        self.spring_b: list[int] = []
+        self._couplings: list[tuple[float, ...]] = []
+        self._frictions: list[tuple[int, int, Vector, int]] = []
+        self._pressings: list[tuple[int, int, float, float]] = []
+        self._pushes: list[tuple[int, float, int]] = []
+        self._stops: list[tuple[int, float, float, float]] = []
+        self._ranges: list[tuple[str, int, PiecewiseCubic]] = []
+
+    def coupling(self, link: Transmission) -> None:
+        """A link that yields. Raises WrongElement where it is a screw with the thesis's friction,
+        which wants a rigid one."""
+        assert link.stiffness is not None
+        if link.thread:
+            raise ElementError(
+                f"links.{link.name}.friction_form",
+                "found thesis on a compliant screw; allowed: angle, since (2.12) is of a rigid one",
+            )
+        offset = self.start[link.b] - link.ratio * self.start[link.a]
+        losses = (link.drive_loss, link.back_loss)
+        self._couple(
+            link.name,
+            link.a,
+            link.b,
+            link.ratio,
+            float(offset),
+            link.gap,
+            link.stiffness,
+            link.damping,
+            -1,
+            losses,
+        )
+
+    def spring(self, name: str, spring: Spring) -> None:
+        """Between two blocks or a block and the frame. Raises ElementError where ends or units do
+        not fit."""
+        key = f"links.{name}"
+        first, second = self.blocks.two(key, spring.between)
+        kind = self.blocks.kind(f"{key}.between", first)
+        if second != GROUND:
+            self.blocks.sequence(key, "a spring", (first, second), (kind, kind))
+        a = FRAME if second == GROUND else self.blocks.place(key, second)
+        b = self.blocks.place(key, first)
+        check_unit(f"{key}.stiffness", spring.stiffness, "stiffness", kind, first)
+        check_unit(f"{key}.damping", spring.damping, "viscous", kind, first)
+        check_unit(f"{key}.free", spring.free, "position", kind, first)
+        check_unit(f"{key}.preload", spring.preload, "effort", kind, first)
+        if spring.preload is not None and spring.stiffness is None:
+            raise ElementError(
+                f"{key}.preload",
+                "found without stiffness; allowed: stiffness beside it; a constant effort is a source",
+            )
+        stiffness = 0.0 if spring.stiffness is None else spring.stiffness.value
+        free = (
+            float(self.start[b] - (0.0 if a == FRAME else self.start[a]))
+            if spring.free is None
+            else spring.free.value
+        )
+        offset = free - (0.0 if spring.preload is None else spring.preload.value / stiffness)
+        curve = -1
+        if spring.force is not None:
+            offset = 0.0
+            curve = self._curve(
+                f"{key}.force", spring.force, kind, first, b if a == FRAME else None
+            )
+        damping = 0.0 if spring.damping is None else spring.damping.value
+        self._couple(name, a, b, 1.0, offset, 0.0, stiffness, damping, curve, (0.0, 0.0))
+        self.spring_a.append(a)
+        self.spring_b.append(b)
+
+    def cam(self, name: str, cam: Cam) -> None:
+        """Its push and its friction (2.23). Raises WrongElement where units or angles do not
+        fit."""
+        key = f"links.{name}"
+        block = self.blocks.place(f"{key}.on", cam.on)
+        kind = self.blocks.kinds[block]
+        force = self._curve(f"{key}.force", cam.force, kind, cam.on, block)
+        if min(cam.force.value.values) < 0.0:
+            raise ElementError(
+                f"{key}.force.value",
+                f"found {min(cam.force.value.values):g}; allowed: >= 0, since the spring only presses",
+            )
+        check_unit(f"{key}.angle.position", cam.angle.position, "position", kind, cam.on)
+        if cam.angle.value.unit != "rad":
+            raise ElementError(
+                f"{key}.angle.value.unit",
+                f"found a multiple of {cam.angle.value.unit}; allowed: rad, deg",
+            )
+        if max(map(abs, cam.angle.value.values)) > STEEPEST:
+            found = math.degrees(max(cam.angle.value.values, key=abs))
+            raise ElementError(f"{key}.angle.value", f"found {found:g} deg; allowed: -80 to 80 deg")
+        angle = monotone_cubic(cam.angle.position.values, cam.angle.value.values)
+        self._ranges.append((f"{key}.angle", block, angle))
+        profile = cam_push(monotone_cubic(cam.force.position.values, cam.force.value.values), angle)
+        self.push_names.append(name)
+        self._pushes.append((block, 0.0, self.curves.add(profile)))
+        self.grounded.add(block)
+        if cam.friction_coefficient > 0.0:
+            self.pressing_names.append(name)
+            self._pressings.append((block, force, cam.friction_coefficient, cam.breakaway_ratio))
+
+    def stop(self, name: str, stop: Stop) -> None:
+        """Rigid, or a coupling with play to the frame. Raises ElementError where units do not fit
+        or the start lies beyond."""
+        key = f"links.{name}"
+        block = self.blocks.place(f"{key}.on", stop.on)
+        kind = self.blocks.kinds[block]
+        check_unit(f"{key}.low", stop.low, "position", kind, stop.on)
+        check_unit(f"{key}.high", stop.high, "position", kind, stop.on)
+        low, high = (
+            infinite if side is None else side.value
+            for side, infinite in ((stop.low, -math.inf), (stop.high, math.inf))
+        )
+        if not low <= self.start[block] <= high:
+            unit = {"rotary": "rad", "linear": "m"}[kind]
+            raise ElementError(
+                key,
+                f"{stop.on} starts at {self.start[block]:g} {unit}; allowed: {low:g} to {high:g} {unit}, between the stops",
+            )
+        self.grounded.add(block)
+        if stop.compliance is None:
+            self.stop_names.append(name)
+            self._stops.append((block, low, high, stop.restitution))
+            return
+        check_compliance(f"{key}.compliance", stop.compliance, kind, stop.on)
+        stiffness, damping = stop.compliance.stiffness.value, stop.compliance.damping.value
+        if not (math.isfinite(low) and math.isfinite(high)):
+            self.notes.append(
+                f"{name} has one side: {stop.on} meets the like of it {FAR[kind]:g} {si_unit('position', kind)} away on the other"
+            )
+        low, high = (
+            (low if math.isfinite(low) else high - FAR[kind]),
+            (high if math.isfinite(high) else low + FAR[kind]),
+        )
+        self._couple(
+            name,
+            FRAME,
+            block,
+            0.0,
+            0.5 * (low + high),
+            0.5 * (high - low),
+            stiffness,
+            damping,
+            -1,
+            (0.0, 0.0),
+        )
+
+    def friction(self, name: str, friction: FrictionOf, inertia: float) -> None:
+        """Of a bearing or slideway. Raises ElementError where law, parameters or units do not
+        fit."""
+        key = f"links.{name}"
+        block = self.blocks.place(f"{key}.on", friction.on)
+        kind = self.blocks.kinds[block]
+        law, values = pack_law(key, friction, kind, inertia)
+        level = (
+            -1
+            if friction.level is None
+            else self._level(f"{key}.level", friction.level, kind, friction.on, block)
+        )
+        self.grounded.add(block)
+        self.friction_names.append(name)
+        self._frictions.append((block, law_row(law), values, level))
+
+    def constant_push(self, name: str, block: int, effort: float) -> None:
+        """A source's constant effort."""
+        self.push_names.append(name)
+        self._pushes.append((block, effort, -1))
+
+    def note_short_curves(self, groups: tuple[RigidGroup, ...]) -> None:
+        """A note of each curve that ends before the stops of its block do, or those of one that
+        moves with it."""
+        for element in self.document.links.values():
+            if not isinstance(element, Stop):
+                continue
+            held = self.blocks.names.index(element.on)
+            group = next(group for group in groups if held in group.blocks)
+            for key, block, curve in self._ranges:
+                if block not in group.blocks:
+                    continue
+                over = (
+                    group.ratios[group.blocks.index(block)] / group.ratios[group.blocks.index(held)]
+                )
+                ways = [
+                    side.value - self.start[held]
+                    for side in (element.low, element.high)
+                    if side is not None
+                ]
+                places = [float(self.start[block] + over * way) for way in ways]
+                slack = 1e-6 * (curve.breaks[-1] - curve.breaks[0])  # of rounded points
+                if min(places) < curve.breaks[0] - slack or max(places) > curve.breaks[-1] + slack:
+                    self.notes.append(
+                        f"{key.partition('.')[2]} ends before the stops of {element.on} do, at {curve.breaks[0]:g} and "
+                        f"{curve.breaks[-1]:g}: beyond, it stays as it is there"
+                    )
+
+    def _couple(
+        self, name: str, a: int, b: int, ratio: float, offset: float, gap: float, stiffness: float, damping: float, curve: int,
+        losses: tuple[float, float],
+    ) -> None:  # fmt: skip
+        self.coupling_names.append(name)
+        self.coupled_a.append(a)
+        self.coupled_b.append(b)
+        if a == FRAME:
+            self.grounded.add(b)
+        self._couplings.append((a, b, ratio, offset, gap, stiffness, damping, curve, *losses))
+
+    def _curve(self, key: str, curve: Curve, kind: Axis, whose: str, block: int | None) -> int:
+        check_unit(f"{key}.position", curve.position, "position", kind, whose)
+        check_unit(f"{key}.value", curve.value, "effort", kind, whose)
+        cubics = monotone_cubic(curve.position.values, curve.value.values)
+        if block is not None:
+            self._ranges.append((key, block, cubics))
+        return self.curves.add(cubics)
+
+    def _level(self, key: str, level: Level, kind: Axis, whose: str, block: int) -> int:
+        check_unit(f"{key}.position", level.position, "position", kind, whose)
+        cubics = monotone_cubic(level.position.values, level.factor)
+        self._ranges.append((key, block, cubics))
+        return self.curves.add(cubics)
+
+    def packed_couplings(self) -> Couplings:
+        """As kernels take them."""
+        columns = np.array(self._couplings, dtype=np.float64).reshape(-1, 10).T
+        whole = {0, 1, 7}
+        arrays: list[Any] = [
+            column.astype(np.int64) if index in whole else np.ascontiguousarray(column)
+            for index, column in enumerate(columns)
+        ]
+        return Couplings(*arrays)
+
+    def packed_frictions(self) -> Frictions:
+        """As kernels take them."""
+        block, law, values, level = (
+            zip(*self._frictions, strict=True) if self._frictions else ((), (), (), ())
+        )
+        starts = np.cumsum([0, *(len(p) for p in values)])
+        joined = np.concatenate(values) if values else np.empty(0)
+        return Frictions(_places(block), _places(law), _places(starts), joined, _places(level))
+
+    def packed_pressings(self) -> Pressings:
+        """As kernels take them."""
+        block, force, coefficient, ratio = (
+            zip(*self._pressings, strict=True) if self._pressings else ((), (), (), ())
+        )
+        return Pressings(
+            _places(block),
+            _places(force),
+            np.array(coefficient, dtype=np.float64),
+            np.array(ratio, dtype=np.float64),
+        )
+
+    def packed_pushes(self) -> Pushes:
+        """As kernels take them."""
+        block, constant, curve = zip(*self._pushes, strict=True) if self._pushes else ((), (), ())
+        return Pushes(_places(block), np.array(constant, dtype=np.float64), _places(curve))
+
+    def packed_stops(self) -> Stops:
+        """As kernels take them."""
+        block, low, high, restitution = (
+            zip(*self._stops, strict=True) if self._stops else ((), (), (), ())
+        )
+        return Stops(
+            _places(block),
+            *(np.array(column, dtype=np.float64) for column in (low, high, restitution)),
+        )
+
+
+def _places(values: object) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    return np.array(values, dtype=np.int64)

@@ -1,0 +1,39 @@
+"""How fast a mechanism's compliant links let its blocks ring or settle: what the length of a
+simulation's steps follows."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.packed_mechanism import FRAME
+
+
+class FastestLink(NamedTuple):
+    """The fastest compliant link by itself between what it ties: sqrt(k/m) or d/m [1/s], whichever
+    is more; 0 without any."""
+
+    rate: float
+    link: str
+
+
+def fastest_link(assembled: AssembledMechanism) -> FastestLink:
+    """Of the whole mechanism. 1/m is the sum of what both ends have of 1/inertia, rigid links
+    included, seen at the link's second end."""
+    mobility = np.zeros(len(assembled.blocks))
+    for group in assembled.groups:
+        for block, ratio in zip(group.blocks, group.ratios, strict=True):
+            mobility[block] = ratio * ratio / group.inertia if group.inertia > 0.0 else math.inf
+    couplings, found = assembled.packed.couplings, FastestLink(0.0, "")
+    for link, name in enumerate(assembled.couplings):
+        a, b = int(couplings.a[link]), int(couplings.b[link])
+        moved = mobility[b] + (0.0 if a == FRAME else couplings.ratio[link] ** 2 * mobility[a])
+        rate = max(
+            math.sqrt(couplings.stiffness[link] * moved), float(couplings.damping[link] * moved)
+        )
+        if math.isfinite(rate) and rate > found.rate:
+            found = FastestLink(rate, name)
+    return found

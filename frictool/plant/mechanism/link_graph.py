@@ -1,0 +1,216 @@
+"""How links tie blocks together: rigid groups, loops, parts that nothing holds.
+
+A rigid group is the blocks that move as one, q_i = ratio_i q_root + constant. Rigid links form no
+loop among themselves: one that closes a loop whose ratios multiply to 1 says nothing new and is
+dropped where no link of the loop has a loss; any other is refused.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from frictool.plant.mechanism.element_error import ElementError
+from frictool.plant.mechanism.magnitude_limits import check_speeds
+from frictool.plant.mechanism.transmissions import Transmission
+
+CLOSED = 1e-9  # relative deviation from 1 of what the ratios of a loop multiply to
+
+
+@dataclass(frozen=True)
+class RigidGroup:
+    """Blocks that move as one: `ratios`, the speed of each over that of `root`, itself among them.
+    inertia: of all, seen at the root."""
+
+    root: int
+    blocks: tuple[int, ...]
+    ratios: tuple[float, ...]
+    inertia: float
+
+
+class LinkForest:
+    """Links between blocks that form no loop; grows link by link."""
+
+    def __init__(self, count: int) -> None:
+        self.neighbours: list[list[tuple[int, float, Transmission]]] = [[] for _ in range(count)]
+
+    def add(self, link: Transmission) -> None:
+        self.neighbours[link.a].append((link.b, link.ratio, link))
+        self.neighbours[link.b].append((link.a, 1.0 / link.ratio, link))
+
+    def way(self, start: int, end: int) -> list[tuple[int, float, Transmission]] | None:
+        """From block to block: (block reached, ratio of the step, link); None where they are not
+        tied."""
+        before: dict[int, tuple[int, tuple[int, float, Transmission]] | None] = {start: None}
+        queue = deque([start])
+        while queue and end not in before:
+            here = queue.popleft()
+            for step in self.neighbours[here]:
+                if step[0] not in before:
+                    before[step[0]] = (here, step)
+                    queue.append(step[0])
+        if end not in before:
+            return None
+        steps = []
+        at = end
+        while (origin := before[at]) is not None:
+            steps.append(origin[1])
+            at = origin[0]
+        return steps[::-1]
+
+    def reached(self, root: int) -> dict[int, float]:
+        """Every block tied to `root`, with the ratio of its speed to the root's."""
+        ratio = {root: 1.0}
+        queue = deque([root])
+        while queue:
+            here = queue.popleft()
+            for there, step, _ in self.neighbours[here]:
+                if there not in ratio:
+                    ratio[there] = ratio[here] * step
+                    queue.append(there)
+        return ratio
+
+
+def without_loops(
+    links: Sequence[Transmission], names: Sequence[str]
+) -> tuple[list[Transmission], list[str]]:
+    """The rigid links that matter, in the order given, and notes of those dropped. Raises
+    ElementError for any other loop."""
+    forest = LinkForest(len(names))
+    kept: set[str] = set()
+    notes = []
+    for link in sorted(
+        links, key=lambda link: link.gap > 0.0
+    ):  # stable: a play that closes a loop is named, and not what it would ease
+        way = forest.way(link.a, link.b)
+        if way is None:
+            forest.add(link)
+            kept.add(link.name)
+        else:
+            notes.append(_redundant(link, way, names))
+    _refuse_facing(
+        forest, [link for link in links if link.name in kept and link.irreversible], names
+    )
+    return [link for link in links if link.name in kept], notes
+
+
+def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Sequence[str]) -> None:
+    """Raises ElementError for two links that can be driven from one end, which is the far one of
+    both."""
+    for one, other in itertools.combinations(links, 2):
+        way = forest.way(one.a, other.a)
+        if (
+            way and way[0][2] is one and way[-1][2] is other
+        ):  # empty where one block drives both links
+            driven = (
+                names[one.b]
+                if one.b == other.b
+                else f"{names[one.b]} and {names[other.b]}, rigidly linked,"
+            )
+            raise ElementError(
+                f"links.{other.name}",
+                f"is irreversible, as {one.name} is: {names[one.a]} and {names[other.a]} both drive {driven} and neither can be driven "
+                "back, so that nothing moves; allowed: one of the two, or a compliant link between them",
+            )
+
+
+def _redundant(
+    link: Transmission, way: list[tuple[int, float, Transmission]], names: Sequence[str]
+) -> str:
+    """A note of a link that says nothing new. Raises ElementError for any other that closes a
+    loop."""
+    key = f"links.{link.name}"
+    round_trip = 1.0 / link.ratio
+    for _, step, _ in way:
+        round_trip *= step
+    loop = f"{names[link.a]} - {' - '.join(f'{other.name} - {names[there]}' for there, _, other in way)} - {link.name}"
+    if len(way) == 1 and abs(round_trip - 1.0) > CLOSED:
+        first, second, other = names[link.a], names[link.b], way[0][2].name
+        raise ElementError(
+            key,
+            f"moves {second} {link.ratio:.6g} as far as {first}, and {other} moves it {way[0][1]:.6g} as far: no motion solves both; "
+            "allowed: the same ratio and direction, or one rigid link between two blocks",
+        )
+    if abs(round_trip - 1.0) > CLOSED:
+        raise ElementError(
+            key,
+            f"closes the loop {loop}, whose ratios multiply to {round_trip:.10g}: no motion solves it; allowed: 1; "
+            "correct a ratio or a direction, or make a link compliant",
+        )
+    playing = next(
+        (other.name for other in (link, *(step[2] for step in way)) if other.gap > 0.0), None
+    )
+    if playing is not None:
+        raise ElementError(
+            key,
+            f"closes the loop {loop}, in which {playing} has rigid play; allowed: in a loop, play with compliance; give it one",
+        )
+    lossy = next(
+        (other.name for other in (link, *(step[2] for step in way)) if not other.lossless), None
+    )
+    if lossy is not None:
+        raise ElementError(
+            key,
+            f"closes the loop {loop}, in which {lossy} has a loss: how the force is shared is not determined; "
+            f"allowed: a rigid loop without loss; leave {link.name} out or make it compliant",
+        )
+    return f"{link.name} is left out: it closes the loop {loop} and says nothing new"
+
+
+def groups_of(
+    links: Sequence[Transmission], inertia: Sequence[float], names: Sequence[str]
+) -> tuple[RigidGroup, ...]:
+    """The rigid groups, by their first block. `links`: without loops, those with play among them,
+    which tie nothing.
+
+    Raises WrongElement where a group has no inertia.
+    """
+    forest = LinkForest(len(names))
+    for link in links:
+        if link.gap == 0.0:
+            forest.add(link)
+    groups: list[RigidGroup] = []
+    seen: set[int] = set()
+    for root in range(len(names)):
+        if root in seen:
+            continue
+        ratio = forest.reached(root)
+        seen |= set(ratio)
+        check_speeds(ratio, root, names)
+        blocks = tuple(sorted(ratio))
+        total = sum(ratio[block] ** 2 * inertia[block] for block in blocks)
+        if total <= 0.0:
+            told = ", ".join(names[block] for block in blocks)
+            raise ElementError(
+                f"blocks.{names[root]}",
+                f"{told} has no inertia and no rigid link without play to a block that has; give it some, or such a link",
+            )
+        groups.append(RigidGroup(root, blocks, tuple(ratio[block] for block in blocks), total))
+    return tuple(groups)
+
+
+def loose_parts(links: Sequence[tuple[int, int]], held: set[int], count: int) -> list[list[int]]:
+    """The parts of the mechanism of which no block is in `held`; `links`: pairs that any element
+    ties."""
+    neighbours: list[list[int]] = [[] for _ in range(count)]
+    for a, b in links:
+        neighbours[a].append(b)
+        neighbours[b].append(a)
+    loose = []
+    seen: set[int] = set()
+    for root in range(count):
+        if root in seen:
+            continue
+        part = {root}
+        queue = deque([root])
+        while queue:
+            for there in neighbours[queue.popleft()]:
+                if there not in part:
+                    part.add(there)
+                    queue.append(there)
+        seen |= part
+        if not part & held:
+            loose.append(sorted(part))
+    return loose

@@ -1,0 +1,57 @@
+"""Numbers that no machine has, which would overflow when they are multiplied: refused where they
+stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+
+from frictool.documents.quantity import Quantity, Series, Span
+from frictool.plant.mechanism.element_error import ElementError
+
+SMALLEST, LARGEST = 1e-30, 1e30  # SI
+SLOWEST, FASTEST = 1e-12, 1e12  # speeds of blocks that links tie, over one another
+
+
+def check_sizes(value: Any, key: str = "") -> None:
+    """Raises ElementError with its key for the first number of the document, at any depth, that is
+    beyond all machines."""
+    if isinstance(value, Quantity | Span):
+        for name in ("value", "low", "high"):
+            _check(f"{key}.{name}", getattr(value, name, None), value.unit)
+    elif isinstance(value, Series):
+        for index, number in enumerate(value.values):
+            _check(f"{key}.values[{index}]", number, value.unit)
+    elif isinstance(value, msgspec.Struct):
+        for name in value.__struct_fields__:
+            check_sizes(getattr(value, name), f"{key}.{name}" if key else name)
+    elif isinstance(value, dict):
+        for name, item in value.items():
+            check_sizes(item, f"{key}.{name}")
+    elif isinstance(value, tuple):
+        for index, item in enumerate(value):
+            check_sizes(item, f"{key}[{index}]")
+    elif isinstance(value, float):
+        _check(key, value, "")
+
+
+def _check(key: str, number: float | None, unit: str) -> None:
+    if number is None or number == 0.0 or SMALLEST <= abs(number) <= LARGEST:
+        return
+    raise ElementError(
+        key,
+        f"found {number:g}{' ' + unit if unit else ''}; allowed: 0, or {SMALLEST:g} to {LARGEST:g} in size",
+    )
+
+
+def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> None:
+    """Raises ElementError where a block moves so much faster or slower than another that links tie
+    it to that numbers lose sense."""
+    for block, ratio in ratios.items():
+        if not SLOWEST <= abs(ratio) <= FASTEST:
+            told = f"links give it {abs(ratio):g} times the speed of {names[root]}"
+            raise ElementError(
+                f"blocks.{names[block]}", f"{told}; allowed: {SLOWEST:g} to {FASTEST:g} times"
+            )

@@ -1,0 +1,108 @@
+"""Sources and sensors: what drives a block, what is seen of it, and which of them a controller
+has."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictool.documents.mechanism import Mechanism, Sensor, Source
+from frictool.plant.mechanism.block_references import MOTION, BlockNames, check_unit
+from frictool.plant.mechanism.element_error import ElementError
+from frictool.plant.mechanism.element_packing import ElementArrays
+from frictool.plant.mechanism.packed_mechanism import PackedDrives
+
+DRIVE_UNITS = {"current": "A", "voltage": "V"}
+
+
+def pack_sources(document: Mechanism, blocks: BlockNames, collected: ElementArrays) -> PackedDrives:
+    """The sources in the document's order; constant efforts join the pushes. Raises WrongElement
+    where block or units do not fit."""
+    rows = []
+    for name, source in document.sources.items():
+        key = f"sources.{name}"
+        block = blocks.place(f"{key}.on", source.on)
+        _check_source(key, source, blocks)
+        if source.effort is not None:
+            collected.constant_push(name, block, source.effort.value)
+        winding = (
+            (0.0, 0.0)
+            if source.winding is None
+            else (source.winding.resistance_ohm, source.winding.voltage_v)
+        )
+        constant = 1.0 if source.constant is None else source.constant.value
+        limit = math.inf if source.limit is None else source.limit.value
+        rows.append((block, constant, limit, source.loop_time_constant_s, *winding))
+    columns = np.array(rows, dtype=np.float64).reshape(-1, 6).T
+    return PackedDrives(
+        columns[0].astype(np.int64), *(np.ascontiguousarray(column) for column in columns[1:])
+    )
+
+
+def _check_source(key: str, source: Source, blocks: BlockNames) -> None:
+    kind = blocks.kind(f"{key}.on", source.on)
+    check_unit(f"{key}.effort", source.effort, "effort", kind, source.on)
+    if source.drive == "effort":
+        check_unit(f"{key}.limit", source.limit, "effort", kind, source.on)
+        return
+    check_unit(
+        f"{key}.constant",
+        source.constant,
+        f"effort per {'ampere' if source.drive == 'current' else 'volt'}",
+        kind,
+        source.on,
+    )
+    wanted = DRIVE_UNITS[source.drive]
+    if source.limit is not None and source.limit.unit != wanted:
+        raise ElementError(
+            f"{key}.limit.unit",
+            f"found a multiple of {source.limit.unit}; allowed: {wanted} and its multiples, since drive is {source.drive}",
+        )
+
+
+def check_sensor(name: str, sensor: Sensor, blocks: BlockNames) -> None:
+    """Raises ElementError where block or step do not fit."""
+    key = f"sensors.{name}"
+    kind = blocks.kind(f"{key}.on", sensor.on)
+    if kind == "linear" and sensor.counts_per_revolution is not None:
+        raise ElementError(
+            f"{key}.counts_per_revolution",
+            f"found on {sensor.on}, which {MOTION[kind]}; allowed: step, a length",
+        )
+    check_unit(f"{key}.step", sensor.step, "position", kind, sensor.on)
+
+
+def controlled_names(document: Mechanism) -> tuple[str, str]:
+    """The source that a controller commands and the sensor that it sees: those of `control`, or the
+    only ones.
+
+    A source that is a constant effort is counted only where there is no other. Raises WrongElement
+    where they are not determined.
+    """
+    if document.control is not None:
+        for what, name, known in (
+            ("source", document.control.source, document.sources),
+            ("sensor", document.control.sensor, document.sensors),
+        ):
+            if name not in known:
+                raise ElementError(
+                    f"control.{what}",
+                    f"found {name!r}; allowed: {', '.join(known) or f'none, since there is no {what}'}",
+                )
+        return document.control.source, document.control.sensor
+    driven = [name for name, source in document.sources.items() if source.effort is None] or list(
+        document.sources
+    )
+    for what, found in (("source", driven), ("sensor", list(document.sensors))):
+        if not found:
+            raise ElementError(
+                f"{what}s",
+                f"found none; allowed: at least one {what}, which a controller and a reduced model need",
+            )
+        if len(found) > 1:
+            raise ElementError(
+                f"{what}s",
+                f"found {', '.join(found)}; which one a controller has is said by control: {{source: ..., sensor: ...}}",
+            )
+    return driven[0], next(iter(document.sensors))

@@ -1,0 +1,81 @@
+"""A speed of each block that counts: what the tolerances of a simulation are relative to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from frictool.documents.quantity import Axis
+from frictool.plant.mechanism.magnitude_limits import check_speeds
+from frictool.plant.mechanism.packed_mechanism import Vector
+
+RISE_S = 0.01  # a speed that the largest effort of the sources gives in this time counts
+DEFAULT: dict[Axis, float] = {
+    "rotary": 1.0,
+    "linear": 0.1,
+}  # rad/s, m/s: where neither a top speed nor a limit is known
+
+
+def speed_scale(
+    inertia: Sequence[float],
+    kinds: Sequence[Axis],
+    ratios: Sequence[tuple[int, int, float]],
+    pushed: Sequence[tuple[int, float]],
+    known: tuple[int, float] | None,
+    names: Sequence[str],
+) -> Vector:
+    """(n,) rad/s | m/s. ratios: (a, b, q_b/q_a) of every link; pushed: (block, largest effort);
+    known: a block's top speed.
+
+    One speed is spread over the ratios of the links; the top speed where that is known, else what
+    the largest effort gives within RISE_S. Raises WrongElement where links tie speeds that lie too
+    far apart.
+    """
+    count = len(inertia)
+    neighbours: list[list[tuple[int, float]]] = [[] for _ in range(count)]
+    for a, b, ratio in ratios:
+        neighbours[a].append((b, abs(ratio)))
+        neighbours[b].append((a, 1.0 / abs(ratio)))
+    scale = np.zeros(count)
+    order = [] if known is None else [known[0]]
+    for root in [*order, *range(count)]:
+        if scale[root] > 0.0:
+            continue
+        part = _spread(root, neighbours)
+        check_speeds(part, root, names)
+        if known is not None and known[0] in part:
+            speed = known[1] / part[known[0]]
+        else:
+            speed = _reached(part, inertia, pushed) or DEFAULT[kinds[root]]
+        for block, ratio in part.items():
+            scale[block] = speed * ratio
+    return scale
+
+
+def _spread(root: int, neighbours: list[list[tuple[int, float]]]) -> dict[int, float]:
+    part = {root: 1.0}
+    queue = [root]
+    for here in queue:
+        for there, ratio in neighbours[here]:
+            if there not in part:
+                part[there] = part[here] * ratio
+                queue.append(there)
+    return part
+
+
+def _reached(
+    part: dict[int, float], inertia: Sequence[float], pushed: Sequence[tuple[int, float]]
+) -> float:
+    """The root's speed after RISE_S of the largest effort that any source of the part has."""
+    total = sum(ratio**2 * inertia[block] for block, ratio in part.items())
+    effort = max(
+        (
+            part[block] * effort
+            for block, effort in pushed
+            if block in part and math.isfinite(effort)
+        ),
+        default=0.0,
+    )
+    return effort / total * RISE_S if total > 0.0 else 0.0

@@ -1,0 +1,242 @@
+"""What a link transmits: its ratio, its loss by the direction of power, what yields in it and what
+it lets play.
+
+    q_b = ratio q_a        effort at a: ratio lambda + loss, with lambda the effort at b
+
+Loss: where power goes from a to b, effort_a = ratio lambda/eta, so that drive_loss = |ratio| (1/eta
+- 1) per unit of lambda; where it comes back, effort_a = ratio lambda eta_back, so that back_loss =
+|ratio| (1 - eta_back). The same friction both ways is eta_back = 2 - 1/eta. A thread with mu = tan
+phi (2.10)-(2.13) takes radius tan(alpha + phi) and gives back radius tan(alpha - phi).
+
+Gear (2.3), with stiffness and damping (2.4)-(2.5); belt (2.6); pistons (2.16); rack (2.19)-(2.20);
+play (2.18).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from frictool.documents.mechanism import (
+    Backlash,
+    Belt,
+    Compliance,
+    Coupling,
+    Gear,
+    Hydraulic,
+    Rack,
+    Screw,
+)
+from frictool.plant.mechanism.block_references import BlockNames, check_compliance
+from frictool.plant.mechanism.element_error import ElementError
+
+Transmitting = Gear | Belt | Screw | Rack | Hydraulic | Coupling
+HELD = {
+    "gear": "leave the held block out, or press it on a compliant spring",
+    "belt": "leave the held block out, or hold it by a spring",
+    "screw": "leave the held block out, or hold it by a spring",
+    "rack": "leave the held block out, or hold it by a spring",
+    "hydraulic": "leave the held block out, or hold it by a spring",
+    "coupling": "hold it by a spring, or let it move between stops",
+}
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """One link between the blocks a and b; SI. gap: half of the play, at b. stiffness, damping: at
+    b; None where rigid."""
+
+    name: str
+    a: int
+    b: int
+    ratio: float
+    drive_loss: float = 0.0
+    back_loss: float = 0.0
+    thread: float = 0.0
+    thesis_screw: float = 0.0
+    gap: float = 0.0
+    restitution: float = 0.0
+    stiffness: float | None = None
+    damping: float = 0.0
+
+    @property
+    def lossless(self) -> bool:
+        return self.drive_loss == self.back_loss == self.thread == self.thesis_screw == 0.0
+
+    @property
+    def irreversible(self) -> bool:
+        """Whether b cannot drive a."""
+        return abs(self.ratio) <= max(self.back_loss, self.thread)
+
+    @property
+    def rigid(self) -> bool:
+        """Whether nothing yields; it may still let play."""
+        return self.stiffness is None
+
+
+def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmission:
+    """The link called `name`. Raises WrongElement with its key where ends, units or numbers do not
+    fit."""
+    key = f"links.{name}"
+    kind = str(link.__struct_config__.tag)
+    ends = blocks.moving(key, link.between, HELD[kind])
+    ratio, at_b = _ratio(key, link, ends, blocks)
+    drive_loss, back_loss, thread, thesis_screw = _losses(key, link, abs(ratio))
+    gap, restitution = 0.0, 0.0
+    backlash: Backlash | None = getattr(link, "backlash", None)
+    if backlash is not None:
+        gap = 0.5 * _width_at_b(key, backlash, ends, abs(ratio), blocks)
+        restitution = backlash.restitution
+    compliance = _compliance(key, link, ends[1], blocks)
+    return Transmission(
+        name,
+        blocks.place(key, ends[0]),
+        blocks.place(key, ends[1]),
+        ratio,
+        drive_loss,
+        back_loss,
+        thread,
+        thesis_screw,
+        gap,
+        restitution,
+        None if compliance is None else compliance.stiffness.value * at_b**2,
+        0.0 if compliance is None else compliance.damping.value * at_b**2,
+    )
+
+
+def _ratio(
+    key: str, link: Transmitting, ends: tuple[str, str], blocks: BlockNames
+) -> tuple[float, float]:
+    """The ratio with its sign, and the way along the link's compliance per unit of q_b: a belt's
+    radius, else 1."""
+    match link:
+        case Gear():
+            blocks.sequence(key, "a gear", ends, ("rotary", "rotary"))
+            if not (link.ratio > 0.0 and math.isfinite(link.ratio)):
+                hint = (
+                    "a gear that keeps the sense is internal: true"
+                    if link.ratio < 0.0
+                    else "a ratio of 0 would transmit nothing"
+                )
+                raise ElementError(f"{key}.ratio", f"found {link.ratio:g}; allowed: > 0; {hint}")
+            return (link.ratio if link.internal else -link.ratio), 1.0
+        case Belt():
+            blocks.sequence(key, "a belt", ends, ("rotary", "rotary"))
+            ratio = link.radius_a.value / link.radius_b.value
+            return (-ratio if link.crossed else ratio), link.radius_b.value
+        case Screw():
+            blocks.sequence(key, "a screw", ends, ("rotary", "linear"))
+            way = link.radius.value * tangent_of_lead(key, link)
+            return (-way if link.left_handed else way), 1.0
+        case Rack():
+            blocks.sequence(key, "a rack", ends, ("rotary", "linear"))
+            return (-link.radius.value if link.reversed else link.radius.value), 1.0
+        case Hydraulic():
+            blocks.sequence(key, "a hydraulic link", ends, ("linear", "linear"))
+            return link.area_a.value / link.area_b.value, 1.0
+        case Coupling():
+            first = blocks.kind(f"{key}.between", ends[0])
+            blocks.sequence(key, "a coupling", ends, (first, first))
+            return 1.0, 1.0
+
+
+def tangent_of_lead(key: str, link: Screw) -> float:
+    """tan(alpha). Raises WrongElement where the angle is not that of a thread."""
+    if link.lead is not None:
+        return link.lead.value / (2.0 * math.pi * link.radius.value)
+    assert link.lead_angle is not None
+    if link.lead_angle.value >= 0.5 * math.pi:
+        raise ElementError(
+            f"{key}.lead_angle",
+            f"found {math.degrees(link.lead_angle.value):g} deg; allowed: > 0 and < 90 deg",
+        )
+    return math.tan(link.lead_angle.value)
+
+
+def _losses(key: str, link: Transmitting, ratio: float) -> tuple[float, float, float, float]:
+    """drive_loss, back_loss, thread, thesis_screw."""
+    if isinstance(link, Screw) and link.friction_coefficient is not None:
+        return _thread_losses(key, link, link.friction_coefficient)
+    efficiency: float | None = getattr(link, "efficiency", None)
+    if efficiency is None:
+        return 0.0, 0.0, 0.0, 0.0
+    back = back_efficiency(efficiency, getattr(link, "efficiency_back", None))
+    return ratio * (1.0 / efficiency - 1.0), ratio * (1.0 - back), 0.0, 0.0
+
+
+def back_efficiency(efficiency: float, efficiency_back: float | None) -> float:
+    """As given, or that of the same friction both ways, 2 - 1/efficiency; below 0 the load cannot
+    drive the link."""
+    return 2.0 - 1.0 / efficiency if efficiency_back is None else efficiency_back
+
+
+def _thread_losses(key: str, link: Screw, coefficient: float) -> tuple[float, float, float, float]:
+    radius, steep = link.radius.value, tangent_of_lead(key, link)
+    if link.friction_form == "thesis":
+        return 0.0, 0.0, coefficient * radius, coefficient * steep
+    angle, phi = math.atan(steep), math.atan(coefficient)
+    if angle + phi >= 0.5 * math.pi:
+        most = 1.0 / steep
+        raise ElementError(
+            f"{key}.friction_coefficient",
+            f"found {coefficient:g}, with which not even the screw drives; allowed: < {most:.4g} = 1/tan(alpha)",
+        )
+    return (
+        radius * (math.tan(angle + phi) - steep),
+        radius * (steep - math.tan(angle - phi)),
+        0.0,
+        0.0,
+    )
+
+
+def _width_at_b(
+    key: str, backlash: Backlash, ends: tuple[str, str], ratio: float, blocks: BlockNames
+) -> float:
+    """The full play at the second end, in its unit."""
+    where = f"{key}.backlash"
+    kinds = tuple(blocks.kind(where, end) for end in ends)
+    units = {"rotary": "rad", "linear": "m"}
+    fitting = [
+        end for end, kind in zip(ends, kinds, strict=True) if units[kind] == backlash.width.unit
+    ]
+    if not fitting:
+        whose = " or ".join(f"{end}'s {units[kind]}" for end, kind in zip(ends, kinds, strict=True))
+        raise ElementError(
+            f"{where}.width.unit",
+            f"found a multiple of {backlash.width.unit}, which is neither end's; allowed: {whose}",
+        )
+    if backlash.at is not None and backlash.at not in ends:
+        raise ElementError(
+            f"{where}.at",
+            f"found {backlash.at!r}; allowed: an end of {key.partition('.')[2]}, {' or '.join(ends)}",
+        )
+    if backlash.at is not None and backlash.at not in fitting:
+        raise ElementError(
+            f"{where}.at",
+            f"found {backlash.at}, whose position is not in {backlash.width.unit}; allowed: {fitting[0]}",
+        )
+    at = backlash.at or fitting[-1]
+    return backlash.width.value * (ratio if at == ends[0] else 1.0)
+
+
+def _compliance(key: str, link: Transmitting, end: str, blocks: BlockNames) -> Compliance | None:
+    """What yields, of the link as a whole or of the flanks of its play."""
+    backlash: Backlash | None = getattr(link, "backlash", None)
+    flanks = None if backlash is None else backlash.compliance
+    if link.compliance is not None and flanks is not None:
+        raise ElementError(
+            f"{key}.backlash.compliance",
+            "found beside the link's own compliance; allowed: one, with the damping of both",
+        )
+    if link.compliance is not None and backlash is not None and backlash.restitution:
+        raise ElementError(
+            f"{key}.backlash.restitution",
+            "found beside the link's compliance, by which it rebounds; allowed: one of them",
+        )
+    where = f"{key}.compliance" if flanks is None else f"{key}.backlash.compliance"
+    compliance = link.compliance or flanks
+    if isinstance(link, Belt):
+        check_compliance(where, compliance, "linear", "it is along the belt, which")
+    else:
+        check_compliance(where, compliance, blocks.kind(key, end), f"it is at {end}, which")
+    return compliance

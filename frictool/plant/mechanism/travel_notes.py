@@ -1,0 +1,72 @@
+"""Ways that do not fit each other: what a file may say, and what is worth a note."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from frictool.documents.mechanism import Mechanism, Stop
+from frictool.documents.quantity import si_unit
+from frictool.plant.mechanism.block_references import BlockNames
+from frictool.plant.mechanism.packed_mechanism import Vector
+from frictool.plant.mechanism.sources_and_sensors import controlled_names
+from frictool.plant.mechanism.transmissions import Transmission
+
+SAME = 1e-9  # of the travel
+
+
+def room_notes(
+    document: Mechanism, blocks: BlockNames, start: Vector, joints: Sequence[Transmission]
+) -> list[str]:
+    """Of a play that is wider than the way between a block's end stops, and of a travel that does
+    not hold the start."""
+    return [*_wide_plays(document, blocks, joints), *_travel(document, blocks, start)]
+
+
+def _wide_plays(
+    document: Mechanism, blocks: BlockNames, joints: Sequence[Transmission]
+) -> list[str]:
+    found = []
+    for link in joints:
+        for block, play in ((link.b, 2.0 * link.gap), (link.a, 2.0 * link.gap / abs(link.ratio))):
+            between = way_between_stops(document, blocks.names[block])
+            if between is not None and play > between[1] > 0.0:
+                unit, stops = (
+                    si_unit("position", blocks.kinds[block]),
+                    f"{between[0]} leaves it {between[1]:.6g}",
+                )
+                found.append(
+                    f"the play of {link.name}, {play:.6g} {unit} at {blocks.names[block]}, is wider than its way: {stops} {unit}"
+                )
+    return found
+
+
+def way_between_stops(document: Mechanism, block: str) -> tuple[str, float] | None:
+    """The end stop that leaves the block least way, and that [rad | m]; None where none bounds it
+    on both sides."""
+    stops = [
+        (name, link)
+        for name, link in document.links.items()
+        if isinstance(link, Stop) and link.on == block
+    ]
+    lows = [(link.low.value, name) for name, link in stops if link.low is not None]
+    highs = [(link.high.value, name) for name, link in stops if link.high is not None]
+    if not lows or not highs:
+        return None
+    low, high = max(lows), min(highs)
+    return (low[1] if low[1] == high[1] else f"{low[1]} and {high[1]}"), high[0] - low[0]
+
+
+def _travel(document: Mechanism, blocks: BlockNames, start: Vector) -> list[str]:
+    travel = document.travel
+    if travel is None:
+        return []
+    sensor = controlled_names(document)[1]
+    block = document.sensors[sensor].on
+    place = float(start[blocks.place(f"sensors.{sensor}.on", block)])
+    room = SAME * (travel.high - travel.low)
+    if travel.low - room <= place <= travel.high + room:
+        return []
+    unit = si_unit("position", blocks.kind(f"sensors.{sensor}.on", block))
+    return [
+        f"travel from {travel.low:.6g} to {travel.high:.6g} {unit} does not hold where {block} starts, {place:.6g} {unit}"
+    ]

@@ -1,0 +1,74 @@
+"""Resonances of a model as a filter between the drive's effort and the axis: H(s) with H(0) = 1
+(documents/resonances.py)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.documents.resonances import Oscillation, Resonances
+from frictool.plant.lti import Lti, gain
+
+
+def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
+    """H in continuous time, with every frequency as it is, at the low and at the high ends of the
+    intervals."""
+    found = [_filter(resonances, None)]
+    if any(one.interval_rad_s is not None for one in (*resonances.poles, *resonances.zeros)):
+        found += [_filter(resonances, 0), _filter(resonances, 1)]
+    return tuple(found)
+
+
+def _filter(resonances: Resonances, end: int | None) -> Lti:
+    """Sections of second order, each with as many zeros as there are left, in series."""
+    below = [_pair(one, end) for one in resonances.poles] + _reals(resonances.real_poles_rad_s)
+    above = [_pair(one, end) for one in resonances.zeros] + _reals(resonances.real_zeros_rad_s)
+    whole = gain(1.0, 0.0)
+    for denominator in below:
+        fitting = next(
+            (k for k, numerator in enumerate(above) if len(numerator) <= len(denominator)), None
+        )
+        whole = _series(
+            whole, _section(np.ones(1) if fitting is None else above.pop(fitting), denominator)
+        )
+    if above:  # numerators that no single denominator takes: zeros in pairs over real poles
+        raise ValueError("resonances: zeros in pairs need poles in pairs")
+    return whole
+
+
+def _pair(one: Oscillation, end: int | None) -> np.ndarray:
+    """1 + 2 d s/w + s^2/w^2, highest power first."""
+    w = one.rad_s if end is None or one.interval_rad_s is None else one.interval_rad_s[end]
+    return np.array([1.0 / w**2, 2.0 * one.damping / w, 1.0])
+
+
+def _reals(frequencies: tuple[float, ...]) -> list[np.ndarray]:
+    """1 + s/w, two of them to a section."""
+    factors = [np.array([1.0 / w, 1.0]) for w in frequencies]
+    return [
+        np.polymul(*factors[k : k + 2]) if len(factors[k : k + 2]) == 2 else factors[k]
+        for k in range(0, len(factors), 2)
+    ]
+
+
+def _section(numerator: np.ndarray, denominator: np.ndarray) -> Lti:
+    """A proper transfer as a controllable form in states of like size."""
+    n = len(denominator) - 1
+    top = np.concatenate([np.zeros(n + 1 - len(numerator)), numerator]) / denominator[0]
+    below = denominator / denominator[0]
+    direct, rest = top[0], top[1:] - top[0] * below[1:]
+    scale = abs(below[-1]) ** (1.0 / n)  # s in units of the section's frequency
+    powers = scale ** np.arange(1, n + 1)
+    a = np.zeros((n, n))
+    a[0] = -below[1:] / powers * scale
+    a[np.arange(1, n), np.arange(n - 1)] = scale
+    b = np.zeros((n, 1))
+    b[0, 0] = scale
+    return Lti(a, b, (rest / powers)[None, :], np.array([[direct]]), 0.0)
+
+
+def _series(first: Lti, second: Lti) -> Lti:
+    """What leaves `first` enters `second`."""
+    n, m = first.order, second.order
+    a = np.block([[first.a, np.zeros((n, m))], [second.b @ first.c, second.a]])
+    b = np.vstack([first.b, second.b @ first.d])
+    return Lti(a, b, np.hstack([second.d @ first.c, second.c]), second.d @ first.d, 0.0)

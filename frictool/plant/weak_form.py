@@ -1,0 +1,39 @@
+"""The weak form of the equation of motion: its test function, and the effort that goes with a
+second difference.
+
+phi = (1 - s^2)^3 over a window, zero with its slope and curvature at either end.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+
+def bell(window: int) -> Vector:
+    """phi (window - 2,), sum 1, whose second difference has `window` values."""
+    inner = np.linspace(-1.0, 1.0, window)[1:-1]
+    phi = (1.0 - inner**2) ** 3
+    return np.asarray(phi / phi.sum())
+
+
+def effort_weights(period: float, lag: float) -> tuple[float, float, float]:
+    """What u[k-1], u[k], u[k+1] weigh in the effort that acts over the triangle from sample k-1 to
+    k+1; their sum is 1.
+
+    Between two samples u = u0 + (u1 - u0) f(s), s = 0..1, f = (1 - e^(-r s))/(1 - e^-r), r =
+    period/lag: weights int s f and int (1-s) f.
+    """
+    if lag == 0.0:
+        return 0.5, 0.5, 0.0
+    r = period / lag
+    if r < 1e-3:
+        return 1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0  # f = s up to r/2
+    whole = -math.expm1(-r)
+    mean = (1.0 - whole / r) / whole
+    rising = (0.5 - (whole - r * math.exp(-r)) / r**2) / whole
+    return 0.5 - rising, rising + 0.5 - (mean - rising), mean - rising

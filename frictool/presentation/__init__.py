@@ -1,0 +1,1 @@
+"""Page frame, figures, decimation and ties of printed figures, for every stage."""

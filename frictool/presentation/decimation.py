@@ -1,0 +1,49 @@
+"""What of a signal a plot can show: fewer points, none of its peaks lost."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+COLUMNS = 500  # about one per printed point of width
+
+
+def finite_or_nan(values: Vector) -> Vector:
+    """A signal (n,) for a plot: NaN, which leaves a gap in the curve, where it is not finite."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def decimated_indices(*signals: Vector) -> NDArray[np.intp]:
+    """Indices, increasing, that keep the first, last, smallest and largest sample of each signal
+    (n,) in each of 500 columns."""
+    count = signals[0].size
+    if count <= 2 * COLUMNS:
+        return np.arange(count, dtype=np.intp)
+    edges = np.linspace(0, count, COLUMNS + 1).astype(np.intp)
+    kept = [edges[:-1], edges[1:] - 1]
+    for signal in signals:
+        pieces = [
+            (start + int(np.argmin(signal[start:stop])), start + int(np.argmax(signal[start:stop])))
+            for start, stop in _pairs(edges)
+        ]
+        kept.append(np.array(pieces, dtype=np.intp).ravel())
+    return np.unique(np.concatenate(kept))
+
+
+def decimated_path_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
+    """Indices, increasing, that follow the path of two signals (n,) in strides of 1/500 of its
+    extent; none at a standstill."""
+    width, height = float(np.ptp(abscissa)) or 1.0, float(np.ptp(ordinate)) or 1.0
+    length = np.concatenate(
+        ([0.0], np.cumsum(np.hypot(np.diff(abscissa) / width, np.diff(ordinate) / height)))
+    )
+    stride = np.floor(length * COLUMNS)
+    kept = np.flatnonzero(np.diff(stride, prepend=-1.0) > 0)
+    return np.union1d(kept, [length.size - 1]).astype(np.intp)
+
+
+def _pairs(edges: NDArray[np.intp]) -> list[tuple[int, int]]:
+    return [(int(a), int(b)) for a, b in itertools.pairwise(edges)]

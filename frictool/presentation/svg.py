@@ -1,0 +1,119 @@
+"""A figure as an `<svg>` element to stand in a page: the same bytes for the same data, sized by the
+page; no date, no random ids, no user settings.
+"""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import matplotlib as mpl
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INK, MUTED, GRID = "#1d2733", "#6b7785", "#e3e7ec"
+PAGE: dict[str, Any] = {  # the style that figures have in common
+    "svg.fonttype": "none",
+    "text.parse_math": False,
+    "font.family": ["sans-serif"],
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.5,
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+}
+
+
+class FigureMargins(NamedTuple):
+    """Beside the axes, inches; `label`: the ordinates', from the left edge.
+
+    Given, so that figures below each other begin at one place: to fit them to each figure's labels
+    takes longer than all else of a page.
+    """
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+    label: float
+
+
+@contextmanager
+def drawing(name: str, style: Mapping[str, Any] = PAGE) -> Iterator[None]:
+    """The settings under which the figure `name` is drawn and rendered, whatever the user's own
+    say."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        settings: dict[Any, Any] = {**style, "svg.hashsalt": name}
+        mpl.rcParams.update(settings)
+        yield
+
+
+def panels(
+    size: tuple[float, float],
+    margins: FigureMargins,
+    rows: int = 1,
+    *,
+    ratios: Sequence[float] | None = None,
+    space: float = 0.14,
+) -> tuple[Figure, list[Axes]]:
+    """An empty figure of `size`, width and height in inches, with `rows` axes over one abscissa,
+    their heights as `ratios`.
+
+    space: between two axes, as a part of their mean height.
+    """
+    (width, height), (left, right, bottom, top, label) = size, margins
+    figure = Figure(figsize=size)
+    axes = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
+    figure.subplots_adjust(
+        left=left / width,
+        right=1.0 - right / width,
+        bottom=bottom / height,
+        top=1.0 - top / height,
+        hspace=space,
+    )
+    for (one,) in axes:
+        one.yaxis.set_label_coords((label - left) / (width - left - right), 0.5)
+    return figure, [row[0] for row in axes]
+
+
+def render(figure: Figure, label: str) -> str:
+    """The element's text; `label` is what a screen reader says, any text. Call it within
+    `drawing`."""
+    buffer = io.StringIO()
+    canvas: Any = FigureCanvasSVG(figure)
+    canvas.print_svg(buffer, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(
+        r'(<g) id="[^"]*"', r"\1", text
+    )  # ids of groups repeat from figure to figure and nothing refers to them
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    for size in ("width", "height"):
+        text = re.sub(rf'<svg([^>]*?) {size}="[^"]*"', r"<svg\1", text, count=1)
+    told = html.escape("".join(c for c in label if c.isprintable()))
+    return text.replace("<svg", f'<svg role="img" aria-label="{told}"', 1).strip()
+
+
+def render_compact(figure: Figure, label: str) -> str:
+    """As `render`, the coordinates of its paths to a hundredth of a point: for a page of many
+    figures."""
+    return re.sub(
+        r' d="[^"]*"',
+        lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path.group()),
+        render(figure, label),
+    )

@@ -1,0 +1,54 @@
+"""Rule for ties: among values that agree within a relative tolerance, the first one is named.
+
+Vertices often have the same figure, for example two that differ only in friction have the same
+modulus margin. The last digits of such figures differ from processor to processor, so that the
+largest one alone would name another vertex there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+TOLERANCE = 1e-5  # relative; ten times the tolerance of an H-infinity norm (verify/hinf_norm.py)
+
+
+def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
+    """Return the largest value, and the index of the first value that agrees with it.
+
+    Parameters
+    ----------
+    values
+        At least one number; NaN is never the largest unless all are NaN.
+    tolerance
+        Relative to the largest value. Infinite values agree with each other only.
+
+    Raises
+    ------
+    ValueError
+        If there is no value.
+
+    Examples
+    --------
+    >>> largest([1.0, 2.0 - 1e-9, 2.0])
+    (2.0, 1)
+    """
+    found = [-math.inf if math.isnan(value) else float(value) for value in values]
+    top = max(found)
+    room = tolerance * abs(top) if math.isfinite(top) else 0.0
+    return top, next(
+        index for index, value in enumerate(found) if value == top or top - value <= room
+    )
+
+
+def smallest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
+    """Return the smallest value, and the index of the first value that agrees with it; see
+    `largest`.
+
+    Examples
+    --------
+    >>> smallest([3.0, 1.0 + 1e-9, 1.0])
+    (1.0, 1)
+    """
+    found, index = largest((-value for value in values), tolerance)
+    return -found, index

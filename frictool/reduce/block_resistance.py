@@ -1,0 +1,128 @@
+"""What resists the motion of one block at a steady speed, over its position: loads, and friction in
+either direction.
+
+    to move it forward   C_+(x) = S(x) + F(x)        backward   C_-(x) = S(x) - F(x)        (2.28)
+
+S: springs, cams, constant efforts. F: Coulomb friction in slip; at rest the breakaway in its place.
+Evaluated on the arrays that the engine takes, so that it is what is simulated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.law_registry import ROWS
+from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.packed_mechanism import FRAME, Curves, PackedMechanism
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SpeedDependentFriction:
+    """What of a friction depends on the speed: `drop` on top of Coulomb friction at rest, gone by
+    exp(-(v/velocity)^exponent); viscous."""
+
+    drop: float
+    velocity: float  # 0: at rest only
+    exponent: float
+    viscous: float
+    law: str
+
+
+@dataclass(frozen=True)
+class BlockResistance:
+    """At positions (n,): load S, Coulomb friction F and breakaway without what `falling` has, each
+    (n,) in N m | N; damping of springs."""
+
+    load: Vector
+    friction: Vector
+    pressed_breakaway: Vector
+    falling: tuple[SpeedDependentFriction, ...]
+    damping: float
+
+    @property
+    def breakaway(self) -> Vector:
+        """The largest effort of friction at rest."""
+        return self.pressed_breakaway + sum(one.drop for one in self.falling)
+
+    @property
+    def viscous(self) -> float:
+        return self.damping + sum(one.viscous for one in self.falling)
+
+
+def resisting(assembled: AssembledMechanism, block: int, x: Vector) -> BlockResistance:
+    """Of one block at positions x (n,) [rad | m]."""
+    packed = assembled.packed
+    friction, breakaway, falling = _frictions(packed, block, x)
+    pressings = packed.pressings
+    for k in np.flatnonzero(pressings.block == block):
+        pressed = pressings.coefficient[k] * curve_at(packed.curves, int(pressings.force[k]), x)
+        friction, breakaway = friction + pressed, breakaway + pressings.breakaway_ratio[k] * pressed
+    load, damping = _loads(packed, block, x)
+    return BlockResistance(load, friction, breakaway, falling, damping)
+
+
+def curve_at(curves: Curves, number: int, x: Vector) -> Vector:
+    """Curve `number` at x (n,), as at its ends beyond them."""
+    first, last = int(curves.start[number]), int(curves.start[number + 1])
+    breaks = curves.breaks[first + number : last + number + 1]
+    held = np.clip(x, breaks[0], breaks[-1])
+    piece = np.clip(np.searchsorted(breaks, held, side="right") - 1, 0, last - first - 1)
+    way, cubic = held - breaks[piece], curves.cubic[first + piece]
+    return np.asarray(((cubic[:, 3] * way + cubic[:, 2]) * way + cubic[:, 1]) * way + cubic[:, 0])
+
+
+def _loads(packed: PackedMechanism, block: int, x: Vector) -> tuple[Vector, float]:
+    """S (n,) and the damping of springs to the frame."""
+    load, damping = np.zeros_like(x), 0.0
+    couplings, pushes = packed.couplings, packed.pushes
+    for k in np.flatnonzero((couplings.b == block) & (couplings.a == FRAME)):
+        e = x - couplings.offset[k]
+        gap = couplings.gap[k]
+        load = load + couplings.stiffness[k] * (e - np.clip(e, -gap, gap))
+        if couplings.curve[k] >= 0:
+            load = load + curve_at(packed.curves, int(couplings.curve[k]), e)
+        damping += float(couplings.damping[k]) if gap == 0.0 else 0.0
+    for k in np.flatnonzero(pushes.block == block):
+        load = load - pushes.constant[k]
+        if pushes.curve[k] >= 0:
+            load = load - curve_at(packed.curves, int(pushes.curve[k]), x)
+    return load, damping
+
+
+def _frictions(
+    packed: PackedMechanism, block: int, x: Vector
+) -> tuple[Vector, Vector, tuple[SpeedDependentFriction, ...]]:
+    """Coulomb friction and breakaway as levels over x, and what depends on the speed."""
+    frictions, falling = packed.frictions, []
+    slip = np.zeros_like(x)
+    for k in np.flatnonzero(frictions.block == block):
+        law = ROWS[int(frictions.law[k])]
+        p = frictions.law_values[int(frictions.law_start[k]) : int(frictions.law_start[k + 1])]
+        values = {
+            parameter.name: float(value)
+            for parameter, value in zip(law.parameters, p, strict=False)
+        }
+        level = (
+            curve_at(packed.curves, int(frictions.level[k]), x)
+            if frictions.level[k] >= 0
+            else np.ones_like(x)
+        )
+        coulomb = values["coulomb"]
+        slip = slip + coulomb * level
+        mean = float(np.mean(level))
+        drop = mean * max(0.0, values.get("breakaway", coulomb) - coulomb)
+        falling.append(
+            SpeedDependentFriction(
+                drop,
+                values.get("stribeck_velocity", 0.0),
+                values.get("stribeck_exponent", 2.0),
+                mean * values.get("viscous", 0.0),
+                law.name,
+            )
+        )
+    return slip, slip.copy(), tuple(falling)

@@ -1,0 +1,66 @@
+"""The test of check_commands.py on a mechanism and on a model: where the sensor's block is at every
+sample."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.model import Model
+from frictool.engine.axis_motion import advance as advance_axis
+from frictool.engine.mechanism.open_loop_run import run
+from frictool.engine.mechanism.preparation import prepare
+from frictool.engine.mechanism.state import rest
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import NoSolutionError
+from frictool.plant.axis import POSITION, RESISTANCE
+from frictool.plant.axis import rest as axis_rest
+from frictool.plant.axis_model import axis_of, load_of
+from frictool.plant.position_load import with_load
+from frictool.reduce.coordinate_change import MechanismView
+
+Vector = NDArray[np.float64]
+
+PARTS = 4  # of a period, over which the bound of a winding is held (engine/closed_loop.py)
+
+
+def mechanism_positions(
+    here: MechanismView, source: str, sensor: str, place: float, command: Vector
+) -> Vector:
+    """Positions (n,) of the sensor's block in its own coordinate; the source's view `here` puts
+    every block where `place` of the root is, plays in their middle. Raises NoSolutionError where
+    the engine gives up."""
+    assembled, names = here.assembled, here.assembled.blocks
+    start = np.array([frame.ratio * place + frame.offset for frame in map(here.frame, names)])
+    machine = prepare(assembled.packed)
+    state = rest(assembled.packed, machine, start)
+    driven, seen = (
+        assembled.sources.index(source),
+        assembled.sensor_blocks[assembled.sensors.index(sensor)],
+    )
+    commands = np.zeros((command.shape[0], len(assembled.sources)))
+    commands[:, driven] = command
+    found = run(machine, state, commands, here.document.sample_period_s, room_for_events=0)
+    if found.status != OK:
+        raise NoSolutionError(
+            f"{here.document.name}: not simulated: {MESSAGES[found.status]} (after {found.reached:.6g} s)"
+        )
+    return np.ascontiguousarray(found.positions[seen, :-1])
+
+
+def model_positions(model: Model, place: float, command: Vector) -> Vector:
+    """Positions (n,) of the axis that the model describes, from rest at `place` in the middle of
+    its backlash."""
+    p = with_load(axis_of(model).as_array(), load_of(model).as_array())
+    state, period = axis_rest(place), model.bench.sample_period_s
+    parts = PARTS if p[RESISTANCE] > 0.0 else 1
+    positions = np.empty(command.shape[0])
+    for k, value in enumerate(command):
+        positions[k] = state[POSITION]
+        for _ in range(parts):
+            status = advance_axis(state, value, p, period / parts)
+            if status != OK:
+                raise NoSolutionError(
+                    f"{model.name}: not simulated: {MESSAGES[status]} (sample {k})"
+                )
+    return positions

@@ -1,0 +1,310 @@
+"""The first step: everything as the source sees it, each block in the source's coordinate (thesis
+2.1.5, (2.16)). Nothing is neglected, but for a thread with the thesis's own friction (2.12), which
+takes the whole torque of the motor: it becomes that of a steady speed.
+
+What connects two blocks is then of ratio 1: a coupling, or a gear that keeps its losses. A
+mechanism whose source slides is seen from the block that turns and is nearest to it, as long as
+links lose: only links of turning blocks do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import msgspec
+
+from frictool.documents.mechanism import (
+    GROUND,
+    Backlash,
+    Block,
+    Cam,
+    Compliance,
+    Control,
+    Coupling,
+    FrictionOf,
+    Gear,
+    Link,
+    Mechanism,
+    Screw,
+    Spring,
+    Stop,
+)
+from frictool.documents.quantity import Axis, Quantity, Span, si_unit
+from frictool.errors import NoSolutionError
+from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.sources_and_sensors import controlled_names
+from frictool.reduce.assembly_cache import assemble_cached
+from frictool.reduce.connections import BlockMotion, Connection, connections, seen_from
+from frictool.reduce.coordinate_frame import CoordinateFrame, scaled
+from frictool.reduce.step_report import StepFigure, StepReport
+
+SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class MechanismView:
+    """A mechanism with what is needed to see it from one of its blocks, whose kind is `axis`."""
+
+    document: Mechanism
+    assembled: AssembledMechanism
+    links: tuple[Connection, ...]
+    root: int
+    seen: Mapping[int, BlockMotion]
+    axis: Axis
+
+    def frame(self, block: str) -> CoordinateFrame:
+        """A block's coordinate as the root sees it; ground stands still."""
+        axis = self.axis
+        if block == GROUND:
+            return CoordinateFrame(0.0, 0.0, axis, axis)
+        number = self.assembled.blocks.index(block)
+        one = self.seen[number]
+        return CoordinateFrame(one.ratio, one.offset, axis, self.assembled.kinds[number])
+
+
+def view(mechanism: Mechanism, root: str) -> MechanismView:
+    """The mechanism seen from block `root`. Raises NoSolutionError where blocks do not move with
+    it, by their names."""
+    assembled = assemble_cached(mechanism)
+    links, number = connections(assembled), assembled.blocks.index(root)
+    seen = seen_from(number, links, assembled.blocks)
+    apart = [name for k, name in enumerate(assembled.blocks) if k not in seen]
+    if apart:
+        raise NoSolutionError(
+            f"{mechanism.name}: {', '.join(apart)} {'does' if len(apart) == 1 else 'do'} not move with {root}: more than one motion, which "
+            "no one-inertia model has; reduce each part on its own"
+        )
+    return MechanismView(mechanism, assembled, links, number, seen, assembled.kinds[number])
+
+
+def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepReport]:
+    """The mechanism in the coordinate of the block that its source drives. Raises NoSolutionError
+    as `view`, and for a spring between two blocks that the source sees by different ratios."""
+    here = from_reference(mechanism, source)
+    ratio = si_unit("position", here.axis)
+    names = here.assembled.blocks
+    figures = [
+        StepFigure(
+            f"ratio of {name}",
+            here.frame(name).ratio,
+            f"{si_unit('position', here.frame(name).own)}/{ratio}",
+        )
+        for name in names
+        if here.frame(name).ratio != 1.0
+    ]
+    did = f"every block in the coordinate of {names[here.root]}: masses by ratio^2, efforts by ratio, ways by 1/ratio (2.16)"
+    control = mechanism.control or Control(
+        source, controlled_names(mechanism)[1]
+    )  # said, since a later step may leave a source without its effort
+    reduced = msgspec.structs.replace(expressed(here), control=control)
+    threads = ", ".join(
+        name
+        for name, one in mechanism.links.items()
+        if isinstance(one, Screw) and one.friction_form == "thesis"
+    )
+    neglects = (
+        f"accelerations in the motor's torque that (2.12) of {threads} takes"
+        if threads
+        else "nothing"
+    )
+    return reduced, StepReport("coordinates", did, neglects, figures=tuple(figures))
+
+
+def at_sensor(
+    mechanism: Mechanism, whole: Mechanism, source: str, sensor: str
+) -> tuple[Mechanism, StepReport]:
+    """A mechanism in one coordinate, in that of the sensor: positions as they are measured,
+    positive where a positive command goes."""
+    root = mechanism.sources[source].on
+    there = sensor_frame(whole, source, sensor)
+    size, side = abs(there.ratio), 1.0 if there.ratio > 0.0 else -1.0
+    here = view(mechanism, root)
+    ratio, offset = 1.0 / size, -side * there.offset / size
+    seen = {number: BlockMotion(ratio, offset) for number in here.seen}
+    reduced = expressed(
+        MechanismView(mechanism, here.assembled, here.links, here.root, seen, there.own)
+    )
+    notes = (
+        ()
+        if side > 0.0
+        else (
+            f"{sensor} counts down where the command is positive: encoder.direction is -1 in the bench",
+        )
+    )
+    did = f"the coordinate of {whole.sensors[sensor].on}, where {sensor} measures"
+    unit = f"{si_unit('position', there.own)}/{si_unit('position', there.axis)}"
+    return reduced, StepReport(
+        "sensor",
+        did,
+        "nothing",
+        figures=(StepFigure("way at the sensor per way at the source", there.ratio, unit),),
+        notes=notes,
+    )
+
+
+def sensor_frame(whole: Mechanism, source: str, sensor: str) -> CoordinateFrame:
+    """The sensor's block as the block is seen that `from_source` takes."""
+    return from_reference(whole, source).frame(whole.sensors[sensor].on)
+
+
+def from_reference(whole: Mechanism, source: str) -> MechanismView:
+    """The whole mechanism as `from_source` sees it."""
+    return view(whole, _reference(whole, whole.sources[source].on))
+
+
+def expressed(here: MechanismView) -> Mechanism:
+    """The mechanism with every block in its frame's coordinate."""
+    mechanism = here.document
+    links: dict[str, Link] = {}
+    for name, link in mechanism.links.items():
+        links |= _link(here, name, link)
+    return msgspec.structs.replace(
+        mechanism,
+        blocks={name: _block(here, name, mechanism.blocks[name]) for name in here.assembled.blocks},
+        links=links,
+        sources={
+            name: here.frame(one.on).source(one, one.on) for name, one in mechanism.sources.items()
+        },
+        sensors={
+            name: here.frame(one.on).sensor(one, one.on) for name, one in mechanism.sensors.items()
+        },
+        **_bench_keys(here),
+    )
+
+
+def _reference(mechanism: Mechanism, on: str) -> str:
+    """The source's block; or, where it slides and links lose, the nearest block that turns."""
+    here = view(mechanism, on)
+    if here.assembled.kinds[here.root] == "rotary" or all(link.lossless for link in here.links):
+        return on
+    turning = [k for k in here.seen if here.assembled.kinds[k] == "rotary"]
+    return str(here.assembled.blocks[min(turning, key=lambda k: (len(here.seen[k].by), k))])
+
+
+def _block(here: MechanismView, name: str, block: Block) -> Block:
+    frame = here.frame(name)
+    mass = block.inertia if block.inertia is not None else block.mass
+    assert mass is not None
+    own = frame.inertia(mass)
+    start = (
+        None
+        if block.start is None and frame.offset == 0.0
+        else frame.position(block.start or Quantity(0.0))
+    )
+    return Block(own, None, start) if frame.axis == "rotary" else Block(None, own, start)
+
+
+def _link(here: MechanismView, name: str, link: Link) -> dict[str, Link]:
+    """The link as the root sees it, by its name; nothing where it has no part in the motion."""
+    if isinstance(link, Spring):
+        return _spring(here, name, link)
+    on: dict[type, Callable[..., Link]] = {
+        Cam: CoordinateFrame.cam,
+        Stop: CoordinateFrame.stop,
+        FrictionOf: CoordinateFrame.friction,
+    }
+    if isinstance(link, Cam | Stop | FrictionOf):
+        return {name: on[type(link)](here.frame(link.on), link, link.on)}
+    found = [
+        one for one in here.links if one.name == name
+    ]  # none for a link that closes a rigid loop and says nothing new
+    return {one.name: _between(here, one, link) for one in found}
+
+
+def _between(here: MechanismView, one: Connection, link: Link) -> Link:
+    """A coupling where nothing is lost, a gear of ratio 1 that keeps both efficiencies where
+    something is."""
+    names = here.assembled.blocks
+    ends, frame = (names[one.a], names[one.b]), here.frame(names[one.b])
+    compliance = _compliance(one, frame, getattr(link, "compliance", None))
+    backlash = _backlash(one, frame, getattr(link, "backlash", None))
+    if one.lossless:
+        return Coupling(ends, compliance, backlash)
+    efficiency, back = efficiencies(one)
+    return Gear(
+        ends,
+        1.0,
+        True,
+        efficiency,
+        back,
+        None if backlash is not None and backlash.compliance is not None else compliance,
+        backlash,
+    )
+
+
+def efficiencies(one: Connection) -> tuple[float, float]:
+    """Driving and driven back, of what the losses are."""
+    carried = abs(one.ratio)
+    return carried / (carried + one.drive_loss), 1.0 - one.back_loss / carried
+
+
+def _compliance(
+    one: Connection, frame: CoordinateFrame, given: Compliance | None
+) -> Compliance | None:
+    """Stiffness and damping at the second end, with the intervals of what was given (a belt's are
+    along the belt)."""
+    if given is None or not one.compliant:
+        return None
+    return Compliance(
+        frame.stiffness(scaled(given.stiffness, one.stiffness / given.stiffness.value, "")),
+        frame.damping(
+            scaled(
+                given.damping, one.damping / given.damping.value if given.damping.value else 1.0, ""
+            )
+        ),
+    )
+
+
+def _backlash(one: Connection, frame: CoordinateFrame, given: Backlash | None) -> Backlash | None:
+    """The full width at the second end, with the interval of what was given."""
+    if given is None:
+        return None
+    width = frame.width(scaled(given.width, 2.0 * one.gap / given.width.value, ""))
+    return Backlash(width, None, given.restitution, _compliance(one, frame, given.compliance))
+
+
+def _spring(here: MechanismView, name: str, spring: Spring) -> dict[str, Link]:
+    first, second = (here.frame(end) for end in spring.between)
+    if GROUND in spring.between or first.ratio != second.ratio:
+        moving = [end for end in spring.between if end != GROUND]
+        if len(moving) == 2 and not _one_body(here, moving):
+            raise NoSolutionError(
+                f"links.{name}: {moving[0]} and {moving[1]} move {first.ratio:.6g} and {second.ratio:.6g} times as far as the source, so "
+                "that the spring between them has no place in one coordinate; make it a link with a ratio and a compliance"
+            )
+        stretch = CoordinateFrame(
+            first.ratio - second.ratio, first.offset - second.offset, first.axis, first.own
+        )
+        return {name: stretch.spring(spring, moving[0])}
+    stretch = CoordinateFrame(first.ratio, first.offset - second.offset, first.axis, first.own)
+    return {
+        name: msgspec.structs.replace(
+            stretch.spring(spring, spring.between[0]), between=spring.between
+        )
+    }
+
+
+def _one_body(here: MechanismView, blocks: list[str]) -> bool:
+    """Whether links without play or compliance make the blocks one."""
+    ways = [here.seen[here.assembled.blocks.index(name)].by for name in blocks]
+    apart = {link.name for link in ways[0]} ^ {link.name for link in ways[1]}
+    return all(not link.compliant and link.gap == 0.0 for link in here.links if link.name in apart)
+
+
+def _bench_keys(here: MechanismView) -> dict[str, Span | Quantity]:
+    """travel and top speed, which are of the controlled sensor's block."""
+    document, found = here.document, dict[str, Span | Quantity]()
+    sensor = controlled_names(document)[1]
+    frame = here.frame(document.sensors[sensor].on)
+    if document.travel is not None:
+        ends = sorted(
+            (end - frame.offset) / frame.ratio
+            for end in (document.travel.low, document.travel.high)
+        )
+        found["travel"] = Span(ends[0], ends[1], si_unit("position", frame.axis))
+    if document.top_speed is not None:
+        found["top_speed"] = scaled(
+            document.top_speed, 1.0 / abs(frame.ratio), si_unit("velocity", frame.axis)
+        )
+    return found

@@ -1,0 +1,172 @@
+"""A block's coordinate as another block sees it, and what a link, a friction or a sensor of it is
+there (thesis 2.1.5, (2.16)).
+
+    q = ratio p + offset        an effort f on q is ratio f on p, a mass m is ratio^2 m, a stiffness
+                                k is ratio^2 k
+
+Power is the same in both, f q' = (ratio f) p': nothing is neglected. Friction opposes the motion in
+either coordinate, so that its levels take |ratio|, speeds and ways of it 1/|ratio|.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import msgspec
+
+from frictool.documents.mechanism import (
+    Cam,
+    Compliance,
+    Curve,
+    FrictionOf,
+    Level,
+    Sensor,
+    Source,
+    Spring,
+    Stop,
+)
+from frictool.documents.quantity import Axis, Quantity, Series, si_unit
+from frictool.friction.law_registry import LAWS
+from frictool.plant.mechanism.bearing_friction import si_parameters
+
+Ends = tuple[float, ...]
+TURN = 6.283185307179586  # rad
+# of a law's parameter by its unit on a linear axis: the power of |ratio| that it takes
+POWERS = {"N": 1, "N/s": 1, "N s/m": 2, "N/m": 2, "kg": 2, "m/s": -1, "m": -1}
+
+
+@dataclass(frozen=True)
+class CoordinateFrame:
+    """q = ratio p + offset [SI of both]; `axis`: the kind of block whose coordinate is p, `own`
+    that of q's."""
+
+    ratio: float
+    offset: float
+    axis: Axis
+    own: Axis
+
+    def position(self, q: Quantity) -> Quantity:
+        """Where p is when q is there."""
+        way = Quantity(q.value - self.offset, _less(q.low, self.offset), _less(q.high, self.offset))
+        return scaled(way, 1.0 / self.ratio, self._unit("position"))
+
+    def width(self, q: Quantity) -> Quantity:
+        """A way between two places, without a sign."""
+        return scaled(q, 1.0 / abs(self.ratio), self._unit("position"))
+
+    def effort(self, f: Quantity) -> Quantity:
+        return scaled(f, self.ratio, self._unit("effort"))
+
+    def stiffness(self, k: Quantity) -> Quantity:
+        return scaled(k, self.ratio**2, self._unit("stiffness"))
+
+    def damping(self, d: Quantity) -> Quantity:
+        return scaled(d, self.ratio**2, self._unit("viscous"))
+
+    def inertia(self, m: Quantity) -> Quantity:
+        return scaled(m, self.ratio**2, self._unit("inertia"))
+
+    def curve(self, curve: Curve, factor: float, unit: str | None = None) -> Curve:
+        """The curve over p, its values times `factor`."""
+        positions, values = self._points(
+            curve.position.values, tuple(value * factor for value in curve.value.values)
+        )
+        return Curve(
+            Series(positions, self._unit("position")), Series(values, unit or curve.value.unit)
+        )
+
+    def _level(self, level: Level) -> Level:
+        positions, factors = self._points(level.position.values, level.factor)
+        return Level(Series(positions, self._unit("position")), factors)
+
+    def _points(self, positions: Ends, values: Ends) -> tuple[Ends, Ends]:
+        """Places of p in rising order, and the values there."""
+        order = -1 if self.ratio < 0.0 else 1
+        return tuple((value - self.offset) / self.ratio for value in positions)[::order], values[
+            ::order
+        ]
+
+    def compliance(self, one: Compliance | None) -> Compliance | None:
+        return (
+            None
+            if one is None
+            else Compliance(self.stiffness(one.stiffness), self.damping(one.damping))
+        )
+
+    def spring(self, spring: Spring, on: str) -> Spring:
+        """A spring whose stretch is q, against ground; without `free` it is free at the start in
+        either coordinate."""
+        force = (
+            None
+            if spring.force is None
+            else self.curve(spring.force, self.ratio, self._unit("effort"))
+        )
+        return Spring(
+            (on, "ground"),
+            None if spring.stiffness is None else self.stiffness(spring.stiffness),
+            force,
+            None if spring.damping is None else self.damping(spring.damping),
+            None if spring.free is None else self.position(spring.free),
+            None if spring.preload is None else self.effort(spring.preload),
+        )
+
+    def cam(self, cam: Cam, on: str) -> Cam:
+        """The spring's force takes |ratio|, the profile's angle its sign: force tan(angle) takes
+        the ratio (2.23)."""
+        side = 1.0 if self.ratio > 0.0 else -1.0
+        force = self.curve(cam.force, abs(self.ratio), self._unit("effort"))
+        return msgspec.structs.replace(cam, on=on, force=force, angle=self.curve(cam.angle, side))
+
+    def stop(self, stop: Stop, on: str) -> Stop:
+        low, high = (stop.low, stop.high) if self.ratio > 0.0 else (stop.high, stop.low)
+        ends = [None if end is None else self.position(end) for end in (low, high)]
+        return Stop(on, ends[0], ends[1], stop.restitution, self.compliance(stop.compliance))
+
+    def friction(self, friction: FrictionOf, on: str) -> FrictionOf:
+        law, sizes = LAWS[friction.law], si_parameters(on, friction, self.own)
+        parameters = {}
+        for name, quantity in sizes.items():
+            parameter = law.parameters[law.index(name)]
+            power = POWERS.get(parameter.unit("linear"), 0)
+            parameters[name] = scaled(
+                quantity, abs(self.ratio) ** power, parameter.unit(self.axis) or "1"
+            )
+        level = None if friction.level is None else self._level(friction.level)
+        return FrictionOf(on, friction.law, parameters, level)
+
+    def source(self, source: Source, on: str) -> Source:
+        """Effort per drive takes the ratio; a drive that pushes the other way is turned round by
+        who calls (constants are positive)."""
+        constant = None
+        if source.constant is not None:
+            per = "A" if source.constant.unit.endswith("A") else "V"
+            constant = scaled(source.constant, abs(self.ratio), f"{self._unit('effort')}/{per}")
+        effort = None if source.effort is None else self.effort(source.effort)
+        limit = source.limit
+        if source.drive == "effort" and limit is not None:
+            limit = scaled(limit, abs(self.ratio), self._unit("effort"))
+        return msgspec.structs.replace(source, on=on, constant=constant, effort=effort, limit=limit)
+
+    def sensor(self, sensor: Sensor, on: str) -> Sensor:
+        """Its resolution as a way of p; which way it counts is told apart (`ratio` < 0 counts down
+        where p goes up)."""
+        step = sensor.step
+        if sensor.counts_per_revolution is not None:
+            step = Quantity(TURN / sensor.counts_per_revolution, unit="rad")
+        return Sensor(on, sensor.measures, None, None if step is None else self.width(step))
+
+    def _unit(self, dimension: str) -> str:
+        return si_unit(dimension, self.axis)
+
+
+def scaled(quantity: Quantity, factor: float, unit: str) -> Quantity:
+    """The quantity times a factor; its interval's ends change places where the factor is
+    negative."""
+    ends = [None if end is None else end * factor for end in (quantity.low, quantity.high)]
+    if factor < 0.0:
+        ends.reverse()
+    return Quantity(quantity.value * factor, ends[0], ends[1], unit)
+
+
+def _less(end: float | None, offset: float) -> float | None:
+    return None if end is None else end - offset

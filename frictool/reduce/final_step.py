@@ -1,0 +1,85 @@
+"""What the last step, to one inertia, tells of itself."""
+
+from __future__ import annotations
+
+from frictool.documents.mechanism import FrictionOf
+from frictool.documents.quantity import Axis, si_unit
+from frictool.reduce.backlash import steepest
+from frictool.reduce.chain import ReductionChain
+from frictool.reduce.one_inertia import DirectionFriction, OneInertia
+from frictool.reduce.resisting_curves import neglected_memory
+from frictool.reduce.step_report import StepFigure, StepReport
+
+
+def final(chain: ReductionChain, axis: Axis) -> StepReport:
+    """The polynomials' fit, the masses behind the play, the place of what lies behind it."""
+    one = chain.one
+    effort, place, inertia = (si_unit(name, axis) for name in ("effort", "position", "inertia"))
+    figures = [StepFigure("inertia", one.inertia, inertia)]
+    notes, neglects = [], []
+    predicted = 0.0
+    for name, side in (("forward", one.forward), ("backward", one.backward)):
+        degree, error = len(side.coulomb.coefficients) - 1, side.coulomb.error
+        if degree:
+            figures.append(
+                StepFigure(f"polynomial {name} of degree {degree}: worst error", error, effort)
+            )
+            predicted = max(predicted, side.misses)
+    if not (one.forward.flat and one.backward.flat):
+        neglects.append("what polynomials miss of the curves")
+    neglects += neglected_memory(chain.last, chain.last.links)
+    velocities = {link.parameters["stribeck_velocity"].value for link in _stribeck(chain)}
+    if len(velocities) > 1:
+        neglects.append(f"that {len(velocities)} Stribeck velocities are not one")
+    if one.play.width > 0.0:
+        figures += _of_play(one, inertia, effort, place)
+        neglects.append("masses behind the play")
+        notes.append(
+            f"the place of {', '.join(one.play.behind)} within the play is not observable: no sensor is behind "
+            f"{', '.join(link.name for link in one.play.chain)}"
+        )
+        if len(one.play.chain) > 1:
+            notes.append(
+                f"{len(one.play.chain)} plays in a chain open one after another; the model opens them at once"
+            )
+    if chain.kept:
+        notes.append(
+            f"{', '.join(chain.kept)} still yields: its resonances are model.yaml's `resonances`, its mechanism is --reduced"
+        )
+        neglects.append("the twist of links that still yield")
+    did = "one inertia, C_r(theta, sign) by polynomials, one backlash (2.24)-(2.29), (4.45)"
+    return StepReport(
+        "one inertia",
+        did,
+        ", ".join(neglects) or "nothing",
+        predicted,
+        "the mean friction",
+        tuple(figures),
+        tuple(notes),
+    )
+
+
+def _stribeck(chain: ReductionChain) -> list[FrictionOf]:
+    links = chain.last.links.values()
+    return [
+        link
+        for link in links
+        if isinstance(link, FrictionOf) and "stribeck_velocity" in link.parameters
+    ]
+
+
+def _of_play(one: OneInertia, inertia: str, effort: str, place: str) -> list[StepFigure]:
+    def misplaced(side: DirectionFriction) -> float:
+        return 0.5 * one.play.width * steepest(one.positions, side.curve)
+
+    return [
+        StepFigure("inertia inside the play", one.inner, inertia),
+        StepFigure("its share of the whole", one.inner / one.inertia, ""),
+        StepFigure("backlash", one.play.width, place),
+        StepFigure("friction inside the play", one.inside, effort),
+        StepFigure(
+            "friction half a play beside its place, at most",
+            max(map(misplaced, (one.forward, one.backward))),
+            effort,
+        ),
+    ]

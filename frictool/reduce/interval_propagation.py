@@ -1,0 +1,122 @@
+"""What the intervals of a mechanism's quantities make of the reduced numbers.
+
+Each quantity is put at its ends while the others keep their values, and the mechanism is reduced
+again; effects of several add. Exact for sums; of products what several deviations make together is
+left out. Up to MOST_CORNERS quantities every corner of the box is reduced too, so that monotone
+products are held as well. Coulomb friction and breakaway of one part are put to their ends
+together: the one alone would meet the other, which bounds it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import msgspec
+
+from frictool.documents.mechanism import FrictionOf, Mechanism
+from frictool.documents.quantity import Quantity, factor_between
+from frictool.errors import NoSolutionError
+
+MOST_CORNERS = 3
+Path = tuple[str, ...]
+Numbers = dict[str, float]
+Ends = dict[str, tuple[float, float]]
+Uncertain = tuple[tuple[Path, Quantity], ...]
+
+
+def uncertain(mechanism: Mechanism) -> Uncertain:
+    """Every quantity with an interval, and its keys."""
+    return tuple(
+        (path, one)
+        for path, one in _quantities(mechanism, ())
+        if one.low is not None or one.high is not None
+    )
+
+
+def _quantities(node: Any, path: Path) -> Iterator[tuple[Path, Quantity]]:
+    if isinstance(node, Quantity):
+        yield path, node
+    elif isinstance(node, msgspec.Struct):
+        for field in msgspec.structs.fields(node):
+            yield from _quantities(getattr(node, field.name), (*path, field.name))
+    elif isinstance(node, dict):
+        for name, value in node.items():
+            yield from _quantities(value, (*path, str(name)))
+
+
+def at(node: Any, path: Path, value: float) -> Any:
+    """The document with the quantity at `path` of this value, and without its interval."""
+    if isinstance(node, Quantity):
+        return Quantity(value, unit=node.unit)
+    head, rest = path[0], path[1:]
+    if isinstance(node, dict):
+        return {**node, head: at(node[head], rest, value)}
+    return msgspec.structs.replace(node, **{head: at(getattr(node, head), rest, value)})
+
+
+def _together(found: Uncertain) -> list[Uncertain]:
+    """What is moved at once: Coulomb friction and breakaway of one part, everything else by
+    itself."""
+    sets: dict[Path, list[tuple[Path, Quantity]]] = {}
+    for path, one in found:
+        joined = path[-2:] in (("parameters", "coulomb"), ("parameters", "breakaway"))
+        sets.setdefault(path[:-1] if joined else path, []).append((path, one))
+    return [tuple(one) for one in sets.values()]
+
+
+def _at_corners(
+    mechanism: Mechanism, moved: Uncertain, numbers: Callable[[Mechanism], Numbers]
+) -> Iterator[Numbers]:
+    """The numbers at every corner of these quantities. Raises NoSolutionError naming the quantities
+    where one has no reduction."""
+    for corner in itertools.product(*(one.interval for _, one in moved)):
+        there, said = mechanism, []
+        for (path, _), value in zip(moved, corner, strict=True):
+            there = at(there, path, value)
+            said.append(f"{'.'.join(path)} at {value:.6g}")
+        try:
+            yield numbers(consistent(there))
+        except NoSolutionError as error:
+            ends = "an end of its interval" if len(said) == 1 else "ends of their intervals"
+            raise NoSolutionError(f"with {', '.join(said)}, {ends}: {error}") from None
+
+
+def consistent(mechanism: Mechanism) -> Mechanism:
+    """With each breakaway at least the Coulomb friction beside it, which one of both at its end may
+    have passed."""
+    links = dict(mechanism.links)
+    for name, link in links.items():
+        if not isinstance(link, FrictionOf) or not {"coulomb", "breakaway"} <= set(link.parameters):
+            continue
+        slip, rest = link.parameters["coulomb"], link.parameters["breakaway"]
+        if rest.value * factor_between(rest.unit, slip.unit) < slip.value:
+            links[name] = msgspec.structs.replace(
+                link, parameters={**link.parameters, "breakaway": slip}
+            )
+    return msgspec.structs.replace(mechanism, links=links)
+
+
+def propagated(
+    mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], progress: Callable[[str], None]
+) -> Ends:
+    """(low, high) of each of `numbers` of the mechanism, both equal to the value where nothing is
+    uncertain."""
+    centre = numbers(mechanism)
+    low, high = dict(centre), dict(centre)
+    found = uncertain(mechanism)
+    for moved in _together(found):
+        progress(f"interval of {', '.join('.'.join(path) for path, _ in moved)}")
+        ends = list(_at_corners(mechanism, moved, numbers))
+        for name, value in centre.items():
+            low[name] += min(0.0, *(each.get(name, value) - value for each in ends))
+            high[name] += max(0.0, *(each.get(name, value) - value for each in ends))
+    if 2 <= len(found) <= MOST_CORNERS:
+        for each in _at_corners(mechanism, found, numbers):
+            for name, value in centre.items():
+                low[name], high[name] = (
+                    min(low[name], each.get(name, value)),
+                    max(high[name], each.get(name, value)),
+                )
+    return {name: (low[name], high[name]) for name in centre}

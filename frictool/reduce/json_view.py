@@ -1,0 +1,81 @@
+"""What `reduce` tells machines: the same as the text, in SI."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.reduce.chain import ReductionChain
+from frictool.reduce.loop_comparison import LoopComparison
+from frictool.reduce.simulation_check import SimulationCheck
+from frictool.reduce.step_report import StepFigure, StepReport
+
+
+def json_view(
+    chain: ReductionChain,
+    checked: SimulationCheck,
+    model: Model,
+    loop: LoopComparison | None = None,
+) -> dict[str, Any]:
+    """One JSON object."""
+    one = chain.one
+    sizes = [len(step.mechanism.blocks) for step in chain.steps] + [1]
+    return {
+        "name": chain.whole.name,
+        "axis": model.axis,
+        "blocks": len(chain.whole.blocks),
+        "source": chain.source,
+        "sensor": chain.sensor,
+        "position_unit": si_unit("position", model.axis),
+        "steps": [_step(told, blocks) for told, blocks in zip(checked.told, sizes, strict=True)],
+        "backlash": [_figure(figure) for figure in chain.play],
+        "curve": {
+            "position": one.positions.tolist(),
+            "forward": one.forward.curve.tolist(),
+            "backward": one.backward.curve.tolist(),
+            "breakaway_forward": one.forward.breakaway.tolist(),
+            "breakaway_backward": one.backward.breakaway.tolist(),
+        },
+        "kept": list(chain.kept),
+        "tolerance": checked.tolerance,
+        "runs": checked.runs,
+        "reduced": checked.refused is None,
+        "verdict": checked.verdict,
+        "in_loop": None
+        if loop is None
+        else {
+            "agree": loop.refused is None,
+            "refused": loop.refused,
+            "steps": [asdict(s) for s in loop.steps],
+        },
+    }
+
+
+def _step(told: StepReport, blocks: int) -> dict[str, Any]:
+    measured = told.measured
+    return {
+        "step": told.step,
+        "blocks": blocks,
+        "did": told.did,
+        "neglects": told.neglects,
+        "expected_error": told.predicted,
+        "of": told.of,
+        "covered_by": told.covered,
+        "measured": None
+        if measured is None
+        else {
+            "distance": measured.distance,
+            "way": measured.way,
+            "share": measured.share,
+            "run": measured.where,
+            "to_whole": measured.whole,
+        },
+        "figures": [_figure(figure) for figure in told.figures],
+        "notes": list(told.notes),
+    }
+
+
+def _figure(figure: StepFigure) -> dict[str, Any]:
+    return {"name": figure.name, "value": figure.value, "unit": figure.unit}

@@ -1,0 +1,186 @@
+"""Links that lose become links that lose nothing, and friction behind them (thesis 2.1.6).
+
+A loss is proportional to the effort carried, drive_loss per unit where the source drives and
+back_loss where the load does. At a steady speed the effort carried is that of the loads and the
+friction beyond the link, so that the loss is a part of their curves C_+ and C_- (2.15). What
+accelerates a mass m beyond the link is felt through the same two slopes, as s m with 1 - back_loss
+<= s <= 1 + drive_loss whatever the load: the model's inertia has one value, s = 1, and an interval
+that holds both ends.
+
+A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: whatever presses on it, it stays. A
+load that is lowered through it is pushed, and presses the less the faster it accelerates: s < 0
+there, and less is felt than the motor alone.
+
+An efficiency alone (2.14) is nowhere left in place of friction: where the load drives back it would
+make an oscillator without damping of the loop, "which is wrong in practice".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import msgspec
+import numpy as np
+
+from frictool.documents.mechanism import Coupling, Gear, Mechanism, Screw
+from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.transmissions import tangent_of_lead
+from frictool.reduce.assembly_cache import assemble_cached
+from frictool.reduce.connections import BlockMotion, Connection, connections, seen_from
+from frictool.reduce.reflected_inertia import ReflectedInertia
+from frictool.reduce.resistance import LinkLoss, as_curves
+from frictool.reduce.rigid_lumping import bodies, lump_rigid_links
+from frictool.reduce.step_report import StepFigure, StepReport
+from frictool.reduce.travel_grid import positions
+
+
+def as_friction(
+    mechanism: Mechanism, root: str, whole: Mechanism
+) -> tuple[Mechanism, StepReport, ReflectedInertia]:
+    """The mechanism (in one coordinate) without losses in rigid links, and the inertia that the
+    source feels through them.
+
+    whole: where threads and efficiencies stand as the user gave them.
+
+    Raises NoSolutionError where the source would have to drive an irreversible link backwards.
+    """
+    x, figures, notes, predicted = positions(mechanism), [], [], 0.0
+    slopes = dict.fromkeys(mechanism.blocks, (1.0, 1.0))
+    for name in _deepest_first(mechanism, root):
+        assembled = assemble_cached(mechanism)
+        link, beyond, near = _placed(assembled, name, root)
+        loss = LinkLoss(link.drive_loss, link.back_loss, near)
+        helped, against = loss.slopes
+        figures += [
+            StepFigure(f"{name}: efficiency", 1.0 / loss.factor, ""),
+            StepFigure(f"{name}: driven back", 1.0 - link.back_loss, ""),
+        ]
+        notes.append(_verdict(name, link, whole))
+        inertia = assembled.packed.inertia
+        predicted = max(
+            predicted, (loss.factor - 1.0) * float(np.sum(inertia[beyond]) / np.sum(inertia))
+        )
+        for block in (assembled.blocks[number] for number in beyond):
+            mechanism = as_curves(mechanism, assembled, block, x, loss)
+            assembled = assemble_cached(mechanism)
+            slopes[block] = _sloped(slopes[block], helped, against)
+        if len(beyond) > 1:
+            notes.append(
+                f"{name}: what {len(beyond)} blocks beyond it carry loses each on its own: too much where they balance each other"
+            )
+        mechanism = msgspec.structs.replace(
+            mechanism, links={**mechanism.links, name: _lossless(mechanism, name)}
+        )
+    lossless = lump_rigid_links(mechanism, root)[0]
+    if not figures:
+        return lossless, StepReport("losses", "no rigid link loses", "nothing"), ReflectedInertia()
+    felt, total, unit = (
+        _felt(mechanism, root, slopes),
+        _total(lossless),
+        "kg m^2" if _rotary(lossless) else "kg",
+    )
+    figures += [
+        StepFigure("inertia felt, coasting", felt.least * total, unit),
+        StepFigure("inertia felt, accelerating", felt.most * total, unit),
+    ]
+    return lossless, _told(predicted, tuple(figures), tuple(notes)), felt
+
+
+def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple[float, float]:
+    """What is felt of an inertia, at least and at most, through one more link, of what is felt
+    `beyond` it; helped < 0: irreversible."""
+    ends = [slope * one for slope in (helped, against) for one in beyond]
+    return min(ends), max(ends)
+
+
+def _told(predicted: float, figures: tuple[StepFigure, ...], notes: tuple[str, ...]) -> StepReport:
+    return StepReport(
+        "losses",
+        "losses of links as friction by direction over the position (2.15)",
+        "what links lose of accelerations",
+        predicted,
+        "the effort of accelerations",
+        figures,
+        notes,
+        covered="the inertia's interval",
+    )
+
+
+def _felt(
+    mechanism: Mechanism, root: str, slopes: Mapping[str, tuple[float, float]]
+) -> ReflectedInertia:
+    """Each block's inertia times its slope, coasting and accelerating, against the sum without; of
+    all, and of the root's body."""
+    assembled, into = assemble_cached(mechanism), bodies(mechanism, root)
+    inertia = dict(zip(assembled.blocks, map(float, assembled.packed.inertia), strict=True))
+
+    def share(names: list[str], end: int) -> float:
+        return sum(inertia[name] * slopes[name][end] for name in names) / sum(
+            inertia[name] for name in names
+        )
+
+    def least(names: list[str]) -> float:
+        """No less than without what an irreversible link holds back: where that is more than the
+        rest it locks, and nothing accelerates."""
+        found = share(names, 0)
+        if found > 0.0:
+            return found
+        kept = sum(inertia[name] * max(0.0, slopes[name][0]) for name in names)
+        return kept / sum(inertia[name] for name in names)
+
+    inner = [name for name in inertia if into[name] == root]
+    return ReflectedInertia(least(list(inertia)), share(list(inertia), 1), least(inner))
+
+
+def _total(mechanism: Mechanism) -> float:
+    return float(np.sum(assemble_cached(mechanism).packed.inertia))
+
+
+def _rotary(mechanism: Mechanism) -> bool:
+    return assemble_cached(mechanism).kinds[0] == "rotary"
+
+
+def _lossless(mechanism: Mechanism, name: str) -> Coupling:
+    link = mechanism.links[name]
+    assert isinstance(link, Gear)
+    return Coupling(link.between, link.compliance, link.backlash)
+
+
+def _deepest_first(mechanism: Mechanism, root: str) -> list[str]:
+    """Names of the rigid links that lose, those far from the root first."""
+    assembled = assemble_cached(mechanism)
+    links = connections(assembled)
+    seen = _seen(assembled, root)
+    lossy = [link for link in links if not link.lossless and not link.compliant]
+    return [
+        link.name
+        for link in sorted(lossy, key=lambda link: -max(len(seen[link.a].by), len(seen[link.b].by)))
+    ]
+
+
+def _seen(assembled: AssembledMechanism, root: str) -> Mapping[int, BlockMotion]:
+    return seen_from(assembled.blocks.index(root), connections(assembled), assembled.blocks)
+
+
+def _placed(
+    assembled: AssembledMechanism, name: str, root: str
+) -> tuple[Connection, list[int], bool]:
+    """The link, the blocks beyond it, and whether its first end is the near one."""
+    link = next(one for one in connections(assembled) if one.name == name)
+    seen = _seen(assembled, root)
+    beyond = [number for number, one in seen.items() if name in {step.name for step in one.by}]
+    return link, beyond, link.a not in beyond
+
+
+def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
+    """Reversible or not, by mu against tan(alpha) where the link is a thread with a friction
+    coefficient."""
+    given, why = whole.links.get(name), f"efficiency driven back {1.0 - link.back_loss:.4g}"
+    if isinstance(given, Screw) and given.friction_coefficient is not None:
+        steep = tangent_of_lead(f"links.{name}", given)
+        why = f"mu {given.friction_coefficient:.4g} {'>' if given.friction_coefficient > steep else '<='} tan(alpha) {steep:.4g}"
+    if link.back_loss > 1.0:
+        return (
+            f"{name} is irreversible: {why}; its friction holds any load, kept as friction (2.15)"
+        )
+    return f"{name} is reversible: {why}; loads drive it back, so that an efficiency alone (2.14) would oscillate: kept as friction (2.15)"

@@ -1,0 +1,33 @@
+"""The bandwidth up to which a mechanism counts for a controller: a decade above the highest
+frequency at which its loops have gain 1."""
+
+from __future__ import annotations
+
+import math
+
+from frictool.documents.controller import Controller
+from frictool.errors import NoSolutionError
+from frictool.plant.polytope import PlantPoint
+from frictool.verify.feedback_loops import feedbacks_of, open_loop
+from frictool.verify.margins import loop_margins
+
+ABOVE = 10.0
+
+
+def bandwidth_of(controller: Controller) -> float:
+    """[rad/s]. Raises NoSolutionError where no loop of the controller crosses gain 1."""
+    lag, found = controller.bench.actuator.loop_time_constant_s, []
+    for vertex in controller.verified.vertices:
+        point = PlantPoint(
+            vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
+        )
+        found += [
+            loop_margins(open_loop(loop, point.rates, lag, controller.delay_samples)).crossing
+            for loop in feedbacks_of(controller)
+        ]
+    crossings = [one for one in found if math.isfinite(one)]
+    if not crossings:
+        raise NoSolutionError(
+            f"{controller.name}: its loops cross gain 1 nowhere, so that they tell no bandwidth; give --bandwidth"
+        )
+    return ABOVE * max(crossings)

@@ -1,0 +1,100 @@
+"""The whole mechanism and its one inertia under the same controller and reference: where the rotor
+is, and how long a step takes.
+
+Allowed are, of the position, the play and `tolerance` of the step that is under way, at least the
+encoder's step; of a response time, `tolerance` of it, at least the sample period.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.logs.log import Stream
+from frictool.metrics.response_time import response_time_95
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LoopStep:
+    """One hold of the reference: from when [s] and where to where [rad | m]; the farthest apart,
+    and where both end; response times [s]."""
+
+    time: float
+    origin: float
+    target: float
+    distance: float
+    at_the_end: float
+    whole_s: float
+    reduced_s: float
+    allowed: float
+
+
+@dataclass(frozen=True)
+class LoopComparison:
+    """Every hold, and the first reason why they do not agree; None: they do."""
+
+    steps: tuple[LoopStep, ...]
+    refused: str | None
+
+
+def in_loop(
+    whole: Stream, reduced: Stream, resolution: float, play: float, tolerance: float
+) -> LoopComparison:
+    """Of two logs of one scenario; resolution and play [rad | m] of the sensor."""
+    reference, time = whole.signals["reference"], whole.time
+    one, other = whole.signals["position_true"], reduced.signals["position_true"]
+    period, found, refused = float(time[1] - time[0]), [], None
+    for first, last in _holds(reference):
+        origin = float(reference[first - 1]) if first else float(one[0])
+        target = float(reference[first])
+        held = slice(first, last)
+        apart = np.abs(one[held] - other[held])
+        allowed = play + max(tolerance * abs(target - origin), resolution)
+        times = [
+            response_time_95(time[held], each[held], origin, target, resolution)
+            for each in (one, other)
+        ]
+        step = LoopStep(
+            float(time[first]),
+            origin,
+            target,
+            float(np.max(apart)),
+            float(apart[-1]),
+            times[0],
+            times[1],
+            allowed,
+        )
+        found.append(step)
+        refused = refused or _refused(step, tolerance, period, resolution)
+    return LoopComparison(tuple(found), refused)
+
+
+def _refused(step: LoopStep, tolerance: float, period: float, resolution: float) -> str | None:
+    where = f"step at {step.time:g} s"
+    if step.distance > step.allowed:
+        return f"{where}: {step.distance:.3g} from the whole mechanism; allowed: {step.allowed:.3g}"
+    if (
+        abs(step.target - step.origin) < 4.0 * resolution
+    ):  # a step of some counts has no response time
+        return None
+    if math.isfinite(step.whole_s) != math.isfinite(step.reduced_s):
+        return f"{where}: {'the whole mechanism' if math.isfinite(step.reduced_s) else 'the one inertia'} does not settle, the other does"
+    if math.isfinite(step.whole_s) and abs(step.reduced_s - step.whole_s) > max(
+        tolerance * step.whole_s, period
+    ):
+        return f"{where}: response time {step.reduced_s:.4g} s, of the whole mechanism {step.whole_s:.4g} s; allowed: {100 * tolerance:g} %"
+    return None
+
+
+def _holds(reference: Vector) -> list[tuple[int, int]]:
+    """First sample and end of every stretch in which the reference stays; a sine has none that is
+    longer than a sample."""
+    changes = np.flatnonzero(np.diff(reference) != 0.0) + 1
+    ends = [0, *changes.tolist(), reference.size]
+    return [(first, last) for first, last in itertools.pairwise(ends) if last - first > 20]

@@ -1,0 +1,33 @@
+"""A part of a mechanism's travel, such as one side of a default position, as the travel that is
+reduced."""
+
+from __future__ import annotations
+
+import msgspec
+
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.quantity import Span, si_unit
+from frictool.plant.mechanism.block_references import axis_kind
+from frictool.plant.mechanism.sources_and_sensors import controlled_names
+
+
+class OutsideTravelError(ValueError):
+    """A travel that is asked for, and that the mechanism does not have."""
+
+
+def restrict_travel(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:
+    """The mechanism with the travel (low, high) [rad | m] of its sensor's block. Raises
+    OutsideTravel where nothing of its own is there."""
+    block = whole.sensors[controlled_names(whole)[1]].on
+    unit, own = si_unit("position", axis_kind(whole.blocks[block])), whole.travel
+    if own is not None:
+        if ends[1] <= own.low or ends[0] >= own.high:
+            found, allowed = (
+                f"{ends[0]:g} to {ends[1]:g} {unit}",
+                f"{own.low:g} to {own.high:g} {unit}",
+            )
+            raise OutsideTravelError(
+                f"found {found}; allowed: a part of {allowed}, the travel of {whole.name}"
+            )
+        ends = max(ends[0], own.low), min(ends[1], own.high)
+    return msgspec.structs.replace(whole, travel=Span(*ends, unit))

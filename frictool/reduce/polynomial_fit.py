@@ -1,0 +1,65 @@
+"""A curve over the travel as the polynomial of a model.yaml, (4.44), of the lowest degree that is
+good enough."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.laws import MOST_COEFFICIENTS
+from frictool.friction.polynomial_minimum import minimum
+
+Vector = NDArray[np.float64]
+
+GOOD = 0.005  # of the mean: a higher degree is taken as long as the fit is worse
+NODES = 400
+NOTHING = 1e-12  # of the mean, at the far end of the travel: a coefficient that gives less is 0
+
+
+class PolynomialFit(NamedTuple):
+    """Coefficients, lowest power first [SI]; error: the largest distance from the curve within the
+    travel [N m | N]."""
+
+    coefficients: tuple[float, ...]
+    error: float
+
+
+def fit_polynomial(x: Vector, values: Vector, over: tuple[float, float]) -> PolynomialFit:
+    """The polynomial near the curve through (x, values), both (n,); lifted where it would fall
+    below 0 within `over`, which holds x.
+
+    Least squares at Chebyshev's nodes, which keeps the largest error near the least possible; the
+    error is that of the coefficients as they are written.
+    """
+    low, high = float(x[0]), float(x[-1])
+    nodes = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(
+        np.pi * (np.arange(NODES) + 0.5) / NODES
+    )
+    wanted = np.interp(nodes, x, values)
+    scale = max(abs(float(np.mean(values))), 1e-300)
+    best: PolynomialFit | None = None
+    for degree in range(MOST_COEFFICIENTS):
+        series = np.polynomial.Polynomial.fit(nodes, wanted, degree, domain=[low, high])
+        powers = series.convert().coef
+        reach = max(abs(low), abs(high)) ** np.arange(len(powers))
+        powers = np.where(np.abs(powers) * reach < NOTHING * scale, 0.0, powers)
+        coefficients = tuple(
+            float(b) for b in np.concatenate([powers, np.zeros(degree + 1 - len(powers))])
+        )
+        smallest = minimum(coefficients, *over)[1]
+        coefficients = (coefficients[0] - min(0.0, smallest) * (1.0 + 1e-9), *coefficients[1:])
+        error = float(np.max(np.abs(np.polynomial.Polynomial(coefficients)(x) - values)))
+        if best is None or error < best.error:
+            best = PolynomialFit(coefficients, error)
+        if best.error <= GOOD * scale:
+            break
+    assert best is not None
+    return best
+
+
+def mean_of(coefficients: tuple[float, ...], low: float, high: float) -> float:
+    """Over the travel."""
+    whole = np.polynomial.Polynomial(coefficients).integ()
+    return float((whole(high) - whole(low)) / (high - low))

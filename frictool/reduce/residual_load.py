@@ -1,0 +1,204 @@
+"""The load that friction does not hold, as one that a model.yaml has beside friction, in the
+reduced coordinate x [rad | m]:
+
+    load(x) = offset + stiffness x + sine sin(number x) + cosine cos(number x)
+
+A harmonic comes without a spring: gravity on an arm behind a gear of ratio r has number r, cogging
+that of its poles. Numbers of turning blocks are tried first, since gravity goes with one of them;
+then any number is looked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from frictool.errors import NoSolutionError
+from frictool.reduce.advice import parts_of_travel
+from frictool.reduce.block_resistance import Vector
+from frictool.reduce.resistance import DirectedResistance
+
+NOTHING = 1e-12  # of the largest load
+HELD = 1e-9  # of the largest load: what friction may be short of
+FITS = 0.01  # of the mean friction: what its polynomials may miss
+LEAST_TURN = 0.5  # rad of a harmonic over the travel: a shorter one is a line
+POINTS_PER_CYCLE = 8.0
+NUMBERS = 300  # looked at before the best is refined
+
+
+@dataclass(frozen=True)
+class ResidualLoad:
+    """SI; the default is no load."""
+
+    offset: float = 0.0
+    stiffness: float = 0.0
+    number: float = 0.0  # 1/rad | 1/m; 0 without a harmonic
+    sine: float = 0.0
+    cosine: float = 0.0
+
+    def at(self, x: Vector) -> Vector:
+        """The load (n,) [N m | N] that opposes a positive effort at positions (n,)."""
+        straight = self.offset + self.stiffness * x
+        return np.asarray(
+            straight + self.sine * np.sin(self.number * x) + self.cosine * np.cos(self.number * x)
+        )
+
+
+@dataclass(frozen=True)
+class LoadUnits:
+    """How an error tells positions: of which mechanism, in which units, -1 where the sensor counts
+    against x."""
+
+    name: str
+    effort: str
+    place: str
+    side: float = 1.0
+
+
+def load_beside(
+    x: Vector,
+    found: DirectedResistance,
+    turns: Iterable[float],
+    words: LoadUnits,
+    misses: Callable[[ResidualLoad], float],
+    known: float | None = None,
+) -> ResidualLoad:
+    """Over positions x (n,) the simplest law of which friction holds what is left, and whose rest
+    the friction of each direction can be without missing more than FITS by `misses`; else, of those
+    that friction holds, the one that misses least.
+
+    Simplest of all is none, where friction holds the whole load (2.27). turns: numbers that a
+    harmonic is likely to have. known: of the same mechanism with other numbers, its harmonic's
+    number; 0 where it has none.
+
+    Raises NoSolutionError where friction holds of none what is left, with the parts of the travel
+    on which it would.
+    """
+    mean, half = found.mean, found.half
+    scale = max(float(np.max(np.abs(mean))), 1e-300)
+    held: list[tuple[float, ResidualLoad]] = []
+    nearest = ResidualLoad()
+    for one in (_rounded(law, scale, x) for law in _laws(x, mean, turns, known)):
+        if _short(one, x, mean, half) < _short(nearest, x, mean, half):
+            nearest = one
+        if _short(one, x, mean, half) <= HELD * scale:
+            held.append((misses(one), one))
+            if held[-1][0] <= FITS:
+                return one
+    if not held:
+        raise NoSolutionError(_refusal(x, mean, half, nearest, words))
+    return min(held, key=lambda pair: pair[0])[1]
+
+
+def _laws(
+    x: Vector, mean: Vector, turns: Iterable[float], known: float | None
+) -> Iterator[ResidualLoad]:
+    """The simple ones first; that of the known number before all."""
+    if known:
+        yield _harmonic(x, mean, known)
+    yield ResidualLoad()
+    yield _line(x, mean, 0)
+    straight = _line(x, mean, 1)
+    if known is not None:
+        yield straight
+        return
+    least, most = _numbers(x)
+    turning = [
+        _harmonic(x, mean, number) for number in sorted(set(turns)) if least <= number <= most
+    ]
+    yield from sorted([straight, *turning], key=lambda one: _left(one, x, mean))
+    if least < most:
+        yield _any_harmonic(x, mean, least, most)
+
+
+def _line(x: Vector, mean: Vector, degree: int) -> ResidualLoad:
+    terms = np.polynomial.polynomial.polyfit(x, mean, degree)
+    return ResidualLoad(float(terms[0]), float(terms[1]) if degree else 0.0)
+
+
+def _harmonic(x: Vector, mean: Vector, number: float) -> ResidualLoad:
+    """The nearest of this number, by least squares."""
+    columns = np.column_stack([np.ones_like(x), np.sin(number * x), np.cos(number * x)])
+    offset, sine, cosine = (float(one) for one in np.linalg.lstsq(columns, mean)[0])
+    return ResidualLoad(offset, 0.0, number, sine, cosine)
+
+
+def _numbers(x: Vector) -> tuple[float, float]:
+    """Between which a harmonic is seen on positions x."""
+    return LEAST_TURN / float(x[-1] - x[0]), 2.0 * math.pi / (
+        POINTS_PER_CYCLE * float(np.median(np.diff(x)))
+    )
+
+
+def _any_harmonic(x: Vector, mean: Vector, least: float, most: float) -> ResidualLoad:
+    """The nearest of all numbers between these."""
+
+    def squares(number: float) -> float:
+        return float(np.sum((mean - _harmonic(x, mean, number).at(x)) ** 2))
+
+    looked = np.linspace(least, most, NUMBERS)
+    best = int(np.argmin([squares(float(number)) for number in looked]))
+    ends = (float(looked[max(best - 1, 0)]), float(looked[min(best + 1, NUMBERS - 1)]))
+    return _harmonic(
+        x,
+        mean,
+        float(
+            minimize_scalar(
+                squares, bounds=ends, method="bounded", options={"xatol": 1e-10 * ends[1]}
+            ).x
+        ),
+    )
+
+
+def _left(one: ResidualLoad, x: Vector, mean: Vector) -> float:
+    return float(np.max(np.abs(mean - one.at(x))))
+
+
+def _short(one: ResidualLoad, x: Vector, mean: Vector, half: Vector) -> float:
+    """What friction is short of holding what the law leaves, where it is shortest."""
+    return float(np.max(np.abs(mean - one.at(x)) - half))
+
+
+def _rounded(one: ResidualLoad, scale: float, x: Vector) -> ResidualLoad:
+    """Nothing where it is nothing beside the largest load."""
+
+    def kept(value: float, reach: float = 1.0) -> float:
+        return 0.0 if abs(value) * reach < NOTHING * scale else value
+
+    stiffness = kept(one.stiffness, max(abs(float(x[0])), abs(float(x[-1]))))
+    return ResidualLoad(kept(one.offset), stiffness, one.number, kept(one.sine), kept(one.cosine))
+
+
+def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words: LoadUnits) -> str:
+    left = np.abs(mean - nearest.at(x)) - half
+    worst, side = int(np.argmax(left)), words.side
+    parts = parts_of_travel(x, _straight(x, mean, half))
+    told = [sorted(side * end for end in part) for part in parts]
+    if not told:
+        tried = "the mechanism itself (frictool simulate), or that of --reduced"
+    else:
+        tried = " and ".join(f"--travel {low:.6g} {high:.6g}" for low, high in sorted(told))
+        tried += ", a model of its own on each side" if len(told) > 1 else ": there they do"
+    return (
+        f"{words.name}: at {side * x[worst]:.4g} {words.place} the load is {side * mean[worst]:.4g} {words.effort} and friction holds "
+        f"{half[worst]:.4g} {words.effort} of it; a constant with a spring or with one harmonic leaves {left[worst]:.3g} {words.effort} "
+        f"more than that, and no law of model.yaml has it; try {tried}"
+    )
+
+
+def _straight(x: Vector, mean: Vector, half: Vector) -> Callable[[slice], bool]:
+    """Whether friction holds what a constant or a spring leaves of the load on a part of the
+    travel."""
+
+    def holds(part: slice) -> bool:
+        room = HELD * max(float(np.max(np.abs(mean[part]))), 1e-300)
+        return any(
+            _short(_line(x[part], mean[part], degree), x[part], mean[part], half[part]) <= room
+            for degree in (0, 1)
+        )
+
+    return holds

@@ -1,0 +1,177 @@
+"""Springs, cams (2.23) and friction of each block as the curve C_r(theta, sign) of (2.28)-(2.29),
+and (2.27) checked everywhere.
+
+Irreversible at a position: C_+ >= 0 >= C_-, friction holds the load there. Where it holds
+everywhere the load is a part of friction, that of each direction at its own level; at rest nothing
+changes, stuck is stuck between the same two efforts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring
+from frictool.friction.law_registry import LAWS
+from frictool.reduce.assembly_cache import assemble_cached
+from frictool.reduce.block_resistance import Vector, resisting
+from frictool.reduce.resistance import (
+    NO_LOSS,
+    NOTHING,
+    DirectedResistance,
+    as_curves,
+    position_elements,
+    resistance,
+)
+from frictool.reduce.step_report import StepFigure, StepReport
+from frictool.reduce.travel_grid import positions
+
+
+@dataclass(frozen=True)
+class IrreversibilityMargin:
+    """(2.27) over positions: by how much friction holds the load where it holds it least, an effort
+    [N m | N], and where; < 0: not."""
+
+    margin: float
+    place: float
+    share: float  # of the positions where it holds
+
+
+def irreversible(x: Vector, found: DirectedResistance) -> IrreversibilityMargin:
+    """Where friction in slip bears the load: both min over x of C_+ and of -C_-."""
+    margin = np.minimum(found.forward, -found.backward)
+    worst = int(np.argmin(margin))
+    return IrreversibilityMargin(
+        float(margin[worst]), float(x[worst]), float(np.mean(margin >= 0.0))
+    )
+
+
+def in_contact(
+    mechanism: Mechanism, x: Vector, behind: Mapping[str, float] | None = None
+) -> DirectedResistance:
+    """Of all blocks together, as the source at x (n,) moves them as one.
+
+    behind: the play between the source and a block, half of which the block is behind where it is
+    pushed, whichever way: what resists at its own place is then known, and not half a play beside
+    it. Without it all blocks are where the source is.
+    """
+    assembled = assemble_cached(mechanism)
+    behind = behind or {}
+    sums = []
+    for direction, names in (
+        (1.0, ("forward", "breakaway_forward")),
+        (-1.0, ("backward", "breakaway_backward")),
+    ):
+        places = [x - 0.5 * direction * behind.get(block, 0.0) for block in assembled.blocks]
+        parts = [
+            resistance(resisting(assembled, k, place), NO_LOSS) for k, place in enumerate(places)
+        ]
+        sums += [
+            np.asarray(np.sum([getattr(one, name) for one in parts], axis=0)) for name in names
+        ]
+    forward, rest_forward, backward, rest_backward = sums
+    falling = tuple(part for one in parts for part in one.falling)
+    return DirectedResistance(
+        forward, backward, rest_forward, rest_backward, falling, sum(one.damping for one in parts)
+    )
+
+
+def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
+    """The mechanism (in one coordinate, without losses) with two curves for each block that has any
+    load; friction alone stays as it is."""
+    x, figures, error = positions(mechanism), [], 0.0
+    exact = in_contact(mechanism, x)
+    between = 0.5 * (x[1:] + x[:-1])
+    wanted = in_contact(mechanism, between)
+    replaced: list[str] = []
+    given = mechanism
+    for block in mechanism.blocks:
+        assembled = assemble_cached(mechanism)
+        found = resisting(assembled, assembled.blocks.index(block), x)
+        if not _is_curve(mechanism, block) and (
+            np.max(np.abs(found.load)) > 0.0 or np.ptp(found.friction) > 0.0
+        ):
+            replaced += position_elements(mechanism, block)
+            mechanism = as_curves(mechanism, assembled, block, x)
+    left_out = neglected_memory(given, replaced)
+    held = irreversible(x, exact)
+    largest = max(
+        float(np.max(np.abs(exact.forward))), float(np.max(np.abs(exact.backward))), 1e-300
+    )
+    if replaced:
+        got = in_contact(mechanism, between)
+        error = (
+            max(
+                float(np.max(np.abs(got.forward - wanted.forward))),
+                float(np.max(np.abs(got.backward - wanted.backward))),
+            )
+            / largest
+        )
+    unit = "N m" if assemble_cached(mechanism).kinds[0] == "rotary" else "N"
+    place = "rad" if unit == "N m" else "m"
+    figures = [
+        StepFigure("C_r forward, least", float(np.min(exact.forward)), unit),
+        StepFigure("C_r forward, most", float(np.max(exact.forward)), unit),
+        StepFigure("C_r backward, least", float(np.min(-exact.backward)), unit),
+        StepFigure("C_r backward, most", float(np.max(-exact.backward)), unit),
+        StepFigure("friction less load (2.27), least", held.margin, unit),
+        StepFigure("where friction holds the load least", held.place, place),
+    ]
+    did = (
+        f"{', '.join(replaced)} as C_r(theta, sign) (2.28)-(2.29)"
+        if replaced
+        else _unchanged(exact, largest)
+    )
+    note = (
+        "irreversible over the whole travel (2.27): without a command it stays where it is, and the load is a part of friction"
+        if held.margin >= 0.0
+        else f"not irreversible over {1.0 - held.share:.1%} of the travel (2.27): there the load moves it without a command"
+    )
+    return mechanism, StepReport(
+        "resisting curve",
+        did,
+        ", ".join(["the curves between their points", *left_out]) if replaced else "nothing",
+        error,
+        "the largest effort",
+        tuple(figures),
+        (note,),
+    )
+
+
+def _unchanged(found: DirectedResistance, largest: float) -> str:
+    """What the step says of itself where it replaces nothing."""
+    varies = max(float(np.ptp(found.forward)), float(np.ptp(found.backward))) > NOTHING * largest
+    return (
+        "the loads are a curve for each direction already"
+        if varies
+        else "no load depends on the position"
+    )
+
+
+def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
+    """Of these links, friction that depends on more than the speed at this moment, which no curve
+    has: what leaving it out neglects."""
+    links = [(name, mechanism.links[name]) for name in names]
+    return [
+        f"presliding and memory of {name} ({link.law})"
+        for name, link in links
+        if isinstance(link, FrictionOf) and LAWS[link.law].kind != "static"
+    ]
+
+
+def _is_curve(mechanism: Mechanism, block: str) -> bool:
+    """Whether its loads are a curve each way already."""
+    links = [mechanism.links[name] for name in position_elements(mechanism, block)]
+    springs, cams = (
+        [one for one in links if isinstance(one, Spring)],
+        [one for one in links if isinstance(one, Cam)],
+    )
+    plain = all(one.force is not None for one in springs) and all(
+        set(one.angle.value.values) == {0.0} for one in cams
+    )
+    slow = all(
+        one.parameters["coulomb"].value == 0.0 for one in links if isinstance(one, FrictionOf)
+    )
+    return plain and slow and len(springs) <= 1 and len(cams) <= 1

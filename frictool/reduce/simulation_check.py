@@ -1,0 +1,221 @@
+"""A reduction checked by simulation: every step against the one before and against the whole
+mechanism, under the same commands.
+
+What counts is where the sensor's block is in each run of check_commands.py, as long as both that
+are compared are within its travel. An error of a step is allowed to be the play at the sensor,
+which no sensor sees, and `tolerance` of the way that the run makes, there and back; what a step
+expects of itself in closed form has to be below `tolerance` too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.errors import NoSolutionError
+from frictool.presentation.ties import largest
+from frictool.reduce.advice import other_tolerance, passing_bandwidth
+from frictool.reduce.chain import ReductionChain
+from frictool.reduce.check_commands import CheckRun, runs
+from frictool.reduce.check_positions import mechanism_positions, model_positions
+from frictool.reduce.coordinate_change import from_reference, sensor_frame, view
+from frictool.reduce.step_report import MeasuredError, StepReport
+
+Vector = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+ROOM = 1e-9  # rad | m: a block that rests on an end stop is within
+TOLERANCE = 0.05  # "response time within 5 %"
+
+
+@dataclass(frozen=True)
+class SimulationCheck:
+    """told: of every step, the one inertia last, with what was measured. unit: of positions at the
+    sensor.
+
+    refused: the first error beyond what is allowed; None: done.
+    """
+
+    told: tuple[StepReport, ...]
+    tolerance: float
+    play: float
+    runs: int
+    unit: str
+    refused: str | None
+
+    @property
+    def verdict(self) -> str:
+        last = self.told[-1].measured
+        assert last is not None
+        if self.refused is not None:
+            return f"not reduced: {self.refused}"
+        return (
+            f"reduced: over {self.runs} runs the one inertia is within {last.whole:.3g} {self.unit} of the whole mechanism, "
+            f"on ways of {last.way:.3g} {self.unit}; "
+            f"allowed: {100.0 * self.tolerance:g} % of the way and the play of {self.play:.3g} {self.unit}"
+        )
+
+
+def check_reduction(
+    chain: ReductionChain,
+    model: Model,
+    final: StepReport,
+    tolerance: float = TOLERANCE,
+    progress: Progress = lambda _: None,
+) -> SimulationCheck:
+    """Plays the whole mechanism, every step and the model. final: what the last step tells.
+
+    Raises NoSolutionError where the engine gives up.
+    """
+    there, actuator = sensor_frame(chain.whole, chain.source, chain.sensor), model.bench.actuator
+    tests = runs(
+        chain.one, actuator.constant.value, actuator.limit.value, model.bench.sample_period_s
+    )
+    if not tests:
+        raise NoSolutionError(
+            f"{chain.whole.name}: not checked: friction fades along every step over its travel; give it a bearing's friction"
+        )
+    size, side = abs(there.ratio), 1.0 if there.ratio > 0.0 else -1.0
+
+    def at_root(place: float) -> float:
+        return (place - side * there.offset) / size
+
+    progress("simulating the whole mechanism")
+    here = from_reference(chain.whole, chain.source)
+    played = _ways(
+        tests,
+        lambda run: (
+            side
+            * mechanism_positions(here, chain.source, chain.sensor, at_root(run.place), run.command)
+        ),
+    )
+    whole = [
+        ways[: _within(ways + run.place, chain.one.travel)]
+        for ways, run in zip(played, tests, strict=True)
+    ]
+
+    def crossing(player: Callable[[CheckRun], Vector]) -> list[Vector]:
+        """What each run moved, up to where it has left the travel."""
+        return [
+            ways[: _within(ways + run.place, chain.one.travel) + 1]
+            for ways, run in zip(_ways(tests, player), tests, strict=True)
+        ]
+
+    before, last, told, moved = whole, chain.whole, list[StepReport](), False
+    for step in chain.steps:
+        progress(f"simulating after: {step.told.step}")
+        moved = moved or step.told.step == "sensor"
+        now = (
+            before
+            if step.mechanism == last
+            else crossing(
+                _player(
+                    step.mechanism,
+                    chain,
+                    1.0 if moved else size,
+                    (lambda x: x) if moved else at_root,
+                )
+            )
+        )
+        told.append(replace(step.told, measured=_measured(tests, before, now, whole)))
+        before, last = now, step.mechanism
+    progress("simulating the one inertia")
+    now = crossing(lambda run: model_positions(model, run.place, run.command))
+    told.append(replace(final, measured=_measured(tests, before, now, whole)))
+    play = chain.one.play.width
+    unit = si_unit("position", model.bench.axis)
+    return SimulationCheck(
+        tuple(told), tolerance, play, len(tests), unit, _refused(told, tolerance, play, chain, unit)
+    )
+
+
+def _player(
+    mechanism: Mechanism, chain: ReductionChain, size: float, place: Callable[[float], float]
+) -> Callable[[CheckRun], Vector]:
+    here = view(mechanism, mechanism.sources[chain.source].on)
+    return lambda run: (
+        size * mechanism_positions(here, chain.source, chain.sensor, place(run.place), run.command)
+    )
+
+
+def _ways(tests: tuple[CheckRun, ...], player: Callable[[CheckRun], Vector]) -> list[Vector]:
+    """What each run moved since its beginning."""
+    found = [player(run) for run in tests]
+    return [positions - positions[0] for positions in found]
+
+
+def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
+    """Up to which sample a run is within the travel; a play's width beyond an end stop is within
+    it."""
+    if travel is None:
+        return len(positions)
+    outside = np.flatnonzero((positions < travel[0] - ROOM) | (positions > travel[1] + ROOM))
+    return int(outside[0]) if outside.size else len(positions)
+
+
+def _measured(
+    tests: tuple[CheckRun, ...], before: list[Vector], now: list[Vector], whole: list[Vector]
+) -> MeasuredError:
+    """Of the run in which a step is the farthest from the one before; the distance to the whole one
+    is the worst of all runs."""
+    distances = [_distance(a, b, one) for a, b, one in zip(before, now, whole, strict=True)]
+    ways = [float(np.sum(np.abs(np.diff(one)))) for one in whole]
+    shares = [
+        distance / way if way > 0.0 else 0.0 for distance, way in zip(distances, ways, strict=True)
+    ]
+    _, worst = largest(shares)
+    beyond = max(_distance(one, b, one) for one, b in zip(whole, now, strict=True))
+    return MeasuredError(distances[worst], ways[worst], tests[worst].name, beyond)
+
+
+def _distance(a: Vector, b: Vector, whole: Vector) -> float:
+    """The farthest that two are apart as long as they and the whole are within the travel; where
+    one leaves it counts too."""
+    count = min(a.shape[0], b.shape[0], whole.shape[0])
+    return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))
+
+
+def _refused(
+    told: list[StepReport], tolerance: float, play: float, chain: ReductionChain, unit: str
+) -> str | None:
+    """The first error beyond what is allowed, and what to try. Where resonances are kept the one
+    inertia alone is told and not judged."""
+    judged = told[:-1] if chain.kept else told
+    for one in told:
+        if one.predicted > tolerance and one.covered is None:
+            error = f"an error of {100 * one.predicted:.3g} % of {one.of}"
+            allowed = f"{one.step}: neglecting {one.neglects} makes {error}; allowed: {100 * tolerance:g} %"
+            return f"{allowed}; try {_other(one.step, chain.whole, tolerance)}{other_tolerance(judged, play)}"
+        found = one.measured
+        if found is None or (chain.kept and one is told[-1]):
+            continue
+        if found.distance > tolerance * found.way + play:
+            return (
+                f"{one.step}: {found.where}, {found.distance:.3g} {unit} from the step before on a way of {found.way:.3g} {unit}; "
+                f"allowed: {100 * tolerance:g} % of the way and the play of {play:.3g} {unit}{_held(one, chain)}; "
+                f"try {other_tolerance(judged, play)}"
+            )
+    return None
+
+
+def _held(told: StepReport, chain: ReductionChain) -> str:
+    """Which plants of the model an error is between, where an interval holds it."""
+    if told.covered is None:
+        return ""
+    least, most = (chain.one.inertia * end for end in (chain.one.felt.least, chain.one.felt.most))
+    return (
+        f"; an inertia from {least:.4g} to {most:.4g} is felt, by which way the load presses: "
+        f"no value is both, {told.covered} holds both"
+    )
+
+
+def _other(step: str, whole: Mechanism, tolerance: float) -> str:
+    """Another bandwidth, where that is what it takes."""
+    passing = passing_bandwidth(whole, tolerance) if step == "compliance" else None
+    return "" if passing is None else f"--bandwidth {passing:g}, or "

@@ -1,0 +1,159 @@
+"""What `reduce` tells people: a row a step, with what it neglects and both errors; then what was
+found."""
+
+from __future__ import annotations
+
+from frictool.documents.laws import Load
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.documents.resonances import Oscillation
+from frictool.reduce.chain import ReductionChain, ReductionStep
+from frictool.reduce.loop_comparison import LoopComparison
+from frictool.reduce.simulation_check import SimulationCheck
+from frictool.reduce.step_report import StepFigure, StepReport
+
+HEADING = ("step", "blocks", "neglects", "error expected", "measured", "of the way")
+
+
+def lines(
+    chain: ReductionChain,
+    checked: SimulationCheck,
+    model: Model,
+    loop: LoopComparison | None = None,
+) -> list[str]:
+    """The whole report."""
+    unit = si_unit("position", model.axis)
+    rows = [
+        HEADING,
+        *(
+            _row(told, len(step.mechanism.blocks), unit)
+            for step, told in zip(chain.steps, checked.told, strict=False)
+        ),
+    ]
+    rows.append(_row(checked.told[-1], 1, unit))
+    found = [
+        f"{chain.whole.name}: {len(chain.whole.blocks)} blocks and {len(chain.whole.links)} links to one inertia",
+        "",
+        *_aligned(rows),
+        "",
+    ]
+    for told in checked.told:
+        found += [
+            f"{told.step}: {told.did}",
+            *(f"  {_figure(one)}" for one in told.figures),
+            *(f"  {note}" for note in told.notes),
+        ]
+    if chain.play:
+        found += ["backlash:", *(f"  {_figure(one)}" for one in chain.play)]
+    found += [*_model(model), "", checked.verdict]
+    return found if loop is None else [*found, "", *_in_loop(loop, unit)]
+
+
+def unfinished(name: str, steps: tuple[ReductionStep, ...]) -> list[str]:
+    """The steps of a reduction that stopped; nothing was played."""
+    rows = [HEADING, *(_row(step.told, len(step.mechanism.blocks), "") for step in steps)]
+    return [f"{name}: {len(steps)} steps, then no further", "", *_aligned(rows)]
+
+
+def _in_loop(loop: LoopComparison, unit: str) -> list[str]:
+    heading = (
+        "step at",
+        "from",
+        "to",
+        "apart at most",
+        "at the end",
+        "response whole",
+        "response reduced",
+    )
+    rows = [
+        (
+            f"{one.time:g} s",
+            f"{one.origin:.4g}",
+            f"{one.target:.4g} {unit}",
+            f"{one.distance:.3g} {unit}",
+            f"{one.at_the_end:.3g} {unit}",
+            f"{one.whole_s:.4g} s",
+            f"{one.reduced_s:.4g} s",
+        )
+        for one in loop.steps
+    ]
+    verdict = "in the loop: both agree" if loop.refused is None else f"in the loop: {loop.refused}"
+    return [*_aligned([heading, *rows]), verdict]
+
+
+def _row(told: StepReport, blocks: int, unit: str) -> tuple[str, ...]:
+    expected = "0" if told.predicted == 0.0 else f"{told.predicted:.2g} of {told.of}"
+    if told.predicted > 0.0 and told.covered is not None:
+        expected += f", in {told.covered}"
+    if told.measured is None:
+        return (told.step, str(blocks), told.neglects, expected, "–", "–")
+    return (
+        told.step,
+        str(blocks),
+        told.neglects,
+        expected,
+        f"{told.measured.distance:.3g} {unit}",
+        f"{100.0 * told.measured.share:.2g} %",
+    )
+
+
+def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
+def _figure(one: StepFigure) -> str:
+    return f"{one.name} {one.value + 0.0:.5g}{f' {one.unit}' if one.unit else ''}"
+
+
+def _model(model: Model) -> list[str]:
+    found = ["one inertia:"]
+    for name in ("inertia", "viscous", "coulomb", "breakaway", "offset", "stribeck_velocity"):
+        one = getattr(model.parameters, name)
+        if one is None or (one.value == 0.0 and one.low is None):
+            continue
+        interval = "" if one.low is None else f" ({one.interval[0]:.4g} to {one.interval[1]:.4g})"
+        found.append(f"  {name} {one.value:.5g}{interval} {one.unit}")
+    backward = model.laws.backward if model.laws is not None else None
+    if backward is not None and backward.coulomb is not None and backward.breakaway is not None:
+        found.append(
+            f"  backward: coulomb {backward.coulomb.value:.5g}, breakaway {backward.breakaway.value:.5g} {backward.coulomb.unit}"
+        )
+    if model.laws is not None and model.laws.load is not None:
+        found += [f"  load beside friction: {one}" for one in _load(model.laws.load)]
+    if model.resonances is not None:
+        for kind, roots in (("pole", model.resonances.poles), ("zero", model.resonances.zeros)):
+            found += [
+                f"  resonance, pair of {kind}s at {one.rad_s:.5g} rad/s, damping {one.damping:.4g}{_between(one)}"
+                for one in roots
+            ]
+    return found
+
+
+def _load(load: Load) -> list[str]:
+    """Each term of it, as a function of the position x."""
+    found = []
+    if load.stiffness is not None:
+        found.append(f"{load.stiffness.value:.5g} {load.stiffness.unit} x")
+    if load.gravity is not None:
+        found.append(
+            f"{load.gravity.sine.value:.5g} sin x {load.gravity.cosine.value:+.5g} cos x {load.gravity.sine.unit}"
+        )
+    if load.ripple is not None:
+        one = load.ripple
+        angle = f"2 pi x {one.cycles:.6g} / ({one.per.value:.6g} {one.per.unit})"
+        found.append(
+            f"{one.sine.value:.5g} sin {one.cosine.value:+.5g} cos of {angle}, {one.sine.unit}"
+        )
+    return found
+
+
+def _between(one: Oscillation) -> str:
+    return (
+        ""
+        if one.interval_rad_s is None
+        else f" ({one.interval_rad_s[0]:.5g} to {one.interval_rad_s[1]:.5g} rad/s)"
+    )

@@ -1,0 +1,81 @@
+"""The travel as positions at the source's block at which efforts are looked at, and curves that
+hold between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.mechanism import GROUND, Cam, Curve, FrictionOf, Mechanism, Spring, Stop
+from frictool.documents.quantity import Series
+from frictool.errors import NoSolutionError
+from frictool.reduce.assembly_cache import assemble_cached
+
+Vector = NDArray[np.float64]
+
+POINTS = 241  # evenly over the travel; the points of every curve come on top
+
+
+def travel_of(mechanism: Mechanism) -> tuple[float, float]:
+    """(low, high) of the source's block [SI]: as the mechanism says, or between its end stops, or
+    where its curves are given, or as far as the source's largest effort strains its springs.
+
+    Raises NoSolutionError where nothing tells, and efforts depend on the position.
+    """
+    found = known_travel(mechanism)
+    if found is not None:
+        return found
+    springs = [
+        link
+        for link in mechanism.links.values()
+        if isinstance(link, Spring) and link.stiffness and GROUND in link.between
+    ]
+    start = float(assemble_cached(mechanism).start[0])
+    if not springs:
+        return start - 1.0, start + 1.0  # efforts are the same everywhere
+    stiffness = sum(one.stiffness.value for one in springs if one.stiffness)
+    sources = assemble_cached(mechanism).packed.sources
+    reach = float(np.max(sources.constant * sources.limit)) / stiffness
+    if not np.isfinite(reach):
+        raise NoSolutionError(
+            f"{mechanism.name}: nothing tells how far its springs are moved; give travel, end stops, or the source's limit"
+        )
+    return start - reach, start + reach
+
+
+def known_travel(mechanism: Mechanism) -> tuple[float, float] | None:
+    """The same, None where nothing tells."""
+    if mechanism.travel is not None:
+        return mechanism.travel.low, mechanism.travel.high
+    stops = [link for link in mechanism.links.values() if isinstance(link, Stop)]
+    lows, highs = (
+        [end.value for one in stops if (end := getattr(one, side)) is not None]
+        for side in ("low", "high")
+    )
+    if lows and highs:
+        return max(lows), min(highs)
+    ends = [(curve.position.values[0], curve.position.values[-1]) for curve in _curves(mechanism)]
+    if ends:
+        return max(low for low, _ in ends), min(high for _, high in ends)
+    return None
+
+
+def positions(mechanism: Mechanism) -> Vector:
+    """The travel's grid: even, and the points of curves within it."""
+    low, high = travel_of(mechanism)
+    points = [x for curve in _curves(mechanism) for x in curve.position.values if low < x < high]
+    return np.unique(np.concatenate([np.linspace(low, high, POINTS), points]))
+
+
+def _curves(mechanism: Mechanism) -> Iterable[Curve]:
+    for link in mechanism.links.values():
+        match link:
+            case Spring() if link.force is not None:
+                yield link.force
+            case Cam():
+                yield link.force
+                yield link.angle
+            case FrictionOf() if link.level is not None:
+                yield Curve(link.level.position, Series(link.level.factor, ""))

@@ -1,0 +1,109 @@
+"""The verdict as one JSON object, with every metric of every hold and stream."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from frictool.documents.spec import Spec
+from frictool.report.evidence import StreamEvidence
+from frictool.report.hold_metrics import HoldMetrics, energy_window, finite_or_none
+from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS
+from frictool.report.requirement import Verdict
+from frictool.report.stream_metrics import stream_metrics
+from frictool.report.worst_hold import NEVER
+
+if TYPE_CHECKING:
+    from frictool.verify.vertex_transfers import VertexTransfers
+
+FORMAT = "report/2"  # 2: the verdict has three states
+
+
+def as_json(
+    verdict: Verdict, spec: Spec, transfers: VertexTransfers | str | None = None
+) -> dict[str, Any]:
+    """Return the verdict, `pass`, `fail` or `undecided`, with the names of the undecided
+    requirements.
+
+    A metric without a value is null with its reason in `missing`; one that is only known to lie
+    between two values is null with `bounds`. `sensitivity` is null without a controller. A stream
+    `meets_all` if it meets every requirement of the logs by itself.
+    """
+    return {
+        "format": FORMAT,
+        "verdict": verdict.state,
+        "name": verdict.name,
+        "summary": verdict.headline,
+        "plants": len(verdict.plants),
+        "streams_meeting_all": sum(verdict.meets),
+        "undecided": list(verdict.undecided),
+        "warnings": list(verdict.remarks),
+        "requirements": [requirement.as_json() for requirement in verdict.requirements],
+        "units": {
+            metric.name: metric.unit(spec)
+            for metric in (*HOLD_METRICS.values(), *STREAM_METRICS.values())
+        },
+        "energy_window_s": energy_window(spec),
+        "sensitivity": {"missing": transfers}
+        if isinstance(transfers, str)
+        else _sensitivity(transfers),
+        "streams": [
+            _stream(spec, evidence, holds, meets)
+            for (evidence, holds), meets in zip(verdict.evidence, verdict.meets, strict=True)
+        ],
+    }
+
+
+def _stream(
+    spec: Spec, evidence: StreamEvidence, holds: tuple[HoldMetrics, ...], meets: bool
+) -> dict[str, Any]:
+    time = evidence.stream.time
+    values, missing = stream_metrics(spec, evidence)
+    return {
+        "log": evidence.source,
+        "stream": evidence.stream.topic,
+        "meets_all": meets,
+        "samples": int(time.size),
+        "duration_s": float(time[-1] - time[0]),
+        "encoder_step": evidence.resolution or None,
+        "modulus_margin": evidence.modulus_margin,
+        "gaps": evidence.gaps,
+        **{name: values.get(name) for name in STREAM_METRICS},
+        "missing": missing,
+        "holds": [_hold(measured) for measured in holds],
+    }
+
+
+def _hold(measured: HoldMetrics) -> dict[str, Any]:
+    hold = measured.hold
+    place = {
+        "number": measured.number,
+        "start_s": measured.start_s,
+        "from": hold.origin,
+        "to": hold.target,
+    }
+    values = {
+        name: finite_or_none(measured.values[name]) if name in measured.values else None
+        for name in HOLD_METRICS
+    }
+    never = {name: NEVER for name in measured.values if values[name] is None}
+    return {**place, **values, "bounds": measured.bounds, "missing": {**measured.missing, **never}}
+
+
+def _sensitivity(found: VertexTransfers | None) -> dict[str, Any] | None:
+    """Of each transfer its largest gain, and its largest share of the template with the place."""
+    if found is None:
+        return None
+    transfers = {
+        transfer.name: {
+            "largest_gain": float(transfer.gains.max()),
+            "worst_of_template": None if transfer.worst is None else transfer.worst.ratio,
+            "vertex": None if transfer.worst is None else transfer.worst.vertex,
+            "frequency_rad_s": None if transfer.worst is None else transfer.worst.frequency,
+        }
+        for transfer in found.transfers
+    }
+    return {
+        "gamma": found.gamma,
+        "gamma_is": "asked" if found.asked else "verified",
+        "transfers": transfers,
+    }

@@ -1,0 +1,65 @@
+"""The verdict as JUnit XML: one test case per requirement, so that a build server shows what
+broke."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+from frictool.report.requirement import Requirement, Verdict, number
+from frictool.report.text_view import printable
+
+
+def junit(verdict: Verdict, allow_undecided: bool = False) -> str:
+    """Return the test suite as XML; the property `verdict` is `pass`, `fail` or `undecided`.
+
+    A broken requirement is a failure. An undecided one is an error, since build servers count a
+    skipped test as a success; it is skipped if undecided requirements are allowed and the verdict
+    is then acceptable.
+    """
+    requirements, skip = verdict.requirements, verdict.acceptable(allow_undecided)
+    undecided = len(verdict.undecided)
+    counts = {
+        "tests": str(len(requirements)),
+        "failures": str(sum(r.met is False for r in requirements)),
+        "errors": str(0 if skip else undecided),
+        "skipped": str(undecided if skip else 0),
+        "time": "0",
+    }
+    name = printable(verdict.name)
+    root = ET.Element("testsuites", {"name": "frictool report", **counts})
+    suite = ET.SubElement(root, "testsuite", {"name": name, **counts})
+    properties = ET.SubElement(suite, "properties")
+    for key, value in (
+        ("verdict", verdict.state),
+        ("summary", verdict.headline),
+        *(("warning", remark) for remark in verdict.remarks),
+    ):
+        ET.SubElement(properties, "property", {"name": key, "value": printable(value)})
+    for requirement in requirements:
+        _case(suite, name, requirement, skip)
+    ET.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _case(suite: ET.Element, name: str, requirement: Requirement, skip: bool) -> None:
+    case = ET.SubElement(
+        suite, "testcase", {"classname": f"frictool.{name}", "name": requirement.name, "time": "0"}
+    )
+    unit = f" {requirement.unit}".rstrip()
+    figures = f"{number(requirement.value)}{unit}, limit {requirement.relation} {number(requirement.limit)}{unit}"
+    place = f", {requirement.where}" if requirement.where else ""
+    message = printable(
+        f"{figures}{place}" + (f": {requirement.reason}" if requirement.reason else "")
+    )
+    if requirement.met is None and skip:
+        ET.SubElement(case, "skipped", {"message": printable(f"undecided: {requirement.reason}")})
+    elif requirement.met is None:
+        ET.SubElement(
+            case,
+            "error",
+            {"type": "undecided", "message": printable(f"undecided: {requirement.reason}")},
+        )
+    elif not requirement.met:
+        ET.SubElement(case, "failure", {"type": "requirement", "message": f"not met: {message}"})
+    else:
+        ET.SubElement(case, "system-out").text = message

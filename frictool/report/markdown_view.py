@@ -1,0 +1,37 @@
+"""The verdict as a Markdown table, for a merge request."""
+
+from __future__ import annotations
+
+import re
+
+from frictool.report.requirement import Verdict, number, unit_shown
+from frictool.report.text_view import printable
+
+MARKS = {"MET": "✅ met", "NOT MET": "❌ **not met**", "UNDECIDED": "❔ undecided"}
+
+
+def markdown(verdict: Verdict) -> str:
+    """A heading with the verdict and one row per requirement."""
+    rows = [
+        f"### {_plain(verdict.name)}: {verdict.headline}",
+        "",
+        "| requirement | value | limit | | where, why |",
+        "| --- | ---: | ---: | --- | --- |",
+    ]
+    for r in verdict.requirements:
+        remark = "; ".join(part for part in (str(r.where or ""), r.reason) if part)
+        value = "–" if r.value is None else f"{number(r.value)} {unit_shown(r.unit)}".strip()
+        limit = (
+            f"{'≤' if r.relation == '<=' else '≥'} {number(r.limit)} {unit_shown(r.unit)}".strip()
+        )
+        rows.append(
+            f"| {r.name.replace('_', ' ')} | {value} | {limit} | {MARKS[r.outcome]} | {_plain(remark)} |"
+        )
+    rows += [f"\n**Warning:** {_plain(remark)}" for remark in verdict.remarks]
+    return "\n".join(rows) + "\n"
+
+
+def _plain(text: str) -> str:
+    """Text from files, with everything that Markdown or HTML would act on made literal."""
+    literal = printable(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return re.sub(r"([\\`*_{}\[\]#|~@])", r"\\\1", literal)

@@ -1,0 +1,177 @@
+"""Each step enlarged: position with the zone of 5 % around the final value and the limits of the
+specification, and the drive."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frictool.documents.quantity import si_unit
+from frictool.documents.spec import Spec
+from frictool.metrics.final_value import final_value
+from frictool.metrics.response_time import zone_half_width
+from frictool.presentation.svg import INK, MUTED, render_compact
+from frictool.report.curve_figures import PageFigure, draw, draw_load, log_colours
+from frictool.report.evidence import StreamEvidence
+from frictool.report.figure_style import LIMIT, ZONE, drawing, new_figure
+from frictool.report.hold_metrics import HoldMetrics
+from frictool.report.requirement import number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Judged = tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
+MOST_STEPS = 12
+NEAR_ORIGIN = 0.05  # of the amplitude
+BEYOND_SETTLING = 1.6  # times the slowest response
+
+
+def step_views(spec: Spec, judged: Judged) -> list[PageFigure]:
+    """One picture for each step, with every stream that plays the same step, aligned at it; the
+    first twelve."""
+    return [_view(spec, plays) for plays in same_steps(judged)[:MOST_STEPS]]
+
+
+def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]:
+    """The steps of all streams, those together that go from one reference to the same other,
+    whenever they were played (5.32, 5.33).
+
+    A sequence that plays a step twice has it twice: the first of one stream stands with the first
+    of another.
+    """
+    groups: list[list[tuple[StreamEvidence, HoldMetrics]]] = []
+    for evidence, holds in judged:
+        waiting = list(groups)  # those that this stream is not in yet
+        for measured in holds:
+            if measured.hold.origin is None:
+                continue
+            own = next((group for group in waiting if _same(group[0][1], measured)), None)
+            if own is None:
+                groups.append([(evidence, measured)])
+            else:
+                own.append((evidence, measured))
+                waiting.remove(own)
+    return groups
+
+
+def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
+    """Whether both go to one reference from near the same other: a record's first step begins where
+    the sensor says."""
+    assert one.hold.origin is not None
+    assert other.hold.origin is not None
+    amplitude = abs(one.hold.target - one.hold.origin)
+    return (
+        abs(one.hold.target - other.hold.target) <= 1e-6 * amplitude
+        and abs(one.hold.origin - other.hold.origin) <= NEAR_ORIGIN * amplitude
+    )
+
+
+def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float:
+    """How much of the step is shown [s]: past the slowest response and the response time allowed,
+    all of it where one never settles."""
+    held = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
+    responses = [m.values.get("response_time_95", math.inf) for _, m in plays]
+    longest = max([*responses, spec.response_time_95_s or 0.0])
+    return min(held, BEYOND_SETTLING * longest) if longest > 0.0 else held
+
+
+def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> PageFigure:
+    """Position, load behind the backlash, velocity and drive below each other, where they are
+    known; time counts from the step."""
+    plays = sorted(plays, key=lambda play: play[0].nominal)
+    colours = log_colours([evidence for evidence, _ in plays])
+    length = window(spec, plays)
+    unit, top, panels = si_unit("position", spec.axis), plays[-1], _panels(spec, plays)
+    with drawing(f"step {top[1].number}"):
+        figure, drawn = new_figure(len(panels), 1.2 + 1.5 * len(panels))
+        axes = dict(zip(panels, drawn, strict=True))
+        for evidence, measured in plays:
+            _curves(axes, evidence, measured, colours[evidence.source], length)
+        _limits(axes["position"], spec, *top)
+        if "load" in axes:
+            axes["load"].axhline(
+                top[1].hold.target, color=INK, linewidth=1.0, linestyle=(0, (4, 2)), zorder=4.0
+            )
+        for name, label in panels.items():
+            axes[name].set(ylabel=label)
+        drawn[-1].set(xlabel="time since the step [s]", xlim=(-0.03 * length, length))
+        svg = render_compact(figure, f"step {top[1].number} enlarged")
+    return PageFigure(_title(plays, unit), svg, _caption(spec, plays))
+
+
+def _panels(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> dict[str, str]:
+    """What is drawn below each other, with the ordinate's label."""
+    unit = si_unit("position", spec.axis)
+    panels = {"position": f"position [{unit}]"}
+    if any(evidence.has_backlash for evidence, _ in plays):
+        panels["load"] = f"load [{unit}]"
+    panels["velocity"] = f"velocity [{unit}/s]"
+    if any(evidence.drive is not None for evidence, _ in plays):
+        panels["drive"] = f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]"
+    return panels
+
+
+def _curves(
+    axes: dict[str, Axes],
+    evidence: StreamEvidence,
+    measured: HoldMetrics,
+    colour: str,
+    length: float,
+) -> None:
+    time = evidence.stream.time - measured.start_s
+    part = slice(*np.searchsorted(time, (-0.03 * length, 1.02 * length)).tolist())
+    draw(axes["position"], evidence, colour, time[part], evidence.stream.signals["position"][part])
+    if "load" in axes and evidence.load is not None:
+        draw_load(axes["load"], evidence, colour, time, part)
+    if evidence.velocity is not None:
+        draw(axes["velocity"], evidence, colour, time[part], evidence.velocity[0][part])
+    if evidence.drive is not None:
+        draw(axes["drive"], evidence, colour, time[part], evidence.drive[part])
+
+
+def _limits(axes: Axes, spec: Spec, evidence: StreamEvidence, measured: HoldMetrics) -> None:
+    """The reference, the zone of the topmost stream, the overshoot and the response time
+    allowed."""
+    hold = measured.hold
+    assert hold.origin is not None
+    final = final_value(hold.of(evidence.stream.signals["position"]))
+    half = zone_half_width(hold.origin, hold.target, evidence.resolution)
+    axes.axhspan(final - half, final + half, color=ZONE, linewidth=0.0, zorder=0.5)
+    axes.axhline(hold.target, color=INK, linewidth=1.0, linestyle=(0, (4, 2)), zorder=4.0)
+    if spec.overshoot_percent is not None:
+        allowed = hold.target + spec.overshoot_percent / 100.0 * (hold.target - hold.origin)
+        axes.axhline(allowed, color=LIMIT, linewidth=1.0, linestyle=(0, (1, 1.5)), zorder=4.0)
+    if spec.response_time_95_s is not None:
+        axes.axvline(
+            spec.response_time_95_s, color=MUTED, linewidth=1.0, linestyle=(0, (1, 1.5)), zorder=1.0
+        )
+
+
+def _title(plays: list[tuple[StreamEvidence, HoldMetrics]], unit: str) -> str:
+    """From where to where, and when, unless the streams play it at different times."""
+    top = plays[-1][1]
+    starts = {round(measured.start_s, 6) for _, measured in plays}
+    at = f", at {top.start_s:.4g} s" if len(starts) == 1 else ", aligned at the step"
+    return f"Step {top.number}: {number(top.hold.origin)} to {number(top.hold.target)} {unit}{at}"
+
+
+def _caption(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> str:
+    responses = [m.values["response_time_95"] for _, m in plays if "response_time_95" in m.values]
+    worst = max(responses, default=math.nan)
+    told = (
+        ""
+        if math.isnan(worst)
+        else "Not every stream settles. "
+        if math.isinf(worst)
+        else f"Slowest response {worst * 1e3:.4g} ms. "
+    )
+    marks = ["green: 5 % zone around the final value", "dashed: reference"]
+    if spec.overshoot_percent is not None:
+        marks.append("red dots: overshoot allowed")
+    if spec.response_time_95_s is not None:
+        marks.append("grey dots: response time allowed")
+    if any(evidence.has_backlash and evidence.load_is_bounded for evidence, _ in plays):
+        marks.append("load: between the bounds that the position and the backlash leave")
+    return f"{told}{'; '.join(marks).capitalize()}."

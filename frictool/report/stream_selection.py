@@ -1,0 +1,30 @@
+"""Which streams a page shows where there are hundreds: a random campaign would make a page that no
+phone opens."""
+
+from __future__ import annotations
+
+from frictool.report.requirement import Verdict
+from frictool.report.worst_hold import JudgedStreams
+
+MOST_SHOWN = 40
+
+
+def select_streams(verdict: Verdict) -> JudgedStreams:
+    """The streams to draw and to list, in their order: all, or forty with the nominal ones, the
+    worst ones and those that fail among them.
+
+    The rest of the forty are spread evenly over the others. What is judged, and what `--json`
+    holds, is always all of them.
+    """
+    streams = verdict.evidence
+    if len(streams) <= MOST_SHOWN:
+        return streams
+    named = {(r.where.log, r.where.stream) for r in verdict.requirements if r.where is not None}
+    nominal = [k for k, (item, _) in enumerate(streams) if item.nominal]
+    worst = [k for k, (item, _) in enumerate(streams) if (item.source, item.stream.topic) in named]
+    failing = [k for k, meets in enumerate(verdict.meets) if not meets]
+    first = list(dict.fromkeys([*nominal, *worst, *failing]))[:MOST_SHOWN]
+    others = [k for k in range(len(streams)) if k not in set(first)]
+    room = MOST_SHOWN - len(first)
+    spread = [others[part * len(others) // room] for part in range(min(room, len(others)))]
+    return tuple(streams[k] for k in sorted({*first, *spread}))

@@ -1,0 +1,121 @@
+"""The transfers of every vertex against their templates: thesis figures 5.13 to 5.16."""
+
+from __future__ import annotations
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from frictool.documents.controller import Controller
+from frictool.documents.quantity import si_unit
+from frictool.presentation.svg import INK, render_compact
+from frictool.presentation.ties import largest
+from frictool.report.curve_figures import PageFigure
+from frictool.report.figure_style import LIMIT, LOG_COLOURS, drawing, new_figure
+from frictool.report.requirement import number
+from frictool.verify.vertex_transfers import Name, VertexTransfer, VertexTransfers
+
+DEEPEST = 100.0  # dB below the largest gain; what is less is not drawn
+TITLES: dict[Name, str] = {
+    "error": "Sensitivity e/{y}<sub>c</sub>",
+    "drive": "Drive {u}/{y}<sub>c</sub>",
+    "disturbance": "Error from friction, e/w",
+    "output": "{output} {y}/{y}<sub>c</sub>",
+}
+TEMPLATES: dict[Name, str] = {"error": "γ/|W₂|", "drive": "γ/W₃", "disturbance": "γ/|W₁ W₂|"}
+
+
+def transfer_views(controller: Controller, found: VertexTransfers) -> list[PageFigure]:
+    """One picture for each transfer, a curve for each vertex; the worst vertex is strong, the
+    template dashed."""
+    return [_view(controller, found, transfer) for transfer in found.transfers]
+
+
+def symbols(controller: Controller) -> dict[str, str]:
+    """How the thesis writes what this controller moves."""
+    rotary, position = controller.axis == "rotary", controller.structure == "position"
+    y = ("θ" if rotary else "x") if position else ("ω" if rotary else "v")
+    return {
+        "y": y,
+        "u": "i" if controller.drive == "current" else "u",
+        "output": "Position" if position else "Speed",
+    }
+
+
+def _view(controller: Controller, found: VertexTransfers, transfer: VertexTransfer) -> PageFigure:
+    title = Markup(TITLES[transfer.name]).format(**symbols(controller))
+    strong = (
+        found.vertices.index(transfer.worst.vertex)
+        if transfer.worst
+        else largest(transfer.gains.max(axis=1))[1]
+    )
+    outside = transfer.worst is not None and transfer.worst.ratio > 1.0
+    levels = _decibels(transfer.gains)
+    top = float(levels.max())
+    with drawing(f"transfer {transfer.name}"):
+        figure, (axes,) = new_figure()
+        for index, level in enumerate(levels):
+            alpha, width, order = (1.0, 1.4, 3.0) if index == strong else (0.35, 0.8, 2.0)
+            colour = LIMIT if index == strong and outside else LOG_COLOURS[0]
+            axes.semilogx(
+                found.frequencies, level, color=colour, alpha=alpha, linewidth=width, zorder=order
+            )
+        if transfer.template is not None:
+            template = _decibels(transfer.template)
+            top = max(top, min(float(template.max()), top + 40.0))
+            axes.semilogx(
+                found.frequencies,
+                template,
+                color=INK,
+                linewidth=1.0,
+                linestyle=(0, (4, 2)),
+                zorder=4.0,
+            )
+        low, high = float(levels.min()), top + 5.0
+        axes.set(
+            xlabel="angular frequency [rad/s]",
+            ylabel="gain [dB]",
+            ylim=(max(low, high - DEEPEST) - 5.0, high),
+        )
+        axes.set_xlim(found.frequencies[0], found.frequencies[-1])
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        svg = render_compact(figure, f"transfer of the {transfer.name} at every vertex")
+    return PageFigure(title, svg, _caption(controller, found, transfer))
+
+
+def _decibels(
+    gains: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    return 20.0 * np.log10(np.maximum(gains, 1e-300))
+
+
+def _caption(controller: Controller, found: VertexTransfers, transfer: VertexTransfer) -> str:
+    unit = _unit(controller, transfer.name)
+    vertices = f"{len(found.vertices)} vertices, sampled with the bench's delay" + (
+        f"; 0 dB is 1 {unit}" if unit else ""
+    )
+    if transfer.name == "output":
+        peak, at = largest(transfer.gains.max(axis=1))
+        before = " Without the prefilter." if controller.prefilter is not None else ""
+        return f"{vertices}; largest {number(peak)} at vertex {found.vertices[at]}.{before}"
+    if transfer.worst is None or transfer.template is None:
+        return f"{vertices}; no template: its weight is 0 or not in the document."
+    worst = transfer.worst
+    share = f"{100.0 * worst.ratio:.3g} % of it at vertex {worst.vertex}, {number(worst.frequency)} rad/s"
+    gamma = f"γ = {number(found.gamma)} {'asked' if found.asked else 'verified'}"
+    return f"{vertices}. Dashed: the template {TEMPLATES[transfer.name]}, {gamma}; {'OUTSIDE: ' if worst.ratio > 1.0 else ''}{share}."
+
+
+def _unit(controller: Controller, name: Name) -> str:
+    """Of the gain: output over input; the friction has none."""
+    moved = si_unit(
+        "position" if controller.structure == "position" else "velocity", controller.axis
+    )
+    drive = si_unit(controller.drive, controller.axis)
+    return {
+        "error": "",
+        "output": "",
+        "drive": f"{drive} per {moved}",
+        "disturbance": f"{moved} per full friction",
+    }[name]

@@ -1,0 +1,269 @@
+"""The sources that a kernel's machine code depends on: the modules that its module imports, without
+comments and docstrings.
+
+Imports are read from the syntax tree, those inside functions too; imports for type checkers alone
+are left out. What the tree does not decide (a star, a package used as a whole, a name that a
+package makes up, a module imported by a computed name) counts as an import of everything that it
+could mean. Sources outside the package and outside the folder that a module was imported from
+(numpy, numba) belong to the toolchain.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+import time
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from frictool.runtime.module_source import ANALYSIS, Source, analyse
+
+PACKAGE = Path(__file__).resolve().parents[1]
+# imports by computed name, from tables of literals that are read here
+LAZY = "frictool.runtime.lazy_exports"
+STORAGE = frozenset(  # modules that keep code and make none
+    f"frictool.runtime.{name}"
+    for name in ("kernel_cache", "kernel_sources", "kernel_store", "module_source", "notifications")
+)
+INSTALLED = {"site-packages", "dist-packages"}
+MEMO = f"sources-{ANALYSIS}.json"
+MOST = 2000  # sources in the memo; beyond, those that this process does not use are dropped
+_START = time.time()
+
+
+class UnknownSourcesError(Exception):
+    """The source of a module cannot be read, or is no longer what was imported."""
+
+
+@dataclass(frozen=True)
+class State:
+    """What machine code depends on: the names of the modules, and the digest of their sources."""
+
+    modules: frozenset[str]
+    digest: str
+
+
+@dataclass(eq=False)
+class Sources:
+    """The modules of frictool in `package`, and those in `root`, the folder that further modules
+    are imported from.
+
+    only: name of the single package that is followed in `root`; "" follows all. memo: folder in
+    which the analysed sources are kept, by the digest of their bytes.
+    """
+
+    root: Path
+    memo: Path | None = None
+    package: Path = PACKAGE
+    only: str = ""
+    _paths: dict[str, Path | None] = field(default_factory=dict)
+    _sources: dict[str, Source] = field(default_factory=dict)
+    _edges: dict[str, frozenset[str]] = field(default_factory=dict)
+    _states: dict[frozenset[str], State] = field(default_factory=dict)
+    _stamps: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    _declared: dict[Path, tuple[int, ...]] = field(default_factory=dict)
+    _known: dict[str, Source] | None = None
+    _is_new: bool = False
+
+    def declare(self, path: Path) -> None:
+        """Note that the module at `path` is being imported now."""
+        if path not in self._declared:
+            with suppress(UnknownSourcesError):
+                self._declared[path] = _stamp(path)
+
+    def state(self, modules: Iterable[str]) -> State:
+        """Return the state of the sources that `modules` import, directly or not.
+
+        Raises UnknownSourcesError if a source cannot be read, or was changed after this process
+        imported it.
+        """
+        key = frozenset(modules)
+        if key not in self._states:
+            if missing := sorted(name for name in key if self._path(name) is None):
+                raise UnknownSourcesError(f"the source of {missing[0]} is not there")
+            self._states[key] = self._follow(key)
+        for name in self._states[key].modules:
+            if (path := self._path(name)) is not None and self._stamps[name] != _stamp(path):
+                raise UnknownSourcesError(f"{path} was changed after it was read")
+        return self._states[key]
+
+    def _follow(self, modules: Iterable[str]) -> State:
+        waiting, reached = list(modules), set()
+        while waiting:
+            name = waiting.pop()
+            if name not in reached:
+                reached.add(name)
+                waiting += self._imported(name) - reached
+        seen = hashlib.sha256()
+        for name in sorted(reached):
+            seen.update(
+                f"{name} {self._source(name).digest if self._path(name) else ''}\n".encode()
+            )
+        if self._is_new:
+            self._keep()
+        return State(frozenset(reached), seen.hexdigest()[:16])
+
+    def holds(self, name: str) -> bool:
+        """Return whether `name` is a module whose source is followed."""
+        if self.only and name.split(".")[0] not in ("frictool", self.only):
+            return False
+        return self._path(name) is not None or self._folder(name).is_dir()
+
+    def everything(self, top: str = "frictool") -> frozenset[str]:
+        """Return all modules of a package."""
+        folder = self._folder(top)
+        found = {top}
+        for path in folder.rglob("*.py"):
+            found.add(
+                ".".join((top, *path.relative_to(folder).with_suffix("").parts)).removesuffix(
+                    ".__init__"
+                )
+            )
+        return frozenset(found)
+
+    def _folder(self, name: str) -> Path:
+        top, *rest = name.split(".")
+        return (self.package if top == "frictool" else self.root / top).joinpath(*rest)
+
+    def _path(self, name: str) -> Path | None:
+        """Return the file of a module; None for a folder without one, and for what is not
+        followed."""
+        if name not in self._paths:
+            folder = self._folder(name)
+            both = (
+                folder / "__init__.py",
+                folder.with_suffix(".py") if "." not in folder.name else folder,
+            )
+            self._paths[name] = next((path for path in both if path.is_file()), None)
+        return self._paths[name]
+
+    def _imported(self, name: str) -> frozenset[str]:
+        """Return the modules that `name` imports itself, its packages among them."""
+        if name not in self._edges:
+            parts = name.split(".")
+            found = {".".join(parts[:count]) for count in range(1, len(parts))}
+            if self._path(name) is not None:
+                source = self._source(name)
+                if source.is_open and name != LAZY:
+                    found |= self.everything() | self.everything(parts[0])
+                for one in source.imports:
+                    found |= self._meant(name, *one)
+            self._edges[name] = frozenset(found) - STORAGE
+        return self._edges[name]
+
+    def _meant(self, importer: str, level: int, module: str, name: str) -> frozenset[str]:
+        base = self._absolute(importer, level, module)
+        top = base.split(".")[0]
+        if not self.holds(top):
+            return frozenset()
+        if not self.holds(base):
+            return self.everything(top)
+        if name in ("", "*"):
+            return self._whole(base)
+        if self.holds(f"{base}.{name}"):
+            return self._whole(f"{base}.{name}")
+        if not self._is_package(base):
+            return frozenset({base})
+        source = self._source(base) if self._path(base) else None
+        if source is not None and name in source.table:
+            return (
+                frozenset({base, source.table[name]})
+                if self.holds(source.table[name])
+                else self.everything(top)
+            )
+        return (
+            frozenset({base})
+            if source is not None and name in source.names
+            else self.everything(top)
+        )
+
+    def _absolute(self, importer: str, level: int, module: str) -> str:
+        if level == 0:
+            return module
+        package = importer.split(".") if self._is_package(importer) else importer.split(".")[:-1]
+        return ".".join([*package[: len(package) - level + 1], *([module] if module else [])])
+
+    def _is_package(self, name: str) -> bool:
+        return self._folder(name).is_dir()
+
+    def _whole(self, name: str) -> frozenset[str]:
+        """A module; of a package, all modules: its attributes are those that anybody has
+        imported."""
+        return self.everything(name) if self._is_package(name) else frozenset({name})
+
+    def _source(self, name: str) -> Source:
+        if name not in self._sources:
+            path = self._path(name)
+            assert path is not None
+            stamp = _stamp(path)
+            try:
+                content = path.read_bytes()
+            except OSError as error:
+                raise UnknownSourcesError(str(error)) from None
+            if not self._is_as_imported(name, path, stamp):
+                raise UnknownSourcesError(f"{path} was changed after it was imported")
+            self._sources[name] = self._analysed(content)
+            self._stamps[name] = stamp
+        return self._sources[name]
+
+    def _is_as_imported(self, name: str, path: Path, stamp: tuple[int, ...]) -> bool:
+        """Return whether the file is what this process imported, if it has."""
+        if path in self._declared:
+            return self._declared[path] == stamp
+        return name not in sys.modules or max(stamp[:2]) < _START * 1e9
+
+    def _analysed(self, content: bytes) -> Source:
+        key = hashlib.sha256(content).hexdigest()[:32]
+        known = self._load()
+        if key not in known:
+            try:
+                known[key] = analyse(content)
+            except (SyntaxError, ValueError) as error:
+                raise UnknownSourcesError(str(error)) from None
+            self._is_new = True
+        return known[key]
+
+    def _load(self) -> dict[str, Source]:
+        if self._known is None:
+            self._known = {}
+            with suppress(OSError, ValueError, TypeError, KeyError):
+                read = json.loads((self.memo / MEMO).read_bytes()) if self.memo else {}
+                self._known = {
+                    key: Source(
+                        digest,
+                        tuple((i[0], i[1], i[2]) for i in imports),
+                        frozenset(names),
+                        dict(table),
+                        is_open,
+                    )
+                    for key, (digest, imports, names, table, is_open) in read.items()
+                }
+        return self._known
+
+    def _keep(self) -> None:
+        self._is_new = False
+        if self.memo is None:
+            return
+        known = self._load()
+        used = {id(source) for source in self._sources.values()}
+        rows = {
+            key: [one.digest, one.imports, sorted(one.names), one.table, one.is_open]
+            for key, one in known.items()
+            if len(known) < MOST or id(one) in used
+        }
+        part = self.memo / f"{MEMO}.{os.getpid()}"
+        with suppress(OSError):
+            part.write_text(json.dumps(rows, separators=(",", ":")), encoding="utf-8")
+            os.replace(part, self.memo / MEMO)
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    try:
+        status = os.stat(path)
+    except OSError as error:
+        raise UnknownSourcesError(str(error)) from None
+    return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino

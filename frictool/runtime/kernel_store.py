@@ -1,0 +1,312 @@
+"""Machine code on disk: one folder for each state of a kernel's sources, one compilation of a
+kernel among all processes.
+
+numba's own cache looks at the file of a function alone, names it by its line, and lets two
+processes compile the same function at once. Here the folder is named after the module and the
+digest of all sources that it imports (kernel_sources.py), and a process that finds no code takes a
+lock, so that another one that needs the same code waits for it.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import re
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+from numba.core import types
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
+from numba.core.dispatcher import Dispatcher
+
+from frictool.runtime import notifications
+from frictool.runtime.kernel_cache import prune_states, restricted_umask, writing
+from frictool.runtime.kernel_sources import INSTALLED, PACKAGE, Sources, State, UnknownSourcesError
+
+try:
+    import fcntl
+except ImportError:  # Windows: two processes may compile the same kernel at once
+    fcntl = None  # type: ignore[assignment]  # Windows has none
+
+COMPILING = "compiling"  # a byte of it is locked for each kernel that is being compiled
+PATIENCE_S = 300.0  # to wait for another process that compiles the same kernel
+POLL_S = 0.02
+
+
+class _Entry:
+    """Place of one function's code, in the form that numba asks for."""
+
+    def __init__(self, folder: Path, source: str) -> None:
+        self.folder, self._py_file = folder, source
+
+    def get_cache_path(self) -> str:
+        return str(self.folder)
+
+    def ensure_cache_path(self) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
+
+    def get_source_stamp(self) -> str:
+        return self.folder.name
+
+
+class _Form(CompileResultCacheImpl):
+    """numba's form of compiled code, at a place that is chosen here."""
+
+    def __init__(self, entry: _Entry, name: str, line: int) -> None:
+        self._locator, self._filename_base, self._lineno = entry, name, line
+
+
+class KernelStore(FunctionCache):
+    """The kept code of one function, in `folder`."""
+
+    def __init__(self, function: Any, folder: Path) -> None:
+        self._py_func, self._name, self._enabled = function, repr(function), True
+        self._folder = folder
+        self._claims: dict[Any, int] = {}
+        self._source = function.__code__.co_filename
+        self._module = module_of(function)
+        sources_of(folder, self._module, self._source).declare(Path(self._source))
+
+    @property
+    def cache_path(self) -> str:
+        return str(self._folder)
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """Return the kept code; None if the caller has to compile, which other processes then wait
+        for."""
+        context.refresh()
+        if not self._place(signature):
+            return None
+        found = self._load(signature, context)
+        if found is None and self._claim(signature):
+            found = self._load(signature, context)
+            if found is not None:
+                self.release()
+        return found
+
+    def _load(self, signature: Any, context: Any) -> Any:
+        try:
+            return super()._load_overload(signature, context)  # type: ignore[no-untyped-call]  # numba has no types
+        except Exception:  # a damaged pickle raises nearly anything
+            self._forget()
+            return None
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Keep code, where its sources are known and the disk takes it."""
+        try:
+            if self._place(signature) and self._reaches_known_sources():
+                with (
+                    restricted_umask(),
+                    writing(self._folder) as mine,
+                    suppress(OSError),
+                ):  # what cannot be kept is compiled again next time
+                    if mine:
+                        super()._save_overload(signature, compiled)  # type: ignore[no-untyped-call]  # as above
+        finally:
+            self.release()
+
+    def release(self) -> None:
+        """Let other processes compile what this one does not compile any more."""
+        for byte in self._claims.values():
+            _unlock(self._folder, byte)
+        self._claims.clear()
+
+    def is_kept(self) -> bool:
+        """Return whether code for any types of arguments is on disk."""
+        return self._place(()) and os.path.exists(self._cache_file._index_path)
+
+    def _place(self, signature: Any) -> bool:
+        """Choose the folder for arguments of these types; False if the sources of the code are not
+        known."""
+        if any(
+            isinstance(one, (Dispatcher, types.Dispatcher))
+            for one in [*_parts(signature), *_cells(self._py_func)]
+        ):
+            return False  # numba's key of another kernel is that of one process
+        try:
+            state = self._state(signature)
+        except UnknownSourcesError:
+            return False
+        folder = self._folder / f"{self._module.removeprefix('frictool.')}-{state.digest}"
+        if folder not in _used:
+            _used.add(folder)
+            _use(folder)
+        name = f"{re.sub('[<>]', '', self._py_func.__qualname__)}-{_digest(self._py_func)}.{sys.implementation.cache_tag}"
+        self._impl = _Form(
+            _Entry(folder, self._source), name, self._py_func.__code__.co_firstlineno
+        )
+        self._cache_file = IndexDataCacheFile(str(folder), name, state.digest)  # type: ignore[no-untyped-call]  # as above
+        return True
+
+    def _state(self, signature: Any) -> State:
+        """Return the state of the sources: of the function's module, and of the classes among the
+        types of its arguments."""
+        sources = sources_of(self._folder, self._module, self._source)
+        classes = {
+            one.instance_class.__module__
+            for one in _parts(signature)
+            if hasattr(one, "instance_class")
+        }
+        return sources.state({self._module, *filter(sources.holds, classes)})
+
+    def _reaches_known_sources(self) -> bool:
+        """Return whether all functions that the kernel calls stand in modules that its own module
+        imports."""
+        sources = sources_of(self._folder, self._module, self._source)
+        return reached(self._py_func, sources.holds) <= sources.state({self._module}).modules
+
+    def _claim(self, signature: Any) -> bool:
+        """Wait until no other process compiles this function for these types; False if nothing can
+        be locked."""
+        words = f"{self._cache_file._index_path}\0{signature}"
+        byte = int.from_bytes(hashlib.sha256(words.encode()).digest()[:7], "big")
+        if not _lock(self._folder, byte):
+            return False
+        self._claims[signature] = byte
+        return True
+
+    def _forget(self) -> None:
+        """Remove all that is kept of the function: code left without its index would be taken for
+        another signature's."""
+        index = Path(self._cache_file._index_path)
+        with writing(self._folder), suppress(OSError):
+            index.unlink(missing_ok=True)
+            for path in index.parent.glob(f"{index.stem}.*.nbc"):
+                path.unlink(missing_ok=True)
+
+
+_used: set[Path] = set()
+
+
+def _use(folder: Path) -> None:
+    """Mark a folder as used now; where it is new, remove what former states of the module left."""
+    try:
+        os.utime(folder)
+    except OSError:
+        prune_states(folder)
+
+
+def module_of(function: Any) -> str:
+    """Return the name of a function's module; of a script, that of its file."""
+    name = str(function.__module__)
+    return Path(function.__code__.co_filename).stem if name == "__main__" else name
+
+
+def sources_of(folder: Path, module: str, source: str) -> Sources:
+    """Return the sources among which the imports of a module are looked up."""
+    if module.split(".")[0] == PACKAGE.name:
+        return _sources(folder, PACKAGE.parent, PACKAGE.name)
+    path = Path(source).absolute()
+    spread = len(module.split(".")) + (path.name == "__init__.py")
+    root = path.parents[spread - 1] if len(path.parents) >= spread else path.parent
+    return _sources(folder, root, module.split(".")[0] if INSTALLED & set(root.parts) else "")
+
+
+@functools.cache
+def _sources(folder: Path, root: Path, only: str) -> Sources:
+    return Sources(root, folder, only=only)
+
+
+def _digest(function: Any) -> str:
+    """Return what tells functions of one name in one module apart, wherever in the file they
+    stand."""
+
+    def words(code: CodeType, skipped: Any) -> Iterator[Any]:
+        yield code.co_code.hex(), code.co_names, code.co_varnames, code.co_freevars
+        for constant in code.co_consts:
+            if isinstance(constant, CodeType):
+                yield from words(constant, None)
+            elif skipped is None or constant != skipped:
+                yield (
+                    sorted(map(repr, constant))
+                    if isinstance(constant, frozenset)
+                    else repr(constant)
+                )
+
+    return hashlib.sha256(
+        repr(list(words(function.__code__, function.__doc__))).encode()
+    ).hexdigest()[:8]
+
+
+def reached(function: Any, is_followed: Callable[[str], bool]) -> set[str]:
+    """Return the modules of the functions that a kernel calls, directly or not, by its global names
+    and closure.
+
+    is_followed(module): whether the functions of a module are looked into.
+    """
+    left, seen, found = [function], set(), set()
+    while left:
+        one = left.pop()
+        one = one.py_func if isinstance(one, Dispatcher) else getattr(one, "_defn", one)
+        if not isinstance(one, FunctionType) or id(one) in seen or not is_followed(module_of(one)):
+            continue
+        seen.add(id(one))
+        found.add(module_of(one))
+        names = _names(one.__code__)
+        values = [*(one.__globals__.get(name) for name in names), *_cells(one)]
+        modules = [value for value in values if isinstance(value, ModuleType)]
+        left += [*values, *(vars(module).get(name) for module in modules for name in names)]
+    return found
+
+
+def _names(code: CodeType) -> set[str]:
+    nested = [constant for constant in code.co_consts if isinstance(constant, CodeType)]
+    return {*code.co_names, *(name for one in nested for name in _names(one))}
+
+
+def _cells(function: Any) -> list[Any]:
+    return [cell.cell_contents for cell in function.__closure__ or ()]
+
+
+def _parts(signature: Any) -> list[Any]:
+    """Return the types of the arguments, and those that they are made of."""
+    found = list(getattr(signature, "args", signature))
+    for one in found:
+        if isinstance(one, types.BaseTuple):
+            found += getattr(one, "types", None) or [getattr(one, "dtype", None)]
+        if isinstance(one, types.Optional):
+            found.append(one.type)
+    return found
+
+
+_files: dict[
+    Path, tuple[int, int]
+] = {}  # folder -> (process, handle): never closed, for closing one handle gives up every lock
+
+
+def _lock(folder: Path, byte: int) -> bool:
+    """Lock a byte for this process, waiting for another that has it; False without locks, or after
+    long patience."""
+    if fcntl is None:
+        return False
+    try:
+        process, handle = _files.get(folder, (0, 0))
+        if process != os.getpid():
+            handle = os.open(folder / COMPILING, os.O_RDWR | os.O_CREAT, 0o600)
+            _files[folder] = (os.getpid(), handle)
+        start, is_said = time.monotonic(), False
+        while True:
+            try:
+                fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
+                return True
+            except (BlockingIOError, PermissionError):
+                if time.monotonic() - start > PATIENCE_S:
+                    return False
+                if not is_said:
+                    notifications.compiling()
+                is_said = True
+                time.sleep(POLL_S)
+    except OSError:  # no locks on this file system
+        return False
+
+
+def _unlock(folder: Path, byte: int) -> None:
+    if fcntl is not None:
+        with suppress(OSError):
+            fcntl.lockf(_files[folder][1], fcntl.LOCK_UN, 1, byte)

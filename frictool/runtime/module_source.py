@@ -1,0 +1,127 @@
+"""One module by its syntax tree: the digest without comments and docstrings, the imports, and the
+names that it binds."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+Import = tuple[
+    int, str, str
+]  # (level, module, name): "" is the module itself, "*" all that it holds
+BY_NAME = {"import_module", "__import__", "exec", "eval"}
+ANALYSIS = (
+    hashlib.sha256(Path(__file__).read_bytes()).hexdigest()[:8]
+    if Path(__file__).is_file()
+    else "none"
+)
+
+
+@dataclass(frozen=True)
+class Source:
+    """Digest of a module's syntax tree, its imports, the names that it binds, its lazy exports; use
+    of computed imports."""
+
+    digest: str
+    imports: tuple[Import, ...]
+    names: frozenset[str]
+    table: dict[str, str]
+    is_open: bool
+
+
+def analyse(content: bytes) -> Source:
+    """Return the digest, the imports and the names of one module. Raises SyntaxError or
+    ValueError."""
+    tree = ast.parse(content)
+    names, table = frozenset(_bound(tree)), _table(tree)
+    imports: set[Import] = set()
+    is_open = False
+    skipped = {
+        id(child)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and _is_for_checkers(node)
+        for top in node.body
+        for child in ast.walk(top)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            called = node.func
+            is_open |= (
+                called.id if isinstance(called, ast.Name) else getattr(called, "attr", "")
+            ) in BY_NAME
+        if isinstance(node, (ast.Import, ast.ImportFrom)) and id(node) not in skipped:
+            imports.update(_imports(node))
+    _strip(tree)
+    return Source(
+        hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:32],
+        tuple(sorted(imports)),
+        names,
+        table,
+        is_open,
+    )
+
+
+def _is_for_checkers(node: ast.If) -> bool:
+    return (getattr(node.test, "id", "") or getattr(node.test, "attr", "")) == "TYPE_CHECKING"
+
+
+def _imports(node: ast.Import | ast.ImportFrom) -> list[Import]:
+    if isinstance(node, ast.ImportFrom):
+        return [(node.level, node.module or "", alias.name) for alias in node.names]
+    return [
+        (0, alias.name if alias.asname else alias.name.split(".")[0], "") for alias in node.names
+    ]
+
+
+def _bound(tree: ast.Module) -> set[str]:
+    """Return the names that a module binds on its first level."""
+    found = set()
+    for node in tree.body:
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            found.add(node.name)
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            found |= {alias.asname or alias.name for alias in node.names}
+        elif isinstance(node, (ast.Assign, ast.AnnAssign)):
+            found |= {
+                one.id
+                for one in ast.walk(node)
+                if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
+            }
+    return found
+
+
+def _table(tree: ast.Module) -> dict[str, str]:
+    """Return the literal dictionaries from names to modules that `lazily` gets."""
+    calls = [
+        node
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "lazily"
+    ]
+    found = {}
+    for node in (
+        argument for call in calls for argument in call.args if isinstance(argument, ast.Dict)
+    ):
+        for key, value in zip(node.keys, node.values, strict=True):
+            if isinstance(key, ast.Constant) and isinstance(value, ast.Constant):
+                found[str(key.value)] = str(value.value)
+    return found
+
+
+def _strip(tree: ast.Module) -> None:
+    """Remove docstrings, and other strings that are statements."""
+    node: Any
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            node.body = [one for one in body if not _is_text(one)]
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    return (
+        isinstance(statement, ast.Expr)
+        and isinstance(statement.value, ast.Constant)
+        and isinstance(statement.value.value, str)
+    )

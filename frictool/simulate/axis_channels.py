@@ -1,0 +1,183 @@
+"""A record of the closed loop as the stream of a log: what a bench would have, and beside it what
+only a simulation knows.
+
+============================
+=====================================================================================================
+channel                       meaning
+============================
+=====================================================================================================
+position                      the encoder's report, with its faults
+reference                     of the position
+current | voltage             the drive as its sensor shows it, with its faults and noise
+effort                        the bench's constant times that, as a bench computes it, whatever the
+                              variant
+velocity_estimated            what the controller took for the speed, from the encoder's difference
+                              or an observer
+velocity_measured             of the sensor of the speed, where the controller has one: the true one
+command                       what the controller computed at the sample; it acts `delay_samples`
+                              later
+position_true, velocity       of the motor
+load_position                 behind the backlash
+current_true | voltage_true   the drive that acts from the sample on (without lag), or at it
+disturbance                   the mean effort from outside over the sample, where there is any
+..._factor                    what friction, viscous friction or constant has been multiplied by,
+                              where it drifts
+============================
+=====================================================================================================
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
+from frictool.documents.scenario import Scenario
+from frictool.engine import closed_loop
+from frictool.engine.conditions import (
+    CONSTANT_FACTOR,
+    DISTURBANCE,
+    FRICTION,
+    SENSOR_GAIN,
+    SENSOR_OFFSET,
+    VISCOUS_FACTOR,
+)
+from frictool.logs.log import Stream
+from frictool.simulate.rig import Rig
+from frictool.simulate.scenario_conditions import on_axis
+
+Vector = NDArray[np.float64]
+NO_UNIT = "1"
+
+
+class AxisChannels:
+    """Maker of the streams of all variants of one scenario.
+
+    reference (n,), None without a controller; conditions (n, 8) or (0, 8): engine/conditions.py.
+    senses_velocity: whether the velocity is measured. hold_samples: of the controller's guard
+    against invalid inputs (control/measurement_guard.py).
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        scenario: Scenario,
+        samples: int,
+        reference: Vector | None,
+        conditions: Vector,
+        senses_velocity: bool = False,
+        hold_samples: int = 0,
+    ) -> None:
+        self.rig, self.reference, self.senses_velocity, self.hold_samples = (
+            rig,
+            reference,
+            senses_velocity,
+            hold_samples,
+        )
+        self.noise, self.seed = scenario.drive_noise, scenario.seed
+        self.time: Vector = np.arange(samples, dtype=np.float64) * rig.sample_period_s
+        self.gain: Vector | float = conditions[:, SENSOR_GAIN] if conditions.size else 1.0
+        self.offset: Vector | float = conditions[:, SENSOR_OFFSET] if conditions.size else 0.0
+        self.happening = _happening(scenario, conditions)
+
+    def stream(
+        self, topic: str, index: int, record: Vector, used_speed: Vector | None = None
+    ) -> Stream:
+        """The stream of variant number `index` from its record (n, 7); its noise is drawn from
+        (seed, index).
+
+        used_speed (n,): what the controller took for the speed, where it asks for one.
+        """
+        drive, noise = (
+            self.rig.drive,
+            np.random.Generator(np.random.PCG64([self.seed, index])).normal(
+                0.0, self.noise, self.time.size
+            ),
+        )
+        true_drive, velocity = (
+            record[:, closed_loop.TRUE_DRIVE],
+            record[:, closed_loop.TRUE_VELOCITY],
+        )
+        shown: Vector = self.gain * true_drive + self.offset + noise
+        of_drive = "effort" if drive == "effort" else drive_dimension(drive, constant=False)
+        columns: dict[str, tuple[Vector, str]] = {
+            "position": (self._shown(record), "position"),
+            **({} if self.reference is None else {"reference": (self.reference, "position")}),
+            drive: (shown, CHANNEL_DIMENSIONS[drive]),
+            "effort": (self.rig.constant * shown, "effort"),
+            "command": (record[:, closed_loop.COMMAND], of_drive),
+            "velocity": (velocity, "velocity"),
+            "position_true": (record[:, closed_loop.TRUE_POSITION], "position"),
+            "load_position": (record[:, closed_loop.LOAD], "position"),
+            f"{drive}_true": (true_drive, of_drive),
+        }
+        if self.senses_velocity:
+            columns["velocity_measured"] = (velocity, "velocity")
+        if used_speed is not None:
+            columns["velocity_estimated"] = (used_speed, "velocity")
+        columns |= self.happening | self._invalid(record[:, closed_loop.MEASURED])
+        signals = {
+            name: np.ascontiguousarray(values, dtype=np.float64)
+            for name, (values, _) in columns.items()
+        }
+        units = {name: self._unit(dimension) for name, (_, dimension) in columns.items()}
+        return Stream(topic, self.time, signals, units)
+
+    def _shown(self, record: Vector) -> Vector:
+        """Return the measured position (n,) for the log; an invalid sample repeats the last valid
+        one."""
+        measured = record[:, closed_loop.MEASURED]
+        valid = np.isfinite(measured)
+        if valid.all():
+            return measured
+        last = np.maximum.accumulate(np.where(valid, np.arange(valid.size), -1))
+        before = closed_loop.measure(
+            float(record[0, closed_loop.TRUE_POSITION]), self.rig.resolution
+        )
+        return np.where(last >= 0, measured[last], before)
+
+    def _invalid(self, measured: Vector) -> dict[str, tuple[Vector, str]]:
+        """Return whether the position was valid, and whether the controller was in the fault, each
+        (n,); empty if no sample was lost."""
+        valid = np.isfinite(measured)
+        if valid.all():
+            return {}
+        index = np.arange(valid.size)
+        in_a_row = index - np.maximum.accumulate(np.where(valid, index, -1))
+        found = {"position_valid": (valid.astype(np.float64), NO_UNIT)}
+        if self.reference is not None:
+            found["controller_fault"] = (
+                np.maximum.accumulate(in_a_row > self.hold_samples).astype(np.float64),
+                NO_UNIT,
+            )
+        return found
+
+    def _unit(self, dimension: str) -> str:
+        if dimension == NO_UNIT:
+            return dimension
+        return si_unit(dimension, self.rig.effort_axis if dimension == "effort" else self.rig.axis)
+
+
+def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
+    """Return the warning of a stream in which the controller set its fault; empty if it did not."""
+    fault = stream.signals.get("controller_fault")
+    if fault is None or not fault.any():
+        return []
+    begin = float(stream.time[int(np.argmax(fault))])
+    lost = f"more than {hold_samples} sample{'s' * (hold_samples != 1)} without a valid position"
+    return [f"{stream.topic}: the controller sets its fault at {begin:.6g} s, {lost}; drive 0"]
+
+
+def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:
+    """The channels that are the same in every stream: (n,) each, with their dimension."""
+    found: dict[str, tuple[Vector, str]] = {}
+    if on_axis(scenario):
+        found["disturbance"] = (np.ascontiguousarray(conditions[:, DISTURBANCE]), "effort")
+    for name, column in (
+        ("friction", FRICTION),
+        ("viscous", VISCOUS_FACTOR),
+        ("constant", CONSTANT_FACTOR),
+    ):
+        if scenario.drifts is not None and getattr(scenario.drifts, name):
+            found[f"{name}_factor"] = (np.ascontiguousarray(conditions[:, column]), NO_UNIT)
+    return found

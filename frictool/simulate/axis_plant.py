@@ -1,0 +1,162 @@
+"""A model as what a scenario is played to: one axis, its variants the vertices of the model's
+ranges or plants drawn from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.controller import Controller
+from frictool.documents.model import Model
+from frictool.documents.scenario import Scenario
+from frictool.engine import closed_loop
+from frictool.engine.conditions import CONSTANT_FACTOR, VISCOUS_FACTOR
+from frictool.plant.axis_model import load_of
+from frictool.plant.polytope import intervals
+from frictool.simulate.axis_runs import play
+from frictool.simulate.axis_variants import (
+    AxisVariant,
+    count,
+    parameters_of,
+    scheduled_values,
+    variants_of,
+)
+from frictool.simulate.compiled_target_runs import play_target
+from frictool.simulate.document_agreement import DocumentNames, disturbances_of, refuse
+from frictool.simulate.given_plant import check_given
+from frictool.simulate.rig import rig_of
+from frictool.simulate.simulated_plant import SimulatedLoop, VariantRun, VariedParameter
+from frictool.verify.logged_plant import LoggedPlant
+
+Vector = NDArray[np.float64]
+
+
+class AxisPlant:
+    """simulate/plant.py `Plant` of a model."""
+
+    width = 1.0
+
+    def __init__(self, model: Model) -> None:
+        self.model, self.name, self.rig = model, model.name, rig_of(model.bench, model)
+
+    def check(
+        self, controller: Controller | None, scenario: Scenario, names: DocumentNames
+    ) -> None:
+        """See Plant."""
+        if self.model.resonances is not None:
+            links = ", ".join(self.model.resonances.links)
+            refuse(
+                names.model,
+                "resonances",
+                f"found those of {links}, which one axis cannot play; simulate the mechanism, or what `frictool reduce --reduced` wrote",
+            )
+        for key in ("sources", "duration_s"):
+            if getattr(scenario, key):
+                refuse(
+                    names.scenario,
+                    key,
+                    f"belongs to a mechanism; {names.model} is one axis, which a controller drives: leave it out",
+                )
+        for key, disturbance in disturbances_of(scenario):
+            if disturbance.on is not None:
+                refuse(
+                    names.scenario,
+                    f"{key}.on",
+                    f"names a block of a mechanism; {names.model} is one axis: leave it out",
+                )
+        check_given(scenario, self.ranges(), names)
+
+    def count(self, controller: Controller, scenario: Scenario) -> int:
+        """See Plant."""
+        return count(self.model, scenario)
+
+    def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[AxisVariant]:
+        """See Plant."""
+        return variants_of(self.model, scenario, owner, self.ranges())
+
+    def ranges(self) -> Mapping[str, VariedParameter]:
+        """See Plant."""
+        return self._ranges
+
+    @cached_property
+    def _ranges(self) -> dict[str, VariedParameter]:
+        return parameters_of(self.model)
+
+    def known(self, variant: AxisVariant) -> dict[str, float]:
+        """See Plant."""
+        return scheduled_values(self.model, variant)
+
+    def play(
+        self, variants: Sequence[AxisVariant], loop: SimulatedLoop
+    ) -> Iterator[tuple[AxisVariant, VariantRun]]:
+        """See Plant."""
+        given = (
+            loop.controller,
+            loop.start,
+            loop.reference,
+            load_of(self.model),
+            loop.conditions,
+            loop.progress,
+            loop.told,
+        )
+        played = (
+            play(variants, loop.running, *given)
+            if loop.target is None
+            else play_target(variants, loop.target, *given)
+        )
+        for variant, record in played:
+            yield variant, VariantRun(record, warnings=tuple(self._against_stops(variant, record)))
+
+    def linear(self, variant: AxisVariant, conditions: Vector) -> LoggedPlant:
+        """See Plant."""
+        axis, levels = variant.axis, self.known(variant)
+        backward = axis.laws.backward
+        slopes = [axis.viscous, *([backward.viscous] if backward else [])]
+        slopes += [
+            slope for regime in axis.laws.regimes for slope in (regime.forward, regime.backward)
+        ]
+        constants = [axis.constant]
+        if conditions.size:
+            slopes = _drifted(slopes, conditions[:, VISCOUS_FACTOR])
+            constants = _drifted(constants, conditions[:, CONSTANT_FACTOR])
+        return LoggedPlant(
+            **levels, slopes=tuple(dict.fromkeys(slopes)), constants=tuple(dict.fromkeys(constants))
+        )
+
+    def intervals(self) -> Mapping[str, tuple[float, float]]:
+        """See Plant."""
+        return self._intervals
+
+    @cached_property
+    def _intervals(self) -> dict[str, tuple[float, float]]:
+        return intervals(self.model)
+
+    def described(self, variant: AxisVariant) -> str:
+        """See Plant."""
+        units = {name: one.unit for name, one in self.ranges().items()}
+        return ", ".join(
+            f"{name} {value:.6g} {units[name]}" for name, value in variant.values.items()
+        )
+
+    def _against_stops(self, variant: AxisVariant, record: Vector) -> Iterator[str]:
+        """A warning where the axis runs against an end stop of its travel: no rig should."""
+        travel = self.rig.travel
+        if travel is None:
+            return
+        position = record[:, closed_loop.TRUE_POSITION]
+        for wall, against in (
+            (travel.low, position <= travel.low),
+            (travel.high, position >= travel.high),
+        ):
+            arrivals = np.flatnonzero(against[1:] & ~against[:-1])
+            if arrivals.size:
+                first = (arrivals[0] + 1) * self.rig.sample_period_s
+                yield f"{variant.topic} runs against its end stop at {wall:g} {travel.unit}, first at {first:.3f} s"
+
+
+def _drifted(values: list[float], factors: Vector) -> list[float]:
+    """Return each value times the least and the largest factor."""
+    return [value * float(factor) for value in values for factor in (factors.min(), factors.max())]

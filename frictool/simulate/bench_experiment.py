@@ -1,0 +1,235 @@
+"""Plays a test of `frictool excite` to a plant as its bench would, and returns what the bench would
+have logged: nothing else.
+
+    a reference     under the bench's own position loop (engine/servo.py)
+    ramps           by the rule that the test carries (figure 4.6)
+
+Position is what the encoder reports; the drive is measured with noise. Where the encoder's zero
+lies within a count is chance, and is drawn, with the noise, from PCG64 seeded with `seed`.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, si_unit
+from frictool.engine.bench_experiment import play_ramps, play_reference
+from frictool.engine.servo import PositionServo
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import LogError, NoSolutionError
+from frictool.logs.canonical.mcap_format import read_mcap
+from frictool.logs.canonical.mcap_reader import is_canonical
+from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
+from frictool.logs.provenance import with_provenance
+from frictool.plant.axis import rest
+from frictool.plant.axis_model import axis_of, load_of
+from frictool.simulate.rig import Rig, rig_of
+
+Vector = NDArray[np.float64]
+Rows = NDArray[np.int64]
+SAME_PERIOD = 1e-6  # relative
+
+
+class RampRows(NamedTuple):
+    """As engine/bench_experiment.py takes them."""
+
+    rows: Vector
+    segment: Vector
+    following: Rows
+    turning: Rows
+    rules: Vector
+
+
+def read_excitation(path: Path) -> Log:
+    """The test at `path`. Raises LogError where it is none of `frictool excite`."""
+    found = read_mcap(path) if is_canonical(path) else None
+    if found is None or EXCITATION not in found.metadata:
+        raise LogError(
+            str(path),
+            "is no test of frictool excite; write one with -o NAME.mcap, which carries how it is played",
+        )
+    return found
+
+
+def is_ramps(excitation: Log) -> bool:
+    """Whether a test is one of rows of the drive."""
+    return "reference" not in excitation.main.signals
+
+
+class BenchPlant(Protocol):
+    """What a test is played to. Both return engine/status.py; position, drive (n,) are filled with
+    what is measured."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def rig(self) -> Rig: ...
+
+    def follow(
+        self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
+    ) -> int:
+        """A reference (n,) under the bench's own loop, from rest at `start` [rad | m]."""
+
+    def ramp(
+        self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: Rows
+    ) -> int:
+        """Rows of the drive by their rules; `played` (1,) is how many were."""
+
+
+class AxisBenchPlant:
+    """One axis."""
+
+    def __init__(self, model: Model) -> None:
+        self.name, self.rig = model.name, rig_of(model.bench)
+        self._axis, self._load = axis_of(model).as_array(), load_of(model).as_array()
+
+    def follow(
+        self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
+    ) -> int:
+        """See OnBench."""
+        timing = self.rig.sample_period_s, self.rig.delay_samples
+        return int(
+            play_reference(
+                self._axis, self._load, rest(start), servo, reference, *timing, position, drive
+            )
+        )
+
+    def ramp(
+        self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: Rows
+    ) -> int:
+        """See OnBench."""
+        timing = self.rig.sample_period_s, self.rig.delay_samples
+        return int(
+            play_ramps(
+                self._axis, self._load, rest(start), *ramps, *timing, position, drive, played
+            )
+        )
+
+
+def bench_test(
+    plant: Model | BenchPlant,
+    excitation: Log,
+    servo: PositionServo,
+    noise: float,
+    seed: int,
+    provenance: Provenance,
+) -> Log:
+    """The log of a test: position, drive and effort, and the reference where there is one; `noise`
+    of the measured drive, A | V.
+
+    Raises LogError where the test is not of this plant's bench, NoSolutionError where it cannot be
+    simulated.
+    """
+    bench = AxisBenchPlant(plant) if isinstance(plant, Model) else plant
+    rig, stream, ramps = bench.rig, excitation.main, is_ramps(excitation)
+    played = rig.drive if ramps else "reference"
+    if played not in stream.signals:
+        raise LogError(
+            excitation.source,
+            f"has neither reference nor {rig.drive}; found: {', '.join(stream.signals)}",
+        )
+    if stream.units[played] != si_unit(CHANNEL_DIMENSIONS[played], rig.axis):
+        raise LogError(
+            excitation.source,
+            f"has its {played} in {stream.units[played]!r}; the model is one of a {rig.axis} axis",
+        )
+    if abs(stream.period / rig.sample_period_s - 1.0) > SAME_PERIOD:
+        found = (
+            f"has a period of {stream.period:.6g} s, the model's bench {rig.sample_period_s:.6g} s"
+        )
+        raise LogError(excitation.source, f"{found}; write it for that bench")
+    generator = np.random.Generator(np.random.PCG64(seed))
+    phase = rig.resolution * generator.random()
+    position, drive = (
+        _ramps(bench, excitation, phase) if ramps else _reference(bench, excitation, servo, phase)
+    )
+    drive = drive + noise * generator.standard_normal(drive.size)
+    columns = {"position": position, rig.drive: drive, "effort": rig.constant * drive}
+    if not ramps:
+        columns["reference"] = stream.signals["reference"]
+    kinds = {"effort": rig.effort_axis}
+    units = {name: si_unit(CHANNEL_DIMENSIONS[name], kinds.get(name, rig.axis)) for name in columns}
+    logged = Stream(MAIN_TOPIC, stream.time[: position.size], columns, units)
+    kind = excitation.metadata[EXCITATION].get("kind", "")
+    about = {"log": {"kind": "simulated", "test": kind, "model": bench.name}}
+    return with_provenance(Log((logged,), about, kind, tuple(_at_stops(rig, position))), provenance)
+
+
+def _at_stops(rig: Rig, position: Vector) -> list[str]:
+    """A warning for each end of the travel that the measured position (n,) comes to within a count
+    of: no test should."""
+    travel, step = rig.travel, rig.resolution
+    if travel is None:
+        return []
+    near = (
+        (travel.low, position.min() < travel.low + step),
+        (travel.high, position.max() > travel.high - step),
+    )
+    return [
+        f"comes to within a count of its end stop at {place:g} {travel.unit}; make the test smaller"
+        for place, hit in near
+        if hit
+    ]
+
+
+def _reference(
+    bench: BenchPlant, excitation: Log, servo: PositionServo, phase: float
+) -> tuple[Vector, Vector]:
+    """Measured position and drive (n,) under the servo, from rest where the reference starts."""
+    reference = excitation.main.signals["reference"]
+    _within_travel(bench.rig, excitation, reference)
+    position, drive = np.empty(reference.size), np.empty(reference.size)
+    _check(
+        excitation,
+        bench.follow(float(reference[0]) + phase, np.array(servo), reference, position, drive),
+    )
+    return position, drive
+
+
+def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Vector]:
+    """The same (m,) of ramps, m rows at most, from rest at the lower turn."""
+    about, signals = excitation.metadata[EXCITATION], excitation.main.signals
+    rows, segment = signals[bench.rig.drive], signals["segment"]
+    low, high = (
+        float(about.get(name, side)) for name, side in (("turn_low", "-inf"), ("turn_high", "inf"))
+    )
+    rules = np.array([float(about.get("advance_on", "inf")), low, high])
+    position, drive, played = np.empty(rows.size), np.empty(rows.size), np.zeros(1, dtype=np.int64)
+    ramps = RampRows(rows, segment, _next_change(segment), _next_change(np.sign(segment)), rules)
+    _check(
+        excitation,
+        bench.ramp((low if math.isfinite(low) else 0.0) + phase, ramps, position, drive, played),
+    )
+    return position[: played[0]], drive[: played[0]]
+
+
+def _next_change(values: Vector) -> NDArray[np.int64]:
+    """For each row (n,) the first later one at which `values` (n,) has changed; n where there is
+    none."""
+    edges = np.append(np.flatnonzero(np.diff(values)) + 1, values.size)
+    return edges[np.searchsorted(edges, np.arange(values.size), side="right")]
+
+
+def _within_travel(rig: Rig, excitation: Log, reference: Vector) -> None:
+    travel = rig.travel
+    if travel is not None and not travel.low <= reference.min() <= reference.max() <= travel.high:
+        found = f"goes from {reference.min():.4g} to {reference.max():.4g} {travel.unit}"
+        raise LogError(
+            excitation.source,
+            f"{found}; allowed: the travel of the model's bench, {travel.low:g} to {travel.high:g}",
+        )
+
+
+def _check(excitation: Log, status: int) -> None:
+    if status != OK:
+        raise NoSolutionError(
+            f"{excitation.source}: {MESSAGES[status]}; check the model's parameters and the gains"
+        )

@@ -1,0 +1,300 @@
+"""Plays a scenario to a plant under its controller, once for each variant, and returns what a bench
+would have logged.
+
+    scenario --> reference, conditions --> the loop of each variant (simulate/simulated_plant.py)
+    --> record --> sensors --> stream
+
+Position is what the encoder reports; the drive is measured with noise of standard deviation
+`drive_noise`, independent from sample to sample and drawn for each variant from PCG64 seeded with
+(seed, the variant's index). What only a simulation knows is there too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Generic, get_args
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from frictool.control.compiled_program import CompiledProgram
+from frictool.control.controller_composition import controller_program, uses_speed
+from frictool.control.fixed_point import FixedPointOverflow
+from frictool.control.number_format import machine_in
+from frictool.control.program import Program
+from frictool.documents import bench_values
+from frictool.documents.controller import Controller, Number
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance
+from frictool.documents.scenario import Scenario
+from frictool.errors import FrictoolError, NoSolutionError
+from frictool.logs.log import Log
+from frictool.logs.provenance import with_provenance
+from frictool.simulate.axis_channels import AxisChannels, fault_warning
+from frictool.simulate.axis_plant import AxisPlant
+from frictool.simulate.compiled_target import CompiledTarget
+from frictool.simulate.controller_speed import controller_speed
+from frictool.simulate.document_agreement import DocumentNames, check_agreement, refuse
+from frictool.simulate.logged_reference import gaps_of, reference_from_log
+from frictool.simulate.reference import parts_of
+from frictool.simulate.scenario_conditions import conditions_of, loop_conditions
+from frictool.simulate.scenario_limits import check_instants, check_length, check_path, check_steps
+from frictool.simulate.simulated_plant import SimulatedLoop, SimulatedPlant, V
+from frictool.verify.certified_intervals import differences, outside_message
+from frictool.verify.logged_plant import INTERVALS, intervals_to_text
+from frictool.verify.logged_plant import RECORD as PLAYED
+from frictool.verify.rig_facts import RECORD as FACTS
+from frictool.verify.rig_facts import facts_to_text
+
+Vector = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+DOCUMENTS = DocumentNames()
+
+
+def untold(done: int, total: int) -> None:
+    """Progress that nobody watches."""
+
+
+def simulate_closed_loop(
+    plant: Model | SimulatedPlant[V],
+    controller: Controller,
+    scenario: Scenario,
+    provenance: Provenance,
+    names: DocumentNames = DOCUMENTS,
+    progress: Progress = untold,
+    recorded: Log | None = None,
+    number: Number = "double",
+    target: CompiledTarget | None = None,
+) -> Log:
+    """The log of the scenario, one stream a variant and what else is known of the plant, with
+    warnings for people.
+
+    `progress(done, total)` is told before the first variants and after each batch of them; `names`
+    are what messages call the documents; `recorded` is the log of a scenario that replays one;
+    `number` is the format in which the controller runs; `target` runs in its place. Raises
+    InputFileError where the documents do not fit together, LogError where the log cannot be
+    replayed, NoSolutionError where a variant cannot be simulated.
+    """
+    if isinstance(plant, Model):
+        return StepTest(AxisPlant(plant), controller, names, number, target).log(
+            scenario, provenance, progress, recorded
+        )
+    return StepTest(plant, controller, names, number, target).log(
+        scenario, provenance, progress, recorded
+    )
+
+
+class StepTest(Generic[V]):
+    """A plant under its controller, for one scenario after another: what they share is made once.
+    Arguments: see `step_test`."""
+
+    def __init__(
+        self,
+        plant: SimulatedPlant[V],
+        controller: Controller,
+        names: DocumentNames = DOCUMENTS,
+        number: Number = "double",
+        target: CompiledTarget | None = None,
+    ) -> None:
+        self.plant, self.controller, self.names, self.target = plant, controller, names, target
+        self._number: Number = number if target is None else target.number
+        if self._number not in get_args(Number):
+            raise FrictoolError(f"number: found {number!r}; allowed: {', '.join(get_args(Number))}")
+
+    def log(
+        self,
+        scenario: Scenario,
+        provenance: Provenance | None = None,
+        progress: Progress = untold,
+        recorded: Log | None = None,
+        with_speed: bool = True,
+    ) -> Log:
+        """The scenario's log, as of `step_test`. with_speed: with what the controller took for the
+        speed, which costs its program again."""
+        plant, controller, rig = self.plant, self.controller, self.plant.rig
+        reference, start = self.reference(scenario, recorded)
+        variants, conditions = (
+            plant.variants(controller, scenario, self.names.model),
+            conditions_of(scenario, reference.size, rig.sample_period_s),
+        )
+        sensors = AxisChannels(
+            rig,
+            scenario,
+            reference.size,
+            reference,
+            conditions,
+            controller.velocity.source == "measured",
+            controller.measurement_hold_samples,
+        )
+        streams, warnings, metadata = [], _of_log(scenario, recorded), dict[str, dict[str, str]]()
+        told = _told(plant, variants, scheduled(controller, self._program))
+        loop = SimulatedLoop(
+            controller,
+            scenario,
+            self._running,
+            self.target,
+            start,
+            reference,
+            loop_conditions(conditions, rig),
+            told,
+            progress,
+        )
+        for index, (variant, run) in enumerate(plant.play(variants, loop)):
+            used = (
+                self._used(reference, run.record, told[index] if told else {})
+                if with_speed
+                else None
+            )
+            made = sensors.stream(variant.topic, index, run.record, used)
+            streams += [made, *run.streams]
+            warnings += [*run.warnings, *fault_warning(made, controller.measurement_hold_samples)]
+            metadata |= run.metadata
+        about = {
+            "kind": "simulated",
+            "scenario": scenario.name,
+            "model": plant.name,
+            "controller": controller.name,
+        }
+        if controller.velocity.observer is not None:
+            about["speed_from"] = f"{controller.velocity.observer.kind} observer"
+        if rig.bench_values_only:
+            about[bench_values.KEY] = rig.bench_values_only
+        plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
+        kept = {"bench": self.plant.rig.examples, "scenario": scenario.examples}
+        examples = {name: ", ".join(keys) for name, keys in kept.items() if keys}
+        records = {"plants": plants, "examples": examples} | self._linear(variants, conditions)
+        metadata = {
+            "log": about,
+            **{name: record for name, record in records.items() if record},
+            **metadata,
+        }
+        warnings += self._outside
+        log = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
+        return log if provenance is None else with_provenance(log, provenance)
+
+    def reference(self, scenario: Scenario, recorded: Log | None = None) -> tuple[Vector, float]:
+        """The reference (n,), and where the axis rests at first [rad | m]. Raises InputFileError
+        where they do not fit together."""
+        self.plant.check(
+            self.controller, replace(scenario, spread=None), self.names
+        )  # a campaign's; it is not played
+        check_agreement(self.plant.rig, self.controller, scenario, self.names)
+        reference, start = _reference(self.plant, self.controller, scenario, self.names, recorded)
+        period = self.plant.rig.sample_period_s
+        check_instants(scenario, reference.size * period, period, self.names.scenario)
+        return reference, start
+
+    def _linear(self, variants: Sequence[V], conditions: Vector) -> dict[str, dict[str, str]]:
+        """Return the log records from which `report` computes the margins of the simulated
+        loops."""
+        linear = {
+            variant.topic: found.to_text()
+            for variant in variants
+            if (found := self.plant.linear(variant, conditions)) is not None
+        }
+        return {
+            PLAYED: linear,
+            INTERVALS: self._intervals,
+            FACTS: facts_to_text(self.plant.rig.facts),
+        }
+
+    @cached_property
+    def _intervals(self) -> dict[str, str]:
+        return intervals_to_text(self.plant.intervals())
+
+    @cached_property
+    def _outside(self) -> list[str]:
+        """Return a warning if the plant or its rig is not what the controller was verified for."""
+        found = differences(self.controller, self.plant.rig.facts, self.plant.intervals())
+        return (
+            [f"{self.names.model} {outside_message(self.names.controller, found)}"] if found else []
+        )
+
+    @cached_property
+    def _program(self) -> Program:
+        return controller_program(self.controller)
+
+    @cached_property
+    def _running(self) -> CompiledProgram:
+        """The controller as the simulation runs it in its number format."""
+        try:
+            return machine_in(self._program, self._number)
+        except FixedPointOverflow as error:
+            raise NoSolutionError(
+                f"{self.controller.name}: {self._number} cannot be scaled: {error}; bound what is measured in the bench, or use float"
+            ) from None
+
+    def _used(self, reference: Vector, record: Vector, told: Mapping[int, float]) -> Vector | None:
+        """What the controller took for the speed; None where it asks for none, or a sensor of its
+        own tells it."""
+        speed = self._program.speed
+        if (
+            speed is None
+            or self.controller.velocity.source == "measured"
+            or not uses_speed(self.controller)
+        ):
+            return None
+        return controller_speed(
+            self._running, speed.index, reference, record, self.plant.rig.resolution, told
+        )
+
+
+def _told(
+    plant: SimulatedPlant[V], variants: Sequence[V], places: Mapping[str, int]
+) -> list[dict[int, float]]:
+    """What a scheduled controller is told of each variant, by the machine's places; nothing where
+    nothing is known of any."""
+    known = [plant.known(variant) for variant in variants] if places else []
+    told = [{place: of[name] for name, place in places.items() if name in of} for of in known]
+    return told if any(told) else []
+
+
+def scheduled(controller: Controller, program: Program) -> dict[str, int]:
+    """The places of the parameters that a scheduled controller is told, by their names; none where
+    it has no schedule."""
+    names = controller.schedule.parameters if controller.schedule is not None else ()
+    return {str(name): program.states[name].index for name in names if name in program.states}
+
+
+def _reference(
+    plant: SimulatedPlant[V],
+    controller: Controller,
+    scenario: Scenario,
+    names: DocumentNames,
+    recorded: Log | None,
+) -> tuple[Vector, float]:
+    """The reference (n,) within the travel, and where the axis rests at first [rad | m]."""
+    rig, runs = plant.rig, plant.count(controller, scenario)
+    period = rig.sample_period_s
+    if scenario.reference is not None:
+        if recorded is None:
+            refuse(
+                names.scenario,
+                "reference.log",
+                "is a log to replay, and none is given; give it as `recorded`",
+            )
+        reference = reference_from_log(scenario.reference, recorded, rig.axis, period)
+        check_length(reference.size, runs, "reference", names.scenario, plant.width)
+        places = {"reference": reference}
+    else:
+        check_steps(scenario, period, runs, names.scenario, plant.width)
+        parts = parts_of(scenario, period)
+        reference = np.concatenate(parts)
+        places = {
+            f"steps[{index}].{step.kind}": part
+            for index, (step, part) in enumerate(zip(scenario.steps, parts, strict=True))
+        }
+    start = float(reference[0]) if scenario.start is None else scenario.start.value
+    check_path({"start": np.array([start]), **places}, rig.travel, names.scenario)
+    return reference, start
+
+
+def _of_log(scenario: Scenario, recorded: Log | None) -> list[str]:
+    """What there is to be told of the log that is replayed."""
+    return (
+        []
+        if scenario.reference is None or recorded is None
+        else gaps_of(scenario.reference, recorded)
+    )

@@ -1,0 +1,187 @@
+"""The controller as it runs on the target: the exported C compiled here, and called in place of the
+simulation's own controller.
+
+    DIR/NAME.c, NAME.h  ──cc──▶ shared library ──ctypes──▶ step(reference, position, velocity) ->
+    drive
+
+A few lines of C of ours go between: they convert to and from the number format as the simulation
+does, so that the loop is the same in every channel, bit by bit. That the sources are of the
+controller that is simulated is seen from the SHA-256 in their header.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import cast
+
+from frictool.documents.controller import Number
+from frictool.errors import InputFileError
+
+COMPILERS = ("cc", "gcc", "clang")
+OPTIONS = ("-std=c99", "-O2", "-fPIC", "-shared")
+LONGEST = 120.0  # s, a compilation
+MACROS = re.compile(
+    r'^#define (\w+)_CONTROLLER_SHA256 "([0-9a-f]{64})"\s+^#define \1_NUMBER "(double|float|q31|q15)"',
+    re.MULTILINE,
+)
+BETWEEN = r"""
+#include "{id}.h"
+
+#include <math.h>
+
+static {id}_state state;
+
+#if {fixed} /* words */
+static int32_t given(double value, int fraction, double low, double high)
+{{
+    const double scaled = ldexp(value, fraction);
+
+    return !isfinite(value) ? {ID}_INVALID : (int32_t)(scaled >= high ? high : (scaled <= low ? low : rint(scaled)));
+}}
+#define GIVEN(value, NAME) given(value, {ID}_##NAME##_FRACTION, {ID}_##NAME##_LOW, {ID}_##NAME##_HIGH)
+#define TAKEN(value) ldexp((double)(value), -({ID}_DRIVE_FRACTION))
+#else
+#define GIVEN(value, NAME) ({kind})(value)
+#define TAKEN(value) (double)(value)
+#endif
+
+void target_start(double position);
+double target_step(double reference, double position, double velocity);
+
+void target_start(double position)
+{{
+    {id}_init(&state, GIVEN(position, POSITION));
+}}
+
+double target_step(double reference, double position, double velocity)
+{{
+    (void)velocity;
+    return TAKEN({id}_step(&state, {arguments}));
+}}
+
+void target_tell(int which, double value);
+
+void target_tell(int which, double value)
+{{
+    (void)which;
+    (void)value;
+{settings}}}
+"""
+
+
+class CompiledTarget:
+    """Compiled code of one controller: one axis at a time. number: its format; sources: what was
+    compiled; told: scheduled parameters."""
+
+    def __init__(self, library: ctypes.CDLL, number: Number, sources: tuple[Path, ...]) -> None:
+        self.number, self.sources = number, sources
+        self._start, self._step = library.target_start, library.target_step
+        self._tell, self.told = library.target_tell, list[float]()
+        self._tell.argtypes, self._tell.restype = [ctypes.c_int, ctypes.c_double], None
+        self._start.argtypes, self._start.restype = [ctypes.c_double], None
+        self._step.argtypes, self._step.restype = [ctypes.c_double] * 3, ctypes.c_double
+
+    def start(self, position: float) -> None:
+        """At rest at `position` [rad | m], the prefilter settled there."""
+        self._start(position)
+        for which, value in enumerate(self.told):
+            self._tell(which, value)
+
+    def step(self, reference: float, position: float, velocity: float) -> float:
+        """The drive [A | V] at one sample."""
+        return float(self._step(reference, position, velocity))
+
+
+def compiled_target(
+    folder: Path,
+    sha256: str,
+    controller: str,
+    inputs: tuple[str, ...],
+    scheduled: tuple[str, ...] = (),
+) -> CompiledTarget:
+    """The code in `folder` for the controller document of this digest; `controller` is its path for
+    messages, `inputs` what it is given at every sample, `scheduled` the parameters that it is told.
+
+    Raises InputFileError where the folder has no sources of this controller, no compiler is on the
+    PATH, or it does not compile.
+    """
+    header, name, number = _header(folder, sha256, controller)
+    source = header.with_suffix(".c")
+    if not source.is_file():
+        raise InputFileError(
+            source,
+            f"is missing beside {header.name}; export again: frictool export {controller} --lang c -o {folder}",
+        )
+    compiler = next((found for found in map(shutil.which, COMPILERS) if found), None)
+    if compiler is None:
+        raise InputFileError(
+            folder,
+            f"no C compiler to run it with: none of {', '.join(COMPILERS)} is on the PATH; install one",
+        )
+    with tempfile.TemporaryDirectory() as temporary:
+        library = Path(temporary) / "target.so"
+        between = Path(temporary) / "between.c"
+        arguments = ", ".join(f"GIVEN({one}, {one.upper()})" for one in inputs)
+        fixed = int(number in ("q31", "q15"))
+        kind = "int32_t" if fixed else number
+        settings = "".join(
+            f"    if (which == {index}) {{\n        {name}_set_{one}(&state, ({kind})value);\n    }}\n"
+            for index, one in enumerate(scheduled)
+        )
+        text = BETWEEN.format(
+            id=name, ID=name.upper(), kind=kind, fixed=fixed, arguments=arguments, settings=settings
+        )
+        between.write_text(text, encoding="utf-8")
+        _compile(
+            [
+                compiler,
+                *OPTIONS,
+                f"-I{folder}",
+                "-o",
+                str(library),
+                str(source),
+                str(between),
+                "-lm",
+            ],
+            source,
+        )
+        return CompiledTarget(ctypes.CDLL(str(library)), number, (header, source))
+
+
+def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Number]:
+    """The header of this controller's sources, its prefix and number format."""
+    if not folder.is_dir():
+        raise InputFileError(
+            folder,
+            f"is no folder; allowed: one that frictool export {controller} --lang c -o DIR has written",
+        )
+    others = []
+    for header in sorted(folder.glob("*.h")):
+        found = MACROS.search(header.read_text(encoding="utf-8", errors="replace"))
+        if found is not None and found[2] == sha256:
+            return header, found[1].lower(), cast(Number, found[3])
+        if found is not None:
+            others.append(f"{header.name} is of the controller {found[2][:12]}")
+    told = "; ".join(others) or "there is no header of frictool export"
+    raise InputFileError(
+        folder,
+        f"holds no sources of {controller} (SHA-256 {sha256[:12]}): {told}; export it again into this folder",
+    )
+
+
+def _compile(command: list[str], source: Path) -> None:
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise InputFileError(source, f"cannot be compiled: {error}") from None
+    if done.returncode != 0:
+        first = next(
+            (line for line in done.stderr.splitlines() if "error" in line),
+            done.stderr.strip().partition("\n")[0],
+        )
+        raise InputFileError(source, f"does not compile: {first}; export it again")

@@ -1,0 +1,87 @@
+"""Whether a plant, a controller and a scenario can run together: one rig, one timing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple, NoReturn
+
+from frictool.documents.conditions import Disturbance
+from frictool.documents.controller import Controller
+from frictool.documents.key_lines import document_error
+from frictool.documents.quantity import si_unit
+from frictool.documents.scenario import Scenario
+from frictool.documents.spread import SpreadDisturbance
+from frictool.simulate.rig import Rig
+
+
+class DocumentNames(NamedTuple):
+    """What messages call the three documents: their paths, where they have any."""
+
+    model: str = "model"
+    controller: str = "controller"
+    scenario: str = "scenario"
+
+
+def refuse(name: str, key: str, message: str) -> NoReturn:
+    """Raises DocumentError on `key` of the document called `name`, with its line where that is a
+    file."""
+    raise document_error(name, key, message)
+
+
+def check_agreement(
+    rig: Rig, controller: Controller, scenario: Scenario, names: DocumentNames
+) -> None:
+    """Raises DocumentError naming the first thing on which the three do not agree, both values and
+    what to do."""
+    owner, lag = rig.owner.format(names.model), controller.bench.actuator.loop_time_constant_s
+    for key, ours, theirs in (
+        ("axis", controller.axis, rig.axis),
+        ("drive", controller.drive, rig.drive),
+        ("sample_period_s", controller.sample_period_s, rig.sample_period_s),
+        ("delay_samples", controller.delay_samples, rig.delay_samples),
+        ("bench.actuator.loop_time_constant_s", lag, rig.loop_time_constant_s),
+    ):
+        if ours != theirs:
+            refuse(
+                names.controller,
+                key,
+                f"found {ours}, but {owner} has {theirs}; synthesise again for {_this(rig)}",
+            )
+    if scenario.axis != rig.axis:
+        refuse(names.scenario, "axis", f"found {scenario.axis}, but {names.model} has {rig.axis}")
+    check_drive(scenario, rig, names)
+    check_efforts(scenario, rig, names)
+
+
+def check_drive(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
+    """Raises DocumentError where quantities of the drive are in that of another."""
+    in_drive = any(fault.offset is not None for fault in scenario.sensor_faults)
+    if scenario.drive != rig.drive and (in_drive or scenario.drive != "current"):
+        allowed = f"drive: {rig.drive}, which {names.model} has"
+        refuse(
+            names.scenario,
+            "drive",
+            f"found {scenario.drive}; allowed: {allowed}, for quantities of the drive",
+        )
+
+
+def check_efforts(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
+    """Raises DocumentError where a disturbance of the driven axis is in the unit of another kind of
+    axis."""
+    wanted = si_unit("effort", rig.effort_axis)
+    for index, disturbance in enumerate(scenario.disturbances):
+        if disturbance.on is None and disturbance.effort.unit != wanted:
+            found = disturbance.effort.unit
+            message = f"unit {found!r} does not measure effort of a {rig.effort_axis} axis; allowed: {wanted} and its multiples"
+            refuse(names.scenario, f"disturbances[{index}].effort.unit", message)
+
+
+def disturbances_of(scenario: Scenario) -> Iterator[tuple[str, Disturbance | SpreadDisturbance]]:
+    """Those that are played, and those that a campaign draws, with their keys in the file."""
+    drawn = () if scenario.spread is None else scenario.spread.disturbances
+    yield from ((f"disturbances[{index}]", one) for index, one in enumerate(scenario.disturbances))
+    yield from ((f"spread.disturbances[{index}]", one) for index, one in enumerate(drawn))
+
+
+def _this(rig: Rig) -> str:
+    return "this bench" if rig.owner != "{}" else "this mechanism"

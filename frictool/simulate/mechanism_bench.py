@@ -1,0 +1,125 @@
+"""A mechanism on its bench: what a test of `frictool excite` is played to
+(simulate/bench_experiment.py)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.closed_loop import RECORD_SIZE
+from frictool.engine.conditions import NO_CONDITIONS
+from frictool.engine.mechanism.bench_experiment import play_ramps, play_reference
+from frictool.engine.mechanism.closed_loop import (
+    ControlPorts,
+    DriftedNumbers,
+    MechanismInputs,
+    MechanismRecord,
+)
+from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
+from frictool.engine.mechanism.events import EVENT_SIZE
+from frictool.engine.mechanism.preparation import prepare
+from frictool.engine.mechanism.state import MechanismState, rest
+from frictool.errors import NoSolutionError
+from frictool.simulate.bench_experiment import RampRows
+from frictool.simulate.mechanism_inputs import inputs_of
+from frictool.simulate.mechanism_plant import MechanismPlant, sight_of
+from frictool.simulate.mechanism_rig import block_positions
+
+Vector = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+
+class PreparedBenchRun(NamedTuple):
+    """A mechanism at rest where a test begins, and where it is recorded."""
+
+    machine: CompiledMechanism
+    state: MechanismState
+    sight: ControlPorts
+    inputs: MechanismInputs
+    drifting: DriftedNumbers
+    out: MechanismRecord
+
+
+class MechanismBenchPlant:
+    """simulate/bench_test.py `OnBench` of a mechanism."""
+
+    def __init__(self, plant: MechanismPlant) -> None:
+        self.plant, self.name, self.rig = plant, plant.name, plant.rig
+
+    def follow(
+        self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
+    ) -> int:
+        """See OnBench. Raises NoSolutionError where the mechanism cannot begin at `start`."""
+        at, (period, delay) = (
+            self._ready(start, reference.size),
+            (self.rig.sample_period_s, self.rig.delay_samples),
+        )
+        return int(
+            play_reference(
+                at.machine,
+                at.state,
+                at.sight,
+                servo,
+                reference,
+                period,
+                delay,
+                at.inputs,
+                at.drifting,
+                at.out,
+                position,
+                drive,
+            )
+        )
+
+    def ramp(
+        self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: Rows
+    ) -> int:
+        """See OnBench. Raises NoSolutionError where the mechanism cannot begin at `start`."""
+        at, delay = self._ready(start, ramps.rows.size), self.rig.delay_samples
+        return int(
+            play_ramps(
+                at.machine,
+                at.state,
+                at.sight,
+                *ramps,
+                delay,
+                at.inputs,
+                at.drifting,
+                at.out,
+                position,
+                drive,
+                played,
+            )
+        )
+
+    def _ready(self, start: float, samples: int) -> PreparedBenchRun:
+        plant = self.plant
+        try:
+            placed = block_positions(
+                plant.document, plant.assembled, plant.controlled.sensor_block, start
+            )
+        except ValueError as error:
+            raise NoSolutionError(
+                f"{self.name}: the test begins at {start:.6g} and {error}"
+            ) from None
+        packed = plant.assembled.packed
+        machine = prepare(packed)
+        state = rest(packed, machine, placed)
+        nowhere = np.empty(0, dtype=np.int64)
+        out = MechanismRecord(
+            np.zeros((samples, RECORD_SIZE)),
+            np.zeros((samples, 2 * packed.inertia.size + packed.sources.block.size)),
+            np.zeros((samples, state.modes.size), dtype=np.int8),
+            np.zeros((0, EVENT_SIZE)),
+            np.zeros(1, dtype=np.int64),
+        )
+        return PreparedBenchRun(
+            machine,
+            state,
+            sight_of(plant.controlled.source, plant.controlled, self.rig.resolution, placed),
+            inputs_of({}, [], len(plant.assembled.sources), samples, self.rig.sample_period_s),
+            DriftedNumbers(NO_CONDITIONS, nowhere, nowhere, np.empty(0), np.inf),
+            out,
+        )

@@ -1,0 +1,83 @@
+"""What is told of a mechanism's run beside its signals: the energy balance, the events by element,
+and warnings.
+
+    what sources and efforts from outside do = kinetic and stored energy gained + what friction,
+    links and impacts take + residual
+
+The records `energy/TOPIC` and `events/TOPIC` of a log hold them: J, and numbers of events.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+
+from frictool.engine.mechanism.energy import balance
+from frictool.engine.mechanism.events import NAMES, STRIKES
+from frictool.engine.mechanism.state import work_by_element
+from frictool.simulate.mechanism_runs import ROOM_FOR_EVENTS, MechanismOutcome, element_of
+
+ENERGY, EVENTS = "energy", "events"
+
+
+def metadata_of(moved: MechanismOutcome) -> dict[str, dict[str, str]]:
+    """The metadata records of a run."""
+    topic = moved.variant.whole_topic
+    return {
+        f"{ENERGY}{topic}": {name: repr(value) for name, value in energy_of(moved).items()},
+        f"{EVENTS}{topic}": {name: str(count) for name, count in events_of(moved).items()},
+    }
+
+
+def energy_of(moved: MechanismOutcome) -> dict[str, float]:
+    """J over the whole run: `input`, `kinetic`, `stored`, `lost in NAME` of each element that took
+    any, `residual`."""
+    made, work, now = (
+        moved.variant.assembled,
+        work_by_element(moved.machine, moved.state),
+        balance(moved.machine, moved.state),
+    )
+    found = {
+        "input": now.put_in,
+        "kinetic": now.kinetic - moved.before.kinetic,
+        "stored": now.stored - moved.before.stored,
+    }
+    lost: Counter[str] = Counter()
+    for names, values in (
+        (made.joints, work.joints),
+        (made.joints, work.impacts),
+        (made.couplings, work.couplings),
+        (made.frictions, work.frictions),
+        (made.pressings, work.pressings),
+        (made.stops, work.stops),
+    ):
+        for name, value in zip(names, values.tolist(), strict=True):
+            lost[name] += value
+    found |= {f"lost in {name}": value for name, value in lost.items() if value != 0.0}
+    return found | {"residual": moved.before.total - now.total}
+
+
+def events_of(moved: MechanismOutcome) -> dict[str, int]:
+    """How often what happened: `ELEMENT KIND` -> a number; with `not kept` where there were more
+    than there is room for."""
+    found = Counter(
+        f"{element_of(moved.variant, event)} {NAMES[int(event[1])]}" for event in moved.out.events
+    )
+    more = int(moved.out.happened[0]) - ROOM_FOR_EVENTS
+    return dict(sorted(found.items())) | ({"not kept": more} if more > 0 else {})
+
+
+def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
+    """A note of what the assembly left out, and a warning for each end stop that is struck: no rig
+    should."""
+    made = moved.variant.assembled
+    if not moved.variant.name:
+        yield from made.notes
+    strikes = moved.out.events[moved.out.events[:, 1] == STRIKES]
+    for place in np.unique(strikes[:, 2]).astype(int).tolist():
+        block = int(made.packed.stops.block[place])
+        first = strikes[strikes[:, 2] == place][0]
+        told = f"{made.blocks[block]} strikes its end stop {made.stops[place]}, first at {first[0]:.3f} s"
+        yield f"{moved.variant.topic}: {told}"

@@ -1,0 +1,258 @@
+"""Runs of mechanisms: each has a state and a machine of its own, several at once in threads (the
+kernels hold no lock)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.compiled_program import CompiledProgram as Controller
+from frictool.control.compiled_program import copy_program, start_at
+from frictool.engine.closed_loop import RECORD_SIZE, measure
+from frictool.engine.conditions import CONSTANT_FACTOR, FRICTION, VISCOUS_FACTOR
+from frictool.engine.mechanism.closed_loop import (
+    NOBODY,
+    ControlPorts,
+    DriftedNumbers,
+    MechanismInputs,
+    MechanismRecord,
+    advance_controlled_sample,
+    encoder_reading,
+    follow,
+    run,
+)
+from frictool.engine.mechanism.compiled_mechanism import (
+    BLOCKS,
+    CONSTANT,
+    LAW_VALUES,
+    LIMIT,
+    PRESSING,
+    SOURCE,
+    SOURCE_WIDTH,
+    CompiledMechanism,
+)
+from frictool.engine.mechanism.energy import EnergyBalance, balance
+from frictool.engine.mechanism.events import ELEMENTS, EVENT_SIZE, NAMES
+from frictool.engine.mechanism.preparation import prepare
+from frictool.engine.mechanism.state import MechanismState, rest
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import NoSolutionError
+from frictool.friction.law_registry import ROWS
+from frictool.plant.mechanism.packed_mechanism import PackedMechanism
+from frictool.simulate.compiled_target import CompiledTarget
+from frictool.simulate.mechanism_variants import MechanismVariant
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+AT_ONCE = 500_000  # samples of all runs of a batch
+PIECE = 5000  # samples between two looks at the clock and the keyboard
+ROOM_FOR_EVENTS = 200_000  # of one run; more are counted, not kept
+
+
+class MechanismOutcome(NamedTuple):
+    """What became of one variant; machine and state are those of the end, `before` what it held at
+    first."""
+
+    variant: MechanismVariant
+    machine: CompiledMechanism
+    state: MechanismState
+    before: EnergyBalance
+    out: MechanismRecord
+
+
+class MechanismTask(NamedTuple):
+    """What is played to each variant. controller: None where the sources follow their signals
+    alone, or `target` is in its place."""
+
+    samples: int
+    sight: ControlPorts
+    inputs: MechanismInputs
+    conditions: Vector
+    reference: Vector | None
+    delay_samples: int
+    controller: Controller | None
+    target: CompiledTarget | None
+
+
+def play_all(
+    variants: Sequence[MechanismVariant],
+    tasks: Sequence[tuple[MechanismTask, Vector]],
+    progress: Callable[[int, int], None],
+) -> Iterator[MechanismOutcome]:
+    """Every variant moved through its task from rest at (n,) [rad | m]; `progress(done, total)` is
+    told of variants, or of one's samples.
+
+    Raises NoSolutionError, with time and element, where one cannot be simulated.
+    """
+    total, done = len(variants), 0
+    alone = progress if total == 1 else lambda done, total: None
+    batch = 1 if tasks[0][0].target is not None else max(1, AT_ONCE // max(tasks[0][0].samples, 1))
+    progress(0, total)
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        while done < total:
+            chosen = range(done, min(done + batch, total))
+            if len(chosen) == 1:  # here, where an interrupt is heard between two pieces
+                yield moved(variants[done], *tasks[done], alone)
+            else:
+                yield from threads.map(
+                    lambda place: moved(variants[place], *tasks[place], alone), chosen
+                )
+            done = chosen.stop
+            if total > 1:
+                progress(done, total)
+
+
+def moved(
+    variant: MechanismVariant,
+    task: MechanismTask,
+    start: Vector,
+    progress: Callable[[int, int], None],
+) -> MechanismOutcome:
+    """One variant. Raises NoSolutionError where it cannot be simulated."""
+    packed = variant.assembled.packed
+    machine = prepare(packed)
+    state = rest(packed, machine, start)
+    before, drifting = balance(machine, state), _drifting(packed, machine, task)
+    n, u = packed.inertia.size, packed.sources.block.size
+    out = MechanismRecord(
+        np.zeros((task.samples, RECORD_SIZE)),
+        np.zeros((task.samples, 2 * n + u)),
+        np.zeros((task.samples, state.modes.size), dtype=np.int8),
+        np.zeros((ROOM_FOR_EVENTS, EVENT_SIZE)),
+        np.zeros(1, dtype=np.int64),
+    )
+    status = (_by_target if task.target is not None else _by_kernel)(
+        task, machine, state, drifting, out, progress
+    )
+    kept = out.events[: min(int(out.happened[0]), ROOM_FOR_EVENTS)].copy()
+    found = MechanismOutcome(variant, machine, state, before, out._replace(events=kept))
+    if status != OK:
+        raise NoSolutionError(_told(found, status))
+    return found
+
+
+def _by_kernel(
+    task: MechanismTask,
+    machine: CompiledMechanism,
+    state: MechanismState,
+    drifting: DriftedNumbers,
+    out: MechanismRecord,
+    progress: Callable[[int, int], None],
+) -> int:
+    """The status after all samples, by pieces."""
+    shown = np.array([measure(state.y[task.sight.sensor], task.sight.step)])
+    waiting = np.zeros(task.delay_samples + 1)
+    own = None if task.controller is None else copy_program(task.controller)
+    if own is not None:
+        start_at(own, float(shown[0]))
+    reference = np.empty(0) if task.reference is None else task.reference
+    for begin in range(0, task.samples, PIECE):
+        end = min(begin + PIECE, task.samples)
+        rest_of = (task.inputs, drifting, out)
+        if own is None:
+            status, _ = follow(machine, state, task.sight, begin, end, shown, *rest_of)
+        else:
+            status, _ = run(
+                machine, state, own, task.sight, reference, begin, end, waiting, shown, *rest_of
+            )
+        if status != OK:
+            return int(status)
+        progress(end, task.samples)
+    return OK
+
+
+def _by_target(
+    task: MechanismTask,
+    machine: CompiledMechanism,
+    state: MechanismState,
+    drifting: DriftedNumbers,
+    out: MechanismRecord,
+    progress: Callable[[int, int], None],
+) -> int:
+    """The same with compiled code in the controller's place."""
+    target, reference, sight = task.target, task.reference, task.sight
+    assert target is not None
+    assert reference is not None
+    waiting, shown = (
+        np.zeros(task.delay_samples + 1),
+        float(measure(state.y[sight.sensor], sight.step)),
+    )
+    target.start(shown)
+    for k in range(task.samples):
+        shown = float(encoder_reading(sight, state, shown, drifting.conditions, k))
+        command = target.step(
+            float(reference[k]), shown, float(state.y[machine.whole[BLOCKS] + sight.sensor])
+        )
+        status = advance_controlled_sample(
+            machine, state, sight, waiting, k, shown, command, task.inputs, drifting, out
+        )
+        if status != OK:
+            return int(status)
+        if (k + 1) % PIECE == 0:
+            progress(k + 1, task.samples)
+    progress(task.samples, task.samples)
+    return OK
+
+
+def _drifting(
+    packed: PackedMechanism, machine: CompiledMechanism, task: MechanismTask
+) -> DriftedNumbers:
+    """Which numbers of the machine follow the scenario's drifts; the controlled drive's limit is
+    the loop's where its sensor may fail."""
+    whole, numbers = machine.whole, machine.numbers
+    places: list[int] = []
+    columns: list[int] = []
+    for place, row in enumerate(packed.frictions.law.tolist()):
+        first = int(whole[LAW_VALUES]) + int(packed.frictions.law_start[place])
+        for index, parameter in enumerate(ROWS[row].parameters):
+            if parameter.name == "viscous" or parameter.unit_linear.startswith("N"):
+                places.append(first + index)
+                columns.append(VISCOUS_FACTOR if parameter.name == "viscous" else FRICTION)
+    for place in range(packed.pressings.block.size):
+        places.append(int(whole[PRESSING]) + 2 * place)
+        columns.append(FRICTION)
+    limit = np.inf
+    if task.sight.source != NOBODY:
+        row = int(whole[SOURCE]) + task.sight.source * SOURCE_WIDTH
+        places.append(row + CONSTANT)
+        columns.append(CONSTANT_FACTOR)
+        limit = float(numbers[row + LIMIT])
+        if task.conditions.size:
+            numbers[row + LIMIT] = (
+                np.inf
+            )  # `true_command` has limited what the drive's loop is asked for
+    at = np.array(places, dtype=np.int64)
+    return DriftedNumbers(
+        task.conditions, at, np.array(columns, dtype=np.int64), numbers[at], limit
+    )
+
+
+def _told(found: MechanismOutcome, status: int) -> str:
+    """Where it ended and why, with the element that moved last."""
+    instant = float(found.state.pace[1])
+    text = f"{found.variant.topic}: at {instant:.6g} s {MESSAGES[status]}"
+    events = found.out.events
+    if events.size and int(found.out.happened[0]) <= ROOM_FOR_EVENTS:
+        last = events[-1]
+        text += (
+            f"; last at {last[0]:.6g} s: {element_of(found.variant, last)} {NAMES[int(last[1])]}"
+        )
+    return text + "; check the mechanism around it"
+
+
+def element_of(variant: MechanismVariant, event: Vector) -> str:
+    """The name of the element that an event (4,) happened to."""
+    made = variant.assembled
+    names: Mapping[str, tuple[str, ...]] = {
+        "block": made.blocks,
+        "joint": made.joints,
+        "coupling": made.couplings,
+        "stop": made.stops,
+    }
+    return names[ELEMENTS[int(event[1])]][int(event[2])]

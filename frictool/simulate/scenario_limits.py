@@ -1,0 +1,133 @@
+"""Whether what a scenario asks for can be played: long enough and not too long, within the travel,
+everything before the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.conditions import Disturbance, Signal
+from frictool.documents.quantity import Span
+from frictool.documents.scenario import Scenario
+from frictool.simulate.document_agreement import refuse
+
+Vector = NDArray[np.float64]
+MAX_SAMPLES = 20_000_000  # of all variants together: about 2 GB in memory, 0.6 GB as a log
+SAME_INSTANT = 1e-9  # of the whole
+
+
+def check_steps(
+    scenario: Scenario, period: float, runs: int, name: str, width: float = 1.0
+) -> None:
+    """Raises DocumentError where a step has no sample, a sine is too fast for the period, or all
+    runs together are too long."""
+    for index, step in enumerate(scenario.steps):
+        key = f"steps[{index}]"
+        if step.seconds < 0.5 * period:
+            refuse(
+                name,
+                f"{key}.duration_s",
+                f"found {step.seconds:g}; allowed: one sample, {period:g} s, or more",
+            )
+        if step.sine is not None:
+            check_frequency(step.sine.frequency_hz, period, f"{key}.sine.frequency_hz", name)
+    check_length(scenario.seconds / period, runs, "steps", name, width)
+
+
+def check_length(samples: float, runs: int, key: str, name: str, width: float = 1.0) -> None:
+    """Raises DocumentError where so many samples of so many runs do not fit into memory; width: how
+    many times an axis's a sample is."""
+    if samples * runs * width > MAX_SAMPLES:
+        found = f"asks for {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
+        refuse(
+            name,
+            key,
+            f"{found}; allowed: {MAX_SAMPLES / width:.0e} in all; play fewer variants, or shorter",
+        )
+
+
+def check_frequency(frequency: float, period: float, key: str, name: str) -> None:
+    """Raises DocumentError where a sine has not two samples a turn."""
+    if frequency >= 0.5 / period:
+        refuse(
+            name,
+            key,
+            f"found {frequency:g}; allowed: below half the sampling frequency, {0.5 / period:g} Hz",
+        )
+
+
+def check_path(places: Mapping[str, Vector], travel: Span | None, name: str) -> None:
+    """Raises DocumentError where a part of the reference leaves the travel; `places`: key -> its
+    samples [rad | m]."""
+    if travel is None:
+        return
+    for key, values in places.items():
+        low, high = float(values.min()), float(values.max())
+        if not travel.low <= low <= high <= travel.high:
+            found = f"{high:g}" if low == high else f"a path from {low:g} to {high:g}"
+            allowed = f"the travel of the bench, {travel.low:g} to {travel.high:g} {travel.unit}"
+            refuse(name, key, f"found {found} {travel.unit}; allowed: {allowed}")
+
+
+def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
+    """Raises DocumentError where something begins or ends after the end of the scenario [s], lasts
+    less than a sample, or is too fast."""
+    limit = seconds * (1.0 + SAME_INSTANT)
+    for key, begin, end in _spans(scenario):
+        if begin[1] >= seconds:
+            refuse(
+                name,
+                f"{key}.{begin[0]}",
+                f"found {begin[1]:g}, after the end; allowed: below {seconds:g}, how long the scenario lasts",
+            )
+        if end is not None and end[1] > limit:
+            refuse(
+                name,
+                f"{key}.{end[0]}",
+                f"ends at {end[1]:g} s, after the end; allowed: {seconds:g} s, how long the scenario lasts",
+            )
+    for index, fault in enumerate(scenario.sensor_faults):
+        if fault.until_s is not None and fault.until_s - fault.at_s < period * (1.0 - SAME_INSTANT):
+            key, lasts = f"sensor_faults[{index}].until_s", fault.until_s - fault.at_s
+            refuse(name, key, f"lasts for {lasts:g} s; allowed: one sample, {period:g} s, or more")
+    courses: dict[str, Disturbance | Signal] = {
+        f"disturbances[{index}]": disturbance
+        for index, disturbance in enumerate(scenario.disturbances)
+    }
+    courses |= {
+        f"sources.{source}[{index}]": one
+        for source, signals in scenario.sources.items()
+        for index, one in enumerate(signals)
+    }
+    for key, course in courses.items():
+        if course.frequency_hz is not None:
+            check_frequency(course.frequency_hz, period, f"{key}.frequency_hz", name)
+
+
+Instant = tuple[str, float]  # key, s
+
+
+def _spans(scenario: Scenario) -> Iterator[tuple[str, Instant, Instant | None]]:
+    """(key, begin, end) of everything that happens; of a drift its first point, as it may go on
+    after the end."""
+    for index, disturbance in enumerate(scenario.disturbances):
+        lasts = disturbance.duration_s
+        end = None if lasts is None else ("duration_s", disturbance.at_s + lasts)
+        yield f"disturbances[{index}]", ("at_s", disturbance.at_s), end
+    for name, signals in scenario.sources.items():
+        for index, signal in enumerate(signals):
+            end = (
+                None
+                if signal.duration_s is None
+                else ("duration_s", signal.at_s + signal.duration_s)
+            )
+            yield f"sources.{name}[{index}]", ("at_s", signal.at_s), end
+    for index, fault in enumerate(scenario.sensor_faults):
+        end = None if fault.until_s is None else ("until_s", fault.until_s)
+        yield f"sensor_faults[{index}]", ("at_s", fault.at_s), end
+    for name in ("friction", "viscous", "constant") if scenario.drifts is not None else ():
+        points = getattr(scenario.drifts, name)
+        if points:
+            yield f"drifts.{name}[0]", ("at_s", points[0].at_s), None

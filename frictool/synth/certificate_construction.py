@@ -1,0 +1,297 @@
+"""Finding a certificate: rectangles of rates small enough for Lyapunov matrices linear in K/J, and
+the matrices, rounded to short integers.
+
+Nothing of what is found here is believed: a cell is kept only if the proof of
+verify/certificate_proof.py goes through with the rounded matrices, at the bound that is written
+down.
+
+The matrices come from lmi/certificate_search.py. The bound is the worst norm that a scan of the box
+sees, raised by the smallest of SLACKS for which MOST_CELLS suffice. In the coordinates in which the
+matrix of the plant in the middle is the identity those of the cells are near it, so that few bits
+are enough.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from frictool.documents.certificate import Bound, Box, Cell, Certificate, CertifiedWeights, Filter
+from frictool.errors import NoSolutionError
+from frictool.lmi.certificate_search import lyapunov_ends
+from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, generalised_plant
+from frictool.plant.lti import Lti
+from frictool.plant.polytope import PlantPoint
+from frictool.presentation.ties import largest
+from frictool.verify.certificate_box import Interval, inverse_inertia, surroundings
+from frictool.verify.certificate_loop import CertificateLoop
+from frictool.verify.certificate_proof import (
+    CertificateCoordinates,
+    enclose_loop,
+    failing_inequality,
+    pack_matrix,
+    quantity_loop,
+)
+from frictool.verify.enclosed_axis import CONTROL_POINTS
+from frictool.verify.feedback_loops import chain
+from frictool.verify.interval_arithmetic import ONE, Enclosure
+from frictool.verify.loop_figures import weights_of
+from frictool.verify.speed_loop import performance
+
+Matrix = NDArray[np.float64]
+Rectangle = tuple[Interval, Interval]
+SLACKS = (0.01, 0.03, 0.10)
+MOST_CELLS = 64
+MOST_HALVINGS = 2 * MOST_CELLS
+BITS_KEPT = 22
+SCANNED = 3  # values of each parameter that a scan looks at
+NEGLIGIBLE = (
+    1e-9  # of the largest Hankel singular value: what is below is scaled as if it were this
+)
+# by how much the cells reach beyond the box, so that a parameter that is known exactly has cells
+# too
+ROOM = 1e-9
+
+
+def certify(loop: CertificateLoop, box: Box) -> Certificate:
+    """A certificate of the loop's norm and of its largest sensitivity, and for what is not proved
+    of the two the reason why.
+
+    Raises NoSolutionError where the loop is seen to be unstable somewhere in the box. The work is
+    bounded by the number of cells and not by a clock, so that the same inputs give the same
+    certificate.
+    """
+    quantities: tuple[Literal["norm", "sensitivity"], ...] = ("norm", "sensitivity")
+    found = {of: _bound(quantity_loop(loop, of), box, of) for of in quantities}
+    bounds = tuple(bound for bound in found.values() if isinstance(bound, Bound))
+    return Certificate(
+        1,
+        box,
+        loop.weights,
+        bounds,
+        {of: reason for of, reason in found.items() if isinstance(reason, str)},
+    )
+
+
+def certified_weights(weights: PlantWeights) -> CertifiedWeights:
+    """The weights of a design as a certificate stores them."""
+
+    def stored(weight: FirstOrderWeight) -> Filter:
+        return Filter(
+            weight.gain,
+            *(value if np.isfinite(value) else None for value in (weight.zero, weight.pole)),
+        )
+
+    noise = stored(weights.noise)
+    return CertifiedWeights(
+        stored(weights.error),
+        weights.disturbance,
+        weights.drive,
+        weights.command,
+        noise,
+        weights.eta,
+    )
+
+
+def _bound(loop: CertificateLoop, box: Box, of: Literal["norm", "sensitivity"]) -> Bound | str:
+    """The bound with its proof, or why there is none."""
+    worst, where = _scan(loop, box)
+    if not np.isfinite(worst):
+        raise NoSolutionError(
+            f"not verified: the sampled loop is unstable at inertia {where.inertia:.4g}, viscous {where.viscous:.4g}, "
+            f"constant {where.constant:.4g}; relax the weights"
+        )
+    try:
+        factor = _factor(loop, box, (1.0 + SLACKS[0]) * worst)
+    except NoSolutionError as error:
+        return str(error)
+    rows = tuple(tuple(float(value) for value in row[k:]) for k, row in enumerate(factor))
+    for slack in SLACKS:
+        below = float(f"{(1.0 + slack) * worst:.4g}")
+        cells = _CellSearch(loop, box, CertificateCoordinates.of(rows), below).cells()
+        if cells is not None:
+            return Bound(of, below, BITS_KEPT, rows, cells)
+    return (
+        f"{of} < {below:.4g} needs more than {MOST_CELLS} cells, though no more than {worst:.4g} is seen; "
+        "narrower intervals of the model or of the bench need fewer"
+    )
+
+
+def _scan(loop: CertificateLoop, box: Box) -> tuple[float, PlantPoint]:
+    """The largest norm seen at the box's corners and between them, and where."""
+    k = chain(loop.sections, loop.period) if loop.sections else Lti.of(loop.controller, loop.period)
+    ends = (box.inertia, box.viscous, box.constant)
+    coulomb = max(abs(end) for end in box.coulomb)
+    found = []
+    for j, sigma, constant in itertools.product(
+        *(np.unique(np.linspace(low, high, SCANNED)) for low, high in ends)
+    ):
+        point = PlantPoint("", float(j), float(sigma), coulomb, float(constant))
+        plant = generalised_plant(
+            loop.controlled,
+            point.rates,
+            loop.lag,
+            weights_of(loop.weights),
+            loop.period,
+            loop.delay,
+        )
+        found.append((performance(k, plant), point))
+    worst, at = largest(value for value, _ in found)
+    return worst, found[at][1]
+
+
+def _numbers(enclosure: Enclosure) -> Matrix:
+    return np.asarray((enclosure.centre / ONE).astype(np.float64))
+
+
+def _factor(loop: CertificateLoop, box: Box, below: float) -> Matrix:
+    """W, upper triangular, with W' W a solution of the bounded-real inequality of the plant in the
+    middle."""
+    drive, viscous = (_narrow((low + high) / 2) for low, high in surroundings(box))
+    n = len(loop.states)
+    unscaled = CertificateCoordinates.of(
+        [[float(column == row) for column in range(row, n)] for row in range(n)]
+    )
+    whole = _numbers(enclose_loop(loop, box, (drive, viscous), unscaled)[0])
+    t = _balancing(whole[:n, :n], whole[:n, n:], whole[n:, :n])
+    inside = (
+        linalg.block_diag(np.linalg.inv(t), np.eye(len(whole) - n))
+        @ whole
+        @ linalg.block_diag(t, np.eye(whole.shape[1] - n))
+    )
+    least, low, high = lyapunov_ends([inside], [inside], n, below)
+    if least <= 0.0:
+        raise NoSolutionError(
+            f"no matrix is found for the plant in the middle of the intervals, at {below:.4g}"
+        )
+    root = linalg.cholesky(0.5 * (low + high)) @ np.linalg.inv(t)
+    return np.asarray(linalg.qr(root, mode="r")[0])
+
+
+def _narrow(value: Fraction) -> Interval:
+    near = Fraction(float(value))
+    return near, near
+
+
+def _balancing(a: Matrix, b: Matrix, c: Matrix) -> Matrix:
+    """t with equal diagonal Gramians of (t^-1 a t, t^-1 b, c t); states that hardly count are kept,
+    scaled as if they did."""
+    root_reach = _root(linalg.solve_discrete_lyapunov(a, b @ b.T, method="bilinear"))
+    root_see = _root(linalg.solve_discrete_lyapunov(a.T, c.T @ c, method="bilinear"))
+    _, hankel, v = np.linalg.svd(root_see.T @ root_reach)
+    return np.asarray(root_reach @ v.T * np.maximum(hankel, NEGLIGIBLE * hankel[0]) ** -0.5)
+
+
+def _root(gramian: Matrix) -> Matrix:
+    """A square root of full rank."""
+    values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 1e-14 * values[-1])))
+
+
+@dataclass(frozen=True)
+class _TriedCell:
+    """A rectangle, how far inside the inequalities its matrices are, and the cell where they are
+    proved; `empty` where no plant is."""
+
+    rates: Rectangle
+    least: float
+    cell: Cell | None = None
+    empty: bool = False
+
+
+class _CellSearch:
+    """The cells of one bound, by halving rectangles for which no matrices are found."""
+
+    def __init__(
+        self, loop: CertificateLoop, box: Box, coordinates: CertificateCoordinates, below: float
+    ) -> None:
+        self.loop, self.box, self.coordinates, self.below = loop, box, coordinates, below
+        drive, viscous = surroundings(box)
+        self.whole = (_outward(drive), _outward(viscous))
+
+    def cells(self) -> tuple[Cell, ...] | None:
+        """None where more than MOST_CELLS are needed, or MOST_HALVINGS: halves in which no plant is
+        are no cells, and have no end."""
+        waiting = [self._tried(self.whole)]
+        found: list[Cell] = []
+        halvings = 0
+        while waiting:
+            tried = waiting.pop()
+            if tried.cell is not None:
+                found.append(tried.cell)
+            elif not tried.empty:
+                halvings += 1
+                if len(found) + len(waiting) >= MOST_CELLS or halvings > MOST_HALVINGS:
+                    return None
+                waiting += self._halves(tried.rates)
+        return tuple(found)
+
+    def _tried(self, rates: Rectangle) -> _TriedCell:
+        if inverse_inertia(self.box, *rates) is None:
+            return _TriedCell(rates, np.inf, empty=True)
+        loops = enclose_loop(self.loop, self.box, rates, self.coordinates)
+        # the ends of the cubics: what lies between them is nearly on their chord, and is left to
+        # the proof
+        low_ends, high_ends = (
+            [_numbers(end[0]), _numbers(end[-1])]
+            for end in (loops[:CONTROL_POINTS], loops[CONTROL_POINTS:])
+        )
+        least, *found = lyapunov_ends(low_ends, high_ends, len(self.loop.states), self.below)
+        if least <= 0.0:
+            return _TriedCell(rates, least)
+        low, high = (
+            np.array(
+                [[round(value * 2**BITS_KEPT) for value in row] for row in p.tolist()], dtype=object
+            )
+            for p in found
+        )
+        if (
+            failing_inequality(loops, self.coordinates, (low, high), BITS_KEPT, self.below)
+            is not None
+        ):
+            return _TriedCell(rates, 0.0)
+        drive, viscous = ((float(ends[0]), float(ends[1])) for ends in rates)
+        return _TriedCell(rates, least, Cell(drive, viscous, pack_matrix(low), pack_matrix(high)))
+
+    def _halves(self, rates: Rectangle) -> list[_TriedCell]:
+        """Both halves, across the direction in which a half comes further inside the inequalities;
+        not across one without width."""
+        drive, viscous = rates
+        if _thin(viscous) or _thin(drive):
+            halves = (
+                [(half, viscous) for half in _halved(drive)]
+                if _thin(viscous)
+                else [(drive, half) for half in _halved(viscous)]
+            )
+            return [self._tried(half) for half in halves]
+        across_drive = [(half, viscous) for half in _halved(drive)]
+        across_viscous = [(drive, half) for half in _halved(viscous)]
+        first, other = self._tried(across_drive[0]), self._tried(across_viscous[0])
+        if first.least > other.least:
+            return [first, self._tried(across_drive[1])]
+        return [other, self._tried(across_viscous[1])]
+
+
+def _halved(interval: Interval) -> tuple[Interval, Interval]:
+    """The upper half first."""
+    middle = Fraction(float((interval[0] + interval[1]) / 2))
+    return (middle, interval[1]), (interval[0], middle)
+
+
+def _thin(interval: Interval) -> bool:
+    """Whether it is no wider than the room around a rate that is known exactly."""
+    return float(interval[1] - interval[0]) <= 2.0 * ROOM * max(
+        abs(float(interval[0])), abs(float(interval[1])), 1.0
+    ) * (1.0 + ROOM)
+
+
+def _outward(interval: Interval) -> Interval:
+    low, high = float(interval[0]), float(interval[1])
+    room = ROOM * max(abs(low), abs(high), 1.0)
+    return Fraction(low - room), Fraction(high + room)

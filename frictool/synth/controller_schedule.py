@@ -1,0 +1,55 @@
+"""The scheduled controller: the corners' matrices summed with the weights of the plant's parameters
+(5.46), (5.64).
+
+The inequalities cover it where the plants are affine in the parameters (vertices: first_order,
+continuous time). Elsewhere, exact vertices or sampled plants, they cover it nearly: it is verified
+at the corners and at plants between them, as it runs.
+"""
+
+from __future__ import annotations
+
+from frictool.documents import controller as stored
+from frictool.errors import NoSolutionError
+from frictool.plant.lti import Lti
+from frictool.plant.polytope import PlantPoint
+from frictool.synth.realisation import anti_windup_gains
+from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
+from frictool.verify.messages import plant_words
+from frictool.verify.scheduled_loop import scheduled_figures
+
+
+def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate) -> stored.Schedule:
+    """Raises NoSolutionError where a corner's controller is unstable by itself, or a loop is
+    unstable or short of the specified margin."""
+    if candidate.over is None:
+        raise NoSolutionError(
+            f"method {problem.design.method} found no controllers to be scheduled"
+        )
+    corners, names = candidate.over.vertices, candidate.over.scheduled
+    for corner, k in zip(corners, candidate.scheduled, strict=True):
+        if not k.stable:
+            raise NoSolutionError(
+                f"the controller of vertex {corner.name} is itself unstable, and would run away whenever the loop is open; "
+                "raise weights.static_error, or leave out scheduled"
+            )
+    stored_corners = tuple(
+        _corner(corner, k) for corner, k in zip(corners, candidate.scheduled, strict=True)
+    )
+    found = scheduled_figures(
+        stored_corners, names, problem.running, problem.lag, problem.delay, problem.period
+    )
+    required = problem.spec.modulus_margin or 0.0
+    if found.modulus_margin <= 0.0 or found.modulus_margin < required:
+        raise NoSolutionError(
+            f"not verified: the scheduled loop has a modulus margin of {found.modulus_margin:.3f} < {required:g} at "
+            f"{plant_words(found.at, problem.model.bench)}; "
+            "relax the weights"
+        )
+    return stored.Schedule(names, stored_corners, found.gamma, found.modulus_margin, found.points)
+
+
+def _corner(point: PlantPoint, k: Lti) -> stored.Corner:
+    gains = tuple(float(value) for value in anti_windup_gains(k.a, k.b, k.c, k.d))
+    return stored.Corner(
+        point.inertia, point.viscous, point.coulomb, point.constant, k.document(), gains
+    )

@@ -1,0 +1,107 @@
+"""What `synth --json` tells: the machine's view of a controller."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import msgspec
+
+from frictool.documents.controller import Controller, Vertex
+from frictool.synth.design import SynthesisResult
+from frictool.synth.load_disturbance import LoadDisturbance
+from frictool.synth.weight_relaxation import Trade
+
+
+def json_view(result: SynthesisResult, disturbance: LoadDisturbance) -> dict[str, Any]:
+    controller = result.controller
+    verified, law = controller.verified, controller.position_law
+    return {
+        "name": controller.name,
+        "structure": controller.structure,
+        "method": controller.method,
+        "gamma": verified.gamma_asked,
+        "gamma_verified": verified.gamma_verified,
+        "domain": controller.domain,
+        "sample_period_s": controller.sample_period_s,
+        "delay_samples": controller.delay_samples,
+        "order": len(controller.linear.discrete.a),
+        "modulus_margin": min(vertex.modulus_margin for vertex in verified.vertices),
+        "position_law": None
+        if law is None
+        else {"gain": law.gain, "formula": law.formula, "kind": law.kind},
+        "velocity": msgspec.to_builtins(controller.velocity),
+        "limiter": msgspec.to_builtins(controller.limiter),
+        "friction_compensation": msgspec.to_builtins(controller.friction_compensation),
+        "form": controller.linear.form,
+        "margins": msgspec.to_builtins(verified.margins),
+        "count_drive": verified.count_drive,
+        "rounded": msgspec.to_builtins(verified.rounded),
+        "robustness": msgspec.to_builtins(verified.robustness),
+        "certificate": _certificate(controller),
+        "schedule": _schedule(controller),
+        "vertices": [_vertex(vertex) for vertex in verified.vertices],
+        "derived_weights": [asdict(weight) for weight in result.derived],
+        "relaxed": _trade(result.trade),
+        "notes": list(result.notes),
+        "disturbance": asdict(disturbance) if disturbance.total else None,
+    }
+
+
+def _certificate(controller: Controller) -> dict[str, Any] | None:
+    found = controller.certificate
+    if found is None:
+        return None
+    return {
+        "box": msgspec.to_builtins(found.box),
+        "proved": [
+            {"of": bound.of, "below": bound.below, "cells": len(bound.cells)}
+            for bound in found.bounds
+        ],
+    }
+
+
+def _schedule(controller: Controller) -> dict[str, Any] | None:
+    found = controller.schedule
+    if found is None:
+        return None
+    return {
+        "parameters": list(found.parameters),
+        "corners": len(found.corners),
+        "gamma": found.gamma,
+        "modulus_margin": found.modulus_margin,
+        "points": found.points,
+    }
+
+
+def _trade(trade: Trade | None) -> dict[str, Any] | None:
+    if trade is None:
+        return None
+    return {
+        "why": trade.why,
+        "chosen": asdict(trade.chosen),
+        "start": asdict(trade.start),
+        "curve": [asdict(point) for point in trade.curve],
+    }
+
+
+def _vertex(vertex: Vertex) -> dict[str, Any]:
+    return {
+        "name": vertex.name,
+        "inertia": vertex.inertia,
+        "viscous": vertex.viscous,
+        "coulomb": vertex.coulomb,
+        "constant": vertex.constant,
+        "norm": vertex.norm,
+        "sampled_norm": vertex.sampled_norm,
+        "modulus_margin": vertex.modulus_margin,
+        "stable": vertex.stable,
+        "by_delay": [
+            {
+                "delay_samples": c.delay_samples,
+                "modulus_margin": c.modulus_margin,
+                "spectral_radius": c.spectral_radius,
+            }
+            for c in vertex.checks
+        ],
+    }

@@ -1,0 +1,69 @@
+"""What every method by matrix inequalities does with its plants: the design's options, and
+numerical failure as a refusal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from frictool.documents.design import Poles
+from frictool.errors import FrictoolError, NoSolutionError
+from frictool.lmi.hinf_synthesis import LyapunovPair, minimise, vertex_controllers
+from frictool.lmi.pole_regions import PoleDisc, PoleHalfPlane, PoleRegion
+from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.plant.lti import Lti
+from frictool.synth.synthesis_problem import SynthesisProblem
+
+SLOW, EASY = (
+    5e-5,
+    1e-4,
+)  # rad a sample, of W2's pole: what is nearly an integrator; where the inequalities are solved with ease
+
+
+def solve_inequalities(
+    problem: SynthesisProblem, plants: Sequence[GeneralisedPlant]
+) -> tuple[LyapunovPair, tuple[Lti, ...]]:
+    """The Lyapunov matrices over all plants, with the gamma that is claimed, and the controller of
+    each in common coordinates.
+
+    Raises NoSolutionError where there is none, or the arithmetic breaks down; FrictoolError where
+    the pole region cannot be.
+    """
+    try:
+        region = pole_region(problem.design.poles)
+        lyapunov, ease = minimise(plants, problem.design.recentring, region), problem.design.ease
+        return replace(lyapunov, gamma=ease * lyapunov.gamma), vertex_controllers(
+            plants, lyapunov, ease
+        )
+    except np.linalg.LinAlgError as error:
+        raise NoSolutionError(
+            f"the synthesis broke down numerically ({error}); bring the weights nearer to each other"
+        ) from None
+    except ValueError as error:
+        raise FrictoolError(f"{problem.design.name}: {error}") from None
+    except NoSolutionError as error:
+        raise NoSolutionError(f"{error}{slow_weight(problem)}") from None
+
+
+def slow_weight(problem: SynthesisProblem) -> str:
+    """What to try where W2 integrates nearly for ever, which no controller reaches: a sentence's
+    end, or nothing."""
+    weight = problem.weights.error
+    share = weight.pole * problem.period
+    if share >= SLOW:
+        return ""
+    return (
+        f"; W2 asks for a static error of {1.0 / weight.gain:.2g} by a pole at {weight.pole:.2g} rad/s, which no controller moves and "
+        f"which at {problem.period:g} s is nearly an integrator: try weights.static_error {EASY / share / weight.gain:.1g}"
+    )
+
+
+def pole_region(poles: Poles | None) -> PoleRegion | None:
+    """As the inequalities take it."""
+    if poles is None:
+        return None
+    if poles.decay_rad_s is not None:
+        return PoleHalfPlane(poles.decay_rad_s)
+    return PoleDisc(poles.centre or 0.0, poles.radius or 0.0)

@@ -1,0 +1,231 @@
+"""Descent on the worst true norm of several loops by one structured controller.
+
+    minimise t   such that   gain(plant, frequency) <= t   at finitely many frequencies,   M
+                 |S(plant, frequency)| <= 1
+
+is solved by sequential quadratic programming (scipy's SLSQP) within a box around the parameters.
+Then the exact norm of every loop is evaluated, with the frequency where it is reached. The step is
+taken only if every loop is stable and the worst true norm has come down; otherwise the box shrinks.
+Frequencies of true peaks join the finite set, so that what is minimised on it becomes the norm
+itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.plant.lti import Lti
+from frictool.synth.structured_controller import StructuredController
+from frictool.synth.worst_norm import OpenLoopResponses, all_stable, sensitivity_plant, true_norms
+
+Vector = NDArray[np.float64]
+
+GRID = 100  # frequencies on which no gain may rise unseen
+ACTIVE = 0.6  # gains below this part of the worst one cannot become it within a step
+REMEMBERED = 8  # peaks of each plant
+STEPS = 30  # of a quadratic program's sequence, within one box
+FIRST_BOX, LARGEST_BOX, SMALLEST_BOX = 0.5, 1.0, 1e-4  # in parameters whose size is about one
+SETTLED = 1e-6  # relative: less than this is no progress
+
+
+@dataclass(frozen=True)
+class DescentPoint:
+    """Parameters, the worst true norm there, and by how much the modulus margin is missed (M max|S|
+    - 1, 0 where it holds)."""
+
+    parameters: Vector
+    worst: float
+    missed: float
+
+    def better_than(self, other: DescentPoint) -> bool:
+        """First the margin, then the norm."""
+        if max(self.missed, other.missed) > SETTLED:
+            return self.missed < other.missed * (1.0 - SETTLED)
+        return self.worst < other.worst * (1.0 - SETTLED)
+
+
+class MinimaxDescent:
+    """The plants of one structure of controller; `margin` is the modulus margin that every loop
+    must keep, 0 for none."""
+
+    def __init__(
+        self,
+        structure: StructuredController,
+        plants: Sequence[GeneralisedPlant],
+        slowest: float,
+        margin: float = 0.0,
+    ) -> None:
+        """slowest: where the grid begins [rad/s]; it ends ten times beyond the pole bound, or at
+        half the sampling frequency."""
+        top = 0.9999 * np.pi / structure.period if structure.period else 10.0 * structure.bound
+        self.structure, self.plants, self.margin = structure, list(plants), margin
+        self.grid = np.geomspace(slowest, top, GRID)
+        self.on_grid = [OpenLoopResponses.of(plant, self.grid) for plant in plants]
+        self.peaks: list[list[float]] = [[] for _ in plants]
+        self.steep: list[list[float]] = [[] for _ in plants]  # peaks of the sensitivity
+        self._sensitivities = [sensitivity_plant(plant) for plant in plants] if margin else []
+
+    def on(self, structure: StructuredController) -> MinimaxDescent:
+        """The same plants for another structure of the same domain and bound."""
+        return MinimaxDescent(structure, self.plants, float(self.grid[0]), self.margin)
+
+    def coarse(self, parameters: Vector) -> float:
+        """A bound of the worst gain on the grid, to rank starts by; inf where some loop is
+        unstable."""
+        if not all_stable(self.structure.system(parameters), self.plants):
+            return np.inf
+        k, _ = self.structure.response(parameters, self.structure.points(self.grid))
+        return float(max(np.max(open_loop.bounds(k)) for open_loop in self.on_grid))
+
+    def point(self, parameters: Vector) -> DescentPoint:
+        """The exact norms at the parameters, whose peaks are remembered."""
+        k = self.structure.system(parameters)
+        if not all_stable(k, self.plants):
+            return DescentPoint(parameters, np.inf, np.inf)
+        missed = 0.0
+        if self.margin:
+            missed = max(
+                0.0, self.margin * self._remember(self.steep, k, self._sensitivities) - 1.0
+            )
+        return DescentPoint(parameters, self._remember(self.peaks, k, self.plants), missed)
+
+    def _remember(
+        self, peaks: list[list[float]], k: Lti, plants: Sequence[GeneralisedPlant]
+    ) -> float:
+        found = true_norms(k, plants, peaks)
+        for memory, (_, at) in zip(peaks, found, strict=True):
+            if np.isfinite(at):
+                memory[:] = [*memory, float(np.clip(at, self.grid[0], self.grid[-1]))][-REMEMBERED:]
+        return max(value for value, _ in found)
+
+    def run(self, start: Vector, rounds: int) -> DescentPoint:
+        """From stabilising parameters downwards; never worse than the start."""
+        here, box = self.point(start), FIRST_BOX
+        for _ in range(rounds):
+            if not np.isfinite(here.worst):
+                break
+            proposed, promised = self._step(here, box)
+            there = self.point(proposed)
+            if there.better_than(here):
+                settled = (
+                    here.worst - there.worst < 10.0 * SETTLED * here.worst
+                    and there.missed == here.missed
+                )
+                box = (
+                    min(LARGEST_BOX, 2.0 * box)
+                    if there.worst - promised < 0.3 * (here.worst - promised)
+                    else box
+                )
+                here = there
+                if settled:
+                    break
+            else:
+                box *= 0.25
+                if box < SMALLEST_BOX:
+                    break
+        return here
+
+    def _step(self, here: DescentPoint, box: float) -> tuple[Vector, float]:
+        """The end of one sequence of quadratic programs within the box, and the norm promised there
+        on the finite set."""
+        structure = self.structure
+        low, high = structure.limits()
+        scale = np.ones(structure.size)
+        scale[structure.free :] = np.maximum(np.abs(here.parameters[structure.free :]), 1e-2)
+        sets = _FiniteSet.of(self, here)
+        start = np.append(here.parameters / scale, sets.largest(here.parameters))
+        least = np.maximum(low / scale, start[:-1] - box)
+        most = np.minimum(high / scale, start[:-1] + box)
+
+        found = minimize(
+            lambda x: x[-1],
+            start,
+            jac=lambda x: np.eye(len(x))[-1],
+            bounds=[*zip(least, most, strict=True), (0.0, None)],
+            constraints={
+                "type": "ineq",
+                "fun": lambda x: sets.slack(x[:-1] * scale, x[-1]),
+                "jac": lambda x: sets.slack_slopes(x[:-1] * scale) * np.append(scale, 1.0),
+            },
+            method="SLSQP",
+            options={"maxiter": STEPS, "ftol": 0.1 * SETTLED},
+        )
+        if not np.all(np.isfinite(found.x)):
+            return here.parameters, here.worst
+        return np.clip(found.x[:-1], least, most) * scale, float(found.x[-1])
+
+
+@dataclass(frozen=True)
+class _FiniteSet:
+    """The gains and sensitivities that take part in a step: those near the worst on the grid, and
+    the remembered true peaks."""
+
+    structure: StructuredController
+    open_loop: OpenLoopResponses
+    frequencies: Vector
+    steep: OpenLoopResponses | None
+    steep_frequencies: Vector
+    margin: float
+
+    @staticmethod
+    def of(descent: MinimaxDescent, here: DescentPoint) -> _FiniteSet:
+        structure, grid = descent.structure, descent.grid
+        k, _ = structure.response(here.parameters, structure.points(grid))
+        chosen = [
+            np.append(grid[loop.bounds(k) > ACTIVE * here.worst], peaks)
+            for loop, peaks in zip(descent.on_grid, descent.peaks, strict=True)
+        ]
+        gains = OpenLoopResponses.joined(
+            [
+                OpenLoopResponses.of(plant, w)
+                for plant, w in zip(descent.plants, chosen, strict=True)
+            ]
+        )
+        steep, at = None, np.empty(0)
+        if descent.margin:
+            looked = [
+                np.append(grid[loop.sensitivity().gains(k) * descent.margin > ACTIVE], peaks)
+                for loop, peaks in zip(descent.on_grid, descent.steep, strict=True)
+            ]
+            steep = OpenLoopResponses.joined(
+                [
+                    OpenLoopResponses.of(plant, w)
+                    for plant, w in zip(descent.plants, looked, strict=True)
+                ]
+            ).sensitivity()
+            at = np.concatenate(looked)
+        return _FiniteSet(structure, gains, np.concatenate(chosen), steep, at, descent.margin)
+
+    def largest(self, parameters: Vector) -> float:
+        k, _ = self.structure.response(parameters, self.structure.points(self.frequencies))
+        return float(np.max(self.open_loop.gains(k)))
+
+    def slack(self, parameters: Vector, level: float) -> Vector:
+        """level - gain, and 1 - M |S|: not negative where they hold."""
+        k, _ = self.structure.response(parameters, self.structure.points(self.frequencies))
+        rows = [level - self.open_loop.gains(k)]
+        if self.steep is not None:
+            k, _ = self.structure.response(
+                parameters, self.structure.points(self.steep_frequencies)
+            )
+            rows.append(1.0 - self.margin * self.steep.gains(k))
+        return np.concatenate(rows)
+
+    def slack_slopes(self, parameters: Vector) -> Vector:
+        """By the parameters, and by the level in the last column."""
+        k, by = self.structure.response(parameters, self.structure.points(self.frequencies))
+        rows = [np.column_stack([-self.open_loop.slopes(k, by), np.ones(len(k))])]
+        if self.steep is not None:
+            k, by = self.structure.response(
+                parameters, self.structure.points(self.steep_frequencies)
+            )
+            rows.append(
+                np.column_stack([-self.margin * self.steep.slopes(k, by), np.zeros(len(k))])
+            )
+        return np.vstack(rows)

@@ -1,0 +1,222 @@
+"""The blocks around the linear controller, from the design and the model, with what the design left
+to a rule and what is known of each.
+
+velocity                filter: 10 times the prefilter's frequency, (5.70) and the text under it
+limiter                 inertia, Coulomb friction: the model's. band delta_e: the encoder's step,
+                        and not below it (5.2.2)
+                        v_r = 10 F_cv T/J: at rest the brake is viscous, with a time constant of 10
+                        samples. With table 5.1's mass it is 0.01 m/s, of which 5.2.5 prints a
+                        thousandfold
+friction_compensation   levels: the model's. smoothing_speed of a measured speed: what one encoder
+                        count shows of it
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from frictool.documents import controller as stored
+from frictool.documents.design import Design
+from frictool.documents.design_blocks import FrictionCompensationDesign as AskedCompensation
+from frictool.documents.design_blocks import LimiterDesign as AskedLimiter
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.errors import FrictoolError
+from frictool.synth.position_law import position_law
+from frictool.synth.weights import DerivedValue
+from frictool.verify.encoder_count_drive import count_current
+from frictool.verify.feedback_loops import DIFFERENCE, FeedbackLoop, from_position, low_pass
+
+FILTER = 10.0  # times the prefilter's frequency, "10 fois plus rapide" under (5.70)
+BRAKE_SAMPLES = 10.0  # time constant of the limiter's brake at rest
+NOT_LINEAR = "it is not linear: what is verified is the loop without it, simulate plays it"
+
+
+@dataclass(frozen=True)
+class SurroundingBlocks:
+    """What of a controller document stands around its linear part; derived, notes: for people."""
+
+    velocity: stored.Velocity
+    position_law: stored.PositionLaw | None
+    limiter: stored.Limiter | None
+    friction_compensation: stored.FrictionCompensation | None
+    prefilter: stored.Prefilter | None
+    derived: tuple[DerivedValue, ...]
+    notes: tuple[str, ...]
+
+
+def blocks(model: Model, design: Design) -> SurroundingBlocks:
+    """What the design asks for.
+
+    Raises FrictoolError (exit 3) where neither the design nor a rule tells what a block needs,
+    NoSolutionError where the model cannot.
+    """
+    made = _BlockRules(model, design)
+    return SurroundingBlocks(
+        velocity=made.velocity,
+        position_law=made.position_law(),
+        limiter=None if design.limiter is None else made.limiter(design.limiter),
+        friction_compensation=None
+        if design.friction_compensation is None
+        else made.compensation(design.friction_compensation),
+        prefilter=made.prefilter(),
+        derived=tuple(made.derived),
+        notes=tuple(made.notes),
+    )
+
+
+class _BlockRules:
+    """The rules; `derived` and `notes` grow as they are used."""
+
+    def __init__(self, model: Model, design: Design) -> None:
+        self.model, self.design = model, design
+        self.period = model.bench.sample_period_s
+        self.derived: list[DerivedValue] = []
+        self.notes: list[str] = []
+        self.velocity = self._velocity()
+
+    def tell(self, name: str, value: float, unit: str, source: str) -> float:
+        self.derived.append(DerivedValue(name, value, unit, source))
+        return value
+
+    def unit(self, dimension: str) -> str:
+        return si_unit(dimension, self.model.axis)
+
+    def prefilter(self) -> stored.Prefilter | None:
+        asked = self.design.prefilter
+        return (
+            None
+            if asked is None
+            else stored.Prefilter(asked.natural_frequency_rad_s, asked.damping)
+        )
+
+    def position_law(self) -> stored.PositionLaw | None:
+        if self.design.position_law is None:
+            return None
+        law, derived = position_law(self.model, self.design.position_law)
+        self.derived += derived
+        return law
+
+    def _velocity(self) -> stored.Velocity:
+        asked, prefilter = self.design.velocity, self.design.prefilter
+        winding = (
+            self.model.bench.actuator.winding is not None
+        )  # whose back-electromotive force limits the drive
+        if not self.design.reads_speed and not winding:
+            if asked is not None:
+                raise FrictoolError(
+                    "velocity: nothing in this design reads a speed; allowed: with action brake, a limiter of the energy or with virtual "
+                    "friction, friction_compensation, a pid of the speed, or actuator.winding in the bench; leave it out"
+                ).at("design", "velocity")
+            return stored.Velocity()
+        if asked is not None and asked.source == "measured":
+            return stored.Velocity(source="measured")
+        bandwidth = None if asked is None else asked.filter_rad_s
+        if bandwidth is None and prefilter is None:
+            raise FrictoolError(
+                "velocity.filter_rad_s: missing in the design, and a prefilter to take 10 times its frequency (5.70); give one of them, "
+                "or 0 for the encoder's difference itself"
+            ).at("design", "velocity.filter_rad_s")
+        if bandwidth is None and prefilter is not None:
+            value = FILTER * prefilter.natural_frequency_rad_s
+            bandwidth = self.tell(
+                "velocity.filter_rad_s",
+                value,
+                "rad/s",
+                f"{FILTER:g} times the prefilter's frequency (5.70)",
+            )
+        assert bandwidth is not None
+        if bandwidth * self.period >= 2.0:
+            raise FrictoolError(
+                f"velocity.filter_rad_s: found {bandwidth:g}; allowed: below {2.0 / self.period:g} rad/s, two per sample period, from "
+                "where on the filter alternates from sample to sample; 0 leaves it out"
+            ).at("design", "velocity.filter_rad_s")
+        order = (asked.order if asked is not None else None) or 2
+        return (
+            stored.Velocity(order=order, bandwidth_rad_s=bandwidth)
+            if bandwidth
+            else stored.Velocity()
+        )
+
+    def limiter(self, asked: AskedLimiter) -> stored.Limiter:
+        today, step = self.model.parameters, self.model.bench.encoder.resolution
+        energy = asked.condition == "energy"
+        virtual = 0.0 if asked.virtual_coulomb is None else asked.virtual_coulomb.value
+        band = (
+            self.tell("limiter.band", step, self.unit("position"), "the encoder's step (5.7)")
+            if asked.band is None
+            else asked.band.value
+        )
+        if band < step:
+            unit = self.unit("position")
+            found = f"found {band:g} {unit}; allowed: at least the encoder's step, {step:g} {unit}"
+            raise FrictoolError(f"limiter.band: {found}").at("design", "limiter.band")
+        if energy and today.coulomb.value + virtual == 0.0:
+            raise FrictoolError(
+                "limiter: condition energy needs friction to stop with, and the model's coulomb is 0; give virtual_coulomb, or condition "
+                "error"
+            ).at("design", "limiter.condition")
+        self.notes.append(
+            f"limiter: {NOT_LINEAR}; it is known to be bounded and to come to rest, not to decrease a Lyapunov function (5.2.1)"
+        )
+        return stored.Limiter(
+            condition=asked.condition,
+            band=band,
+            inertia=today.inertia.value if energy else 0.0,
+            coulomb=today.coulomb.value if energy else 0.0,
+            virtual_coulomb=virtual,
+            virtual_speed=self._virtual_speed(asked, virtual),
+            settled_speed=None if asked.settled_speed is None else asked.settled_speed.value,
+        )
+
+    def _virtual_speed(self, asked: AskedLimiter, virtual: float) -> float:
+        if asked.virtual_speed is not None or virtual == 0.0:
+            return 0.0 if asked.virtual_speed is None else asked.virtual_speed.value
+        value = BRAKE_SAMPLES * virtual * self.period / self.model.parameters.inertia.value
+        return self.tell(
+            "limiter.virtual_speed",
+            value,
+            self.unit("velocity"),
+            f"{BRAKE_SAMPLES:g} virtual_coulomb T/inertia: {BRAKE_SAMPLES:g} samples",
+        )
+
+    def compensation(self, asked: AskedCompensation) -> stored.FrictionCompensation:
+        today = self.model.parameters
+        self.notes.append(
+            f"friction compensation: {NOT_LINEAR}; limit cycles are its known fault (5.1)"
+        )
+        if asked.source == "observer":
+            return stored.FrictionCompensation(
+                source="observer",
+                observer_rad_s=asked.observer_rad_s or 0.0,
+                inertia=today.inertia.value,
+                gain=asked.gain,
+            )
+        if today.coulomb.value == 0.0 and today.viscous.value == 0.0:
+            message = "friction_compensation: the model has no friction to compensate; leave it out"
+            raise FrictoolError(message).at("design", "friction_compensation")
+        return stored.FrictionCompensation(
+            source="model",
+            velocity=asked.velocity or "measured",
+            coulomb=today.coulomb.value,
+            viscous=today.viscous.value,
+            smoothing_speed=self._smoothing(asked),
+            gain=asked.gain,
+        )
+
+    def _smoothing(self, asked: AskedCompensation) -> float:
+        if asked.smoothing_speed is not None:
+            return asked.smoothing_speed.value
+        if self.velocity.source == "measured":
+            raise FrictoolError(
+                "friction_compensation.smoothing_speed: missing; with a measured speed nothing tells it, give the speed below which the "
+                "modelled friction fades"
+            ).at("design", "friction_compensation.smoothing_speed")
+        block = FeedbackLoop("velocity", low_pass(self.velocity, self.period), (DIFFERENCE,))
+        value = count_current(from_position(block), self.model.bench.encoder.resolution)
+        return self.tell(
+            "friction_compensation.smoothing_speed",
+            value,
+            self.unit("velocity"),
+            "what one encoder count shows of the speed",
+        )

@@ -1,0 +1,223 @@
+"""What a method of synthesis is given, and what it has to return. A method is a function from one
+to the other, in a file of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frictool.documents.design import Design
+from frictool.documents.model import Model
+from frictool.documents.spec import Spec
+from frictool.errors import NoSolutionError
+from frictool.plant.generalised_plant import (
+    Controlled,
+    GeneralisedPlant,
+    PlantWeights,
+    UncertaintyChannel,
+    generalised_plant,
+)
+from frictool.plant.linear_axis import AxisRates
+from frictool.plant.lti import Lti, tustin
+from frictool.plant.polytope import Polytope
+from frictool.synth.order_reduction import reduce_order
+from frictool.synth.slow_pole import stabilise_slow_pole, with_integrator
+from frictool.verify.loop_figures import CLAIM
+from frictool.verify.speed_loop import check_loop, performance
+
+
+@dataclass(frozen=True)
+class SynthesisProblem:
+    """The plants, the weights and the options of one design; `period` [s] and `delay` [samples] are
+    the bench's, `lag` [s] the drive's.
+
+    box: every constant plant of the intervals, for which the controller is verified. What of it a
+    method schedules is the method's.
+    """
+
+    box: Polytope
+    lag: float
+    period: float
+    delay: int
+    weights: PlantWeights
+    design: Design
+    model: Model
+    spec: Spec
+    progress: Callable[[str], None] = lambda _: (
+        None
+    )  # is told what a method that takes long is doing
+
+    @property
+    def controlled(self) -> Controlled:
+        return "position" if self.design.structure == "position" else "speed"
+
+    @property
+    def weighs(self) -> bool:
+        """Whether a norm of the weighted loop is claimed; of a loop that sees the motion only, and
+        not eta, it is the sensitivity's."""
+        return not (self.design.method == "pid" and self.design.structure == "speed_cascade")
+
+    @property
+    def hint(self) -> str:
+        """What to try where the loop has too little margin."""
+        return (
+            "lower the gain, or raise integral_time_s"
+            if self.design.method == "pid"
+            else f"{self.softer}, or lower weights.bandwidth_rad_s"
+        )
+
+    @property
+    def softer(self) -> str:
+        """What to try where the noise of the encoder is amplified."""
+        return (
+            "lower the gain, or filter_ratio"
+            if self.design.method == "pid"
+            else "raise weights.command or weights.noise"
+        )
+
+    @property
+    def sampled(self) -> bool:
+        """Whether the design is made at the bench's period, and not in continuous time."""
+        return self.design.domain == "discrete"
+
+    def plant(
+        self, rates: AxisRates, uncertainty: UncertaintyChannel | None = None
+    ) -> GeneralisedPlant:
+        """In the design's domain; sampled, with the bench's delay inside."""
+        if not self.sampled:
+            return generalised_plant(
+                self.controlled, rates, self.lag, self.weights, uncertainty=uncertainty
+            )
+        return generalised_plant(
+            self.controlled, rates, self.lag, self.weights, self.period, self.delay, uncertainty
+        )
+
+    def running(self, rates: AxisRates) -> GeneralisedPlant:
+        """Sampled at the bench's period with its delay, without an uncertainty channel: what is
+        verified."""
+        return generalised_plant(
+            self.controlled, rates, self.lag, self.weights, self.period, self.delay
+        )
+
+    @property
+    def bandwidth(self) -> float:
+        """z2 of W2 [rad/s]."""
+        return self.weights.error.zero
+
+    def posed_with_constant_input(self) -> SynthesisProblem:
+        """The problem whose plants the command enters alike, as the inequalities over several of
+        them ask (B2 constant, 5.61).
+
+        The command does so through the drive's lag, or through a register of delay. A sampled plant
+        without delay is given the register; it then is the controller's own (`with_register`).
+        Raises NoSolutionError in continuous time without a lag.
+        """
+        if self.sampled:
+            return replace(self, delay=max(self.delay, 1))
+        if self.lag == 0.0:
+            raise NoSolutionError(
+                f"method {self.design.method} in continuous time needs a drive with a time constant (actuator.loop_time_constant_s is 0): "
+                "the command would enter every vertex differently; take domain: discrete"
+            )
+        return self
+
+    def candidate(
+        self,
+        k: Lti,
+        gamma: float,
+        optimum: float,
+        notes: Sequence[str] = (),
+        scheduled: Sequence[Lti] = (),
+        over: Polytope | None = None,
+    ) -> ControllerCandidate:
+        """Of a controller found with `posed_with_constant_input`, its slowest pole moved to where
+        it has to be."""
+        told = list(notes)
+        moved = (
+            with_integrator(k, self.bandwidth)
+            if self.design.integrator
+            else stabilise_slow_pole(k, self.bandwidth, self.weights.error.pole)
+        )
+        if moved is not k:
+            told.append(
+                "the slowest pole of the controller was moved "
+                + ("to an integrator (5.4.3.1)" if self.design.integrator else "inside")
+            )
+        kept = self._reduced(moved)
+        if kept is not moved:
+            told.append(
+                f"the controller was reduced from order {moved.order} to {kept.order}, each step verified"
+            )
+        corners = tuple(scheduled)
+        if self.sampled and self.delay == 0:
+            kept, corners = with_register(kept), tuple(with_register(corner) for corner in corners)
+        sampled = tuple(self.discretised(corner) for corner in corners)
+        return ControllerCandidate(
+            self.discretised(kept), kept, gamma, optimum, tuple(told), sampled, over
+        )
+
+    def _reduced(self, k: Lti) -> Lti:
+        """The controller with as many states as the design asks for, where it has more."""
+        order = self.design.order
+        return (
+            k
+            if order is None or order >= k.order
+            else reduce_order(k, order, self.check)[-1].controller
+        )
+
+    def check(self, k: Lti) -> None:
+        """Raises NoSolutionError naming the first vertex where the sampled loop of `k` (in either
+        domain) misses the specified margin."""
+        running, required = self.discretised(k), self.spec.modulus_margin or 0.0
+        for point in self.box.vertices:
+            found = check_loop(running, point.rates, self.lag, self.delay)
+            if not found.stable or found.modulus_margin < required:
+                raise NoSolutionError(
+                    f"not verified: modulus margin {found.modulus_margin:.3f} at vertex {point.name}, specified {required:g}; raise order"
+                )
+
+    def discretised(self, k: Lti) -> Lti:
+        """A controller found in continuous time as it will run; one found at the period as it
+        is."""
+        return k if k.period else tustin(k, self.period, self.design.prewarp_rad_s or 0.0)
+
+
+@dataclass(frozen=True)
+class ControllerCandidate:
+    """A controller that is not verified yet.
+
+    controller: at the bench's period. designed: as found, in the design's domain. gamma: the bound
+    asked of the method's own plants, None where the method has none; optimum: the smallest one
+    found. notes: for people. scheduled: one controller at the bench's period for each vertex of
+    `over`, in common coordinates (5.64).
+    """
+
+    controller: Lti
+    designed: Lti
+    gamma: float | None = None
+    optimum: float | None = None
+    notes: tuple[str, ...] = ()
+    scheduled: tuple[Lti, ...] = ()
+    over: Polytope | None = None
+
+
+def check_claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> float:
+    """The true norm of the loop of a method's own plant. Raises NoSolutionError where it is above
+    `gamma` by more than 1 %."""
+    norm = performance(k, plant)
+    if not norm <= CLAIM * gamma:
+        found = "the loop is unstable" if np.isinf(norm) else f"its norm is {norm:.4g}"
+        raise NoSolutionError(
+            f"not verified: the inequalities claim gamma {gamma:.4g} at {where}, but {found}; raise `recentring`, or bring the weights "
+            "nearer to each other"
+        )
+    return norm
+
+
+def with_register(k: Lti) -> Lti:
+    """The controller followed by one sample of delay."""
+    n = k.order
+    a = np.block([[k.a, np.zeros((n, 1))], [k.c, np.zeros((1, 1))]])
+    return Lti(a, np.vstack([k.b, k.d]), np.eye(n + 1)[n:], np.zeros((1, 1)), k.period)

@@ -1,0 +1,246 @@
+"""What `synth` tells people of a controller."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+from frictool.documents.controller import Controller, Number
+from frictool.documents.quantity import si_unit
+from frictool.synth.design import SynthesisResult
+from frictool.synth.load_disturbance import LoadDisturbance
+from frictool.synth.weight_relaxation import Trade
+from frictool.verify.messages import delay_words, plant_units
+
+COLUMNS = (
+    7,
+    10,
+    10,
+    10,
+    10,
+)  # characters of a vertex's name, its inertia, viscous and Coulomb friction, the drive's constant
+
+
+def text(result: SynthesisResult, disturbance: LoadDisturbance) -> str:
+    controller = result.controller
+    lines = [
+        *_head(controller),
+        *(
+            f"derived: {one.name} {one.value:.4g}{f' {one.unit}' if one.unit else ''}, {one.source}"
+            for one in result.derived
+        ),
+        *_trade(result.trade),
+        *result.notes,
+        *_vertices(controller),
+        *_margins(controller),
+        *_beyond(controller),
+        *_schedule(controller),
+        *_disturbance(disturbance, si_unit("effort", controller.axis)),
+    ]
+    return "\n".join(lines)
+
+
+def _head(controller: Controller) -> list[str]:
+    verified, law = controller.verified, controller.position_law
+    position = si_unit("position", controller.axis)
+    asked = "" if verified.gamma_asked is None else f"gamma asked {verified.gamma_asked:.4g}, "
+    lines = [
+        f"{controller.name}: {controller.structure.replace('_', ' ')} by {controller.method} in {controller.domain} time, "
+        f"order {len(controller.linear.discrete.a)}, {controller.sample_period_s * 1e3:g} ms, "
+        f"{delay_words(controller.delay_samples)}; {asked}verified {verified.gamma_verified:.4g}"
+    ]
+    if law is not None and law.kind == "proportional":
+        band = f"band {law.band:.4g} {position}, " if law.band else ""
+        lines.append(
+            f"position law: proportional, gain {law.gain:.4g} 1/s, {band}action {law.action}"
+        )
+    elif law is not None:
+        gain = f"{law.gain:.4g} {position}^0.5/s"
+        lines.append(
+            f"position law: gain {gain} by {law.formula}, band {law.band:.4g} {position}, action {law.action}"
+        )
+    return [*lines, *_blocks(controller)]
+
+
+def _blocks(controller: Controller) -> list[str]:
+    """What stands around the linear controller beside its position law."""
+    velocity, limiter, compensation = (
+        controller.velocity,
+        controller.limiter,
+        controller.friction_compensation,
+    )
+    position, speed, effort, inertia = (
+        si_unit(name, controller.axis) for name in ("position", "velocity", "effort", "inertia")
+    )
+    lines = []
+    if velocity.source == "measured":
+        lines.append("velocity: measured")
+    elif velocity.bandwidth_rad_s:
+        lines.append(
+            f"velocity: the encoder's difference, low-pass of order {velocity.order} at {velocity.bandwidth_rad_s:.4g} rad/s"
+        )
+    if limiter is not None:
+        rule = (
+            f"(5.7), inertia {limiter.inertia:.4g} {inertia}, F_c {limiter.coulomb:.4g} {effort}"
+            if limiter.condition == "energy"
+            else "(5.2.1)"
+        )
+        brake = (
+            f"; F_cv {limiter.virtual_coulomb:.4g} {effort}, v_r {limiter.virtual_speed:.4g} {speed} (5.41)"
+            if limiter.virtual_speed
+            else ""
+        )
+        lines.append(
+            f"limiter: by {limiter.condition} {rule}, band {limiter.band:.4g} {position}{brake}"
+        )
+    if compensation is not None:
+        what = (
+            f"an observer of {compensation.observer_rad_s:.4g} rad/s"
+            if compensation.source == "observer"
+            else f"the model, F_c {compensation.coulomb:.4g} {effort}, smoothed below {compensation.smoothing_speed:.4g} {speed} of the "
+            f"{compensation.velocity} speed"
+        )
+        lines.append(f"friction compensation: {compensation.gain:g} of {what}")
+    if controller.linear.form == "sos":
+        count = len(controller.linear.sos)
+        lines.append(f"runs as {count} second-order section{'s' * (count > 1)}")
+    return lines
+
+
+def _trade(trade: Trade | None) -> list[str]:
+    if trade is None:
+        return []
+    start, chosen = trade.start, trade.chosen
+    return [
+        f"relaxed: from W1 {start.disturbance:.4g}, W3 {start.drive:.4g} with gamma {start.level:.4g} to W1 {chosen.disturbance:.4g}, "
+        f"W3 {chosen.drive:.4g} with {chosen.level:.4g}: {trade.why}"
+    ]
+
+
+def _vertices(controller: Controller) -> list[str]:
+    verified = controller.verified
+    delays = [check.delay_samples for check in verified.vertices[0].checks]
+    lines = [
+        "vertex  inertia    viscous    coulomb    constant   norm    sampled "
+        + "  ".join(f"margin (delay {d})" for d in delays)
+    ]
+    units = plant_units(controller.bench).values()
+    lines.append(
+        " ".join(
+            f"{unit:<{width}}" for unit, width in zip(["", *units], COLUMNS, strict=True)
+        ).rstrip()
+    )
+    for v in verified.vertices:
+        margins = "  ".join(f"{check.modulus_margin:16.3f}" for check in v.checks)
+        values = [f"{value:.4g}" for value in (v.inertia, v.viscous, v.coulomb, v.constant)]
+        plant = " ".join(
+            f"{cell:<{width}}" for cell, width in zip([v.name, *values], COLUMNS, strict=True)
+        )
+        lines.append(f"{plant} {v.norm:<7.4g} {v.sampled_norm:<7.4g} {margins}")
+    worst = min(vertex.modulus_margin for vertex in verified.vertices)
+    lines.append(
+        f"verified: stable at all {len(verified.vertices)} vertices, modulus margin {worst:.3f} >= {verified.modulus_margin_specified:g}"
+    )
+    return lines
+
+
+def _margins(controller: Controller) -> list[str]:
+    verified, unit = controller.verified, si_unit(controller.drive, controller.axis)
+    lines = []
+    if verified.margins is not None:
+        m = verified.margins
+        up = "any" if m.gain_increase is None else f"{m.gain_increase:.3g}"
+        down = "0" if m.gain_decrease is None else f"{m.gain_decrease:.3g}"
+        phase = "any" if m.phase_deg is None else f"{m.phase_deg:.3g} deg"
+        wait = "any" if m.delay_s is None else f"{m.delay_s * 1e3:.3g} ms"
+        speed = si_unit("velocity", controller.axis)
+        lines.append(
+            f"  worst margins with the delay: gain x {down} to x {up}, phase {phase}, delay {wait} more; "
+            f"friction to speed {m.small_gain:.4g} {speed} (annex (27))"
+        )
+    if verified.count_drive is not None:
+        share = 100.0 * verified.count_drive / controller.drive_limit
+        lines.append(
+            f"  one encoder count asks for {verified.count_drive:.4g} {unit}, {share:.3g} % of the limit"
+        )
+    if verified.rounded:
+        told = ", ".join(
+            f"{one.number} {one.gamma:.6g} and margin {one.modulus_margin:.4f}"
+            for one in verified.rounded
+        )
+        lines.append(f"  rounded: norm {told}")
+        missing = [
+            number
+            for number in get_args(Number)
+            if number not in {one.number for one in verified.rounded}
+        ]
+        if missing:
+            lines.append(
+                f"  not verified with coefficients rounded to {', '.join(missing)}: export refuses it"
+            )
+    return lines
+
+
+def _beyond(controller: Controller) -> list[str]:
+    """What is known of the plants between the vertices."""
+    lines, found = [], controller.verified.robustness
+    if found is not None and controller.linear.input == "speed_error":
+        lines.append(
+            f"  largest sensitivity inside the box, {found.interior_points} plants       {found.interior:.4g}"
+        )
+    elif found is not None:
+        lines += [
+            f"  worst norm at the vertices                              {controller.verified.gamma_verified:.4g}",
+            f"  seen inside the box, {found.interior_points} plants and a search          {found.interior:.4g}",
+            f"  bound for every constant plant, D-G scalings            {_level(found.structured)}",
+            f"  bound by a Lyapunov matrix that depends on the plant    {_level(found.parameter_dependent)}",
+            f"  bound for parameters as fast as they like, one matrix   {_level(found.common)}",
+        ]
+    if controller.certificate is not None:
+        for bound in controller.certificate.bounds:
+            what = (
+                "norm"
+                if bound.of == "norm"
+                else f"modulus margin > {1.0 / bound.below:.3f}: sensitivity"
+            )
+            lines.append(
+                f"proved for every constant plant of the box: {what} < {bound.below:.4g} ({len(bound.cells)} cells, exact arithmetic)"
+            )
+        if controller.certificate.bounds:  # with none of them a note has told why
+            lines += [
+                f"not proved: {reason}" for reason in controller.certificate.not_proved.values()
+            ]
+    return lines
+
+
+def _schedule(controller: Controller) -> list[str]:
+    found = controller.schedule
+    if found is None:
+        return []
+    return [
+        f"scheduled over {', '.join(found.parameters)}: {len(found.corners)} controllers; with {found.points} plants between their corners "
+        f"the worst norm is {found.gamma:.4g}, the least modulus margin {found.modulus_margin:.3f}"
+    ]
+
+
+def _level(value: float | None) -> str:
+    return "none found" if value is None else f"{value:.4g}"
+
+
+def _disturbance(found: LoadDisturbance, unit: str) -> list[str]:
+    """What the loop was not designed for and has to bear."""
+    if found.total == 0.0:
+        return []
+    parts = [
+        f"{name} {value:.4g}"
+        for name in ("offset", "gravity", "ripple")
+        if (value := getattr(found, name))
+    ]
+    share = f"{100.0 * found.total / found.available:.2g} % of the {found.available:.4g} {unit} at the drive's limit"
+    lines = [
+        f"disturbance: up to {' + '.join(parts)} {unit}, {share}; the plants of the polytope are without it, simulate plays it"
+    ]
+    if found.total >= found.breakaway:
+        lines.append(
+            f"  the least breakaway, {found.breakaway:.4g} {unit}, does not hold it: with the drive off the axis may move"
+        )
+    return lines

@@ -1,0 +1,286 @@
+"""`relax: auto`: the strictest trade between disturbance rejection (W1) and effort (W3, and the
+command's weight with it) that is possible.
+
+The thesis moved both by hand, from (1, 1.26) with gamma 20.9 to (0.1, 0.05) with 1.15 (5.4.3.1).
+gamma does not fall when W1 rises, so that at each effort the largest W1 with gamma <= 1 is
+bracketed and found: one point of the curve of what is achievable. Between its brackets W1 is sought
+where gamma^2 less its floor (W1 = 0) is a power of W1, which it nearly is; half the bracket is
+taken where that does not help.
+
+Effort is given up only as long as that buys disturbance rejection: of the curve the point with the
+most effort weight is taken whose W1 is within 10 % of the largest. Beyond it W1 falls again, as the
+noise of one encoder count, which grows as the effort's amplitude falls, takes what the weight on
+the error allows; without noise the walk ends where one count alone would do so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frictool.errors import NoSolutionError
+from frictool.plant.generalised_plant import PlantWeights
+from frictool.synth.synthesis_problem import SynthesisProblem
+from frictool.synth.weights import ChosenWeights
+
+COLUMNS = 6  # efforts tried before the best of them is refined
+REFINEMENTS = 4
+FLAT = 0.9  # W1 counts as largest from this share of the largest on
+BUDGET = 48  # evaluations at most
+TOLERANCE = 0.01  # gamma is taken from 0.99 to 1 times what is asked
+DEEPEST = 1e-5  # of the W1 at the start: no disturbance
+SLOPE = 0.8  # of the logarithms of gamma and W1, while one point of them is known
+
+
+@dataclass(frozen=True)
+class TradePoint:
+    """W1, W3 and the gamma (or verified norm) there."""
+
+    disturbance: float
+    drive: float
+    level: float
+
+
+@dataclass(frozen=True)
+class Trade:
+    """The weights chosen and why; `curve`: for each effort the largest W1 that is achievable;
+    `points`: everything that was evaluated."""
+
+    weights: PlantWeights
+    chosen: TradePoint
+    why: str
+    curve: tuple[TradePoint, ...]
+    points: tuple[TradePoint, ...]
+    start: TradePoint
+    asked: float
+
+
+def relax(
+    chosen: ChosenWeights,
+    level: Callable[[PlantWeights], float],
+    asked: float = 1.0,
+    *,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Trade:
+    """The trade for weights that are the strictest wanted; `level` maps weights to gamma, and may
+    raise NoSolutionError for none.
+
+    At most BUDGET evaluations; `progress` is told what is achievable at each effort. Raises
+    NoSolutionError where no trade reaches `asked`.
+    """
+    return _TradeSearch(chosen, level, asked, progress).trade()
+
+
+def relaxed_problem(
+    problem: SynthesisProblem,
+    chosen: ChosenWeights,
+    guide: Callable[[SynthesisProblem], float],
+    asked: float = 1.0,
+    *,
+    progress: Callable[[str], None] = lambda _: None,
+) -> tuple[SynthesisProblem, Trade]:
+    """The problem with the weights of the trade. guide: the bound of a method, which is brought to
+    `asked`.
+
+    The bound of inequalities rises with W1, as the search needs it; the true norm of a frozen
+    controller does not. Whether the controller that runs holds is for its verification to say;
+    where it does not, a constant controller (minimax) with the same weights may.
+    """
+
+    def level(weights: PlantWeights) -> float:
+        return guide(replace(problem, weights=weights))
+
+    trade = relax(chosen, level, asked, progress=progress)
+    return replace(problem, weights=trade.weights), trade
+
+
+class _TradeSearch:
+    """What was evaluated so far; disturbance and effort are shares of the start's, in
+    logarithms."""
+
+    def __init__(
+        self,
+        chosen: ChosenWeights,
+        level: Callable[[PlantWeights], float],
+        asked: float,
+        progress: Callable[[str], None],
+    ) -> None:
+        self.chosen, self.level, self.asked, self.progress = chosen, level, asked, progress
+        self.points: list[TradePoint] = []
+        self.curve: dict[
+            float, tuple[float, TradePoint]
+        ] = {}  # log effort -> log disturbance there
+        self.tried: set[float] = set()  # log efforts, those at which nothing is achievable too
+
+    def trade(self) -> Trade:
+        start = self._at(0.0, 0.0)
+        if start.level <= self.asked:
+            return self._told(
+                0.0, 0.0, start, start, "the strictest weights are achievable as they are"
+            )
+        self._columns()
+        for _ in range(REFINEMENTS):
+            self._refine()
+        if not self.curve:
+            nearest = min(self.points, key=lambda point: point.level)
+            raise NoSolutionError(
+                f"relax: auto finds no trade with gamma {self.asked:g}: at the least {nearest.level:.3g}, at W1 {nearest.disturbance:.3g} "
+                f"and W3 {nearest.drive:.3g}; lower weights.bandwidth_rad_s or weights.modulus_margin, or raise weights.static_error"
+            )
+        effort = self._best()
+        disturbance, point = self.curve[effort]
+        return self._told(disturbance, effort, point, start, self._why(point, start, effort))
+
+    def _columns(self) -> None:
+        """Evenly over the logarithm of the effort, from the middle outwards: too much and too
+        little of it may both be impossible."""
+        least = math.log(self.chosen.least_effort)
+        efforts = np.linspace(0.0, least, COLUMNS) if least < 0.0 else np.zeros(1)
+        middle = len(efforts) // 2
+        for side in (efforts[middle::-1], efforts[middle + 1 :]):
+            for effort in side:
+                self._column(float(effort))
+
+    def _at(self, disturbance: float, effort: float) -> TradePoint:
+        weights = self.chosen.relaxed(math.exp(disturbance), math.exp(effort))
+        try:
+            found = self.level(weights)
+        except (NoSolutionError, np.linalg.LinAlgError):
+            found = math.inf
+        self.points.append(TradePoint(weights.disturbance, weights.drive, found))
+        return self.points[-1]
+
+    def _best(self) -> float:
+        """The most effort weight whose W1 is as good as the largest."""
+        enough = max(found for found, _ in self.curve.values()) + math.log(FLAT)
+        return max(effort for effort, (found, _) in self.curve.items() if found >= enough)
+
+    def _column(self, effort: float) -> None:
+        """Puts the largest achievable disturbance at this effort into the curve, or nothing where
+        there is none."""
+        if len(self.points) >= BUDGET:
+            return
+        self.tried.add(effort)
+        bracket = _Bracket(self.asked, self._at(math.log(DEEPEST), effort))
+        trial = self._guess(effort)
+        while bracket.open and len(self.points) < BUDGET:
+            bracket.put(trial, self._at(trial, effort))
+            trial = bracket.next()
+        drive = math.exp(effort) * self.chosen.weights.drive
+        if bracket.kept is None:
+            self.progress(f"W3 {drive:.3g}: gamma stays above {self.asked:g}")
+        else:
+            self.curve[effort] = bracket.low, bracket.kept
+            self.progress(
+                f"W3 {drive:.3g}: gamma {self.asked:g} with W1 up to {bracket.kept.disturbance:.3g}"
+            )
+
+    def _guess(self, effort: float) -> float:
+        """From the nearest columns that are known."""
+        known = sorted(self.curve, key=lambda other: abs(other - effort))[:2]
+        if not known:
+            strictest = self.points[0].level
+            return (
+                max(math.log(DEEPEST), math.log(self.asked / strictest) / SLOPE)
+                if math.isfinite(strictest)
+                else 0.5 * math.log(DEEPEST)
+            )
+        values = [self.curve[other][0] for other in known]
+        if len(known) == 1:
+            return min(0.0, values[0] + (known[0] - effort))
+        slope = (values[0] - values[1]) / (known[0] - known[1])
+        return min(0.0, max(math.log(DEEPEST), values[0] + slope * (effort - known[0])))
+
+    def _refine(self) -> None:
+        """One more column in the widest gap on the stricter side of the best one, or beside the
+        largest W1 where that can still grow."""
+        if not self.curve or len(self.tried) < 2:
+            return
+        ordered = sorted(self.tried)
+        best, top = self._best(), max(self.curve, key=lambda effort: self.curve[effort][0])
+        at, highest = ordered.index(best), ordered.index(top)
+        lower_ends = [at] if self.curve[top][0] >= 0.0 else [at, highest, highest - 1]
+        gaps = [(ordered[i], ordered[i + 1]) for i in lower_ends if 0 <= i < len(ordered) - 1]
+        if gaps:
+            low, high = max(gaps, key=lambda gap: gap[1] - gap[0])
+            self._column(0.5 * (low + high))
+
+    def _why(self, point: TradePoint, start: TradePoint, effort: float) -> str:
+        given_up = [
+            math.log10(before / after)
+            for before, after in (
+                (start.disturbance, point.disturbance),
+                (start.drive, point.drive),
+            )
+        ]
+        return (
+            f"{given_up[0]:.2f} decades of disturbance rejection are given up (W1 {start.disturbance:.3g} to {point.disturbance:.3g}) and "
+            f"{given_up[1]:.2f} of effort (W3 {start.drive:.3g} to {point.drive:.3g}); no more effort, as {self._end(effort)}"
+        )
+
+    def _end(self, effort: float) -> str:
+        less = [other for other in self.tried if other < effort]
+        if not less:
+            return "one encoder count alone would then be what the weight on the error lets pass"
+        if not any(other in self.curve for other in less):
+            return f"with W3 {math.exp(max(less)) * self.chosen.weights.drive:.3g} nothing reaches gamma {self.asked:g}"
+        return f"that would not gain {100.0 * (1.0 / FLAT - 1.0):.0f} % of W1"
+
+    def _told(
+        self, disturbance: float, effort: float, point: TradePoint, start: TradePoint, why: str
+    ) -> Trade:
+        weights = self.chosen.relaxed(math.exp(disturbance), math.exp(effort))
+        curve = tuple(self.curve[at][1] for at in sorted(self.curve, reverse=True)) or (point,)
+        return Trade(weights, point, why, curve, tuple(self.points), start, self.asked)
+
+
+class _Bracket:
+    """The largest x = log W1 that is achievable lies in [low, high]."""
+
+    def __init__(self, asked: float, deepest: TradePoint) -> None:
+        self.asked, self.floor = asked, deepest.level
+        self.low, self.high = math.log(DEEPEST), 0.0
+        self.kept: TradePoint | None = deepest if deepest.level <= asked else None
+        self.below: tuple[float, float] | None = (
+            None  # x and log of what is above the floor, of the last achievable and the last other
+        )
+        self.above: tuple[float, float] | None = None
+        self.open = self.kept is not None
+
+    def put(self, x: float, point: TradePoint) -> None:
+        """What was found at x, within the bracket."""
+        seen = (x, self._excess(point.level))
+        if point.level <= self.asked:
+            self.low, self.kept, self.below = x, point, seen
+        else:
+            self.high, self.above = x, seen
+        near = self.kept is not None and self.kept.level >= (1.0 - TOLERANCE) * self.asked
+        self.open = not near and self.low < 0.0 and self.high - self.low > 0.5 * TOLERANCE
+
+    def next(self) -> float:
+        """Where log(gamma^2 - floor^2)/2, taken as a straight line, has what is asked; inside the
+        bracket."""
+        wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.asked)
+        known = [
+            seen for seen in (self.below, self.above) if seen is not None and math.isfinite(seen[1])
+        ]
+        if len(known) == 2 and known[1][1] > known[0][1]:
+            slope = (known[1][1] - known[0][1]) / (known[1][0] - known[0][0])
+            found = known[0][0] + (wanted - known[0][1]) / slope
+        elif len(known) == 1 and math.isfinite(wanted):
+            found = known[0][0] + (wanted - known[0][1]) / SLOPE
+        else:
+            return 0.5 * (self.low + self.high)
+        margin = 0.02 * (self.high - self.low)
+        return min(self.high - (margin if self.above else 0.0), max(self.low + margin, found))
+
+    def _excess(self, level: float) -> float:
+        squares = level**2 - self.floor**2
+        return (
+            0.5 * math.log(squares)
+            if squares > 0.0 and math.isfinite(squares)
+            else math.copysign(math.inf, squares)
+        )

@@ -1,0 +1,69 @@
+"""Comparison of a plant and its rig with those for which a controller was verified."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from frictool.documents.bench import Bench
+from frictool.documents.controller import Controller
+from frictool.documents.model import Model
+from frictool.plant.polytope import PARAMETERS, bench_intervals, intervals
+from frictool.verify.document_box import box_of
+from frictool.verify.messages import plant_units
+from frictool.verify.rig_facts import ROUNDING, different_facts, facts_of
+
+MARGIN_PARAMETERS = (
+    "inertia",
+    "viscous",
+    "constant",
+)  # a margin depends on these alone; a norm depends on Coulomb friction too
+
+Interval = tuple[float, float]
+
+
+def differences(
+    controller: Controller, facts: Mapping[str, float], ranges: Mapping[str, Interval]
+) -> tuple[str, ...]:
+    """Return a phrase for each fact (verify/rig_facts.py) and each parameter [SI] for which the
+    controller was not verified."""
+    return (*different_facts(controller.bench, facts), *parameters_outside(controller, ranges))
+
+
+def model_differences(controller: Controller, model: Model) -> tuple[str, ...]:
+    """Return the differences of a model and its bench."""
+    return differences(controller, facts_of(model.bench, model), intervals(model))
+
+
+def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
+    """Return the differences of a bench without a model."""
+    ours, theirs = controller.bench.actuator.drive, bench.actuator.drive
+    if ours != theirs:
+        return (f"drive {theirs}, verified {ours}",)
+    return differences(controller, facts_of(bench), bench_intervals(bench))
+
+
+def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -> tuple[str, ...]:
+    """Return a phrase for each parameter whose interval [SI] reaches beyond the controller's; NaN
+    lies outside.
+
+    An example is `inertia 4.9e-06 to 1.53e-05 kg m^2, certified 1.11e-05 to 1.53e-05`.
+    """
+    known = controller.certificate is not None or bool(controller.verified.vertices)
+    box, units = box_of(controller) if known else {}, plant_units(controller.bench)
+    verb = "certified" if controller.certificate is not None else "verified"
+    found = []
+    for name in PARAMETERS:
+        if name not in ranges or name not in box:
+            continue
+        (low, high), (least, most) = ranges[name], box[name]
+        room = ROUNDING * max(abs(least), abs(most))
+        if not (least - room <= low <= high <= most + room):
+            shown = f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
+            found.append(f"{name} {shown} {units[name]}, {verb} {least:.6g} to {most:.6g}")
+    return tuple(found)
+
+
+def outside_message(controller: str, found: Iterable[str]) -> str:
+    """Return the predicate of a warning about these differences; the model, the mechanism or the
+    bench is its subject."""
+    return f"is not what {controller} was verified for, so that its margins are not proved for it: {'; '.join(found)}; synthesise it anew"

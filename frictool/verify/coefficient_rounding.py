@@ -1,0 +1,45 @@
+"""The coefficients of a controller as a number format of the target holds them, in every form that
+may run, for another verification."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+
+from frictool.control.fixed_point import BITS, round_coefficient
+from frictool.documents.controller import LinearController, Number, StateSpace
+
+Rows = tuple[tuple[float, ...], ...]
+Held = Callable[[float], float]
+
+
+def coefficient_rounder(number: Number) -> Held:
+    """What the format makes of one coefficient: the nearest double, float, or word with a fraction
+    of its own (control/fixed_point.py)."""
+    if number == "double":
+        return float
+    if number == "float":
+        return lambda value: float(np.float32(value))
+    bits = BITS[number]
+    return lambda value: round_coefficient(value, bits)
+
+
+def rounded_linear(linear: LinearController, number: Number) -> LinearController:
+    """Matrices, sections and anti-windup gains rounded; the continuous form does not run and
+    stays."""
+    hold = coefficient_rounder(number)
+
+    def rows(given: Rows) -> Rows:
+        return tuple(tuple(hold(value) for value in row) for row in given)
+
+    space = linear.discrete
+    gains, sections_gains = rows((linear.anti_windup, linear.sos_anti_windup))
+    return msgspec.structs.replace(
+        linear,
+        discrete=StateSpace(rows(space.a), rows(space.b), rows(space.c), rows(space.d)),
+        sos=rows(linear.sos),
+        anti_windup=gains,
+        sos_anti_windup=sections_gains,
+    )

@@ -1,0 +1,68 @@
+"""Box of plants of a controller document: that of its certificate, or else that of its vertices."""
+
+from __future__ import annotations
+
+from frictool.documents.controller import Controller
+from frictool.errors import NoSolutionError
+from frictool.plant.parameter_box import enclosing_box
+from frictool.plant.polytope import PARAMETERS, PlantPoint, bench_intervals, corner_points
+from frictool.verify.messages import plant_words
+from frictool.verify.vertices import vertex_points
+
+
+def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
+    """Return the interval (low, high) of each parameter. A document without certificate needs a
+    vertex."""
+    if controller.certificate is None:
+        return enclosing_box(vertex_points(controller))
+    low_and_high = {name: getattr(controller.certificate.box, name) for name in PARAMETERS}
+    return {name: (low, high) for name, (low, high) in low_and_high.items()}
+
+
+def check_box(controller: Controller) -> None:
+    """Check that the box holds every vertex of the document and the bench's intervals.
+
+    Raises
+    ------
+    NoSolutionError
+        If it does not, or if the document has no vertex.
+    """
+    vertices = vertex_points(controller)
+    holder = "the vertices" if controller.certificate is None else "the certificate's box"
+    for name, (low, high) in box_of(controller).items():
+        for point in vertices:
+            if not low <= (value := getattr(point, name)) <= high:
+                raise NoSolutionError(
+                    f"{controller.name}: not proved: vertex {point.name} has {name} {value:.6g}, {holder} {low:.6g} to {high:.6g}; "
+                    "synthesise the controller anew"
+                )
+        least, most = bench_intervals(controller.bench)[name]
+        if least < low or most > high:
+            raise NoSolutionError(
+                f"{controller.name}: not proved: the bench has {name} {least:.6g} to {most:.6g}, {holder} {low:.6g} to {high:.6g}; "
+                "synthesise the controller anew"
+            )
+
+
+def check_corners(controller: Controller) -> None:
+    """Check that every corner of the certificate's box is a vertex of the document; without a
+    certificate it passes.
+
+    Raises
+    ------
+    NoSolutionError
+        If one is not.
+    """
+    if controller.certificate is None:
+        return
+    vertices = {_parameters(point) for point in vertex_points(controller)}
+    for corner in corner_points(box_of(controller)):
+        if _parameters(corner) not in vertices:
+            words = plant_words(corner, controller.bench)
+            raise NoSolutionError(
+                f"{controller.name}: not verified: no vertex of the document is the corner with {words}; synthesise it anew"
+            )
+
+
+def _parameters(point: PlantPoint) -> tuple[float, ...]:
+    return tuple(getattr(point, name) for name in PARAMETERS)

@@ -1,0 +1,192 @@
+"""A controller document against its own claims: every vertex rebuilt from the stored coefficients,
+none of the stored figures believed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from frictool.documents.controller import Controller, DelayCheck, Limiter, Velocity
+from frictool.errors import NoSolutionError
+from frictool.plant.linear_axis import AxisRates
+from frictool.plant.polytope import PlantPoint
+from frictool.presentation.ties import TOLERANCE
+from frictool.verify.feedback_loops import (
+    ETA,
+    FeedbackLoop,
+    feedbacks_of,
+    open_loop,
+    virtual_friction,
+)
+from frictool.verify.hinf_norm import norm, spectral_radius
+from frictool.verify.margins import sensitivity
+from frictool.verify.messages import delay_words
+from frictool.verify.observer_loop import check_observer
+from frictool.verify.resonant_loop import require_margin, resonant_check
+from frictool.verify.speed_loop import LoopCheck, check_loop
+from frictool.verify.stored_forms import check_forms
+from frictool.verify.vertices import vertex_points
+
+
+def loop_checks(
+    loops: Sequence[FeedbackLoop], point: PlantPoint, lag: float, delays: tuple[int, ...]
+) -> tuple[DelayCheck, ...]:
+    """The sampled loops at one vertex with each number of samples of delay, as a document stores
+    it: the worst of each figure over them."""
+    found = []
+    for delay_samples in delays:
+        each = [check_feedback(loop, point.rates, lag, delay_samples) for loop in loops]
+        radius, margin = (
+            max(one.spectral_radius for one in each),
+            min(one.modulus_margin for one in each),
+        )
+        found.append(DelayCheck(delay_samples, radius, margin))
+    return tuple(found)
+
+
+def check_feedback(
+    loop: FeedbackLoop, rates: AxisRates, lag: float, delay_samples: int
+) -> LoopCheck:
+    """Stability and modulus margin of one loop around one plant."""
+    if loop.sees == (ETA,):
+        return check_loop(loop.system, rates, lag, delay_samples)
+    closed = sensitivity(open_loop(loop, rates, lag, delay_samples))
+    return LoopCheck(delay_samples, spectral_radius(closed.a), 1.0 / norm(closed)[0])
+
+
+def limiter_brake(
+    limiter: Limiter | None, velocity: Velocity, constant: float, period: float
+) -> tuple[FeedbackLoop, ...]:
+    """The loops that the virtual friction of a limiter closes at rest, none without one; constant:
+    effort per unit of drive."""
+    if limiter is None or limiter.virtual_coulomb == 0.0:
+        return ()
+    return virtual_friction(
+        limiter.virtual_coulomb / limiter.virtual_speed / constant, velocity, period
+    )
+
+
+def check_document(controller: Controller, *, margins: bool = False) -> None:
+    """Check a document without its stored figures; with `margins`, check the stored margins of its
+    vertices too.
+
+    Raises
+    ------
+    NoSolutionError
+        If the document contradicts its own bench, a loop at a vertex is unstable or misses the
+        specified margin, or the stored forms are not of one controller.
+    """
+    _of_its_bench(controller)
+    if controller.velocity.observer is not None:
+        check_observer(controller.velocity.observer)
+    try:
+        _vertices(controller, margins)
+        _resonant(controller)
+        check_forms(controller)
+    except (
+        ValueError,
+        np.linalg.LinAlgError,
+        FloatingPointError,
+    ) as error:  # coefficients near the end of the range of numbers
+        raise NoSolutionError(
+            f"{controller.name}: not verified: the loop cannot be evaluated ({error}); synthesise it anew"
+        ) from None
+
+
+def _of_its_bench(controller: Controller) -> None:
+    bench = controller.bench
+    pairs = {
+        "axis": (controller.axis, bench.axis),
+        "drive": (controller.drive, bench.actuator.drive),
+        "drive_limit": (controller.drive_limit, bench.actuator.limit.value),
+        "sample_period_s": (controller.sample_period_s, bench.sample_period_s),
+        "delay_samples": (controller.delay_samples, bench.delay_samples),
+    }
+    for key, (found, has) in pairs.items():
+        if found != has:
+            raise NoSolutionError(
+                f"{controller.name}: not verified: {key}: found {found}, but its bench has {has}; synthesise it anew"
+            )
+
+
+def _vertices(controller: Controller, margins: bool) -> None:
+    lag, required = (
+        controller.bench.actuator.loop_time_constant_s,
+        controller.verified.modulus_margin_specified,
+    )
+    loops, constant = feedbacks_of(controller), controller.bench.actuator.constant.value
+    brake = limiter_brake(
+        controller.limiter, controller.velocity, constant, controller.sample_period_s
+    )
+    for vertex, point in zip(controller.verified.vertices, vertex_points(controller), strict=True):
+        where = f"{controller.name}: not verified: at vertex {vertex.name}"
+        found = loop_checks(
+            loops, point, lag, tuple(check.delay_samples for check in vertex.checks)
+        )
+        for check in found:
+            if check.spectral_radius >= 1.0:
+                raise NoSolutionError(
+                    f"{where} the loop of the stored coefficients is unstable with {delay_words(check.delay_samples)} "
+                    f"(spectral radius {check.spectral_radius:.6g}); synthesise it anew"
+                )
+        margin = next(
+            (
+                check.modulus_margin
+                for check in found
+                if check.delay_samples == controller.delay_samples
+            ),
+            None,
+        )
+        if margin is None:
+            raise NoSolutionError(
+                f"{controller.name}: not verified: vertex {vertex.name} has no check at the bench's delay; synthesise it anew"
+            )
+        if margins:
+            _compare(where, vertex.modulus_margin, margin, controller.delay_samples)
+            for stored, check in zip(vertex.checks, found, strict=True):
+                _compare(where, stored.modulus_margin, check.modulus_margin, check.delay_samples)
+        if not all(
+            check_feedback(one, point.rates, lag, check.delay_samples).stable
+            for one in brake
+            for check in found
+        ):
+            raise NoSolutionError(
+                f"{where} the limiter's virtual friction is unstable at rest; raise limiter.virtual_speed"
+            )
+        if margin < required * (1.0 - TOLERANCE):
+            raise NoSolutionError(
+                f"{where} the modulus margin is {margin:.6g}, specified {required:g}; synthesise it anew"
+            )
+
+
+def _compare(where: str, stated: float, found: float, delay_samples: int) -> None:
+    if abs(found - stated) > TOLERANCE * stated:
+        raise NoSolutionError(
+            f"{where} the stored coefficients give a modulus margin of {found:.6g} with {delay_words(delay_samples)}, the document says "
+            f"{stated:.6g}; synthesise it anew"
+        )
+
+
+def _resonant(controller: Controller) -> None:
+    """The loops with the resonances that the document carries: stable with each delay, with the
+    specified margin at the bench's."""
+    resonances = controller.resonances
+    if resonances is None:
+        return
+    lag, loops = controller.bench.actuator.loop_time_constant_s, feedbacks_of(controller)
+    points = vertex_points(controller)
+    for samples in sorted(
+        {check.delay_samples for vertex in controller.verified.vertices for check in vertex.checks}
+    ):
+        required = (
+            controller.verified.modulus_margin_specified
+            if samples == controller.delay_samples
+            else 0.0
+        )
+        require_margin(
+            resonant_check(loops, points, lag, samples, resonances),
+            resonances,
+            required,
+            controller.name,
+        )

@@ -1,0 +1,180 @@
+"""The sampled axis for every drive rate k and viscous rate s of a rectangle, enclosed without a
+floating-point operation.
+
+With sigma = s T and lambda = T/tau, the zero-order hold of linear_axis.py is made of
+
+    h_q(sigma, lambda) = sum over m, n of (-sigma)^m (-lambda)^n/(m + n + q)!
+
+    drive+ = e i + (1 - e) u                    e = h_0(0, lambda)
+    speed+ = h_0 v + k T (a i + (h_1 - a) u) - f T h_1 w            h_q = h_q(sigma, 0),  a =
+                                                                    h_1(sigma, lambda)
+    eta+   = eta + T v_c - T h_1 v - k T^2 (b i + (h_2 - b) u) + f T^2 h_2 w            b =
+           h_2(sigma, lambda)
+
+They are sums of decaying exponentials with weights that are nowhere negative and at most one
+together, and so are their derivatives but for the sign. Over the rectangle each h is a cubic in
+sigma within w^4/384, w the rectangle's width times T: the axis lies in the convex hull of eight
+corners, two ends in k times the four control points of the cubics in s (Bernstein's form), widened
+by that remainder.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+from frictool.errors import NoSolutionError
+from frictool.verify.interval_arithmetic import BITS, Enclosure
+
+# of lambda and |sigma|: beyond it the series is long, and the axis is better described without that
+# lag or that mass
+LARGEST = 64
+CONTROL_POINTS = 4
+
+
+@dataclass(frozen=True)
+class EnclosedAxis:
+    """The coefficients above at one corner, each an Enclosure of a number; `lagless`: the command
+    is the drive."""
+
+    lagless: bool
+    kept_drive: Enclosure
+    kept_speed: Enclosure
+    speed_from_drive: Enclosure
+    speed_from_command: Enclosure
+    speed_from_friction: Enclosure
+    eta_from_speed: Enclosure
+    eta_from_drive: Enclosure
+    eta_from_command: Enclosure
+    eta_from_friction: Enclosure
+
+
+def corners(
+    drive: tuple[Fraction, Fraction],
+    viscous: tuple[Fraction, Fraction],
+    friction: tuple[Fraction, Fraction],
+    lag: float,
+    period: float,
+) -> list[EnclosedAxis]:
+    """The eight corners of the axis for k in `drive` and s in `viscous`. friction: the rates f at
+    the two ends in k, linear between them.
+
+    In order: the low end in k with the four control points in s, then the high end.
+
+    Raises NoSolutionError where the lag or 1/s is so much shorter than the period that the series
+    above are no way to compute them.
+    """
+    t = Fraction(period)
+    ratio = t / Fraction(lag) if lag else Fraction(0)
+    low, high = (s * t for s in viscous)
+    largest = max(abs(low), abs(high))
+    if ratio > LARGEST or largest > LARGEST:
+        what = "actuator.loop_time_constant_s" if ratio > LARGEST else "inertia/viscous"
+        raise NoSolutionError(
+            f"no certificate: {what} is below 1/{LARGEST} of the sample period; allowed: above it, or no lag at all"
+        )
+    points = {
+        (q, lagged): cubic(q, ratio if lagged else Fraction(0), low, high)
+        for q, lagged in _FUNCTIONS
+    }
+    e = exponential_series(0, ratio, 0)(0, Fraction(0))
+    zero, step = Enclosure.of(0), Enclosure.of(t)
+    found = []
+    for k, f in zip(drive, friction, strict=True):
+        k_t, f_t = Enclosure.of(k) * step, Enclosure.of(f) * step
+        for index in range(CONTROL_POINTS):
+            h_0, h_1, h_2, a, b = (points[key][index] for key in _FUNCTIONS)
+            if not lag:
+                a, b = zero, zero
+            found.append(
+                EnclosedAxis(
+                    lagless=not lag,
+                    kept_drive=e if lag else zero,
+                    kept_speed=h_0,
+                    speed_from_drive=k_t * a,
+                    speed_from_command=k_t * (h_1 - a),
+                    speed_from_friction=zero - f_t * h_1,
+                    eta_from_speed=zero - step * h_1,
+                    eta_from_drive=zero - step * k_t * b,
+                    eta_from_command=zero - step * k_t * (h_2 - b),
+                    eta_from_friction=step * f_t * h_2,
+                )
+            )
+    return found
+
+
+_FUNCTIONS = ((0, False), (1, False), (2, False), (1, True), (2, True))  # h_0, h_1, h_2, a, b
+
+
+def cubic(q: int, ratio: Fraction, low: Fraction, high: Fraction) -> list[Enclosure]:
+    """Four control points of h_q(., ratio) between `low` and `high`.
+
+    At any sigma the function is the Bernstein form of some p_i within the enclosures, each off its
+    centre by the same remainder.
+    """
+    series = exponential_series(q, ratio, math.ceil(max(abs(low), abs(high))))
+    middle, half = (low + high) / 2, (high - low) / 2
+    # c_0 + c_1 y + c_2 y^2 + c_3 y^3, sigma = middle + y half
+    c = [
+        series(order, middle) * Enclosure.of(half**order / math.factorial(order))
+        for order in range(4)
+    ]
+    third = Enclosure.of(Fraction(1, 3))
+    inner, outer = (c[1] * third) - c[3], c[1] + c[3]
+    even, sum_even = c[0] - c[2] * third, c[0] + c[2]
+    ulps = math.ceil(_growth(low) * half**4 / 24 * (1 << BITS))
+    return [
+        point.widened(ulps)
+        for point in (sum_even - outer, even - inner, even + inner, sum_even + outer)
+    ]
+
+
+def _growth(low: Fraction) -> int:
+    """A bound of exp(-sigma x) for sigma >= low and 0 <= x <= 1, and so of h_q and of its
+    derivatives."""
+    return 1 if low >= 0 else 3 ** math.ceil(-low)
+
+
+@lru_cache(maxsize=64)
+def exponential_series(
+    q: int, ratio: Fraction, largest: int
+) -> Callable[[int, Fraction], Enclosure]:
+    """The function (order, sigma) -> derivative of h_q(., ratio) of that order 0 to 3 at sigma,
+    |sigma| at most `largest`.
+
+    Both sums are nested products, begun so late that the bound of what is left out no longer
+    counts: 0 <= v_j <= 1 in v_j = 1 - ratio/j v_(j+1), with which sum over n of (-ratio)^n/(m + n +
+    q)! = v_(m+q+1)/(m+q)!, and exp(|sigma|) in H_m = m!/(m+q)! v_(m+q+1) - sigma/(m+1) H_(m+1),
+    with which h_q = H_0. An error of the last bit grows by exp(ratio + sigma) at most.
+    """
+    guard = BITS + 32 + 4 * math.ceil(ratio) + 4 * largest
+    one = 1 << guard
+    terms = 64 + 4 * largest
+    inner = _nested(ratio, terms + 3 + q + 1, one)
+
+    def derivative(order: int, sigma: Fraction) -> Enclosure:
+        size = abs(sigma)
+        centre, radius = 0, one * 3 ** math.ceil(size)
+        for m in range(terms, -1, -1):
+            shifted = m + order
+            scale = math.factorial(shifted + q) // math.factorial(shifted)
+            v, v_radius = inner[shifted + q + 1]
+            centre = v // scale - centre * sigma.numerator // (sigma.denominator * (m + 1))
+            radius = v_radius // scale + radius * size.numerator // (size.denominator * (m + 1)) + 4
+        shift = guard - BITS
+        return Enclosure((-1) ** order * (centre >> shift), (radius >> shift) + 2)
+
+    return derivative
+
+
+def _nested(ratio: Fraction, last: int, one: int) -> dict[int, tuple[int, int]]:
+    """Centre and radius of v_j, times `one`, for j up to `last`."""
+    begun = last + 64 + 4 * math.ceil(ratio)
+    found = {begun: (one >> 1, (one >> 1) + 1)}
+    for j in range(begun - 1, 0, -1):
+        (centre, radius), below = found[j + 1], ratio.denominator * j
+        found[j] = one - centre * ratio.numerator // below, radius * ratio.numerator // below + 2
+    return found

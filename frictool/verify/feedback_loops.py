@@ -1,0 +1,292 @@
+"""The linear loops that a composed controller closes, each cut at the drive.
+
+What the drive answers to depends on the blocks. With references at rest and x the position, v the
+speed:
+
+    position, and speed_cascade with input eta          drive = C(z) eta                        eta
+                                                        = -x
+    speed_cascade with input speed_error                drive = C(z) F(z) m                     m =
+                                                        -(x[k] - x[k-1])/T, or -v measured
+    a proportional law around it, v_c = K_p (r - x)     drive = C(z) (F(z) m - K_p x)           and
+                                                        C(z) (1 + K_p T z/(z - 1)) eta
+
+F is the velocity block. Where an observer shows the speed (verify/observer_loop.py), F m is what it
+shows, from m and from the drive, which stays within the controller: the loop is cut behind both. A
+proportional law is linear: the whole loop is another one, and both are looked at. A loop that sees
+the motion only leaves the position free, which is then no part of it. A square-root law, a limiter
+and friction compensation are not linear and are in none of them; the virtual friction of a limiter
+is one by its steepest slope, F_cv/v_r at rest.
+
+    L(z) = -(from the commanded drive to the drive that is asked for),  sensitivity 1/(1 + L)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.control.second_order_sections import chain_state_space
+from frictool.control.speed_filter import first_order
+from frictool.documents.controller import Controller, LinearController, PositionLaw, Row, Velocity
+from frictool.documents.design import Structure
+from frictool.plant.block_diagram import DiagramBlock, connect
+from frictool.plant.linear_axis import INPUTS, AxisRates, linear_axis
+from frictool.plant.lti import Lti, delay, gain
+from frictool.verify.coefficient_rounding import Held
+from frictool.verify.observer_loop import DRIVEN, SHOWN, ObserverSpeed, shown_speeds
+
+ETA, DIFFERENCE, SPEED = "eta", "difference", "sampled_speed"
+
+
+@dataclass(frozen=True)
+class FeedbackLoop:
+    """drive = system (sees): one input for each signal that is seen, one output. name: of the loop
+    that it closes, for people."""
+
+    name: str
+    system: Lti
+    sees: tuple[str, ...]
+
+
+def running_form(linear: LinearController, period: float) -> Lti:
+    """C(z) in the form that runs on the target; of sections the states are s1, s2 of each one in
+    the chain's order."""
+    if linear.form == "state_space":
+        return Lti.of(linear.discrete, period)
+    return chain(linear.sos, period)
+
+
+def chain(sections: tuple[Row, ...], period: float) -> Lti:
+    """Second-order sections as they run (control/second_order_sections.py)."""
+    a, b, c, d = chain_state_space(sections)
+    return Lti(a, b[:, None], c[None, :], np.array([[d]]), period)
+
+
+def feedbacks(
+    structure: Structure,
+    linear: LinearController,
+    law: PositionLaw | None,
+    velocity: Velocity,
+    period: float,
+    hold: Held = float,
+) -> tuple[FeedbackLoop, ...]:
+    """The loop of the linear controller, and the whole one where a proportional law around it is
+    linear too; the last is the outermost.
+
+    hold: what the target's number format makes of the other blocks' coefficients
+    (verify/coefficient_rounding.py).
+    """
+    c = running_form(linear, period)
+    if structure == "position":
+        return (FeedbackLoop("position loop", c, (ETA,)),)
+    gain_of_law = hold(law.gain) if law is not None and law.kind == "proportional" else 0.0
+    if linear.input == "eta":
+        loops = [FeedbackLoop("speed loop", c, (ETA,))]
+        if gain_of_law:
+            loops.append(
+                FeedbackLoop(
+                    "position loop", _series(_one_plus_integral(gain_of_law, period), c), (ETA,)
+                )
+            )
+        return tuple(loops)
+    if velocity.observer is not None:
+        return _observed(c, gain_of_law, shown_speeds(velocity.observer, hold))
+    sees = SPEED if velocity.source == "measured" else DIFFERENCE
+    behind = low_pass(velocity, period, hold)
+    loops = [FeedbackLoop("speed loop", _series(behind, c), (sees,))]
+    if gain_of_law:
+        entering = connect(
+            {"filter": DiagramBlock(behind, (sees,), ("seen",))},
+            {"error": {ETA: gain_of_law, "seen": 1.0}},
+            (ETA, sees),
+            ("error",),
+        )
+        loops.append(FeedbackLoop("position loop", _series(entering, c), (ETA, sees)))
+    return tuple(loops)
+
+
+def _observed(
+    c: Lti, gain_of_law: float, speeds: tuple[ObserverSpeed, ...]
+) -> tuple[FeedbackLoop, ...]:
+    """Of a controller whose speed an observer shows: the drive goes back into the observer, within
+    the controller."""
+    loops = [
+        FeedbackLoop(
+            f"speed loop{_of(shown)}", _around(c, shown, {SHOWN: 1.0}, (DIFFERENCE,)), (DIFFERENCE,)
+        )
+        for shown in speeds
+    ]
+    if gain_of_law:
+        entering = {SHOWN: 1.0, ETA: gain_of_law}
+        loops += [
+            FeedbackLoop(
+                f"position loop{_of(shown)}",
+                _around(c, shown, entering, (ETA, DIFFERENCE)),
+                (ETA, DIFFERENCE),
+            )
+            for shown in speeds
+        ]
+    return tuple(loops)
+
+
+def _of(shown: ObserverSpeed) -> str:
+    return f", {shown.mode}" if shown.mode else ""
+
+
+def _around(c: Lti, shown: ObserverSpeed, entering: dict[str, float], sees: tuple[str, ...]) -> Lti:
+    blocks = {
+        "controller": DiagramBlock(c, ("entering",), (DRIVEN,)),
+        "observer": DiagramBlock(shown.system, (DIFFERENCE, DRIVEN), (SHOWN,)),
+    }
+    return connect(blocks, {"entering": entering}, sees, (DRIVEN,))
+
+
+def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
+    """Those of a document."""
+    return feedbacks(
+        controller.structure,
+        controller.linear,
+        controller.position_law,
+        controller.velocity,
+        controller.sample_period_s,
+    )
+
+
+def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[FeedbackLoop, ...]:
+    """The loop that a limiter's virtual friction closes at rest, one for each mode of an observer
+    that shows the speed.
+
+    slope: F_cv/(v_r K) [A or V per rad/s or m/s].
+    """
+    if velocity.observer is not None:
+        law = gain(slope, period)
+        return tuple(
+            FeedbackLoop(
+                f"virtual friction{_of(shown)}",
+                _around(law, shown, {SHOWN: 1.0}, (DIFFERENCE,)),
+                (DIFFERENCE,),
+            )
+            for shown in shown_speeds(velocity.observer)
+        )
+    sees = SPEED if velocity.source == "measured" else DIFFERENCE
+    return (
+        FeedbackLoop(
+            "virtual friction", _series(low_pass(velocity, period), gain(slope, period)), (sees,)
+        ),
+    )
+
+
+def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
+    """F(z) of the velocity block, first order or (5.70), with its coefficients as they are held; 1
+    where there is none.
+
+    Raises ValueError where an observer shows the speed, which is no filter of the position alone.
+    """
+    if velocity.source == "observer":
+        raise ValueError("an observer is no filter of the position alone")
+    if velocity.source == "measured" or velocity.bandwidth_rad_s == 0.0:
+        return gain(1.0, period)
+    pole, through = (hold(value) for value in first_order(velocity.bandwidth_rad_s, period))
+    # v[k] = pole v[k-1] + through (u[k] + u[k-1])
+    direct = np.array([[through]])
+    once = Lti(np.array([[pole]]), np.eye(1), (1.0 + pole) * direct, direct, period)
+    return once if velocity.order == 1 else _series(once, once)
+
+
+def from_position(feedback: FeedbackLoop) -> Lti:
+    """From minus the encoder's position to the drive: what one count asks for. A measured speed
+    sees no count."""
+    period = feedback.system.period
+    if feedback.sees == (ETA,):
+        return feedback.system
+    difference = Lti(
+        np.zeros((1, 1)), np.eye(1), np.array([[-1.0 / period]]), np.array([[1.0 / period]]), period
+    )
+    blocks = {
+        "controller": DiagramBlock(feedback.system, feedback.sees, ("u",)),
+        "difference": DiagramBlock(difference, ("position",), ("quotient",)),
+    }
+    seen = {ETA: {"position": 1.0}, DIFFERENCE: {"quotient": 1.0}, SPEED: {}}
+    return connect(blocks, {name: seen[name] for name in feedback.sees}, ("position",), ("u",))
+
+
+def open_loop(
+    feedback: FeedbackLoop,
+    rates: AxisRates,
+    lag: float,
+    delay_samples: int,
+    resonance: Lti | None = None,
+) -> Lti:
+    """L(z) around one plant; lag [s]. resonance: a filter of plant/resonance_filter.py."""
+    blocks, sums = _diagram(feedback, rates, lag, delay_samples, resonance)
+    return connect(blocks, {**sums, "returned": {"u": -1.0}}, ("entering",), ("returned",))
+
+
+def friction_to_speed(
+    feedback: FeedbackLoop, rates: AxisRates, lag: float, delay_samples: int
+) -> Lti:
+    """From the friction w in [-1, 1] to the speed, the loop closed."""
+    blocks, sums = _diagram(feedback, rates, lag, delay_samples)
+    del sums["friction"]
+    return connect(blocks, {**sums, "entering": {"u": 1.0}}, ("friction",), ("speed",))
+
+
+def _diagram(
+    feedback: FeedbackLoop,
+    rates: AxisRates,
+    lag: float,
+    delay_samples: int,
+    resonance: Lti | None = None,
+) -> tuple[dict[str, DiagramBlock], dict[str, dict[str, float]]]:
+    period = feedback.system.period
+    blocks = {
+        "controller": DiagramBlock(feedback.system, feedback.sees, ("u",)),
+        "delay": DiagramBlock(delay(delay_samples, period), ("entering",), ("command",)),
+        "axis": measured_axis(rates, lag, period, feedback.sees, resonance),
+    }
+    return blocks, {"speed_reference": {}, "friction": {}, "uncertain_effort": {}}
+
+
+def measured_axis(
+    rates: AxisRates, lag: float, period: float, sees: tuple[str, ...], resonance: Lti | None = None
+) -> DiagramBlock:
+    """The sampled axis of linear_axis.py; out come its speed and what is seen of its motion. A
+    position that nobody sees is left out."""
+    axis = linear_axis(rates, lag, period, resonance).system
+    n, m = axis.order, len(INPUTS)
+    a, b = np.zeros((n + 1, n + 1)), np.zeros((n + 1, m))
+    a[:n, :n], b[:n] = axis.a, axis.b
+    moved, pushed = axis.a[n - 1].copy(), axis.b[n - 1].copy()
+    moved[n - 1] -= 1.0
+    pushed[INPUTS.index("speed_reference")] = 0.0
+    a[n, :n], b[n] = moved / period, pushed / period  # the difference that the next sample sees
+    outputs = {"speed": n - 2, ETA: n - 1, DIFFERENCE: n, SPEED: n - 2}
+    rows = np.eye(n + 1)
+    c = np.array(
+        [
+            -rows[outputs[name]] if name == SPEED else rows[outputs[name]]
+            for name in ("speed", *sees)
+        ]
+    )
+    kept = [
+        k for k in range(n + 1) if (k != n - 1 or ETA in sees) and (k != n or DIFFERENCE in sees)
+    ]
+    whole = Lti(a[np.ix_(kept, kept)], b[kept], c[:, kept], np.zeros((len(c), m)), period)
+    return DiagramBlock(whole, INPUTS, ("speed", *sees))
+
+
+def _one_plus_integral(rate: float, period: float) -> Lti:
+    """1 + rate T z/(z - 1): eta and the integral of the speed that it asks for, this sample's
+    included."""
+    return Lti(
+        np.eye(1), np.eye(1), np.array([[rate * period]]), np.array([[1.0 + rate * period]]), period
+    )
+
+
+def _series(first: Lti, second: Lti) -> Lti:
+    """What leaves `first` enters `second`."""
+    n, m = first.order, second.order
+    a = np.block([[first.a, np.zeros((n, m))], [second.b @ first.c, second.a]])
+    b = np.vstack([first.b, second.b @ first.d])
+    return Lti(a, b, np.hstack([second.d @ first.c, second.c]), second.d @ first.d, first.period)

@@ -1,0 +1,137 @@
+"""The closed loop inside the box of plants: at spread points, and at the worst plant that a search
+from there finds.
+
+What is found here is a lower bound of the worst norm over the box, and no proof: upper bounds are
+in lmi/structured_singular_value.py (constant parameters) and lmi/lyapunov_bounds.py (moving ones).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.plant.linear_axis import AxisRates
+from frictool.plant.lti import Lti
+from frictool.plant.parameter_box import DYNAMIC, Box, enclosing_box
+from frictool.plant.polytope import PlantPoint
+from frictool.presentation.ties import largest
+from frictool.verify.document_check import loop_checks
+from frictool.verify.feedback_loops import FeedbackLoop
+from frictool.verify.hinf_norm import norm
+
+PRIMES = (2, 3, 5, 7)
+NAMES = (*DYNAMIC, "coulomb")
+POINTS = 300  # inside the box
+SEED = 1
+STEPS = 30  # of the search, each halves the steps that bring nothing
+
+
+@dataclass(frozen=True)
+class WorstPlant:
+    """The largest norm found (infinite: unstable), and the plant that has it."""
+
+    norm: float
+    point: PlantPoint
+
+
+def interior_points(box: Box, count: int, seed: int) -> tuple[PlantPoint, ...]:
+    """`count` points spread evenly inside the box: Halton's sequence, shifted by a random vector
+    (Cranley and Patterson, 1976)."""
+    shift = np.random.default_rng(seed).random(len(NAMES))
+    index = np.arange(1, count + 1)
+    unit = (np.column_stack([_radical_inverse(index, base) for base in PRIMES]) + shift) % 1.0
+    return tuple(
+        _point(f"i{k:0{len(str(count))}d}", box, row) for k, row in enumerate(unit, start=1)
+    )
+
+
+def _radical_inverse(index: NDArray[np.int64], base: int) -> NDArray[np.float64]:
+    """The digits of `index` mirrored at the point."""
+    found, share, rest = np.zeros(len(index)), 1.0 / base, index.copy()
+    while np.any(rest):
+        found += share * (rest % base)
+        rest, share = rest // base, share / base
+    return found
+
+
+def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
+    values = {
+        key: low + float(part) * (high - low)
+        for (key, (low, high)), part in zip(((n, box[n]) for n in NAMES), unit, strict=True)
+    }
+    return PlantPoint(
+        name, values["inertia"], values["viscous"], values["coulomb"], values["constant"]
+    )
+
+
+def worst_inside(
+    controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], vertices: Sequence[PlantPoint]
+) -> tuple[WorstPlant, WorstPlant]:
+    """Return the worst norm at the vertices, and that of POINTS plants inside and a search from the
+    worst of all."""
+    box = enclosing_box(vertices)
+    at_vertices = worst_norm(controller, plant, vertices)
+    inside = worst_norm(controller, plant, interior_points(box, points_inside(vertices), SEED))
+    start = (at_vertices, inside)[largest((at_vertices.norm, inside.norm))[1]]
+    return at_vertices, searched(controller, plant, box, start)
+
+
+def worst_sensitivity(
+    loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
+) -> tuple[float, float, PlantPoint]:
+    """Return the largest sensitivity at the vertices, the largest at POINTS plants inside, and the
+    plant that has it."""
+
+    def sensitivity(point: PlantPoint) -> float:
+        margin = loop_checks(loops, point, lag, (delay,))[0].modulus_margin
+        return 1.0 / margin if margin > 0.0 else np.inf
+
+    points = interior_points(enclosing_box(vertices), points_inside(vertices), SEED)
+    inside, at = largest(map(sensitivity, points))
+    return max(map(sensitivity, vertices)), inside, points[at]
+
+
+def points_inside(vertices: Sequence[PlantPoint]) -> int:
+    """Return the number of plants inside that are checked: 1 if no parameter is uncertain."""
+    return POINTS if len(vertices) > 1 else 1
+
+
+def worst_norm(
+    controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], points: Sequence[PlantPoint]
+) -> WorstPlant:
+    """The largest norm over the points. `plant` gives the generalised plant of the axis's rates, in
+    the controller's domain."""
+    found, at = largest(norm(plant(point.rates).closed(controller))[0] for point in points)
+    return WorstPlant(found, points[at])
+
+
+def searched(
+    controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], box: Box, start: WorstPlant
+) -> WorstPlant:
+    """From `start` uphill inside the box, a parameter at a time: at least its norm."""
+    low, high = (np.array([box[name][side] for name in NAMES]) for side in (0, 1))
+    width = np.where(high > low, high - low, 1.0)
+    at = np.clip((np.array([getattr(start.point, name) for name in NAMES]) - low) / width, 0.0, 1.0)
+    best, step = start, np.where(high > low, 0.25, 0.0)
+    for _ in range(STEPS):
+        if np.isinf(best.norm) or not np.any(step > 1e-3):
+            break
+        for axis in np.flatnonzero(step > 1e-3):
+            tried = [
+                np.clip(at + sign * step[axis] * np.eye(len(NAMES))[axis], 0.0, 1.0)
+                for sign in (-1.0, 1.0)
+            ]
+            found = [
+                (worst_norm(controller, plant, [_point("found", box, unit)]), unit)
+                for unit in tried
+            ]
+            worst, unit = found[largest(pair[0].norm for pair in found)[1]]
+            if worst.norm > best.norm * (1.0 + 1e-9):
+                best, at = worst, unit
+            else:
+                step[axis] *= 0.5
+    return best

@@ -1,0 +1,84 @@
+"""Linear plant of a simulated stream, as the log stores it."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from frictool.plant.polytope import PlantPoint
+
+RECORD = "played_plants"  # of a log's metadata: topic -> PlayedPlant as JSON
+# of a log's metadata: parameter -> [low, high] as JSON, of the model that was played
+INTERVALS = "model_intervals"
+
+
+@dataclass(frozen=True)
+class LoggedPlant:
+    """Linear plant of one axis, in SI.
+
+    inertia, viscous, coulomb, constant: the parameters that a scheduled controller uses. slopes:
+    the viscous friction of each direction and regime of speed; constants: effort per unit of drive.
+    Both contain the extremes of their drift.
+    """
+
+    inertia: float
+    viscous: float
+    coulomb: float
+    constant: float
+    slopes: tuple[float, ...]
+    constants: tuple[float, ...]
+
+    @property
+    def point(self) -> PlantPoint:
+        """Return the parameters that a scheduled controller uses."""
+        return PlantPoint("", self.inertia, self.viscous, self.coulomb, self.constant)
+
+    def points(self) -> tuple[PlantPoint, ...]:
+        """Return every linear plant that the axis goes through: each slope with each constant."""
+        pairs = itertools.product(self.slopes, self.constants)
+        return tuple(
+            PlantPoint("", self.inertia, slope, self.coulomb, constant) for slope, constant in pairs
+        )
+
+    def to_text(self) -> str:
+        """Return the value in the log's metadata."""
+        return json.dumps(vars(self))
+
+    @staticmethod
+    def of_text(text: str) -> LoggedPlant | None:
+        """Return the plant of a log's metadata; None if the text is not one."""
+        try:
+            found = json.loads(text)
+            levels = {
+                name: float(found[name]) for name in ("inertia", "viscous", "coulomb", "constant")
+            }
+            slopes, constants = (
+                tuple(float(value) for value in found[name]) for name in ("slopes", "constants")
+            )
+        except (ValueError, KeyError, TypeError):
+            return None
+        finite = all(map(math.isfinite, (*levels.values(), *slopes, *constants)))
+        known = finite and levels["inertia"] > 0.0 and slopes and constants
+        return LoggedPlant(**levels, slopes=slopes, constants=constants) if known else None
+
+
+def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str, str]:
+    """Return the record INTERVALS of a log's metadata."""
+    return {name: json.dumps(ends) for name, ends in intervals.items()}
+
+
+def intervals_of_text(record: Mapping[str, str]) -> dict[str, tuple[float, float]]:
+    """Return the intervals of a log's metadata; those that are not two finite numbers are left
+    out."""
+    found = {}
+    for name, text in record.items():
+        try:
+            low, high = (float(end) for end in json.loads(text))
+        except (ValueError, TypeError):
+            continue
+        if math.isfinite(low) and math.isfinite(high):
+            found[name] = (low, high)
+    return found

@@ -1,0 +1,229 @@
+"""Figures of a controller's linear loops: norms at the vertices, margins, drive after one encoder
+count, loss by rounded coefficients.
+
+Both `synth`, which writes them into `verified`, and `verify`, which computes them again, call this
+module.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.documents import controller as stored
+from frictool.documents.certificate import CertifiedWeights, Filter
+from frictool.documents.design import Domain, Structure
+from frictool.plant.generalised_plant import (
+    Controlled,
+    FirstOrderWeight,
+    GeneralisedPlant,
+    PlantWeights,
+    generalised_plant,
+)
+from frictool.plant.linear_axis import AxisRates
+from frictool.plant.lti import Lti
+from frictool.plant.polytope import PlantPoint
+from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_linear
+from frictool.verify.document_check import loop_checks
+from frictool.verify.encoder_count_drive import count_current
+from frictool.verify.feedback_loops import (
+    FeedbackLoop,
+    feedbacks,
+    friction_to_speed,
+    from_position,
+    open_loop,
+    running_form,
+)
+from frictool.verify.hinf_norm import norm
+from frictool.verify.interior_search import worst_inside, worst_sensitivity
+from frictool.verify.margins import loop_margins
+from frictool.verify.speed_loop import performance
+from frictool.verify.stored_forms import limited_radius
+
+CLAIM = 1.01  # a norm may exceed what is claimed by 1 %
+HELD: tuple[stored.Number, ...] = (
+    "double",
+    "float",
+)  # formats that every controller is verified with
+OFFERED: tuple[stored.Number, ...] = (
+    "q31",
+    "q15",
+)  # formats that are listed if the loop tolerates them; export refuses them otherwise
+
+
+@dataclass(frozen=True)
+class LinearLoops:
+    """A controller's linear loops around the vertices `points`, and what their figures depend on.
+
+    weights: of the norm; None where the norm is that of the sensitivity. period, lag [s], delay
+    [samples]; count: the position of one encoder count [rad | m].
+    """
+
+    structure: Structure
+    domain: Domain
+    linear: stored.LinearController
+    position_law: stored.PositionLaw | None
+    velocity: stored.Velocity
+    weights: PlantWeights | None
+    points: tuple[PlantPoint, ...]
+    period: float
+    delay: int
+    lag: float
+    count: float
+
+    def feedbacks(self, number: stored.Number = "double") -> tuple[FeedbackLoop, ...]:
+        """Return the loops with their coefficients rounded to a number format."""
+        linear = self.linear if number == "double" else rounded_linear(self.linear, number)
+        return feedbacks(
+            self.structure,
+            linear,
+            self.position_law,
+            self.velocity,
+            self.period,
+            coefficient_rounder(number),
+        )
+
+    def plant(self, rates: AxisRates, *, sampled: bool = True) -> GeneralisedPlant:
+        """Return the weighted plant, sampled with its delay, or continuous without delay. `weights`
+        must be known."""
+        assert self.weights is not None
+        controlled: Controlled = "position" if self.structure == "position" else "speed"
+        if not sampled:
+            return generalised_plant(controlled, rates, self.lag, self.weights)
+        return generalised_plant(controlled, rates, self.lag, self.weights, self.period, self.delay)
+
+    def vertex(self, point: PlantPoint) -> stored.Vertex:
+        """Return the figures at one vertex; the norm is infinite and `stable` is false where a loop
+        is unstable."""
+        checks = loop_checks(self.feedbacks(), point, self.lag, delays_checked(self.delay))
+        margin = next(check.modulus_margin for check in checks if check.delay_samples == self.delay)
+        sampled_norm = designed_norm = self._norm(self.linear, point, margin)
+        if self.domain == "continuous" and self.weights is not None:
+            designed_norm = performance(
+                Lti.of(self.linear.continuous, 0.0), self.plant(point.rates, sampled=False)
+            )
+        return stored.Vertex(
+            name=point.name,
+            inertia=point.inertia,
+            viscous=point.viscous,
+            coulomb=point.coulomb,
+            constant=point.constant,
+            norm=designed_norm,
+            sampled_norm=sampled_norm,
+            modulus_margin=margin,
+            stable=all(check.spectral_radius < 1.0 for check in checks)
+            and math.isfinite(sampled_norm),
+            checks=checks,
+        )
+
+    def count_drive(self) -> float:
+        """Return the largest drive after one encoder count [A | V]."""
+        return max(count_current(from_position(loop), self.count) for loop in self.feedbacks())
+
+    def margins(self) -> stored.Margins:
+        """Return the worst of each margin over loops and vertices."""
+        loops = self.feedbacks()
+        found = [
+            loop_margins(open_loop(loop, point.rates, self.lag, self.delay))
+            for loop in loops
+            for point in self.points
+        ]
+        friction = max(
+            norm(friction_to_speed(loops[-1], point.rates, self.lag, self.delay))[0]
+            for point in self.points
+        )
+        return stored.Margins(
+            gain_increase=_finite(min(one.gain_up for one in found)),
+            gain_decrease=max(one.gain_down for one in found) or None,
+            phase_deg=float(np.degrees(min(one.phase for one in found))),
+            delay_s=_finite(min(one.delay for one in found)),
+            small_gain=friction,
+        )
+
+    def rounded(self, number: stored.Number) -> stored.Rounded:
+        """Return the worst figures with rounded coefficients; an anti-windup that rounding makes
+        unstable counts as no margin."""
+        linear = rounded_linear(self.linear, number)
+        if limited_radius(linear, self.period) >= 1.0:
+            return stored.Rounded(number, math.inf, 0.0)
+        loops = self.feedbacks(number)
+        margins = [
+            loop_checks(loops, point, self.lag, (self.delay,))[0].modulus_margin
+            for point in self.points
+        ]
+        gamma = max(
+            self._norm(linear, point, margin)
+            for point, margin in zip(self.points, margins, strict=True)
+        )
+        return stored.Rounded(number, gamma, min(margins))
+
+    def seen_inside(self) -> float:
+        """Return the worst norm of sampled plants inside the vertices' box, and of a search from
+        the worst of them."""
+        loops = self.feedbacks()
+        if self.weights is not None:
+            return worst_inside(loops[0].system, self.plant, self.points)[1].norm
+        at_vertices, inside, _ = worst_sensitivity(loops, self.lag, self.delay, self.points)
+        return max(at_vertices, inside)
+
+    def _norm(self, linear: stored.LinearController, point: PlantPoint, margin: float) -> float:
+        """Return the norm of the weighted loop, or of the sensitivity where nothing is weighed."""
+        if self.weights is not None:
+            return performance(running_form(linear, self.period), self.plant(point.rates))
+        return 1.0 / margin if margin > 0.0 else math.inf
+
+
+def delays_checked(delay: int) -> tuple[int, ...]:
+    """Return the computational delays [samples] at which every loop has to be stable: none, one and
+    the bench's."""
+    return tuple(sorted({0, 1, delay}))
+
+
+def tolerates_rounding(rounded: stored.Rounded, claimed: float, required: float) -> bool:
+    """Return whether a number format keeps the claimed norm within 1 %, and the required modulus
+    margin."""
+    return (
+        rounded.gamma <= CLAIM * claimed
+        and rounded.modulus_margin >= required
+        and math.isfinite(rounded.gamma)
+    )
+
+
+def loops_of(controller: stored.Controller, points: tuple[PlantPoint, ...]) -> LinearLoops:
+    """Return the loops of a document around the given vertices."""
+    weights = controller.judged_by
+    return LinearLoops(
+        structure=controller.structure,
+        domain=controller.domain,
+        linear=controller.linear,
+        position_law=controller.position_law,
+        velocity=controller.velocity,
+        weights=None if weights is None else weights_of(weights),
+        points=points,
+        period=controller.sample_period_s,
+        delay=controller.delay_samples,
+        lag=controller.bench.actuator.loop_time_constant_s,
+        count=controller.bench.encoder.resolution,
+    )
+
+
+def weights_of(document: CertifiedWeights) -> PlantWeights:
+    """Return the weights that a document stores, for a generalised plant."""
+    error, noise = first_order(document.error), first_order(document.noise)
+    return PlantWeights(
+        error, document.disturbance, document.drive, document.command, noise, document.eta
+    )
+
+
+def first_order(document: Filter) -> FirstOrderWeight:
+    """Return a stored filter; a corner frequency that is absent is infinite."""
+    return FirstOrderWeight(
+        document.gain,
+        *(math.inf if value is None else value for value in (document.zero, document.pole)),
+    )
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

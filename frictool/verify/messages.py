@@ -1,0 +1,47 @@
+"""What messages call a loop's delay and its plant."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
+
+
+class PlantParameters(Protocol):
+    """A plant by its four parameters, SI."""
+
+    @property
+    def inertia(self) -> float: ...
+
+    @property
+    def viscous(self) -> float: ...
+
+    @property
+    def coulomb(self) -> float: ...
+
+    @property
+    def constant(self) -> float: ...
+
+
+def delay_words(samples: int) -> str:
+    """
+    >>> delay_words(0), delay_words(1)
+    ('0 samples of delay', '1 sample of delay')
+    """
+    return f"{samples} sample{'' if samples == 1 else 's'} of delay"
+
+
+def plant_units(bench: Bench) -> dict[str, str]:
+    """The SI units of a vertex's inertia, viscous and Coulomb friction, and of the drive's
+    constant."""
+    mechanical = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort"}
+    units = {name: si_unit(dimension, bench.axis) for name, dimension in mechanical.items()}
+    return units | {"constant": bench.actuator.constant.unit}
+
+
+def plant_words(plant: PlantParameters, bench: Bench) -> str:
+    """inertia 1.11e-05 kg m^2, viscous 0 N m s/rad, ..."""
+    return ", ".join(
+        f"{name} {getattr(plant, name):.4g} {unit}" for name, unit in plant_units(bench).items()
+    )

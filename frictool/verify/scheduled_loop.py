@@ -1,0 +1,95 @@
+"""Scheduled controller as it runs: the corners' matrices summed with the weights of the plant's
+parameters (5.46), (5.64)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.controller import Corner
+from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.plant.linear_axis import AxisRates
+from frictool.plant.lti import Lti
+from frictool.plant.parameter_box import enclosing_box
+from frictool.plant.polytope import PlantPoint
+from frictool.presentation.ties import smallest
+from frictool.verify.interior_search import interior_points
+from frictool.verify.speed_loop import check_loop, performance
+
+POINTS = 100  # between the corners
+SEED = 2
+
+
+@dataclass(frozen=True)
+class ScheduledFigures:
+    """Worst norm, worst modulus margin (0 if a loop is unstable) and its plant; points: how many
+    plants between the corners."""
+
+    gamma: float
+    modulus_margin: float
+    points: int
+    at: PlantPoint
+
+
+def scheduled_figures(
+    corners: Sequence[Corner],
+    names: Sequence[str],
+    plant: Callable[[AxisRates], GeneralisedPlant],
+    lag: float,
+    delay: int,
+    period: float,
+) -> ScheduledFigures:
+    """Return the figures of the scheduled controller at its corners and at plants between them,
+    each with its own weights.
+
+    names: of the scheduled parameters. plant: the weighted plant of a plant's rates. lag, period
+    [s], delay [samples].
+    """
+    controllers = [Lti.of(corner.discrete, period) for corner in corners]
+    plants = [
+        PlantPoint(f"corner {k}", one.inertia, one.viscous, one.coulomb, one.constant)
+        for k, one in enumerate(corners)
+    ]
+    points = (*plants, *interior_points(enclosing_box(plants), POINTS, SEED))
+    gamma, margins = 0.0, []
+    for point in points:
+        k = interpolate_controller(controllers, weights(corners, names, point))
+        check = check_loop(k, point.rates, lag, delay)
+        margins.append(check.modulus_margin if check.stable else 0.0)
+        gamma = max(gamma, performance(k, plant(point.rates)))
+    margin, worst = smallest(margins)
+    return ScheduledFigures(gamma, margin, POINTS, points[worst])
+
+
+def weights(
+    corners: Sequence[Corner | PlantPoint], names: Sequence[str], point: PlantPoint
+) -> NDArray[np.float64]:
+    """Return the weights alpha_i (k,) of (5.46), not negative and of sum 1. A parameter outside its
+    interval counts as at its end.
+
+    alpha_i is the product over the parameters of the distance to the opposite end, over the width;
+    an interval of no width has no share.
+    """
+    found = np.ones(len(corners))
+    for name in names:
+        values = np.array([getattr(corner, name) for corner in corners])
+        low, high = float(values.min()), float(values.max())
+        if high > low:
+            share = (min(max(getattr(point, name), low), high) - low) / (high - low)
+            found *= np.where(values == high, share, 1.0 - share)
+    return found
+
+
+def interpolate_controller(controllers: Sequence[Lti], alpha: NDArray[np.float64]) -> Lti:
+    """Return the controller of the weights `alpha` (5.64)."""
+    a, b, c, d = (
+        sum(
+            (x * getattr(k, part) for x, k in zip(alpha, controllers, strict=True)),
+            start=np.zeros(()),
+        )
+        for part in "abcd"
+    )
+    return Lti(a, b, c, d, controllers[0].period)

@@ -1,0 +1,298 @@
+"""The workers of a Dask cluster: any of them may be ended, join late, or be on another machine.
+
+    here                          scheduler             worker, one of many
+    task ──submit──▶ future ──▶  queue  ──────────────▶ dask_worker.py
+         ◀── results, or that all workers at it died ◀─┘
+
+The scheduler gives what a dead worker was at to another, and gives a task up when it was on so many
+dead workers (its setting `allowed-failures`), which may be another task's fault. What is given up
+is done again at the end, one job at a time with nothing beside it, so that only a job that ends its
+workers by itself is lost.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import pickle
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from typing import Any
+
+from frictool.errors import ClusterError, WorkerLost
+from frictool.runtime import notifications
+from frictool.workers import dask_worker
+from frictool.workers.dask_connection import connect
+from frictool.workers.installation import Installation, differences, installation
+from frictool.workers.task_batch import Task
+
+FIRST_S = 10.0  # for the first worker
+SLOW_S = 10.0  # for all workers to say what they run; then it is told that one is waited for
+# without any worker, until it is given up: where one was ended, its supervisor starts another
+NO_WORKER_S = 60.0
+LOOK_S, POLL_S = 2.0, 0.005  # between two looks at the workers, and at the results
+LIMIT = "`dask worker --memory-limit`"
+MODULE = "'frictool"  # as an import that fails names this package, or a module of it
+# without a result, after which it is asked whether the workers have paused for want of memory
+LONG_S = 20.0
+# times what is under way: so many tasks given up before any was done are no single job's victims
+HOPELESS = 2
+ALONE = 3  # jobs given up, nothing beside them, before any was done
+AHEAD = 3  # tasks a worker that are under way, so that none waits for the next
+Instead = Callable[[Any, str], Any] | None
+
+
+def run_on_cluster(
+    function: Callable[[Any], Any], source: Iterator[Task], address: str, instead: Instead
+) -> Iterator[tuple[Task, list[Any]]]:
+    """Tasks with their results, in the order in which they are done.
+
+    Raises ClusterError where the scheduler cannot be reached or is gone, where it has no workers,
+    or where their installation is another; WorkerLost where a job ends each worker that it is given
+    to, if there is no result to take `instead`.
+    """
+    with connect(address) as client:
+        _check(client, address)
+        run = ClusterRun(client, address, pickle.dumps(function), instead)
+        try:
+            yield from run.answers(source)
+        finally:
+            run.close()
+
+
+def _check(client: Any, address: str) -> None:
+    """Raises ClusterError where there is no worker, or one is not as this machine is; remarks on
+    other processors, and on threads."""
+    try:
+        client.wait_for_workers(1, timeout=FIRST_S)
+    except TimeoutError:
+        raise ClusterError(
+            f"{address}: the scheduler has no worker; start some with `dask worker {address} --nthreads 1`"
+        ) from None
+    here, found = installation(), _answers(client, address)
+    unlike = {name: _unlike(here, there) for name, there in found.items()}
+    unlike = {name: text for name, text in unlike.items() if text}
+    if unlike:
+        raise ClusterError(
+            f"{address}: workers differ from this machine: {'; '.join(f'{name}: {text}' for name, text in unlike.items())}"
+        )
+    others = {there.processor for there in found.values()} - {here.processor}
+    if others:
+        notifications.remark(
+            f"workers have another processor ({', '.join(sorted(others))}, here {here.processor}): last digits may differ"
+        )
+    if any(threads > 1 for threads in client.nthreads().values()):
+        notifications.remark(
+            "workers have several threads, of which one is used; start more of them with --nthreads 1 --nworkers N"
+        )
+
+
+def _answers(client: Any, address: str) -> Any:
+    """The installation of each worker, or what it has raised. One that hangs is waited for until
+    the scheduler gives it up."""
+    text = f"{address}: a worker does not answer; it is waited for, until the scheduler gives it up (its worker-ttl, 5 min unless set)"
+    slow = threading.Timer(SLOW_S, notifications.remark, (text,))
+    slow.daemon = True
+    slow.start()
+    try:
+        found = client.run(dask_worker.worker_installation, on_error="return")
+    except OSError:
+        raise ClusterError(f"{address}: the scheduler is gone") from None
+    finally:
+        slow.cancel()
+    return {
+        name: there for name, there in found.items() if not isinstance(there, OSError)
+    }  # which are no more
+
+
+def _unlike(here: Installation, there: Any) -> str:
+    """What is other in a worker's answer; empty where nothing is."""
+    if isinstance(there, Exception):
+        missing = isinstance(there, ImportError | AttributeError) or MODULE in str(
+            there
+        )  # of some, Dask brings no more than the text
+        return "no frictool, or another version" if missing else f"{type(there).__name__}: {there}"
+    return differences(here, there)
+
+
+class ClusterRun:
+    """What is under way on a cluster."""
+
+    def __init__(self, client: Any, address: str, function: bytes, instead: Instead) -> None:
+        self._client, self._address, self._function, self._instead = (
+            client,
+            address,
+            function,
+            instead,
+        )
+        self._distributed = importlib.import_module("distributed")
+        self._completed = self._distributed.as_completed([], loop=client.loop)
+        self._under_way: dict[str, tuple[Any, Task]] = {}  # key of a future -> itself and its task
+        self._suspects: deque[Task] = deque()
+        self._workers, self._looked, self._last_seen = 1, 0.0, time.monotonic()
+        self._answered, self._given_up, self._last_answer = 0, 0, time.monotonic()
+        self._topic, self._told = f"frictool-{client.id}", set[str]()
+        client.subscribe_topic(self._topic, self._hear)
+
+    def answers(self, source: Iterator[Task]) -> Iterator[tuple[Task, list[Any]]]:
+        """Each task with its results, the suspects last."""
+        while True:
+            self._look()
+            self._submit(source)
+            if not self._under_way:
+                break
+            for future in self._ready():
+                yield from self._answer(future)
+        self._given_up = 0
+        while self._suspects:
+            task = self._suspects.popleft()
+            self._submit(iter((task,)))
+            while self._under_way:
+                for future in self._ready():
+                    yield self._answer_of_suspect(future)
+                self._look()
+
+    def close(self) -> None:
+        """Nothing more is begun; what runs in a worker comes to its end there."""
+        with contextlib.suppress(Exception):  # a scheduler that is gone has forgotten all
+            self._client.unsubscribe_topic(self._topic)
+            self._client.cancel([future for future, _ in self._under_way.values()], force=True)
+        self._under_way.clear()
+
+    def _submit(self, source: Iterator[Task]) -> None:
+        while (
+            len(self._under_way) < AHEAD * self._workers
+            and (task := next(source, None)) is not None
+        ):
+            arguments = self._topic, installation(), self._function, pickle.dumps(task)
+            try:
+                future = self._client.submit(dask_worker.run, *arguments, pure=False)
+            except Exception as error:
+                raise self._gone() from error
+            self._under_way[future.key] = future, task
+            self._completed.add(future)
+
+    def _look(self) -> None:
+        """How many workers there are. Raises ClusterError where there have been none for long."""
+        now = time.monotonic()
+        if now - self._looked < LOOK_S:
+            return
+        if self._client.status != "running":  # it would wait for the scheduler to come back
+            raise self._gone()
+        try:
+            workers = len(self._client.nthreads())
+        except Exception as error:  # of every kind, as the connection is cut here or there
+            raise self._gone() from error
+        self._looked, self._workers = now, max(1, workers)
+        paused = workers > 0 and now - self._last_answer > LONG_S and self._paused()
+        if workers and not paused:
+            self._last_seen = now
+        elif now - self._last_seen > NO_WORKER_S:
+            state = f"whose memory allows another task ({LIMIT})" if paused else "at all"
+            raise ClusterError(
+                f"{self._address}: the scheduler has had no worker {state} for {NO_WORKER_S:g} s; what was done before is kept"
+            )
+
+    def _paused(self) -> bool:
+        """Whether no worker begins anything, for want of memory."""
+        try:
+            workers = self._client.scheduler_info(n_workers=-1)["workers"].values()
+        except Exception as error:
+            raise self._gone() from error
+        return all(
+            one["status"] == "paused" and not one["metrics"].get("task_counts", {}).get("executing")
+            for one in workers
+        )
+
+    def _ready(self) -> list[Any]:
+        """Futures that are done; waits for one, but not beyond the next look."""
+        until = time.monotonic() + LOOK_S
+        while not self._completed.has_ready() and time.monotonic() < until:
+            time.sleep(POLL_S)
+        return list(self._completed.next_batch(block=False))
+
+    def _answer(self, future: Any) -> Iterator[tuple[Task, list[Any]]]:
+        """Results; none where the workers at the task died, which makes its jobs suspects."""
+        results = self._results(future)
+        task = self._under_way.pop(future.key)[1]
+        if results is None:
+            self._give_up(HOPELESS * AHEAD * self._workers)
+            if not self._suspects:
+                notifications.remark(
+                    f"{self._address}: workers were ended; what they were at is done again at the end"
+                )
+            self._suspects.extend((one,) for one in task)
+        else:
+            yield task, results
+
+    def _answer_of_suspect(self, future: Any) -> tuple[Task, list[Any]]:
+        results = self._results(future)
+        task = self._under_way.pop(future.key)[1]
+        if results is not None:
+            return task, results
+        self._give_up(ALONE)
+        ((index, job),) = task
+        reason = "each worker that was given it was ended; is memory short?"
+        if self._instead is None:
+            raise WorkerLost(index, f"job {index}: {reason}")
+        return task, [self._instead(job, reason)]
+
+    def _give_up(self, most: int) -> None:
+        """Counts a task that its workers did not outlive. Raises ClusterError where there are
+        `most` of them and none that was done."""
+        self._given_up += 1
+        if self._given_up >= most and not self._answered:
+            raise ClusterError(
+                f"{self._address}: every task ends the workers that it is given to; is their memory short ({LIMIT})?"
+            )
+
+    def _results(self, future: Any) -> list[Any] | None:
+        """None where the scheduler has given the task up. Raises ClusterError where a worker cannot
+        do it."""
+        packed = self._fetched(future)
+        if packed is None:
+            return None
+        results = pickle.loads(packed)
+        self._answered, self._last_answer = self._answered + 1, time.monotonic()
+        if isinstance(results, dask_worker.DifferentInstallation):
+            raise ClusterError(
+                f"{self._address}: worker on {results.host} differs: {differences(installation(), results.there)}"
+            )
+        if isinstance(results, dask_worker.TransferFailure):
+            raise results.error
+        return list(results)
+
+    def _fetched(self, future: Any) -> bytes | None:
+        """What the worker has made. One that dies while it is read, or before, is replaced: the
+        scheduler has the task done again."""
+        while True:
+            self._look()
+            try:
+                return bytes(future.result(timeout=LOOK_S))
+            except self._distributed.KilledWorker:
+                return None
+            except CancelledError:
+                raise self._gone() from None
+            except Exception as error:  # the task's own, or of a connection that was cut
+                if future.status == "error":
+                    if MODULE in str(error):
+                        raise ClusterError(
+                            f"{self._address}: a worker has no frictool, or another version"
+                        ) from None
+                    raise ClusterError(
+                        f"{self._address}: a worker cannot do its task: {type(error).__name__}: {error}"
+                    ) from None
+                time.sleep(POLL_S)
+
+    def _gone(self) -> ClusterError:
+        return ClusterError(f"{self._address}: the scheduler is gone; what was done before is kept")
+
+    def _hear(self, event: tuple[float, str]) -> None:
+        """Of a machine that compiles, once."""
+        host = event[1]
+        if host not in self._told:
+            self._told.add(host)
+            notifications.remark(f"{host}: compiling, once per installation (up to a minute) ...")

@@ -1,0 +1,211 @@
+"""The way to a Dask scheduler, plain or by TLS, looked at before it is taken: whatever bars it is
+one line.
+
+    address ──▶ Dask's configuration (certificates) ──▶ a first connection, Dask's own greeting ──▶
+    client
+                     └─ missing, not its key                └─ refused, other certificates, nobody,
+                                                            no scheduler
+
+A client that fails while it is made leaves an exception from inside Dask, for some causes after
+half a minute; a greeting by itself tells at once, and why. TLS:
+https://distributed.dask.org/en/latest/tls.html
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import importlib
+import logging
+import re
+import socket
+import ssl
+import warnings
+from collections.abc import Callable, Coroutine, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from frictool.errors import ClusterError
+
+ADDRESS = re.compile(r"(tcp|tls)://(\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):\d{1,5}")
+CONNECT_S = 10.0  # for a scheduler to answer
+CERTIFICATES = "Dask's configuration, distributed.comm.tls"
+NO_TLS = (
+    "WRONG_VERSION_NUMBER",
+    "HTTP_REQUEST",
+    "RECORD_LAYER_FAILURE",
+)  # what OpenSSL makes of an answer in the clear
+DEPTH = 10  # causes of causes that are looked through
+
+
+@contextlib.contextmanager
+def connect(address: str) -> Iterator[Any]:
+    """A client of the scheduler, which says nothing by itself. Raises ClusterError."""
+    if not ADDRESS.fullmatch(address):
+        raise ClusterError(
+            f"{address!r} is no address of a Dask scheduler; allowed: tcp://HOST:PORT, tls://HOST:PORT"
+        )
+    dask, distributed = _libraries(address)
+    for name in ("distributed.client", "distributed.core"):
+        logging.getLogger(name).setLevel(
+            logging.CRITICAL
+        )  # one line of ours tells of a lost connection
+    with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 GiB"}):
+        client = _client(dask, distributed, address)
+        try:
+            yield client
+        finally:
+            with contextlib.suppress(Exception):  # a scheduler that is gone is told of nothing
+                client.close(timeout=1.0)
+
+
+def _libraries(address: str) -> tuple[Any, Any]:
+    """dask and distributed, which read Dask's configuration as they are imported."""
+    try:
+        return importlib.import_module("dask"), importlib.import_module("distributed")
+    except ModuleNotFoundError:
+        raise ClusterError(
+            f"{address}: needs dask.distributed, which is not installed: pip install 'frictool[cluster]'"
+        ) from None
+    except ValueError as error:
+        raise ClusterError(f"{address}: Dask's configuration cannot be read: {error}") from None
+
+
+def _client(dask: Any, distributed: Any, address: str) -> Any:
+    if not dask.config.get(
+        "distributed.client.security-loader", None
+    ):  # whose certificates only Dask knows
+        _greet(distributed, address, _certified(distributed, address))
+    try:
+        with (
+            warnings.catch_warnings()
+        ):  # of versions, which are compared and refused by name where they matter
+            warnings.simplefilter("ignore")
+            return distributed.Client(
+                address, timeout=CONNECT_S, set_as_default=False, name="frictool"
+            )
+    except (OSError, TimeoutError):
+        raise ClusterError(_nobody(address)) from None
+    except (ImportError, TypeError, ValueError) as error:
+        raise ClusterError(f"{address}: cannot be connected to: {error}") from None
+
+
+def _certified(distributed: Any, address: str) -> dict[str, Any]:
+    """What Dask's configuration has for a connection of this kind. Raises ClusterError where it is
+    not enough, or no good."""
+    try:
+        security = distributed.Security()
+    except ValueError as error:
+        raise ClusterError(f"{address}: Dask's configuration: {error}") from None
+    if address.startswith("tcp:"):
+        if security.require_encryption:
+            raise ClusterError(
+                f"{address}: Dask's configuration asks for encryption (distributed.comm.require-encryption); give tls://"
+            )
+        return {}
+    paths = {
+        "ca-file": security.tls_ca_file,
+        "client.cert": security.tls_client_cert,
+        "client.key": security.tls_client_key,
+    }
+    unset = [name for name in ("ca-file", "client.cert") if not paths[name]]
+    if unset:
+        raise ClusterError(
+            f"{address}: TLS needs certificates; {' and '.join(unset)} not found in {CERTIFICATES}"
+        )
+    for name, path in paths.items():
+        if path and "\n" not in path and not Path(path).is_file():
+            raise ClusterError(f"{address}: no file {path}, which {name} names in {CERTIFICATES}")
+    try:
+        return dict(security.get_connection_args("client"))
+    except ssl.SSLError as error:
+        reason = error.reason or "is each of them in PEM form?"
+        raise ClusterError(
+            f"{address}: the certificates in {CERTIFICATES} cannot be used: {_words(reason)}"
+        ) from None
+    except OSError as error:
+        raise ClusterError(
+            f"{address}: the certificates in {CERTIFICATES} cannot be read: {error.strerror}"
+        ) from None
+
+
+def _greet(distributed: Any, address: str, certificates: dict[str, Any]) -> None:
+    """Connects as Dask does, and leaves. Raises ClusterError with what bars the way."""
+
+    async def greeting() -> None:
+        comm = await asyncio.wait_for(
+            distributed.comm.connect(address, timeout=CONNECT_S, **certificates), CONNECT_S + 1.0
+        )
+        await comm.close()
+
+    try:
+        _finish(greeting)
+    except Exception as error:  # of every kind, as what answers may be anything
+        raise ClusterError(_barred(address, error, certificates)) from None
+
+
+def _finish(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    """Runs it to its end; in a thread of its own where a loop runs in this one, as a notebook's
+    does."""
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        asyncio.run(work())
+        return
+    with ThreadPoolExecutor(1) as beside:
+        beside.submit(lambda: asyncio.run(work())).result()
+
+
+def _barred(address: str, error: BaseException, certificates: dict[str, Any]) -> str:
+    causes = list(_causes(error))
+    if any(
+        isinstance(cause, ConnectionRefusedError | TimeoutError) for cause in causes
+    ) or "Timed out" in str(error):
+        return _nobody(address)
+    failed = _failure_of_tls(address, certificates["ssl_context"]) if certificates else None
+    if isinstance(failed, ssl.SSLCertVerificationError):
+        why = f"{failed.verify_message}; it has to be signed by ca-file in {CERTIFICATES}"
+        return f"{address}: the scheduler's certificate is not accepted: {why}"
+    if failed is not None and failed.reason not in NO_TLS:
+        why = f"{_words(failed.reason or str(failed))}; client.cert in {CERTIFICATES} has to be signed by the scheduler's ca-file"
+        return f"{address}: TLS fails: {why}"
+    scheme, _, place = address.partition("://")
+    other = f"{'tcp' if scheme == 'tls' else 'tls'}://{place}"
+    what = "speaks no TLS" if failed is not None else "is no Dask scheduler of this kind"
+    return f"{address}: what answers there {what}; is it {other}, or another port (8787 is the dashboard's)?"
+
+
+def _failure_of_tls(address: str, context: ssl.SSLContext) -> ssl.SSLError | None:
+    """Why TLS fails there. Nothing is written after the handshake: an answer to it could overtake
+    the scheduler's alert."""
+    host, _, port = address.partition("://")[2].rpartition(":")
+    try:
+        with (
+            socket.create_connection((host.strip("[]"), int(port)), CONNECT_S) as plain,
+            context.wrap_socket(plain) as stream,
+        ):
+            stream.recv(1)
+    except OSError as error:
+        return error if isinstance(error, ssl.SSLError) else None
+    return None
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    """The error, and what it came of."""
+    for _ in range(DEPTH):
+        if error is None:
+            return
+        yield error
+        error = error.__cause__ or getattr(error, "real_error", None) or error.__context__
+
+
+def _nobody(address: str) -> str:
+    return f"{address}: no Dask scheduler answers within {CONNECT_S:g} s; start one with `dask scheduler`, or check the address"
+
+
+def _words(reason: str) -> str:
+    """OpenSSL's KEY_VALUES_MISMATCH as words, and nothing of its sources."""
+    return re.sub(
+        r" *\(_ssl\.c:\d+\)", "", reason.replace("_", " ").lower() if reason.isupper() else reason
+    )

@@ -1,0 +1,206 @@
+"""Jobs that read files, and workers that may not see them: a file is read at its path where the
+same bytes are there, and sent where not.
+
+    (paths, job) ──▶ worker: at the paths, by size and SHA-256? ──yes──▶ function(paths, job)
+                                     └─no─▶ asked for ──▶ their bytes come along ──▶
+                                     function(copies, job)
+
+So a shared file system is used where there is one, and not needed. Copies are gone when they have
+been read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from frictool.workers.share import share
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+Paths = tuple[Path, ...]
+LARGEST_SENT = 256_000_000  # bytes of a job's files: a task passes through the scheduler's memory
+JOURNAL = "-wal"  # a database's, which lies beside it and belongs to it
+
+
+@dataclass(frozen=True)
+class FileDescription:
+    """A file, or a folder of files, as it is here. parts: relative name and SHA-256 of each.
+    content: their bytes, where they are sent."""
+
+    path: Path
+    parts: tuple[tuple[str, str], ...]
+    size: int
+    content: tuple[bytes, ...] = ()
+
+
+@dataclass(frozen=True)
+class FilesMissing:
+    """In place of a result: the worker has not the same files at their paths."""
+
+
+@dataclass(frozen=True)
+class _RemoteFunction(Generic[Job, Result]):
+    """What a worker runs: the function on the files that are there, or on copies of what was
+    sent."""
+
+    function: Callable[[Paths, Job], Result]
+
+    def __call__(self, job: tuple[tuple[FileDescription, ...], Job]) -> Result | FilesMissing:
+        sent, own = job
+        if any(one.content for one in sent):
+            with _copies(sent) as paths:
+                return self.function(paths, own)
+        if not all(is_here(one) for one in sent):
+            return FilesMissing()
+        return self.function(tuple(one.path for one in sent), own)
+
+
+@dataclass(frozen=True)
+class _LocalFunction(Generic[Job, Result]):
+    """The same on this machine."""
+
+    function: Callable[[Paths, Job], Result]
+
+    def __call__(self, job: tuple[Paths, Job]) -> Result:
+        return self.function(*job)
+
+
+def share_files(
+    function: Callable[[Paths, Job], Result],
+    jobs: Sequence[tuple[Paths, Job]],
+    instead: Callable[[Job, str], Result],
+    *,
+    cores: int | None = None,
+    cluster: str | None = None,
+) -> Iterator[tuple[int, Result]]:
+    """As `share` of jobs that read files; the function is told where they are.
+
+    instead: the result of a job that ended each process that was at it, or whose files can neither
+    be read there nor be sent. Raises ClusterError where the cluster cannot be used, OSError where a
+    file that may be read cannot be.
+    """
+    if cluster is None:
+        yield from share(
+            _LocalFunction(function),
+            jobs,
+            cores=cores,
+            instead=lambda job, why: instead(job[1], why),
+        )
+        return
+    yield from _by_description(function, jobs, instead, cluster)
+
+
+def _by_description(
+    function: Callable[[Paths, Job], Result],
+    jobs: Sequence[tuple[Paths, Job]],
+    instead: Callable[[Job, str], Result],
+    cluster: str,
+) -> Iterator[tuple[int, Result]]:
+    """First what the files are, then the bytes of those that a worker has not."""
+    places: list[int] = []
+    described: list[tuple[FileDescription, ...]] = []
+
+    def offered() -> Iterator[tuple[tuple[FileDescription, ...], Job]]:
+        for index, (paths, job) in enumerate(jobs):
+            if all(os.access(path, os.R_OK) for path in paths):
+                places.append(index)
+                described.append(tuple(described_file(path) for path in paths))
+                yield described[-1], job
+
+    def lost(job: tuple[tuple[FileDescription, ...], Job], why: str) -> Result | FilesMissing:
+        return instead(job[1], why)
+
+    asked: list[int] = []
+    for number, result in share(
+        _RemoteFunction(function), offered(), cluster=cluster, instead=lost
+    ):
+        if isinstance(result, FilesMissing):
+            asked.append(number)
+        else:
+            yield places[number], result
+    sendable = [number for number in sorted(asked) if _size(described[number]) <= LARGEST_SENT]
+    if sendable:
+        sent = (
+            (tuple(map(with_content, described[number])), jobs[places[number]][1])
+            for number in sendable
+        )
+        for turn, result in share(_RemoteFunction(function), sent, cluster=cluster, instead=lost):
+            assert not isinstance(result, FilesMissing)
+            yield places[sendable[turn]], result
+    for number in sorted(set(asked) - set(sendable)):
+        yield places[number], instead(jobs[places[number]][1], _too_large(_size(described[number])))
+    for index in sorted(
+        set(range(len(jobs))) - set(places)
+    ):  # the function tells best what is wrong with it
+        yield index, function(*jobs[index])
+
+
+def _size(sent: tuple[FileDescription, ...]) -> int:
+    return sum(one.size for one in sent)
+
+
+def _too_large(size: int) -> str:
+    return (
+        f"is not at its path on the worker, and {size / 1e6:.0f} MB are not sent (allowed: {LARGEST_SENT / 1e6:.0f}); "
+        "put it where the workers see it under the same path"
+    )
+
+
+def described_file(path: Path) -> FileDescription:
+    """What tells whether another machine has the same. Raises OSError where it cannot be read."""
+    at = path.absolute()
+    names = _names(at)
+    parts = tuple((name, _digest(at.parent / name)) for name in names)
+    return FileDescription(at, parts, sum((at.parent / name).stat().st_size for name in names))
+
+
+def with_content(sent: FileDescription) -> FileDescription:
+    """The same with the bytes as they are now."""
+    return FileDescription(
+        sent.path,
+        sent.parts,
+        sent.size,
+        tuple((sent.path.parent / name).read_bytes() for name, _ in sent.parts),
+    )
+
+
+def is_here(sent: FileDescription) -> bool:
+    """Whether the same bytes are at the path on this machine."""
+    try:
+        return described_file(sent.path) == sent
+    except OSError:
+        return False
+
+
+def _names(path: Path) -> list[str]:
+    """The files that are at a path, relative to its folder: itself and its journal, or those
+    below."""
+    if path.is_dir():
+        return sorted(
+            one.relative_to(path.parent).as_posix() for one in path.rglob("*") if one.is_file()
+        )
+    return [one.name for one in (path, path.with_name(f"{path.name}{JOURNAL}")) if one.is_file()]
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+@contextmanager
+def _copies(sent: tuple[FileDescription, ...]) -> Iterator[Paths]:
+    """The paths of copies under the same names."""
+    with tempfile.TemporaryDirectory(prefix="frictool-") as folder:
+        for number, one in enumerate(sent):
+            for (name, _), content in zip(one.parts, one.content, strict=True):
+                target = Path(folder, str(number), name)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_bytes(content)
+        yield tuple(Path(folder, str(number), one.path.name) for number, one in enumerate(sent))
