@@ -6,14 +6,14 @@ from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from frictool.synth.design import SynthesisResult as SynthesisResult
-    from frictool.synth.external_controller import external_controller as external_controller
+    from frictool.synth.external_design import external_controller as external_controller
     from frictool.synth.synthesis import synthesise as synthesise
 else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
             "SynthesisResult": "frictool.synth.design",
-            "external_controller": "frictool.synth.external_controller",
+            "external_controller": "frictool.synth.external_design",
             "synthesise": "frictool.synth.synthesis",
         },
     )
