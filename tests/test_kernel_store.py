@@ -136,7 +136,14 @@ SOURCES = {
     "constants.py": "C = 1\n",
     "apart.py": "",
 }
-BASE = {"rig", "rig.near", "rig.kernel", "frictool", "frictool.runtime.lazy_exports"}
+BASE = {
+    "rig",
+    "rig.near",
+    "rig.kernel",
+    "frictool",
+    "frictool.runtime",
+    "frictool.runtime.lazy_exports",
+}
 WHOLE = BASE | {"rig.far", "rig.sub", "rig.sub.deep", "rig.constants", "rig.apart"}
 
 
@@ -189,8 +196,14 @@ def test_an_import_by_a_computed_name_depends_on_everything(
 ) -> None:
     monkeypatch.setattr(kernel_sources, "_START", math.inf)  # nothing here was imported
     package = tmp_path / "elsewhere" / "frictool"
-    package.mkdir(parents=True)
-    for name in ("__init__", "law", "kernels", "kernel_store"):
+    (package / "runtime").mkdir(parents=True)
+    for name in (
+        "__init__",
+        "law",
+        "runtime/__init__",
+        "runtime/kernels",
+        "runtime/kernel_store",
+    ):
         (package / f"{name}.py").write_text("")
     (tmp_path / "kernel.py").write_text(
         "import importlib\nlaw = importlib.import_module('frictool.' + NAME)\n"
@@ -201,6 +214,7 @@ def test_an_import_by_a_computed_name_depends_on_everything(
         "kernel",
         "frictool",
         "frictool.law",
+        "frictool.runtime",
         "frictool.runtime.kernels",
     }  # not what keeps the code
 

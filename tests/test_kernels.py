@@ -12,7 +12,7 @@ import pytest
 from frictool.runtime import kernel_cache, kernels, notifications
 from frictool.runtime.kernel_store import KernelStore
 
-PACKAGE = Path(kernels.__file__).parent
+PACKAGE = Path(kernels.__file__).parents[1]
 
 
 def test_another_compiler_or_processor_is_another_folder(monkeypatch: pytest.MonkeyPatch) -> None:

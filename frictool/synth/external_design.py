@@ -85,7 +85,7 @@ def external_controller(
     composed, linear = blocks(model, design), stored_forms(given)
     verified = accept(posed, ControllerCandidate(given, given), linear, composed)
     origin = provenance or provenance_of_call(
-        "frictool.synth.external_design", model=model, spec=spec
+        "frictool.synth.external_controller", model=model, spec=spec
     )
     document = _document(posed, linear, verified, composed, origin)
     return with_digests(

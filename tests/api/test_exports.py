@@ -45,7 +45,9 @@ def test_a_misspelt_name_is_told_with_those_that_there_are() -> None:
         from frictool.synth import synthesize  # noqa: F401  # what is asked for is not there
     import frictool.synth
 
-    with pytest.raises(AttributeError, match="it offers SynthesisResult, external_controller, synthesise"):
+    with pytest.raises(
+        AttributeError, match="it offers SynthesisResult, external_controller, synthesise"
+    ):
         frictool.synth.synthesize  # noqa: B018  # reading it is what is tried
 
 

@@ -17,7 +17,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.design_blocks import PositionLawDesign
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.lti import Lti
-from frictool.synth import external_design
+from frictool.synth import external_controller
 from frictool.systems import (
     as_lti,
     controller_system,
@@ -40,7 +40,7 @@ PID = signal.TransferFunction(LEAD, np.polymul([1.0 / (8 * CROSSING), 1.0], [1.0
 
 @pytest.fixture(scope="module")
 def controller() -> Controller:
-    return external_design(PID, MODEL, SPEC, name="pid")
+    return external_controller(PID, MODEL, SPEC, name="pid")
 
 
 def sampled(document: Any, angles: np.ndarray) -> np.ndarray:
@@ -175,7 +175,7 @@ def test_one_s_own_controller_is_verified_kept_and_read_again(
 def test_one_s_own_speed_loop_goes_under_a_position_law() -> None:
     lead = signal.TransferFunction(LEAD[:2], [1.0 / (8 * CROSSING), 1.0])
     law = PositionLawDesign(action="cut", kind="square_root", formula="sqrt(F/J)")
-    found = external_design(lead, MODEL, SPEC, position_law=law)
+    found = external_controller(lead, MODEL, SPEC, position_law=law)
     assert found.structure == "speed_cascade"
     assert found.position_law is not None
     assert verify(found).unaltered
@@ -191,7 +191,7 @@ def test_one_s_own_speed_loop_goes_under_a_position_law() -> None:
 )
 def test_what_is_not_verified_is_refused(system: Any, words: str) -> None:
     with pytest.raises(NoSolutionError, match=words):
-        external_design(system, MODEL, SPEC)
+        external_controller(system, MODEL, SPEC)
 
 
 def test_vertices_are_those_of_the_controller(controller: Controller) -> None:

@@ -28,7 +28,7 @@ from tests.cli.run import run
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where kernels are kept, with two former versions' of which one was used just now."""
-    monkeypatch.setattr(kernels, "places", lambda: [tmp_path])
+    monkeypatch.setattr(kernels, "cache_places", lambda: [tmp_path])
     monkeypatch.setattr(
         kernels, "FOLDER", tmp_path / "kernels-now"
     )  # the real one may hold former states
@@ -193,7 +193,7 @@ def test_clean_removes_former_states_of_a_module_and_leaves_the_present_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(examination, "examine", lambda: [InstallationCheck("python", "ok", "3")])
-    monkeypatch.setattr(kernels, "places", list)
+    monkeypatch.setattr(kernels, "cache_places", list)
     monkeypatch.setattr(kernels, "FOLDER", tmp_path)
     present = (
         tmp_path
