@@ -190,6 +190,6 @@ def test_a_number_that_is_not_there_is_noticed() -> None:
     assert not is_there("5.72", LAST_EQUATION)
     assert is_there("4.2.5.4", LAST_SECTION)
     assert not is_there("4.1.2", LAST_SECTION)
-    assert _lost(["`synth/lpv.py`, `schedule.py`"], ["code"]) == []
+    assert _lost(["`synth/lpv.py`, `controller_schedule.py`"], ["code"]) == []
     assert _lost(["`lpv.py`"], ["code"]) == ["lpv.py"]
     assert _lost(["`lpv.py`"], ["code (`frictool/synth/`)"]) == []

@@ -11,13 +11,13 @@ import pytest
 SCRIPT = """
 import ctypes, sys
 import numpy.linalg._umath_linalg, scipy.linalg._fblas
-from frictool.workers.one_thread import LOADERS, SETTERS, one_thread
+from frictool.workers.blas_threads import LOADERS, SETTERS, limit_blas_threads
 def threads():
     libraries = [ctypes.CDLL(sys.modules[name].__file__) for name in LOADERS]
     getters = [getattr(one, name.replace("_set_", "_get_")) for one in libraries for name in SETTERS if hasattr(one, name)]
     return [getter() for getter in getters]
 before = threads()
-one_thread()
+limit_blas_threads()
 print(before, threads())
 """
 
