@@ -87,6 +87,13 @@ def test_knee_force_is_continuous_odd_and_dissipates(v: float) -> None:
     assert knee_force(v, np.zeros(0)) == 0.0
 
 
+@pytest.mark.parametrize("speed", [50.0, 180.0, 300.0, -300.0])
+def test_the_slope_of_two_knees_is_that_of_their_force(speed: float) -> None:
+    knees = regimes_from([(100.0, 4e-4), (260.0, -1e-4)])
+    difference = knee_force(speed + 1e-4, knees) - knee_force(speed - 1e-4, knees)
+    assert knee_slope(speed, knees) == pytest.approx(difference / 2e-4, abs=1e-9)
+
+
 @pytest.mark.parametrize(
     "points", [[(260.0, 1e-4), (200.0, 1e-4)], [(260.0, -1e-4)], [(0.0, 1.0)], [(math.nan, 1.0)]]
 )

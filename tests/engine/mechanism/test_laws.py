@@ -32,32 +32,45 @@ CLOSE = {
 
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_a_pulled_block_moves_as_under_the_law_alone(name: str) -> None:
-    # 3.7.2: a spring of 2 N/m whose end runs at 0.1 m/s, shortly before it breaks away, and the
-    # slip
+    """A spring of 2 N/m whose end runs at 0.1 m/s, shortly before breakaway and in slip (3.7.2)."""
+    b = Builder()
+    pulled = b.block(1.0, 0.1)
+    _plays_as_alone(b, pulled, name)
+
+
+@pytest.mark.parametrize("name", ["dahl", "hybrid_a", "hybrid_b", "hybrid_c", "karnopp"])
+def test_a_geared_block_moves_as_one_with_the_reflected_inertia(name: str) -> None:
+    """1.6 kg at half the speed of 0.6 kg reflects 0.4 kg to it."""
+    b = Builder()
+    driver, pulled = b.block(1.6, 0.1), b.block(0.6, 0.1)
+    b.joint(driver, pulled, -2.0)  # the position of `pulled` is -2 times that of `driver`
+    _plays_as_alone(b, pulled, name)
+
+
+def _plays_as_alone(b: Builder, pulled: int, name: str) -> None:
     law, values = LAWS[name], {**TABLE_3_1[name]}
     if "band" in values:
         values["band"] = 1e-3
-    times = np.linspace(0.0, END, 31)
     alone = run_law(
         law,
         law.pack(values),
         1.0,
         [(END, spring(STIFFNESS, SPEED)._replace(target=STRETCHED))],
-        times,
+        np.linspace(0.0, END, 31),
         step=STEP,
         tolerance=1e-9,
     )
-    b = Builder()
-    b.block(1.0, 0.1)
-    b.block(1e9, 0.1)  # the spring's end
-    b.coupling(1, 0, STIFFNESS)
-    b.friction(0, name, **values)
+    end = b.block(1e9, 0.1)  # the spring's end
+    b.coupling(end, pulled, STIFFNESS)
+    b.friction(pulled, name, **values)
     packed = b.packed()
     machine = prepare(packed)
-    state = rest(packed, machine, [0.0, STRETCHED], STEP)
-    state.y[3] = SPEED
+    start = [0.0] * (end + 1)
+    start[end] = STRETCHED
+    state = rest(packed, machine, start, STEP)
+    state.y[2 * end + 1] = SPEED
     result = run(machine, state, np.zeros((30, 0)), END / 30.0)
     assert result.status == 0
-    difference = np.abs(result.positions[0] - alone.samples[:, 0])
+    difference = np.abs(result.positions[pulled] - alone.samples[:, 0])
     assert difference.max() < CLOSE.get(name, 2e-6), f"{difference.max():.2e}"
     assert np.ptp(alone.samples[:, 0]) > 1e-3
