@@ -1,1 +1,1 @@
-"""Moves a plant and its sampled controller through time: events, closed loop, batches."""
+"""Time-domain simulation of a plant with its sampled controller: events, closed loop, batches."""

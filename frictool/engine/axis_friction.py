@@ -1,9 +1,8 @@
-"""Which friction an axis has where it is: per direction, over speed, position and time at rest
-(plant/axis_friction_laws.py).
+"""Friction of an axis by direction, speed, position and time at rest (plant/axis_friction_laws.py).
 
-Everything is seen in the direction of the motion: speed w >= 0. Which piece of a law holds follows
-from the state alone. What is left upwards at a level is entered again a trace below it, so that no
-motion can dwell between two pieces.
+All quantities are taken in the direction of motion: speed w >= 0. The current piece of the law
+follows from the state alone. A piece that a rising speed leaves is entered again only at a slightly
+lower speed, so that no motion can chatter between two pieces.
 """
 
 from __future__ import annotations
@@ -48,32 +47,30 @@ from frictool.plant.axis_friction_laws import (
 from frictool.runtime.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
-Laws = (
-    Vector | None
-)  # the parameters once more, or None where the axis has no laws: numba compiles each apart, the plain one without them
+# parameters of an axis with laws, None if it has none; numba compiles both cases separately
+Laws = Vector | None
 
-BELOW_KNEE, BELOW_LAYER = (
-    1.0 - 2.0**-40,
-    0.98,
-)  # of its speed: where a slower slip enters it from above
+# speeds at which a slowing slip enters the lower piece, relative to that of knee or layer
+BELOW_KNEE, BELOW_LAYER = 1.0 - 2.0**-40, 0.98
 NOWHERE, MAP_EDGE, END_STOP = 0, 1, 2
 
 
 @kernel
 def _side(direction: float) -> int:
-    """Place of a direction in a pair (backward, forward)."""
+    """Return the index of a direction in a pair (backward, forward)."""
     return 1 if direction > 0.0 else 0
 
 
 @kernel
 def _mapped(p: Vector, maps: int, direction: float, x: float) -> float:
+    """Return the position polynomial of one direction at x; constant beyond its range."""
     first = maps + MAX_TERMS * _side(direction)
     return polynomial(p[first : first + MAX_TERMS], min(max(x, p[MAP_LOW]), p[MAP_HIGH]))
 
 
 @kernel
 def coulomb_at(p: Vector, direction: float, x: float) -> float:
-    """F_c of an extended axis [N m | N] at x [rad | m]."""
+    """Return F_c of an extended axis [N m | N] at x [rad | m]."""
     return (
         _mapped(p, COULOMB_MAPS, direction, x)
         if p[MAPPED] > 0.0
@@ -83,6 +80,7 @@ def coulomb_at(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
+    """Return F_s of an extended axis after a long rest [N m | N] at x [rad | m]."""
     return (
         _mapped(p, BREAKAWAY_MAPS, direction, x)
         if p[MAPPED] > 0.0
@@ -92,8 +90,10 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """F_s of an extended axis after a long rest [N m | N], and which part of it is there just after
-    a stop: at least F_c."""
+    """Return F_s of an extended axis after a long rest [N m | N], and its share just after a stop.
+
+    The share is large enough for F_s to be at least F_c.
+    """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
     return full, fresh
@@ -101,20 +101,23 @@ def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
 
 @kernel
 def breakaway_at(p: Vector, direction: float, x: float, rested: float) -> float:
-    """F_s of an extended axis after `rested` [s] at rest [N m | N]."""
+    """Return F_s of an extended axis after `rested` [s] at rest [N m | N]."""
     full, fresh = strength(p, direction, x)
     return full * dwell_factor(rested, fresh, p[RISE_TIME])
 
 
 @inner_kernel
 def at_edge(state: Vector, p: Vector, direction: float) -> bool:
-    """Whether the motor takes the load along in this direction."""
+    """Return True if the motor carries the load along in this direction."""
     return bool(direction * state[GAP] >= 0.5 * p[BACKLASH])
 
 
 @inner_kernel
 def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
-    """The effort [N m | N] that an axis at rest stands in this direction; inf at an end stop."""
+    """Return the effort [N m | N] that an axis at rest withstands in a direction.
+
+    It is inf at an end stop.
+    """
     if laws is not None and distance_to_stop(laws, state[POSITION], direction) <= 0.0:
         return math.inf
     if not at_edge(state, p, direction):
@@ -126,14 +129,16 @@ def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
 
 @kernel
 def distance_to_stop(p: Vector, x: float, direction: float) -> float:
-    """How far the end stop of this direction is [rad | m]."""
+    """Return the distance to the end stop in this direction [rad | m]."""
     return float(direction * (p[STOP_PAIR + _side(direction)] - x))
 
 
 @kernel
 def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
-    """Distance and kind of what comes next in this direction: an end of the polynomials' range, or
-    an end stop."""
+    """Return distance [rad | m] and kind of the next boundary in this direction.
+
+    The kind is MAP_EDGE, an end of the range of the position polynomials, or END_STOP.
+    """
     length, kind = distance_to_stop(p, x, direction), END_STOP
     if p[MAPPED] > 0.0:
         near, far = (p[MAP_LOW], p[MAP_HIGH]) if direction > 0.0 else (p[MAP_HIGH], p[MAP_LOW])
@@ -145,8 +150,10 @@ def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
 
 @kernel
 def is_curved(state: Vector, p: Vector, direction: float) -> bool:
-    """Whether friction depends on position or curves over speed here, for an extended axis that
-    takes its load along."""
+    """Return True if the friction varies with position, or nonlinearly with speed.
+
+    The axis is extended and its motor carries the load.
+    """
     if abs(state[VELOCITY]) < p[LAYER]:
         return True
     low, high = direction * p[MAP_LOW], direction * p[MAP_HIGH]
@@ -157,8 +164,7 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
-    """(added, viscous): at w the friction of an extended axis is F_c + added + viscous w without
-    the Stribeck curve."""
+    """Return (added, viscous) of the friction F_c + added + viscous w, without Stribeck curve."""
     added, viscous = 0.0, p[VISCOUS_PAIR + _side(direction)]
     for row in range(REGIMES, COULOMB_MAPS, REGIME_SIZE):
         if w < p[row]:
@@ -171,7 +177,7 @@ def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
 
 @kernel
 def speed_band(p: Vector, w: float) -> tuple[float, float]:
-    """The speeds between which an extended axis at w keeps its piece of the law."""
+    """Return the lowest and highest speed of the piece of the law at w, for an extended axis."""
     lower, upper = 0.0, math.inf
     for row in range(REGIMES, COULOMB_MAPS, REGIME_SIZE):
         if w < p[row]:
@@ -187,8 +193,10 @@ def speed_band(p: Vector, w: float) -> tuple[float, float]:
 def slip_line(
     state: Vector, p: Vector, laws: Laws, direction: float, driving: bool
 ) -> tuple[float, float]:
-    """(coulomb, viscous) of a slip whose friction is a straight line; `driving`: the motor carries
-    the load."""
+    """Return (coulomb, viscous) of a slip with linear friction.
+
+    driving: the motor carries the load.
+    """
     if not driving:
         return p[BACKLASH_COULOMB], 0.0
     if laws is not None:
@@ -199,5 +207,5 @@ def slip_line(
 
 @kernel
 def has_stribeck(p: Vector) -> bool:
-    """Whether friction falls with speed."""
+    """Return True if the friction falls with speed."""
     return bool(p[STRIBECK_VELOCITY] > 0.0)

@@ -1,20 +1,18 @@
-"""Moves one axis through a time in which its command is held: from event to event, in closed form
-between them where there is one.
+"""Motion of one axis under a held command, from event to event, in closed form if there is one.
 
-    at rest    until the drive reaches the breakaway                     solved exactly in the
-               drive's exponential
-    slipping   until the speed falls to zero, or the backlash closes     solved to rounding
+    at rest    until the drive reaches the breakaway; exact solution of the drive's exponential
+    slipping   until the speed falls to zero or the backlash closes; solved to rounding
                (engine/slip_closed_form.py)
 
 With laws (plant/axis_friction_laws.py) a slip also ends at a knee, at the layer of the Stribeck
-curve, at an end of the position's polynomials and at an end stop; a breakaway that grows with the
-time at rest is met by the drive's exponential (engine/drive_lag.py). Where friction curves over
-speed or position, or a load follows the position (plant/position_load.py), the slip is integrated
-in steps (engine/slip_integration.py); everywhere else it stays in closed form.
+curve, at an end of the position polynomials and at an end stop. A breakaway that grows with the
+time at rest is compared with the drive's exponential (engine/drive_lag.py). If friction is
+nonlinear in speed or position, or a load follows the position (plant/position_load.py), the slip is
+integrated in steps (engine/slip_integration.py); otherwise it has a closed form.
 
-The sign of the friction belongs to the phase: no integrator ever sees sign(v). After a stop the
-axis sticks where the effort is within the breakaway and slips in the effort's direction where it is
-not. Parameters and state are those of plant/axis.py.
+The sign of the friction is fixed within a phase: no integrator ever evaluates sign(v). After a stop
+the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the
+effort. Parameters and state are those of plant/axis.py.
 """
 
 from __future__ import annotations
@@ -89,15 +87,15 @@ from frictool.plant.position_load import is_loaded, opposing_effort
 from frictool.runtime.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
-ROUNDING = 2.0**-50  # efforts smaller than this part of their terms are zero
-MAX_EVENTS = 100  # a held command makes a handful: its effort is monotone
-MAX_REBOUNDS = 10_000  # and where end stops throw the axis back
-SHORTEST_FLIGHT = 1e-6  # s; a rebound that would last less rests at its end stop
+ROUNDING = 2.0**-50  # largest effort that counts as zero, relative to its terms
+MAX_EVENTS = 100  # events per call; a held command causes only a few, since its effort is monotone
+MAX_REBOUNDS = 10_000  # events per call of an axis with end stops, which may rebound
+SHORTEST_FLIGHT = 1e-6  # s, shortest flight of a rebound; a shorter one ends at rest at the stop
 
 
 @inner_kernel
 def _opposing(p: Vector, laws: Laws, x: float) -> float:
-    """Offset, with laws also the load, at x [N m | N]."""
+    """Return the offset, with laws plus the load, at x [N m | N]."""
     return float(p[OFFSET]) if laws is None else opposing_effort(laws, x)
 
 
@@ -105,11 +103,11 @@ def _opposing(p: Vector, laws: Laws, x: float) -> float:
 def _rest(
     state: Vector, command: float, p: Vector, laws: Laws, remaining: float, refused: float
 ) -> tuple[float, float]:
-    """At rest for up to `remaining`: moves the drive; returns how long, and the direction in which
-    the axis then breaks away or 0.
+    """Keep the axis at rest for up to `remaining` [s] and advance the drive.
 
-    `refused`: a direction in which it has just not got going, its effort being on the threshold to
-    rounding and no longer rising.
+    Returns the duration, and the direction of the breakaway at its end or 0. refused: direction in
+    which a slip has just failed to start; its effort is on the threshold to rounding and does not
+    rise.
     """
     lag, drive, opposing = p[LAG], state[DRIVE], _opposing(p, laws, state[POSITION])
     forward, backward = threshold(state, p, laws, 1.0), threshold(state, p, laws, -1.0)
@@ -133,7 +131,7 @@ def _rest(
 
 @kernel
 def _wait(state: Vector, command: float, p: Vector, direction: float, remaining: float) -> float:
-    """Until the drive outgrows a breakaway that grows with the time at rest, or NEVER."""
+    """Return the time until the drive outgrows the rising breakaway, or NEVER."""
     full, fresh = strength(p, direction, state[POSITION])
     settled = direction * (p[CONSTANT] * command - opposing_effort(p, state[POSITION]))
     losing = direction * p[CONSTANT] * (command - state[DRIVE])
@@ -146,11 +144,10 @@ def _wait(state: Vector, command: float, p: Vector, direction: float, remaining:
 def _phase(
     state: Vector, command: float, p: Vector, direction: float, coulomb: float, viscous: float
 ) -> Phase:
-    """The coming phase of slip.
+    """Return the coming phase of slip.
 
-    Where the breakaway is the Coulomb friction, slip begins with no acceleration at all: what
-    rounding leaves of it is taken out, or the axis would stop and break away again at the same
-    instant.
+    If the breakaway equals the Coulomb friction, slip begins without acceleration. Its rounding
+    error is removed; otherwise the axis would stop and break away again at the same instant.
     """
     settled = direction * (p[CONSTANT] * command - p[OFFSET]) - slip_force(
         0.0, 1.0, coulomb, viscous
@@ -161,7 +158,8 @@ def _phase(
             abs(p[CONSTANT] * state[DRIVE]) + abs(p[CONSTANT] * command) + abs(p[OFFSET]) + coulomb
         )
         if abs(settled + transient) <= ROUNDING * gross:
-            settled = settled if p[LAG] > 0.0 else 0.0  # without a lag nothing is on its way either
+            # without a lag the effort does not change either
+            settled = settled if p[LAG] > 0.0 else 0.0
             transient = -settled
     rate = 1.0 / p[LAG] if p[LAG] > 0.0 else 0.0
     return (
@@ -184,8 +182,10 @@ def _straight_slip(
     driving: bool,
     to_edge: float,
 ) -> tuple[float, float, float, int]:
-    """Slips for up to `remaining` in closed form; returns how long, how far, the speed then, how it
-    ended. The state stays as it is."""
+    """Compute a slip of up to `remaining` [s] in closed form; the state is not changed.
+
+    Returns duration, distance, final speed, and how the slip ended.
+    """
     coulomb, viscous = slip_line(state, p, laws, direction, driving)
     phase = _phase(state, command, p, direction, coulomb, viscous)
     lower, upper, length, place = 0.0, math.inf, math.inf, CONTACT
@@ -220,11 +220,10 @@ def _straight_slip(
 
 @kernel
 def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
-    """At the place that came next from `start`: an end of the position's polynomials, passed, or an
-    end stop. Returns the direction.
+    """Pass the map edge or hit the end stop ahead of `start`; return the new direction.
 
-    A motor that its effort pushes against the stop rebounds without end in finite time: the last
-    rebounds are left out.
+    If the effort pushes the motor against the stop, it rebounds infinitely often in finite time;
+    the last rebounds are left out.
     """
     _, place = next_place(p, start, direction)
     if place == MAP_EDGE:
@@ -232,7 +231,7 @@ def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
         state[POSITION] = low if abs(state[POSITION] - low) < abs(state[POSITION] - high) else high
         return direction
     wall = p[STOP_PAIR + (1 if direction > 0.0 else 0)]
-    if direction * (wall - start) > 0.0:  # an axis that was put beyond its stop stays there
+    if direction * (wall - start) > 0.0:  # an axis that starts beyond its stop stays there
         state[POSITION] = wall
     state[VELOCITY] *= -p[RESTITUTION]
     outwards = (
@@ -247,8 +246,11 @@ def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
 def _slip(
     state: Vector, command: float, p: Vector, laws: Laws, direction: float, remaining: float
 ) -> tuple[float, float, int]:
-    """Slips for up to `remaining`; returns how long, the direction that goes on, 0 after a stop,
-    and how the slip ended."""
+    """Let the axis slip for up to `remaining` [s].
+
+    Returns the duration, the direction of the further motion (0 after a stop), and how the slip
+    ended.
+    """
     to_edge = 0.5 * p[BACKLASH] - direction * state[GAP]
     driving = to_edge <= 0.0
     w, x = direction * state[VELOCITY], state[POSITION]
@@ -305,8 +307,7 @@ def _advance(state: Vector, command: float, p: Vector, laws: Laws, duration: flo
 
 @kernel
 def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
-    """The lowest and the highest drive [A | V] that can flow at this speed: the drive's limit, and
-    what the winding leaves."""
+    """Return the lowest and highest drive [A | V] at a speed, by drive limit and winding."""
     low, high = -p[DRIVE_LIMIT], p[DRIVE_LIMIT]
     if p[RESISTANCE] > 0.0:
         back = p[CONSTANT] * velocity
@@ -319,19 +320,21 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 
 @kernel
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
-    """The drive [A | V] that acts from this instant on: what flows, or without a lag the command,
-    within its range."""
+    """Return the drive [A | V] that acts from now on, limited to `drive_range`.
+
+    With a lag it is the state of the drive, without a lag the command.
+    """
     low, high = drive_range(p, state[VELOCITY])
     return float(min(max(state[DRIVE] if p[LAG] > 0.0 else command, low), high))
 
 
 @kernel
 def advance(state: Vector, command: float, parameters: Vector, duration: float) -> int:
-    """Advances `state` (7,), in place, by `duration` [s] under a held `command` [A or V]. Returns
-    engine/status.py.
+    """Advance `state` (7,), in place, by `duration` [s] under a held `command` [A | V].
 
-    `parameters`: (14,), or (EXTENDED_SIZE,) with laws, or more with a load (plant/position_load.py
-    `under_load`). The winding's bound is that of the speed at the beginning.
+    parameters: (14,), or (EXTENDED_SIZE,) with laws, or more with a load (plant/position_load.py
+    `with_load`). The winding's limit is that of the speed at the beginning. Returns a status of
+    engine/status.py.
     """
     total = command * 0.0 + duration
     for index in range(STATE_SIZE):

@@ -1,5 +1,7 @@
-"""Many runs at once on all cores. Runs share nothing that they write, so that results do not depend
-on the number of threads."""
+"""Many runs in parallel on all cores.
+
+Runs share no data that they write, so that results do not depend on the number of threads.
+"""
 
 from __future__ import annotations
 
@@ -30,11 +32,10 @@ def replay_axes(
     positions: Vector,
     statuses: NDArray[np.int64],
 ) -> None:
-    """Moves many axes (m, a), states (m, 7) in place, each under its commands (m, n), one held for
-    a `period` [s].
+    """Simulate many axes (m, a) with states (m, 7), in place, under commands (m, n).
 
-    positions (m, n) [m | rad]: those at the beginning of each period. statuses (m,):
-    engine/status.py; a run that fails stops there.
+    Each command is held for a `period` [s]. positions (m, n) [m | rad]: filled with those at the
+    beginning of each period. statuses (m,): engine/status.py; a run that fails stops there.
     """
     for i in prange(axes.shape[0]):
         for k in range(commands.shape[1]):
@@ -57,13 +58,11 @@ def closed_loops(
     load: Vector,
     conditions: Vector,
 ) -> None:
-    """Many closed loops: engine/closed_loop.py `run` for each row of axes (m, a), states (m, 7),
-    references (m, n).
+    """Simulate many closed loops, engine/closed_loop.py `run` for each row.
 
-    Each has a machine of its own, at rest where it is measured; all are under one load and the same
-    conditions (n, 8) or (0, 8).
-
-    Fills records (m, n, 7) and statuses (m,).
+    axes (m, a), states (m, 7), references (m, n). Each loop has its own copy of the controller,
+    started at rest at the measured position. All have the same load and the same conditions (n, 8)
+    or (0, 8). Fills records (m, n, 7) and statuses (m,).
     """
     for i in prange(axes.shape[0]):
         own = copy_program(controller)
@@ -94,11 +93,11 @@ def breakaway_times(
     counts: NDArray[np.int64],
     statuses: NDArray[np.int64],
 ) -> None:
-    """Many bodies of one law from t = 0: laws (m, p), bodies (m, 16), states (m, 5) in place, each
-    under drives (m, s, 10) to ends (s,).
+    """Simulate many bodies of one law from t = 0 and fill their breakaway times [s].
 
-    found (m, b): the first b breakaway times, as counts (m,) says; `room`: for how many events of
-    each run. statuses (m,).
+    laws (m, p), bodies (m, 16), states (m, 5) in place, drives (m, s, 10) up to ends (s,). found
+    (m, b): the first b breakaway times, of which counts (m,) are valid. room: largest number of
+    events of each run. statuses (m,): engine/status.py.
     """
     for i in prange(bodies.shape[0]):
         events = np.empty((room, 4))

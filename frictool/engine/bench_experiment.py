@@ -1,13 +1,12 @@
-"""A bench test as the bench plays it: a reference under the bench's own position loop, or breakaway
-ramps by their rules.
+"""Simulation of a bench test: a reference under the bench's position loop, or breakaway ramps.
 
     reference   position --[encoder]--> servo (engine/servo.py) --[delay]--> drive --> axis
-    ramps       rows of the drive; the encoder tells when to leave a segment, and when to turn
-                (figure 4.6)
+    ramps       rows of the drive; the encoder decides when a segment ends, and when the direction
+                changes (figure 4.6)
 
-The servo's rates are differences of the encoder's counts over a period, as a bench has them. What
-is computed from sample k acts `delay` samples later, and is 0 before. The record holds what is
-measured: `position` and `drive` (n,) at each sample.
+The servo's rates are differences of encoder counts over a period, as on a bench. An effort computed
+at sample k acts `delay` samples later; before, the drive is 0. The record holds the measured
+`position` and `drive` (n,) at each sample.
 """
 
 from __future__ import annotations
@@ -30,8 +29,7 @@ Rows = NDArray[np.int64]
 
 
 class ServoMemory(NamedTuple):
-    """What the bench's position loop remembers: what was measured and wanted before, and the
-    integral's effort."""
+    """Memory of the bench's position loop: last measurement, last reference, integral's effort."""
 
     before: float
     wanted: float
@@ -42,8 +40,10 @@ class ServoMemory(NamedTuple):
 def servo_effort(
     servo: Vector, memory: ServoMemory, reference: float, measured: float, period: float
 ) -> tuple[float, ServoMemory]:
-    """The effort [N m | N] of the bench's loop at a sample, and what it remembers then. servo (5,):
-    `Servo`."""
+    """Return the effort [N m | N] of the bench's loop at a sample, and the new memory.
+
+    servo (5,): `PositionServo`.
+    """
     rate = (
         servo[REFERENCE_RATE] * (reference - memory.wanted) - (measured - memory.before)
     ) / period
@@ -55,8 +55,7 @@ def servo_effort(
 
 
 class RampProgress(NamedTuple):
-    """Where a test by ramps stands: the row that comes, the segment that is played, and where the
-    encoder was when it began."""
+    """Progress of a ramp test: next row, current segment, encoder reading at its start."""
 
     row: int
     segment: float
@@ -73,7 +72,10 @@ def next_place(
     rules: Vector,
     measured: float,
 ) -> RampProgress:
-    """The row to play at a sample, `rows` where there is none, by the rules of `play_ramps`."""
+    """Return the progress with the row to play at a sample; the row is `rows` if none is left.
+
+    The rules are those of `play_ramps`.
+    """
     row = place.row
     if measured > rules[2] if place.segment > 0.0 else measured < rules[1]:
         row = turning[max(row - 1, 0)]
@@ -96,11 +98,10 @@ def play_reference(
     position: Vector,
     drive: Vector,
 ) -> int:
-    """Follows `reference` (n,) from `state` (7,), which is changed; fills position, drive (n,).
-    Returns engine/status.py.
+    """Follow `reference` (n,) from `state` (7,), in place, and fill position and drive (n,).
 
-    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `Servo`, in effort, its limit
-    that of the axis's drive.
+    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo` in effort; its
+    limit is that of the axis's drive. Returns a status of engine/status.py.
     """
     p, waiting = with_load(axis, load), np.zeros(delay + 1)
     memory = ServoMemory(measure(state[POSITION], axis[ENCODER_STEP]), reference[0], 0.0)
@@ -132,12 +133,12 @@ def play_ramps(
     drive: Vector,
     played: Rows,
 ) -> int:
-    """Plays `rows` (n,) of the drive by their rules; fills position, drive (n,), and their number
-    in `played` (1,). Returns status.
+    """Play `rows` (n,) of the drive by the rules of a ramp test, and fill position and drive (n,).
 
-    segment (n,): its sign is the direction. following, turning (n,): the first row of the next
-    segment, and of the next segment in the other direction; n where there is none. rules (3,):
-    distance to go on, lower and upper turn, rad | m.
+    segment (n,): its sign is the direction. following, turning (n,): first row of the next segment,
+    and of the next segment in the other direction; n if there is none. rules (3,) [rad | m]:
+    distance after which a segment ends, lower and upper position at which the direction changes.
+    played (1,): set to the number of rows played. Returns a status of engine/status.py.
     """
     p, waiting = with_load(axis, load), np.zeros(delay + 1)
     place = RampProgress(0, segment[0], measure(state[POSITION], axis[ENCODER_STEP]))

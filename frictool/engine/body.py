@@ -1,12 +1,11 @@
-"""One mass on a support with friction: what the engine needs to know of it, and how its state and
-its events are laid out.
+"""One mass on a support with friction: parameters, state and events as the engine stores them.
 
              ◀── friction
     effort u ──▶ [ m ] ──▶ v          lower stop │        x        │ upper stop
 
-The friction law is a kernel `slip_force(v, direction, law)` and the two breakaway forces. From
-`straight_from` on it is a straight line, direction coulomb + viscous v, to rounding: there the
-engine moves in closed form, below it (the Stribeck layer) in steps.
+The friction law consists of a kernel `slip_force(v, direction, law)` and two breakaway forces. From
+the speed `straight_from` on, the law is to rounding a straight line, direction coulomb + viscous v.
+There the engine uses a closed form; below, in the Stribeck layer, it integrates in steps.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from frictool.friction.extension import DELAY, PackedExtension
 
 Vector = NDArray[np.float64]
 
-# parameters; pairs are (backward, forward), so that index base + (direction > 0) finds its own
+# parameters; pairs are (backward, forward), at index base + (direction > 0)
 MASS, BREAKAWAY, COULOMB, VISCOUS, VISCOUS_BEYOND = 0, 1, 3, 5, 7
 LAYER, KNEE, LOWER_STOP, UPPER_STOP, RESTITUTION, SPEED_SCALE, TOLERANCE = 9, 10, 11, 12, 13, 14, 15
 BODY_SIZE = 16
@@ -34,7 +33,7 @@ STATE_SIZE = 5
 # regions of a slip
 IN_LAYER, STRAIGHT, BEYOND_KNEE = 0, 1, 2
 
-# events, one row each: time, kind, position, velocity just before
+# events, one row each: time, kind, position, velocity just before the event
 (
     NO_EVENT,
     BREAKS_AWAY,
@@ -68,12 +67,11 @@ TOLERANCE_DEFAULT = 1e-8
 
 @dataclass(frozen=True)
 class FrictionBody:
-    """A mass [kg | kg m2] with its friction, SI; forces in N where the axis is linear, N m where it
-    is rotary.
+    """Mass [kg | kg m2] with friction, SI; forces in N for a linear axis, N m for a rotary one.
 
-    `slip_force`: a kernel (v, direction, law) -> force, `law` its parameters. Pairs are (backward,
-    forward), all >= 0: what holds before an `extension` multiplies it. `engine/law_simulation.py:
-    body_of` makes one from a law of the table.
+    slip_force: kernel (v, direction, law) -> force; law: its parameters. Pairs are (backward,
+    forward), all >= 0, before an `extension` multiplies them. `engine/law_simulation.py: body_of`
+    makes a body from a law of the registry.
     """
 
     mass: float
@@ -82,27 +80,25 @@ class FrictionBody:
     breakaway: tuple[float, float]
     coulomb: tuple[float, float]
     viscous: tuple[float, float] = (0.0, 0.0)
-    straight_from: float = 0.0  # m/s; inf: never
-    speed_scale: float = 1.0  # m/s: speeds are computed to `tolerance` of it, or of themselves
-    knee: float = (
-        math.inf
-    )  # m/s: beyond it the friction goes on with `viscous_beyond`; not below straight_from
+    straight_from: float = 0.0  # m/s, speed from which the law is a straight line; inf: never
+    speed_scale: float = 1.0  # m/s, speeds are computed to `tolerance` of it, or of themselves
+    # m/s, speed from which the viscous coefficient is `viscous_beyond`; at least straight_from
+    knee: float = math.inf
     viscous_beyond: tuple[float, float] = (0.0, 0.0)
     stops: tuple[float, float] = (-math.inf, math.inf)  # m
-    restitution: float = 0.0  # speed after an end stop over speed before
+    restitution: float = 0.0  # ratio of the speeds after and before an end stop
     tolerance: float = TOLERANCE_DEFAULT
-    extension: PackedExtension | None = (
-        None  # friction/extension.py; knees are then those of the extension
-    )
+    # friction/extension.py; the knees are then those of the extension
+    extension: PackedExtension | None = None
 
     def law_in(self, direction: float) -> Vector:
-        """The parameters of `slip_force` in a direction."""
+        """Return the parameters of `slip_force` in a direction."""
         if self.extension is None:
             return self.law
         return self.extension.forward if direction > 0.0 else self.extension.backward
 
     def as_array(self) -> Vector:
-        """The parameters (16,) for the kernels. ValueError where they describe no body."""
+        """Return the parameters (16,) for the kernels; raise ValueError if they are invalid."""
         array = np.empty(BODY_SIZE)
         array[MASS] = self.mass
         for base, pair in (
@@ -120,7 +116,7 @@ class FrictionBody:
         return array
 
     def _check(self) -> None:
-        """ValueError with the first inequality that does not hold."""
+        """Raise ValueError for the first inequality that does not hold."""
         if not 0.0 < self.mass < math.inf:
             raise ValueError(f"a mass is above 0 and finite, found {self.mass}")
         if not 1e-14 <= self.tolerance <= 1e-2:
@@ -134,7 +130,8 @@ class FrictionBody:
         ):
             raise ValueError(
                 "speeds are positive and the knee is not inside the layer, found "
-                f"straight_from {self.straight_from}, speed_scale {self.speed_scale}, knee {self.knee}"
+                f"straight_from {self.straight_from}, speed_scale {self.speed_scale}, "
+                f"knee {self.knee}"
             )
         if self.extension is not None and (
             self.knee < math.inf or self.extension.table[DELAY] > 0.0
@@ -143,24 +140,28 @@ class FrictionBody:
                 "a pure delay of the film" if self.knee == math.inf else "a knee of the body's own"
             )
             raise ValueError(
-                f"found {found}; a body that is extended takes its knees from the extension, and a lag but no delay"
+                f"found {found}; a body that is extended takes its knees from the extension, "
+                "and a lag but no delay"
             )
         for side, direction in enumerate((-1.0, 1.0)):
             start = direction * float(self.slip_force(0.0, direction, self.law_in(direction)))
             if not start <= self.breakaway[side] * (1.0 + 1e-12):
                 raise ValueError(
-                    f"the breakaway {self.breakaway[side]} is below the friction {start} at which slip in its direction begins"
+                    f"the breakaway {self.breakaway[side]} is below the friction {start} "
+                    "at which slip in its direction begins"
                 )
 
 
 def at_rest(position: float = 0.0) -> Vector:
-    """The state (5,) of a body at rest at `position` [m | rad]."""
+    """Return the state (5,) of a body at rest at `position` [m | rad]."""
     return np.array([position, 0.0, 0.0, 0.0, IN_LAYER])
 
 
 def moving(position: float, velocity: float) -> Vector:
-    """The state (5,) of a body that slips at `velocity` [m/s | rad/s]; the region is found on the
-    first step."""
+    """Return the state (5,) of a body that slips at `velocity` [m/s | rad/s].
+
+    The region of the law is set in the first step.
+    """
     if velocity == 0.0:
         return at_rest(position)
     return np.array([position, velocity, 0.0, math.copysign(1.0, velocity), IN_LAYER])

@@ -1,19 +1,18 @@
-"""The sampled controller around the axis: what the target sees and does at every sample, and the
-axis in between.
+"""Sampled controller and axis in closed loop: controller at every sample, axis motion in between.
 
     sample k:  position --[encoder: floor(x/step) step]--> y[k] --[controller]--> u[k]
     --[delay_samples]--> held until k+1
 
-The counter of an incremental encoder changes at its edges: it reports the edge below, hence floor.
-The command of sample k acts from sample k + delay_samples on; before the first one arrives the
-command is zero. Both controller and axis limit the drive. A drive without lag jumps at the sample:
-the record holds the value that it has until the next one.
+The counter of an incremental encoder changes at the edges and reports the edge below, hence floor.
+The command of sample k acts from sample k + delay_samples on; before the first one the command is
+zero. Both controller and axis limit the drive. A drive without lag jumps at the sample: the record
+contains its value after the jump.
 
 A load that depends on position (plant/position_load.py) is integrated with the motion. At rest
-neither position nor load changes, so that an axis at rest stays where it is, exactly. The bound of
-a winding (plant/axis.py) is held over a part of a period at the speed at its beginning.
-Disturbances, drifts and faults are rows of engine/conditions.py, one a sample. A sensor of the
-speed, where the controller has one, shows the true speed at the sample.
+neither position nor load changes, so that an axis at rest stays exactly in position. The limit of a
+winding (plant/axis.py) is updated PARTS times per period, with the speed at the beginning of each
+part. Disturbances, drifts and faults are rows of engine/conditions.py, one per sample. A speed
+sensor, if the controller has one, reads the true speed at the sample.
 """
 
 from __future__ import annotations
@@ -41,16 +40,16 @@ from frictool.runtime.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
 
-# columns of the record, one row a sample, as things are at that sample
+# columns of the record, one row per sample, with the values at that sample
 MEASURED, TRUE_POSITION, TRUE_VELOCITY, LOAD, COMMAND, TRUE_DRIVE, TRUE_MODE = 0, 1, 2, 3, 4, 5, 6
 RECORD_SIZE = 7
 
-PARTS = 4  # of a period, where there is a winding
+PARTS = 4  # parts of a period for an axis with a winding
 
 
 @kernel
 def measure(position: float, step: float) -> float:
-    """What an encoder of this step reports [rad | m]; the position itself where the step is 0."""
+    """Return an encoder's reading [rad | m] of a position; the position itself if step is 0."""
     return math.floor(position / step) * step if step > 0.0 else position
 
 
@@ -66,13 +65,14 @@ def run(
     load: Vector,
     conditions: Vector,
 ) -> int:
-    """Runs the loop over `reference` (n,), one value a `period` [s]; fills `record` (n, 7). Returns
-    engine/status.py.
+    """Simulate the loop over `reference` (n,), one value per `period` [s]; fill `record` (n, 7).
 
     axis (a,) and state (7,): plant/axis.py, the state in place. controller:
-    control/compiled_program.py, started at what is measured, in place. load:
-    plant/position_load.py. conditions (n, 8): engine/conditions.py, or (0, 8) where nothing
-    happens. Where the status is not OK the record is filled up to the failing sample.
+    control/compiled_program.py, started at the measured position, in place. load:
+    plant/position_load.py. conditions (n, 8): engine/conditions.py, or (0, 8) for none.
+
+    Returns a status of engine/status.py; if it is not OK, the record is filled up to the failing
+    sample.
     """
     axis = with_load(axis, load)
     p, waiting = axis.copy(), np.zeros(delay_samples + 1)
@@ -90,7 +90,7 @@ def run(
 
 @inner_kernel
 def encoder_reading(axis: Vector, state: Vector, last: float, conditions: Vector, k: int) -> float:
-    """What the encoder shows at sample k [rad | m]; `last`: what it showed at the sample before."""
+    """Return the encoder's reading at sample k [rad | m]; `last`: reading at the sample before."""
     reported = measure(state[POSITION], axis[ENCODER_STEP])
     return (
         faulty(reported, axis[ENCODER_STEP], last, conditions[k])
@@ -112,12 +112,12 @@ def advance_sample(
     row: Vector,
     conditions: Vector,
 ) -> int:
-    """Sample k after the controller has given its command, up to the next: fills the record's row
-    (7,), moves the state.
+    """Apply the command of sample k, fill the record's row (7,), and advance to sample k + 1.
 
-    axis (a,): the parameters, with their load behind them (plant/position_load.py `under_load`). p
-    (a,): a copy that conditions write into. waiting (delay_samples + 1,): commands that have yet to
-    act. The loop keeps both from sample to sample. Returns engine/status.py.
+    axis (a,): parameters, followed by the load (plant/position_load.py `with_load`). p (a,):
+    workspace for the parameters under the conditions. waiting (delay_samples + 1,): commands that
+    do not act yet. The loop passes p and waiting from sample to sample. Returns a status of
+    engine/status.py.
     """
     changing, parts = conditions.shape[0] > 0, PARTS if axis[RESISTANCE] > 0.0 else 1
     part, places = period / parts, waiting.shape[0]

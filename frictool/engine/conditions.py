@@ -1,27 +1,23 @@
-"""What happens to a loop while it runs: loads from outside, parameters that drift, sensors that
-fail. One row a sample, in SI.
+"""Conditions that change during a run: external loads, parameter drifts, sensor faults.
 
-====  ================
-===========================================================================================================
-col.  name              meaning over the sample that begins
-====  ================
-===========================================================================================================
-0     DISTURBANCE       effort on the axis beside the drive's [N m | N], positive drives forward
-1     FRICTION          factor on all dry friction: Coulomb, breakaway, their maps over position,
-      those inside the backlash
-2     VISCOUS_FACTOR    factor on the viscous coefficients of every regime; knees stay
-3     CONSTANT_FACTOR   factor on the drive's constant, effort and back-electromotive force alike
-4     LOST              counts that the encoder has lost so far: it reports so many too few
-5     ENCODER_FAULT     STUCK: the encoder goes on reporting what it reported last; INVALID: what it
-      reports is no number (NaN); else 0
-6     SENSOR_OFFSET     a, b in (measured drive) = b (drive) + a, where the drive's own loop makes
-      the measured one follow its
-7     SENSOR_GAIN       command; 0 and 1 without a fault
-====  ================
-===========================================================================================================
+One row per sample, SI units. Each value holds from its sample to the next.
 
-Under constant factors an axis is the one whose parameters are so many times as large from the
-start.
+====  ===============  =========================================================================
+col.  name             meaning
+====  ===============  =========================================================================
+0     DISTURBANCE      external effort on the axis [N m | N]; positive values drive forward
+1     FRICTION         factor of all dry friction: Coulomb, breakaway, their position maps, and
+                       the friction inside the backlash
+2     VISCOUS_FACTOR   factor of the viscous coefficients of all regimes; knees stay
+3     CONSTANT_FACTOR  factor of the drive's constant, in effort and back-electromotive force
+4     LOST             counts lost by the encoder so far; its reading is this much too low
+5     ENCODER_FAULT    STUCK: the reading is frozen; INVALID: the reading is NaN; 0: no fault
+6     SENSOR_OFFSET    a of the drive's sensor, measured = b drive + a; 0 without fault
+7     SENSOR_GAIN      b of the drive's sensor; 1 without fault
+====  ===============  =========================================================================
+
+The drive's own loop makes the measured drive follow its command. With constant factors an axis
+behaves as one whose parameters are multiplied by them.
 """
 
 from __future__ import annotations
@@ -65,21 +61,23 @@ Vector = NDArray[np.float64]
     SENSOR_OFFSET,
     SENSOR_GAIN,
 ) = range(8)
-STUCK, INVALID = 1.0, 2.0  # of ENCODER_FAULT
+STUCK, INVALID = 1.0, 2.0  # values of ENCODER_FAULT
 CONDITIONS_SIZE = 8
-NEUTRAL = (0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)  # a row in which nothing happens
+NEUTRAL = (0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)  # row without any effect
 NO_CONDITIONS: Vector = np.empty((0, CONDITIONS_SIZE))
 
 
 def neutral(samples: int) -> Vector:
-    """Conditions (samples, 8) under which nothing happens."""
+    """Return conditions (samples, 8) without any effect."""
     return np.tile(np.array(NEUTRAL), (samples, 1))
 
 
 @kernel
 def impose(axis: Vector, p: Vector, row: Vector) -> None:
-    """Fills the parameters `p` with those of `axis` (plant/axis.py, same length) under the
-    conditions `row` (8,)."""
+    """Fill `p` with the parameters `axis` (plant/axis.py) changed by the conditions `row` (8,).
+
+    Both arrays have the same length.
+    """
     friction, viscous = row[FRICTION], row[VISCOUS_FACTOR]
     p[COULOMB], p[BREAKAWAY] = friction * axis[COULOMB], friction * axis[BREAKAWAY]
     p[BACKLASH_COULOMB], p[BACKLASH_BREAKAWAY] = (
@@ -88,7 +86,7 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
     )
     p[VISCOUS], p[CONSTANT] = viscous * axis[VISCOUS], row[CONSTANT_FACTOR] * axis[CONSTANT]
     p[OFFSET] = axis[OFFSET] - row[DISTURBANCE]
-    p[DRIVE_LIMIT] = math.inf  # `true_command` has limited what the drive's loop is asked for
+    p[DRIVE_LIMIT] = math.inf  # `true_command` has already limited the command of the drive's loop
     if axis.shape[0] > PLAIN_SIZE:
         for side in range(2):
             p[VISCOUS_PAIR + side] = viscous * axis[VISCOUS_PAIR + side]
@@ -102,8 +100,10 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
 
 @kernel
 def true_command(command: float, limit: float, row: Vector) -> float:
-    """The drive [A | V] at which the sensor of the drive's loop shows the limited command; a
-    command that is no number stays one."""
+    """Return the drive [A | V] at which the drive's sensor shows the limited command.
+
+    A command that is not finite is returned unchanged.
+    """
     if not math.isfinite(command):
         return command
     return float((min(max(command, -limit), limit) - row[SENSOR_OFFSET]) / row[SENSOR_GAIN])
@@ -111,8 +111,10 @@ def true_command(command: float, limit: float, row: Vector) -> float:
 
 @kernel
 def faulty(reported: float, step: float, last: float, row: Vector) -> float:
-    """What the encoder shows [rad | m] where a sound one has `reported`; `last`: what it showed at
-    the sample before."""
+    """Return the encoder's reading [rad | m] if a sound encoder reads `reported`.
+
+    last: reading at the sample before. step: resolution [rad | m].
+    """
     if row[ENCODER_FAULT] == INVALID:
         return math.nan
     return float(last if row[ENCODER_FAULT] == STUCK else reported - row[LOST] * step)

@@ -1,5 +1,4 @@
-"""One step of Dormand and Prince's method of order 5 with its error of order 4 and its dense
-output, for x' = v, v' = a, q' = x - r.
+"""One step of the Dormand-Prince method 5(4), with dense output, for x' = v, v' = a, q' = x - r.
 
 Coefficients: Dormand, Prince 1980; dense output: Hairer, Norsett, Wanner, Solving Ordinary
 Differential Equations I, II.6.
@@ -19,7 +18,7 @@ Vector = NDArray[np.float64]
 Force = Callable[[float, float, Vector], float]
 
 STAGES = 7
-# y(t0 + c_i h) = y0 + h sum_j a_ij k_j, written out below: the compiler then keeps everything in
+# y(t0 + c_i h) = y0 + h sum_j a_ij k_j, written out below so that the compiler keeps all in
 # registers
 C2, C3, C4, C5 = 1 / 5, 3 / 10, 4 / 5, 8 / 9
 A21 = 1 / 5
@@ -29,8 +28,8 @@ A51, A52, A53, A54 = 19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729
 A61, A62, A63, A64, A65 = 9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656
 A71, A73, A74, A75, A76 = 35 / 384, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84
 E1, E3, E4, E5, E6, E7 = 71 / 57600, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40
-# y(t0 + s h) = y0 + h sum_i k_i (DENSE[i][0] s + DENSE[i][1] s^2 + DENSE[i][2] s^3 + DENSE[i][3]
-# s^4)
+# y(t0 + s h) = y0 + h sum_i k_i (DENSE[i][0] s + DENSE[i][1] s^2
+#                                 + DENSE[i][2] s^3 + DENSE[i][3] s^4)
 DENSE = (
     (1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432),
     (0.0, 0.0, 0.0, 0.0),
@@ -69,7 +68,7 @@ def _rate(
     v: float,
     q: float,
 ) -> float:
-    """v' of a slip in `direction`."""
+    """Return v' of a slip in `direction`."""
     return (effort(t, x, v, q, drive) - force(v, direction, law)) * mobility
 
 
@@ -86,10 +85,10 @@ def layer_step(
     y: Vector,
     slopes: Vector,
 ) -> float:
-    """Tries one step of length h from y = (x, v, q) at t; returns the error of v [m/s | rad/s].
+    """Try one step of length h from y = (x, v, q) at t; return the error of v [m/s | rad/s].
 
-    `start`: the acceleration at t. `slopes` (3, 7), rows x', v', q', is filled with the stages.
-    `force(v, direction, law)` opposes the motion.
+    start: acceleration at t. slopes (3, 7), rows x', v', q', is filled with the stages. `force(v,
+    direction, law)` opposes the motion.
     """
     x, v, q = y[0], y[1], y[2]
     v1, mobility = v, 1.0 / mass
@@ -192,8 +191,10 @@ def layer_step(
 
 @bare_kernel
 def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
-    """Writes the step as polynomials of the time since its start: the first 5 terms of `piece`, a
-    row for each of `slopes` (rows, 7)."""
+    """Fill the first 5 terms of `piece` with the step as polynomials of the time since its start.
+
+    There is one row for each of `slopes` (rows, 7).
+    """
     for row in range(slopes.shape[0]):
         piece[row, 0] = y[row]
         power = 1.0
@@ -207,8 +208,7 @@ def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
 
 @bare_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
-    """Where the slope of a stage is asked for, in a system of n states: y and `point` (n,), slopes
-    (7, n)."""
+    """Fill `point` (n,) with the point of a stage, for a system of n states; slopes (7, n)."""
     for row in range(y.shape[0]):
         total = 0.0
         for j in range(stage):
@@ -218,7 +218,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
 
 @bare_kernel
 def local_error(row: int, h: float, slopes: Vector) -> float:
-    """The error of one state of such a step."""
+    """Return the magnitude of the local error of one state."""
     total = 0.0
     for i in range(STAGES):
         total += ERRORS[i] * slopes[i, row]

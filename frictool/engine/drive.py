@@ -1,8 +1,7 @@
-"""The effort on the axis as a function of time and motion: one form for every drive that the engine
-knows.
+"""Effort on the axis as a function of time and motion, in one form for all drives of the engine.
 
-    u(t) = offset + slope t + amplitude sin(frequency t + phase) - proportional (x - r) - derivative
-    v - integral q
+    u(t) = offset + slope t + amplitude sin(frequency t + phase)
+           - proportional (x - r) - derivative v - integral q
     r(t) = target + target_speed t              q' = x - r
 
 held, ramped    offset and slope
@@ -10,8 +9,9 @@ sine            amplitude, frequency, phase
 spring          proportional = stiffness, r = its free end (3.7.2)
 PID             all three gains (3.40)
 
-Linear in time and state: with the friction's sign fixed the motion has a power series whose
-coefficients follow one another. Times are those of the run, not of the segment.
+The form is linear in time and state. With a fixed sign of the friction, the motion therefore has a
+power series with recursive coefficients. Time t counts from the start of the run, not of the
+segment.
 """
 
 from __future__ import annotations
@@ -41,8 +41,7 @@ Vector = NDArray[np.float64]
 
 
 class EffortFunction(NamedTuple):
-    """Coefficients of the form above, in SI; for a rotary axis N m, rad where a linear one has N,
-    m."""
+    """Coefficients of the effort u(t), SI, units of a linear axis (rotary: N m, rad for N, m)."""
 
     offset: float = 0.0  # N
     slope: float = 0.0  # N/s
@@ -56,8 +55,10 @@ class EffortFunction(NamedTuple):
     target_speed: float = 0.0  # m/s
 
     def as_array(self) -> Vector:
-        """The coefficients (10,) for the kernels. ValueError where one is not finite or the
-        frequency is negative."""
+        """Return the coefficients (10,) for the kernels.
+
+        Raises ValueError if one is not finite or the frequency is negative.
+        """
         array = np.array(self, dtype=np.float64)
         if not np.all(np.isfinite(array)):
             raise ValueError(f"a drive needs finite coefficients, found {self}")
@@ -69,23 +70,28 @@ class EffortFunction(NamedTuple):
 
 
 def held(effort: float) -> EffortFunction:
-    """A constant effort [N]."""
+    """Return a constant effort [N | N m]."""
     return EffortFunction(offset=effort)
 
 
 def ramped(effort: float, rate: float, start: float = 0.0) -> EffortFunction:
-    """An effort that is `effort` [N] at `start` [s] and grows by `rate` [N/s]."""
+    """Return a ramp that has the value `effort` [N] at `start` [s] and grows by `rate` [N/s]."""
     return EffortFunction(offset=effort - rate * start, slope=rate)
 
 
 def spring(stiffness: float, speed: float, position: float = 0.0) -> EffortFunction:
-    """A spring [N/m] whose free end is at `position` [m] at t = 0 and moves at `speed` [m/s]
-    (3.7.2)."""
+    """Return a spring [N/m] whose free end moves at `speed` [m/s] (3.7.2).
+
+    position [m]: free end at t = 0.
+    """
     return EffortFunction(proportional=stiffness, target=position, target_speed=speed)
 
 
 def pid(proportional: float, derivative: float, integral: float, target: float) -> EffortFunction:
-    """The position loop (3.40): Kp [N/m], Kv [N s/m], Ki [N/(m s)], towards x_d = `target` [m]."""
+    """Return the position loop (3.40) towards x_d = `target` [m].
+
+    Its gains are Kp [N/m], Kv [N s/m] and Ki [N/(m s)].
+    """
     return EffortFunction(
         proportional=proportional, derivative=derivative, integral=integral, target=target
     )
@@ -93,7 +99,7 @@ def pid(proportional: float, derivative: float, integral: float, target: float) 
 
 @kernel
 def effort(t: float, x: float, v: float, q: float, drive: Vector) -> float:
-    """u [N | N m] at time t [s] of the run."""
+    """Return u [N | N m] at time t [s] of the run."""
     u: float = drive[OFFSET] + drive[SLOPE] * t
     if drive[AMPLITUDE] != 0.0:
         u += drive[AMPLITUDE] * math.sin(drive[FREQUENCY] * t + drive[PHASE])
@@ -107,6 +113,6 @@ def effort(t: float, x: float, v: float, q: float, drive: Vector) -> float:
 
 @kernel
 def reference(t: float, drive: Vector) -> float:
-    """r [m | rad] at time t [s] of the run."""
+    """Return r [m | rad] at time t [s] of the run."""
     r: float = drive[TARGET] + drive[TARGET_SPEED] * t
     return r

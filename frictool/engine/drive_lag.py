@@ -1,5 +1,4 @@
-"""The drive of an axis under a held command: a first-order lag, and when it outgrows a breakaway
-that grows with the time at rest."""
+"""First-order lag of a drive under a held command, and its crossing of a rising breakaway."""
 
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ NEVER = -1.0
 
 @inner_kernel
 def lagged_drive(drive: float, command: float, lag: float, t: float) -> float:
-    """The drive after t [s] under a held command."""
+    """Return the drive after t [s] under a held command."""
     return (
         command
         if drive == command or lag == 0.0
@@ -24,13 +23,13 @@ def lagged_drive(drive: float, command: float, lag: float, t: float) -> float:
 
 @kernel
 def _steepness(age: float, lag: float, t: float) -> float:
+    """Return (age + t)^2 e^{-t/lag}, which has a single maximum, at t = 2 lag - age."""
     return (age + t) * (age + t) * math.exp(-t / lag)
 
 
 @kernel
 def _last_fall(age: float, lag: float, level: float, remaining: float) -> float:
-    """Up to when, within `remaining`, `_steepness` is above the level, or NEVER: it has one
-    maximum, at 2 lag - age."""
+    """Return the last time within `remaining` at which `_steepness` reaches `level`, or NEVER."""
     if _steepness(age, lag, remaining) >= level:
         return remaining
     low, high = max(0.0, 2.0 * lag - age), remaining
@@ -57,12 +56,14 @@ def outgrowing_time(
     lag: float,
     remaining: float,
 ) -> float:
-    """First t in [0, remaining] at which settled - losing e^{-t/lag} reaches full
-    dwell_factor(rested + t), or NEVER; it is below at 0.
+    """Return the first t in [0, remaining] at which the drive reaches the breakaway, or NEVER.
 
-    losing > 0, lag > 0. What is missing, full - lost/(age + t) - settled + losing e^{-t/lag}, falls
-    while (age + t)^2 e^{-t/lag} > lost lag/losing: it rises, falls and rises again at most, and is
-    zero first where it falls.
+    The drive's effort is settled - losing e^{-t/lag}, the breakaway is full dwell_factor(rested +
+    t). The effort is below the breakaway at t = 0; losing > 0 and lag > 0.
+
+    The difference, full - lost/(age + t) - settled + losing e^{-t/lag}, falls while (age + t)^2
+    e^{-t/lag} > lost lag/losing. It therefore rises, falls and rises again at most, and its first
+    zero is on the falling part.
     """
     lost, age = (1.0 - fresh) * full * rise, rise + rested
     low, high = 0.0, _last_fall(age, lag, lost * lag / losing, remaining)

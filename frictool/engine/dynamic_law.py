@@ -1,14 +1,15 @@
-"""A mass under a law with internal state (Dahl, LuGre, elasto-plastic, Leuven, Maxwell-slip): the
-reference models beside the exact engine.
+"""Simulation of a mass under a law with internal state: Dahl, LuGre, elasto-plastic, Leuven, ...
 
     m v' = u(t, x, v, q) - F(z, z', v)        x' = v        q' = x - r        z' = rate(z, v)
 
-These laws have no modes: v is small in their stick, never zero. A Rosenbrock method
-(engine/rosenbrock.py) with error control on v and z: in slip the contact relaxes in microseconds,
-in stick it is as soft as the drive. A law's memory moves after an accepted step only, and no step
-passes a reversal, which the memory has to see: it ends there. An extension (friction/extension.py)
-gives the levels of the place and the direction, and adds its knees; what friction changes with the
-position is left out of the derivatives, as small beside the contact.
+These laws are reference models for the exact engine. They have no modes: in stick v is small, never
+zero. The integrator is a Rosenbrock method (engine/rosenbrock.py) with error control on v and z,
+because the contact relaxes in microseconds in slip and is as soft as the drive in stick.
+
+The memory of a law is updated after accepted steps only. It must register each reversal, so that a
+step ends at a reversal. An extension (friction/extension.py) provides the levels for the current
+position and direction, and adds its knees. The derivatives neglect the change of friction with
+position, which is small compared with the contact stiffness.
 """
 
 from __future__ import annotations
@@ -50,16 +51,16 @@ Force = Callable[[Vector, Vector, float, Vector], float]
 Commit = Callable[[Vector, float, Vector], int]
 Laws = tuple[Vector, Vector, Vector, Vector]
 
-FIRST_STEP = 1e-9  # of the run
-SHORTEST_STEP = 2.0**-50
+FIRST_STEP = 1e-9  # first step, relative to the length of the segment
+SHORTEST_STEP = 2.0**-50  # shortest step, relative to the time
 GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
-DIFFERENCE = 1e-7  # of a state's size: the derivatives of the law are differences
-AT_REVERSAL = 1e-3  # of the speed's size: slower than that a step may pass v = 0
+DIFFERENCE = 1e-7  # step of the law's difference quotients, relative to the size of a state
+AT_REVERSAL = 1e-3  # speed below which a step may pass v = 0, relative to the speed's size
 
 
 @kernel
 def _hold(laws: Laws, y: Vector) -> float:
-    """Writes the levels that hold at y; returns what the knees add to the friction."""
+    """Write the current parameters at y into the workspace; return the friction of the knees."""
     forward, backward, table, p = laws
     if table.shape[0] == 0:
         return 0.0
@@ -79,7 +80,7 @@ def _field(
     y: Vector,
     out: Vector,
 ) -> int:
-    """Fills out with y'."""
+    """Fill out with y'; return a status of friction/status.py."""
     added, law = _hold(laws, y), laws[3]
     status = rate(y[CONTACT:], y[1], law, out[CONTACT:])
     out[0] = y[1]
@@ -105,10 +106,10 @@ def _linearise(
     couplings: Vector,
     in_time: Vector,
 ) -> int:
-    """The derivatives of the field at y, where it is `slope`, as engine/rosenbrock.py takes them.
+    """Fill the derivatives of the field at y for engine/rosenbrock.py; `slope`: field at y.
 
-    Differences point away from v = 0, and of z the way it goes: a hysteresis is stiffer on the way
-    back.
+    The difference quotients step away from v = 0, and along the motion of z: a hysteresis is
+    stiffer in the opposite direction.
     """
     m, z, zdot, table, law = couplings.shape[1], y[CONTACT:], slope[CONTACT:], laws[2], laws[3]
     _hold(laws, y)
@@ -155,8 +156,10 @@ def _try_step(
     stages: Vector,
     end: Vector,
 ) -> float:
-    """One step of length h to `end` from y, where the field is `slope`; stages (6, n). Returns the
-    error in tolerances, inf if it fails."""
+    """Try one step of length h from y to `end`; return its error in tolerances, inf on failure.
+
+    slope: field at y. stages (6, n).
+    """
     rows = CONTACT + couplings.shape[1]
     stages[0, :] = slope
     complete_stage(own, couplings, in_time, h, 0, stages)
@@ -190,6 +193,7 @@ def _sample(
     zdot: Vector,
     row: Vector,
 ) -> None:
+    """Fill one sample at time t and state y."""
     added, law = _hold(laws, y), laws[3]
     rate(y[CONTACT:], y[1], law, zdot)
     row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT] = (
@@ -203,7 +207,7 @@ def _sample(
 
 @kernel
 def _factor(error: float) -> float:
-    """How much longer or shorter the next step is than one of this error, in tolerances."""
+    """Return the ratio of the next step length to this one, for an error in tolerances."""
     if not math.isfinite(error):
         return SHRINKAGE
     return GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.25))
@@ -226,7 +230,7 @@ def _segment(
     samples: Vector,
     filled: int,
 ) -> tuple[int, float, int]:
-    """Under one drive up to `end`: status, the time reached, samples filled so far."""
+    """Simulate one drive up to `end`; return status, time reached and number of samples filled."""
     n = y.shape[0]
     slope, after, at, zdot = np.zeros(n), y.copy(), y.copy(), np.zeros(n - CONTACT)
     stages, own, couplings, in_time = (
@@ -305,14 +309,15 @@ def run_dynamic(
     times: Vector,
     samples: Vector,
 ) -> tuple[int, float]:
-    """Moves y = (x, v, q, z...), in place, from `start` [s] through segments that end at `ends`
-    (s,) with `drives` (s, 10).
+    """Simulate y = (x, v, q, z...), in place, from `start` [s] through successive drives.
 
-    laws: friction/extension.py `Packed`, or `unextended`, and room for the parameters that hold,
-    which are a law's own without extension. moving: how many of z, the first ones, have a rate; the
-    rest is memory. scales (n,): the tolerance, the speed [m/s] that it is relative to, 0, and a
-    size for each z. times (n,), ascending, within the run; samples (n, 5) are filled. Returns a
-    status of engine/status.py and the time reached.
+    The segments end at `ends` (s,) and have the `drives` (s, 10). laws: parameters forward and
+    backward and table of friction/extension.py, then a workspace for the current parameters;
+    without an extension it holds the parameters of the law. moving: number of leading z with a
+    rate; the others are memory. scales (n,): tolerance, speed [m/s] that it is relative to, 0, and
+    a size for each z. times (n,): ascending, within the run; samples (n, 5) are filled.
+
+    Returns a status of engine/status.py and the time reached.
     """
     t, filled = start, 0
     for k in range(ends.shape[0]):

@@ -1,19 +1,19 @@
-"""A measured effort through an axis (4.17): what the axis would have done, sample by sample;
-optionally corrected by what it did.
+"""Replay of a measured effort through an axis (4.17), optionally corrected by measured motion.
 
-    effort[k] --> held for a period, or on its way to effort[k+1] as the drive's lag lets it -->
-    axis --> position[k+1], velocity[k+1]
+    effort[k] --> axis --> position[k+1], velocity[k+1]
 
-Most samples hold no event. While the axis slips in one direction under friction that is a straight
-line, a period is that of a linear system, its coefficients computed once. That no event lies in it
-is told exactly: under the lower of the two efforts the axis would be slower all the time, and a
-slip that lasts under that one lasts. All other samples go to engine/axis_motion.py. A load that
-depends on position (plant/position_load.py) is held over a period at its value half a period ahead,
-an error of second order in the period.
+The effort is held for a period, or moves to effort[k+1] with the drive's lag.
 
-The correction is a stationary observer's: before each period position and velocity are moved by
-`gains` times (measured - position). Without it the replay is an open-loop simulation; with the
-gains of a Kalman filter measured - position are innovations.
+Most samples contain no event. While the axis slips in one direction under linear friction, a period
+is that of a linear system with coefficients computed once. An exact test excludes events: under the
+lower of the two efforts of a period the axis is slower throughout, so that a slip that lasts under
+the lower effort lasts under the real one. All other samples go to engine/axis_motion.py. A load
+that depends on position (plant/position_load.py) is held over a period at its value half a period
+ahead, an error of second order in the period.
+
+The correction is that of a stationary observer: before each period, `gains` times (measured -
+position) is added to position and velocity. With zero gains the replay is an open-loop simulation.
+With the gains of a Kalman filter, measured - position are the innovations.
 """
 
 from __future__ import annotations
@@ -55,19 +55,24 @@ from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
-FREE = np.zeros(2)  # gains: none
+FREE = np.zeros(2)  # gains without correction
 
 
 def replay_parameters(axis: AxisParameters) -> Vector:
-    """The kernels' array of an axis whose command is the measured effort [N m | N] itself: no
-    constant, no limits of the drive."""
+    """Return the kernels' array of an axis whose command is the measured effort [N m | N] itself.
+
+    It has a drive constant of 1 and no limits of the drive.
+    """
     return axis._replace(constant=1.0, drive_limit=math.inf, resistance=0.0).as_array()
 
 
 @kernel
 def period_coefficients(p: Vector, period: float, out: Vector) -> None:
-    """Fills out (2, 6), backward and forward: Coulomb friction, then the coefficients over a period
-    of engine/slip_closed_form.py: speed, distance."""
+    """Fill out (2, 6), backward and forward, with the coefficients of a slip through one period.
+
+    The first is the Coulomb friction; the others belong to speed and distance
+    (engine/slip_closed_form.py).
+    """
     rate = 1.0 / p[LAG] if p[LAG] > 0.0 else 0.0
     for side in range(2):
         extended = p.shape[0] > PLAIN_SIZE
@@ -85,8 +90,10 @@ def period_coefficients(p: Vector, period: float, out: Vector) -> None:
 def slip_through_period(
     state: Vector, first: float, last: float, command: float, p: Vector, c: Vector
 ) -> bool:
-    """Slips through a period in closed form, `c` (2, 6) the coefficients; False, and nothing is
-    done, where an event may lie in it."""
+    """Let the axis slip through a period in closed form; return False if an event may lie in it.
+
+    c (2, 6): `period_coefficients`. If False is returned, the state is unchanged.
+    """
     velocity = state[VELOCITY]
     if velocity == 0.0:
         return False
@@ -135,12 +142,12 @@ def replay(
     positions: Vector,
     velocities: Vector,
 ) -> int:
-    """Replays `effort` (n,) from `state` (7,), in place; fills positions and velocities (n,) at the
-    samples. Returns engine/status.py.
+    """Replay `effort` (n,) [N m | N] from `state` (7,), in place.
 
-    p: `replayed`. load: plant/position_load.py. measured (n,) and gains (2,) [-, 1/s]: of the
-    correction; measured is not looked at where gains are zero. With a lag in p the effort was
-    measured at the samples, without it is held from each.
+    p: `replay_parameters`. load: plant/position_load.py. measured (n,) and gains (2,) [-, 1/s]:
+    those of the correction; measured is ignored if both gains are zero. Fills positions and
+    velocities (n,) at the samples. With a lag in p, the effort moves from each sample's value to
+    the next one's; without, it is held. Returns a status of engine/status.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

@@ -1,7 +1,7 @@
-"""Integrals of decaying exponentials, accurate where rates are zero, equal or nearly so.
+"""Integrals of decaying exponentials, accurate also for rates that are zero, equal or nearly equal.
 
 With x <= 0:   phi1(x) = (e^x - 1)/x        phi2(x) = (e^x - 1 - x)/x^2
-Of two rates a, b >= 0 over a time t:
+For two rates a, b >= 0 over a time t:
     convolved(a, b, t) = int_0^t e^{-a (t-s)} e^{-b s} ds                  two lags in series
     convolved_integral(a, b, t) = int_0^t convolved(a, b, s) ds
 """
@@ -12,9 +12,9 @@ import math
 
 from frictool.runtime.kernels import kernel
 
-SMALL = 0.6  # below, power series; above, differences that lose less than three bits
-NEGLIGIBLE = 2.0**-56  # the last term of a series whose sum is above 1/4
-NEAR = 0.02  # rates this close, relative to 1 and to themselves, are averaged instead of subtracted
+SMALL = 0.6  # |x| below which power series are used; above, differences lose less than three bits
+NEGLIGIBLE = 2.0**-56  # term at which a series ends; its sum is above 1/4
+NEAR = 0.02  # distance of rates, relative to 1 and to themselves, below which they are averaged
 # Gauss-Legendre, 4 points on [0, 1]
 NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263)
 WEIGHTS = (0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692)
@@ -22,13 +22,13 @@ WEIGHTS = (0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.1739
 
 @kernel
 def phi1(x: float) -> float:
-    """(e^x - 1)/x."""
+    """Return (e^x - 1)/x."""
     return 1.0 if x == 0.0 else math.expm1(x) / x
 
 
 @kernel
 def phi2(x: float) -> float:
-    """(e^x - 1 - x)/x^2."""
+    """Return (e^x - 1 - x)/x^2."""
     if abs(x) > SMALL:
         return (math.expm1(x) - x) / (x * x)
     total, term = 0.5, 0.5
@@ -42,7 +42,7 @@ def phi2(x: float) -> float:
 
 @kernel
 def phi1_slope(x: float) -> float:
-    """Derivative of phi1: int_0^1 s e^{x s} ds."""
+    """Return the derivative of phi1: int_0^1 s e^{x s} ds."""
     if abs(x) > SMALL:
         return (math.exp(x) - phi1(x)) / x
     total, term = 0.5, 1.0
@@ -56,14 +56,16 @@ def phi1_slope(x: float) -> float:
 
 @kernel
 def convolved(a: float, b: float, t: float) -> float:
-    """int_0^t e^{-a (t-s)} e^{-b s} ds, in s; symmetric in the rates a, b [1/s]."""
+    """Return int_0^t e^{-a (t-s)} e^{-b s} ds [s]; symmetric in the rates a, b [1/s]."""
     return math.exp(-min(a, b) * t) * t * phi1(-abs(a - b) * t)
 
 
 @kernel
 def convolved_integral(a: float, b: float, t: float) -> float:
-    """int_0^t convolved(a, b, s) ds, in s^2: t^2 times the divided difference of phi1 at -a t and
-    -b t."""
+    """Return int_0^t convolved(a, b, s) ds [s^2].
+
+    It is t^2 times the divided difference of phi1 at -a t and -b t.
+    """
     p, q = -a * t, -b * t
     gap = q - p
     if abs(gap) > NEAR * max(1.0, abs(p)):

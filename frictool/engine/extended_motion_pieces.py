@@ -1,14 +1,13 @@
-"""One piece of the motion of a body whose friction is extended (friction/extension.py): at rest, or
-in slip.
+"""One piece of the motion of a body with extended friction (friction/extension.py).
 
-    at rest    the threshold grows with the time at rest and as the film collapses: as it never
-               falls, intervals can be proven quiet
+    at rest    the threshold grows with the time at rest and as the film decays; since it never
+               falls, an interval can be proven to hold no breakaway
     in slip    Dormand-Prince with error control on speed and film, everywhere: levels that vary
                with position have no closed form
 
-Within a slip the direction, the speed regime between two knees, the side of the Stribeck layer and
-the time at rest that went before (it sets the breakaway that the Stribeck curve falls from) are
-held: what an integrator sees is smooth.
+Within a slip the integrand is smooth, because these are held: the direction, the speed regime
+between two knees, the side of the Stribeck layer, and the time at rest before the slip. The latter
+sets the breakaway from which the Stribeck curve falls.
 """
 
 from __future__ import annotations
@@ -59,21 +58,22 @@ from frictool.friction.speed_regimes import regime_force
 from frictool.runtime.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
-Laws = tuple[
-    Vector, Vector, Vector, Vector
-]  # forward and backward parameters, the extension's table, room for those that hold now
+# forward and backward parameters, the extension's table, workspace for the current parameters
+Laws = tuple[Vector, Vector, Vector, Vector]
 
-# the state goes on behind that of engine/body.py
+# state indices after those of engine/body.py
 FILM, RESTED, KNEES_PASSED = 5, 6, 7
 EXTENDED_SIZE = 8
-# a motion that an integrator sees: x, v, q, w
+# rows of an integrated motion: x, v, q, w
 ROWS = 4
 
 
 @inner_kernel
 def slip_friction(force: Force, laws: Laws, state: Vector, x: float, v: float, w: float) -> float:
-    """The friction of a slip at x, v and the lagged velocity w; direction, regime, side of the
-    layer and rest are those of the state."""
+    """Return the friction of a slip at position x, velocity v and lagged velocity w.
+
+    Direction, regime, side of the layer and time at rest are those of the state.
+    """
     forward, backward, table, p = laws
     direction = state[DIRECTION]
     levels(forward, backward, table, x, direction, state[RESTED], p)
@@ -91,8 +91,11 @@ def slip_friction(force: Force, laws: Laws, state: Vector, x: float, v: float, w
 def threshold(
     force: Force, laws: Laws, body: Vector, x: float, direction: float, rested: float, w: float
 ) -> float:
-    """What a body at rest bears in a direction: its breakaway, less what the friction of a slip has
-    not regained while a film lasts."""
+    """Return the effort that a body at rest withstands in a direction.
+
+    It is the breakaway, reduced as long as a film lasts: by the amount by which the film lowers the
+    friction at the start of a slip.
+    """
     forward, backward, table, p = laws
     breakaway: float = body[BREAKAWAY + side(direction)] * levels(
         forward, backward, table, x, direction, rested, p
@@ -108,7 +111,7 @@ def threshold(
 
 @kernel
 def film_at_rest(w: float, lag: float, spent: float) -> float:
-    """What is left of the film's velocity after a time at rest."""
+    """Return the film's velocity after the time `spent` [s] at rest."""
     return w * math.exp(-spent / lag) if lag > 0.0 else 0.0
 
 
@@ -116,7 +119,7 @@ def film_at_rest(w: float, lag: float, spent: float) -> float:
 def _threshold_after(
     force: Force, laws: Laws, body: Vector, state: Vector, direction: float, spent: float
 ) -> float:
-    """The threshold of a body at rest, later in the same rest."""
+    """Return the threshold of a body at rest after a further time `spent` [s] at rest."""
     w = film_at_rest(state[FILM], laws[2][LAG], spent)
     return threshold(force, laws, body, state[POSITION], direction, state[RESTED] + spent, w)
 
@@ -133,7 +136,7 @@ def _crossing(
     high: float,
     more: float,
 ) -> float:
-    """The breakaway within [low, high] by bisection, to rounding."""
+    """Return the time of the breakaway within [low, high], by bisection to rounding."""
     middle = 0.5 * (low + high)
     while low < middle < high:
         if (
@@ -159,17 +162,18 @@ def _first_breakaway(
     more: float,
     size: float,
 ) -> tuple[float, bool]:
-    """How far the rest is proven, and whether the body breaks away there. `more`: what the
-    threshold is raised by; `size` of the terms.
+    """Return the time [s] up to which rest is proven, and True if the body breaks away then.
 
-    The threshold never falls: on [a, b] the body stays where the largest effort on it is below the
-    threshold at a.
+    more: amount by which the threshold is raised. size: sum of the magnitudes of the terms. The
+    threshold never falls. Therefore the body stays at rest on [a, b] if the largest effort there is
+    below the threshold at a.
     """
     bound, low, width = curvature_bound(u, h), 0.0, h
     above = direction * u[0] - _threshold_after(force, laws, body, state, direction, 0.0) - more
     if above > ROUNDING * size:
         return 0.0, True
-    if above >= -ROUNDING * size and more == 0.0:  # on the threshold: away if it rises faster
+    # on the threshold: breaks away if the effort rises faster
+    if above >= -ROUNDING * size and more == 0.0:
         low = RESOLUTION * h
         later = direction * value(u, low) - _threshold_after(
             force, laws, body, state, direction, low
@@ -208,8 +212,10 @@ def rest_piece(
     refused: float,
     piece: Vector,
 ) -> tuple[float, float]:
-    """One piece at rest, as `phases.rest_piece`: how long it is, and the direction in which the
-    body then breaks away, or 0."""
+    """Return length [s] of a piece at rest, and direction of the breakaway at its end, or 0.
+
+    As `motion_pieces.rest_piece`.
+    """
     motion(state, t, drive, body[MASS], 0.0, False, 0.0, piece)
     spent, towards = min(longest, reach(piece[3])), 0.0
     for direction in (-1.0, 1.0):
@@ -242,7 +248,7 @@ def _field(
     y: Vector,
     out: Vector,
 ) -> None:
-    """Fills out with (x', v', q', w')."""
+    """Fill out with (x', v', q', w')."""
     lag = laws[2][LAG]
     w = y[3] if lag > 0.0 else y[1]
     out[0] = y[1]
@@ -255,8 +261,7 @@ def _field(
 
 @inner_kernel
 def _step_error(h: float, slopes: Vector) -> float:
-    """Error of a step [m/s | rad/s]: of the speed, of the film, of the position in the time that
-    the step takes."""
+    """Return the error of a step [m/s | rad/s]: the largest of those of v, w, and x/h."""
     return max(
         local_error(1, h, slopes), max(local_error(3, h, slopes), local_error(0, h, slopes) / h)
     )
@@ -276,8 +281,10 @@ def slip_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """One accepted step from y = (x, v, q, w): its length and a status. `pace` (3,) as in
-    `phases.layer_piece`; slopes (7, 4)."""
+    """Take one accepted step from y = (x, v, q, w); return its length [s] and a status.
+
+    pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4).
+    """
     mass, point = body[MASS], np.empty(ROWS)
     _field(force, laws, mass, state, drive, t, y, slopes[0])
     size = gross(state, t, drive)

@@ -1,13 +1,14 @@
-"""Moves a body whose friction is extended (friction/extension.py) from event to event; the run of
-engine/stick_slip.py, with more state.
+"""Event-driven simulation of a body with extended friction (friction/extension.py).
+
+It works as engine/stick_slip.py, with more state:
 
     state (8,)   that of engine/body.py, then the film's lagged velocity, the time at rest, the
-                 knees passed
+                 number of knees passed
 
-The time at rest counts from the stop, or from the start of a run that begins at rest; in slip it is
-that of the last rest. A pure delay of the film has no place here: what the body does after an event
-would hang on all pieces within the delay before it, and every kink of theirs would come back as an
-event; the fixed-step laws take it (engine/fixed_step.py).
+The time at rest counts from the stop, or from the start of a run that begins at rest; during slip
+it is that of the last rest. A pure delay of the film is not supported: the motion after an event
+would depend on all pieces within the preceding delay, and each of their kinks would return as an
+event. The fixed-step laws support it (engine/fixed_step.py).
 """
 
 from __future__ import annotations
@@ -72,8 +73,7 @@ Vector = NDArray[np.float64]
 
 @kernel
 def _locate(laws: Laws, body: Vector, state: Vector) -> None:
-    """Sets which side of the layer and which speed regime the state is in, and the film that
-    follows at once where it has no lag."""
+    """Set layer side and speed regime of the state; without a lag also the film's velocity."""
     table = laws[2]
     if table[LAG] == 0.0:
         state[FILM] = state[VELOCITY]
@@ -87,7 +87,7 @@ def _locate(laws: Laws, body: Vector, state: Vector) -> None:
 def _layer_event(
     laws: Laws, body: Vector, state: Vector, piece: Vector, spent: float, probe: Vector
 ) -> tuple[float, int]:
-    """When the film's velocity leaves the layer or enters it again."""
+    """Return when the film's velocity leaves or enters the layer, and which of the two."""
     row = 3 if laws[2][LAG] > 0.0 else 1
     if state[REGION] == IN_LAYER:
         if body[LAYER] == math.inf:
@@ -110,7 +110,7 @@ def _layer_event(
 def _slip_event(
     laws: Laws, body: Vector, state: Vector, piece: Vector, longest: float, probe: Vector
 ) -> tuple[float, int]:
-    """The first event on a piece of slip and when: a stop or a knee, the layer, an end stop."""
+    """Return time and kind of the first event on a piece of slip: stop, knee, layer or end stop."""
     regimes, passed, direction = regime_table(laws[2]), int(state[KNEES_PASSED]), state[DIRECTION]
     spent, kind = longest, NO_EVENT
     below = regimes[2 * passed - 2] if passed > 0 else 0.0
@@ -136,7 +136,7 @@ def _slip_event(
 
 @kernel
 def _pass_knee(laws: Laws, state: Vector) -> None:
-    """The speed becomes that of the knee it is at, and the regime the one on the other side."""
+    """Set the speed to that of the nearest knee, and the regime to the one on its other side."""
     regimes, passed, speed = regime_table(laws[2]), int(state[KNEES_PASSED]), abs(state[VELOCITY])
     upper = regimes[2 * passed] if 2 * passed < regimes.shape[0] else math.inf
     up = passed == 0 or upper - speed < speed - regimes[2 * passed - 2]
@@ -155,8 +155,7 @@ def _arrive(
     towards: float,
     span: float,
 ) -> int:
-    """Changes the state as the event asks; returns the event, which is another one where a rebound
-    rests."""
+    """Change the state by an event; return the event, which differs if a rebound comes to rest."""
     if kind == PASSES_KNEE:
         _pass_knee(laws, state)
     elif kind in (LEAVES_LAYER, ENTERS_LAYER):
@@ -164,7 +163,7 @@ def _arrive(
     else:
         forward, backward, table, p = laws
         levels(forward, backward, table, state[POSITION], -state[DIRECTION], state[RESTED], p)
-        body[COULOMB + side(-state[DIRECTION])] = p[0]  # what a rebound meets
+        body[COULOMB + side(-state[DIRECTION])] = p[0]  # friction after a rebound
         kind = arrive(state, body, drive, t, kind, towards, span)
         _locate(laws, body, state)
         if state[DIRECTION] == 0.0:
@@ -186,8 +185,7 @@ def _fill(
     samples: Vector,
     filled: int,
 ) -> int:
-    """Fills the samples whose time is on a piece [t, until), as engine/stick_slip.py; returns how
-    many are filled now."""
+    """Fill the samples within a piece [t, until); return how many are filled now."""
     lag, x = laws[2][LAG], state[POSITION]
     while filled < times.shape[0] and times[filled] < until:
         ahead, row = times[filled] - t, samples[filled]
@@ -214,7 +212,7 @@ def _fill(
 
 @kernel
 def _move(laws: Laws, state: Vector, piece: Vector, spent: float) -> None:
-    """The state at the end of a piece; at rest its film collapses and its time counts."""
+    """Set the state to the end of a piece; at rest the film decays and the time at rest grows."""
     lag, resting = laws[2][LAG], state[DIRECTION] == 0.0
     state[FILM] = film_at_rest(state[FILM], lag, spent) if resting else value(piece[3], spent)
     if resting:
@@ -241,8 +239,7 @@ def _segment(
     events: Vector,
     happened: int,
 ) -> tuple[int, float, int, int]:
-    """Under one drive up to `end`: status, the time reached, samples filled and events recorded so
-    far."""
+    """Simulate one drive up to `end`; return status, time reached, number of samples and events."""
     resting, slipping, probe = np.zeros((4, TERMS)), np.zeros((ROWS, DENSE_TERMS)), np.zeros(TERMS)
     y, slopes, pace = np.zeros(ROWS), np.zeros((STAGES, ROWS)), np.zeros(3)
     left, refused, began = pieces_allowed(body, drive, end - t, events.shape[0]), 0.0, -math.inf
@@ -305,8 +302,10 @@ def run_extended(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """As `stick_slip.run`, with `state` (8,) in place, and an extension packed by
-    friction/extension.py. `body` is used as room."""
+    """Simulate as `stick_slip.run`, with `state` (8,) in place and an extension.
+
+    forward, backward, table: packed by friction/extension.py. `body` is overwritten as workspace.
+    """
     t, filled, happened, span = start, 0, 0, ends[-1] - start
     if not (math.isfinite(span) and np.all(np.isfinite(state[:RESTED]))):
         return NOT_FINITE, t, 0

@@ -1,14 +1,13 @@
-"""Laws that are printed for a fixed step, run as they are printed: hybrid A, B, C (3.28)-(3.39),
-and the laws with a band (2.32), (2.35).
+"""Laws that are printed for a fixed step: hybrid A, B, C (3.28)-(3.39), and banded (2.32), (2.35).
 
-The step T_e is a parameter of these models and not a tolerance: (3.11) ties it to their switching
-velocity. Each step is one of the midpoint rule with the mode held; the mode is asked for at its
-start. x' is the velocity that the law reports (Karnopp's v_m is 0 in the band), and so is what the
-drive's derivative gain sees.
+The step T_e is a parameter of these models, not a tolerance: (3.11) ties it to their switching
+velocity. Each step is a midpoint rule with the mode held; the mode is determined at its start. x'
+is the velocity that the law reports (Karnopp's v_m is 0 in the band), and so is the velocity in the
+drive's derivative term.
 
-Extensions (friction/extension.py) are those of the exact engine, with the levels of the step's
-place, direction and time at rest; a pure delay of the film is a number of steps. A film changes
-nothing of the laws with a band: their friction in slip has no Stribeck effect.
+Extensions (friction/extension.py) are those of the exact engine, with the levels for position,
+direction and time at rest of the step. A pure delay of the film is a whole number of steps. A film
+does not affect the banded laws: their friction in slip has no Stribeck effect.
 """
 
 from __future__ import annotations
@@ -47,16 +46,14 @@ Commit = Callable[[int, Vector, Vector], int]
 SlipForce = Callable[[float, float, Vector], float]
 OfDirection = Callable[[float, Vector], float]
 Band = Callable[[Vector], float]
-Laws = tuple[
-    Vector, Vector, Vector, Vector
-]  # friction/extension.py: both directions' parameters, table, room for those that hold now
-DRY = 1e-300  # a film's speed of zero that keeps its direction
+# friction/extension.py: parameters of both directions, table, workspace for the current parameters
+Laws = tuple[Vector, Vector, Vector, Vector]
+DRY = 1e-300  # film speed of zero that keeps its direction
 
 
 @kernel
 def _switch(events: Vector, happened: int, t: float, stuck: bool, x: float, v: float) -> int:
-    """Records that the body has stuck or broken away; returns the number of events, or -1 where
-    there is no room."""
+    """Record a stop or a breakaway; return the number of events, or -1 if the array is full."""
     if happened == events.shape[0]:
         return -1
     row = events[happened]
@@ -66,7 +63,7 @@ def _switch(events: Vector, happened: int, t: float, stuck: bool, x: float, v: f
 
 @kernel
 def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool) -> None:
-    """One sample; the mode is the direction of slip, 0 in stick."""
+    """Fill one sample; its mode is the direction of slip, 0 in stick."""
     row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT], row[SAMPLE_FRICTION] = (
         x,
         v,
@@ -78,7 +75,7 @@ def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool
 
 @kernel
 def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) -> None:
-    """Writes the levels of the velocity's direction, of the effort's at rest."""
+    """Write the parameters for the direction of the velocity, at rest for that of the effort."""
     forward, backward, table, p = laws
     if table.shape[0] > 0:
         direction = math.copysign(1.0, u if stuck or v == 0.0 else v)
@@ -87,7 +84,7 @@ def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) 
 
 @kernel
 def _film(laws: Laws, v: float, u: float, w: float) -> float:
-    """The velocity at which the dry part of a slip is taken, in the direction of the slip."""
+    """Return the velocity, in the slip's direction, at which its dry friction is evaluated."""
     return math.copysign(max(DRY, abs(boundary_film(w, laws[2][BOUNDARY]))), v if v != 0.0 else u)
 
 
@@ -95,7 +92,7 @@ def _film(laws: Laws, v: float, u: float, w: float) -> float:
 def _hybrid_friction(
     force: Valued, mode: int, v: float, u: float, z: Vector, laws: Laws, w: float
 ) -> float:
-    """The friction with what an extension changes of a slip."""
+    """Return the friction including the changes that an extension makes in slip."""
     table, p = laws[2], laws[3]
     if mode == STUCK or table.shape[0] == 0:
         return force(mode, v, u, z, p)
@@ -116,7 +113,7 @@ def _hybrid_acceleration(
     laws: Laws,
     w: float,
 ) -> float:
-    """v' in either mode."""
+    """Return v' in either mode."""
     if mode == STUCK or laws[2].shape[0] == 0:
         return acceleration(mode, v, u, z, laws[3])
     gained: float = (u - _hybrid_friction(force, mode, v, u, z, laws, w)) / laws[3][MASS]
@@ -125,7 +122,7 @@ def _hybrid_acceleration(
 
 @kernel
 def _hold_breakaway(force: Valued, u: float, z: Vector, laws: Laws, w: float) -> None:
-    """At rest the breakaway is what a slip would begin with, as long as a film lasts."""
+    """Set the breakaway to the friction at the start of a slip, while a film lasts."""
     table, p = laws[2], laws[3]
     if table.shape[0] > 0 and table[LAG] + table[DELAY] > 0.0:
         film = _film(laws, 0.0, u, w)
@@ -134,8 +131,10 @@ def _hold_breakaway(force: Valued, u: float, z: Vector, laws: Laws, w: float) ->
 
 @kernel
 def _film_after(laws: Laws, w: float, v: float, after: float, span: float) -> float:
-    """The film's lagged velocity after `span` in which the body goes from v to `after`; a delayed
-    one stays until the next step."""
+    """Return the film's lagged velocity after `span` [s]; v changes linearly to `after`.
+
+    A delayed film stays until the next step.
+    """
     table = laws[2]
     if table.shape[0] == 0:
         return after
@@ -162,13 +161,14 @@ def run_hybrid(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Moves state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1] in steps of
-    `step` [s].
+    """Simulate state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1].
 
-    ends (s,), drives (s, 10): a step takes the drive that holds at its middle. times (n,),
-    ascending: samples (n, 5) are those of the step that begins nearest. events (m, 4). laws: as
-    `dynamic_law.run_dynamic`; past (n + 1,): room for a delay of n steps. Returns a status of
-    engine/status.py, the time reached, the number of events.
+    step [s]: length of a step. ends (s,), drives (s, 10): a step has the drive that holds at its
+    middle. times (n,): ascending; samples (n, 5) are those of the step with the nearest start.
+    events (m, 4). laws: as in `dynamic_law.run_dynamic`. past (n + 1,): workspace for a delay of n
+    steps.
+
+    Returns a status of engine/status.py, the time reached, and the number of events.
     """
     steps, segment, filled, happened, mode = round((ends[-1] - start) / step), 0, 0, 0, STUCK
     slope, middle, law, rested, w = np.zeros_like(z), np.zeros_like(z), laws[3], 0.0, 0.0
@@ -236,13 +236,12 @@ def _band_force(
     u: float,
     rested: float,
 ) -> float:
-    """The friction of a law with a band."""
+    """Return the friction of a law with a band."""
     stuck, table, law = abs(v) <= width, laws[2], laws[3]
     _hold(laws, x, v, u, stuck, rested)
     if stuck:
-        return sticking_force(
-            u, breakaway(1.0, law), breakaway(-1.0, law)
-        )  # the effort's direction is the one that counts
+        # at rest the direction of the effort counts, not that of the velocity
+        return sticking_force(u, breakaway(1.0, law), breakaway(-1.0, law))
     added = knee_force(v, regime_table(table)) if table.shape[0] > 0 else 0.0
     return slip_force(v, math.copysign(1.0, v), law) + added
 
@@ -264,8 +263,10 @@ def run_band(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """As `run_hybrid`, for a law whose velocities of at most `band` count as rest (2.32),
-    (2.35)-(2.36)."""
+    """Simulate as `run_hybrid`, for a law whose velocities up to `band` count as rest.
+
+    The laws are those of (2.32) and (2.35)-(2.36).
+    """
     steps, segment, filled, happened, stuck = round((ends[-1] - start) / step), 0, 0, 0, True
     law, rested = laws[3], 0.0
     width = band(law)

@@ -1,14 +1,14 @@
-"""Runs any law of friction/law_registry.py through drives that follow one another: one driver per
-kind of law.
+"""Simulation of any law of friction/law_registry.py through successive drives.
 
-    static    coulomb, svc, stribeck, and the smoothed forms    exact engine: events solved,
-              `tolerance`
+    static    coulomb, svc, stribeck, and the smoothed forms    exact engine with events,
+                                                                `tolerance`
               svc_band, karnopp                                 as printed, in a fixed step
     dynamic   dahl, lugre, elasto_plastic, leuven, ...          Rosenbrock method with error
-              control, `tolerance`
+                                                                control, `tolerance`
     hybrid    hybrid_a, hybrid_b, hybrid_c                      as printed, in a fixed step
 
-Each driver is compiled once and runs every law of its kind through pointers to the law's kernels.
+There is one driver per kind of law. It is compiled once and calls the law's kernels through
+pointers.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ from frictool.runtime.kernels import function_pointer
 Vector = NDArray[np.float64]
 Segments = Sequence[tuple[float, EffortFunction]]
 
-STEP_TOLERANCE = 1e-7
+STEP_TOLERANCE = 1e-7  # relative tolerance of the dynamic laws
 
 
 def body_of(
     law: Law, p: Vector, mass: float, extension: FrictionExtension | None = None
 ) -> FrictionBody:
-    """The body of the exact engine for a static law without a band; `dataclasses.replace` changes
-    the rest. p: `law.pack(...)`.
+    """Return the body of the exact engine for a static law without a band.
 
-    ValueError for any other law, and for an extension that the law does not take.
+    p: `law.pack(...)`. Use `dataclasses.replace` to change the other fields. Raises ValueError for
+    any other law, and for an extension that the law does not support.
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
@@ -75,7 +75,7 @@ def body_of(
 
 
 def _pointers(parts: Sequence[Any], types: Sequence[Any]) -> Any:
-    """Kernels as values of these types, for a driver."""
+    """Return kernels as values of these function types, for a driver."""
     return tuple(function_pointer(part, kind) for part, kind in zip(parts, types, strict=True))
 
 
@@ -93,14 +93,38 @@ def run_law(
     extension: FrictionExtension | None = None,
     room: int = ROOM_FOR_EVENTS,
 ) -> Trajectory:
-    """Runs a law from rest at 0 through `segments`, each (its end [s], its drive), sampled at
-    `times` (n,).
+    """Simulate a law from rest at 0 through `segments`, sampled at `times` (n,).
 
-    p: `law.pack(...)`. mass [kg | kg m2]; a hybrid law has it in p too. `step` [s]: what laws that
-    are printed for a fixed step need. `extension`: friction/extension.py; the run begins with a
-    contact made at 0 s. `speed_scale` [m/s], `length_scale` [m]: the sizes of speed and presliding
-    that the tolerance of a dynamic law is relative to. ValueError where segments, times or step
-    make no sense, and where the law does not take the extension.
+    Parameters
+    ----------
+    law, p
+        The law and its parameters, `law.pack(...)`.
+    mass
+        Mass [kg | kg m2]; a hybrid law also has it in p.
+    segments
+        Pairs (end [s], drive) in order of time.
+    times
+        Ascending times [s] within the run.
+    step
+        Step [s] of a law that is printed for a fixed step; required for these only.
+    speed_scale, length_scale
+        Sizes of speed [m/s] and presliding [m] that the tolerance of a dynamic law is relative to.
+    tolerance
+        Relative tolerance of a dynamic law.
+    extension
+        friction/extension.py; the run begins with a contact made at 0 s.
+    room
+        Largest number of events.
+
+    Returns
+    -------
+    Trajectory
+        Samples, events and final state.
+
+    Raises
+    ------
+    ValueError
+        If segments, times or step are invalid, or the law does not support the extension.
     """
     ends, drives, asked = segment_arrays(segments, times, 0.0)
     kernels, p = law.kernels, np.array(p, dtype=np.float64)
@@ -162,18 +186,16 @@ def _run_dynamic(
     samples: Vector,
     scales: Vector,
 ) -> Trajectory:
-    """The driver of dynamic laws; events are none: such a law has no modes."""
+    """Run the driver of dynamic laws; it has no events, because such a law has no modes."""
     p = laws[3]
     z = kernels.reset(p)
     rates = np.zeros_like(z)
     kernels.rate(z, scales[1], p, rates)
-    moving = int(
-        np.count_nonzero(rates)
-    )  # every state of a virgin contact moves with it; memory has no rate, hence no error
+    # every state of a virgin contact has a rate, except memory, which needs no error control
+    moving = int(np.count_nonzero(rates))
     y = np.concatenate([np.zeros(CONTACT), z])
-    sizes = np.concatenate(
-        [scales[:CONTACT], np.abs(rates) / scales[1] * scales[CONTACT]]
-    )  # what each goes through over the length scale
+    # change of each state over the length scale
+    sizes = np.concatenate([scales[:CONTACT], np.abs(rates) / scales[1] * scales[CONTACT]])
     driver: Any = run_dynamic
     parts = _pointers(kernels[:3], (s.RATE, s.FORCE, s.COMMIT))
     status, reached = driver(

@@ -1,8 +1,7 @@
-"""One piece of the motion of a body: at rest, in the Stribeck layer (2.34), or on the straight part
-of the law.
+"""One piece of the motion of a body: at rest, in the Stribeck layer (2.34), or on the straight law.
 
-A piece is a set of polynomials of the time since its start, rows x, v, q (and u at rest), together
-with how long they hold.
+A piece is a set of polynomials of the time since its start, rows x, v, q (and u at rest), with the
+time for which they hold.
 """
 
 from __future__ import annotations
@@ -52,28 +51,29 @@ from frictool.runtime.kernels import bare_kernel, kernel
 
 Vector = NDArray[np.float64]
 
-ROUNDING = 2.0**-48  # efforts smaller than this part of their terms are zero
-TRACE = 2.0**-40  # of the terms of the effort
-SHORTEST_STEP = 2.0**-50  # of the time, or of the run
-FIRST_STEP = 2.0  # of the time in which the largest force would cross the layer
-FLOOR = (
-    2.0**-5
-)  # of the speed scale: smaller speeds are computed to the tolerance of this, as what a slip begins with grows most
+ROUNDING = 2.0**-48  # largest effort that counts as zero, relative to its terms
+TRACE = 2.0**-40  # excess over a refused breakaway, relative to the terms of the effort
+SHORTEST_STEP = 2.0**-50  # shortest step, relative to the time or to the run
+# first step, relative to the time in which the largest force would cross the layer
+FIRST_STEP = 2.0
+# least reference speed of the tolerance, relative to the speed scale; errors at the start of a slip
+# grow most
+FLOOR = 2.0**-5
 GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.85
-# the next step from this error and the last one: a proportional-integral controller (Gustafsson
-# 1991) sees that the layer gets harder
+# exponents of this and the last error in the next step length: a proportional-integral controller
+# (Gustafsson 1991), which adapts to a layer that becomes stiffer
 NOW, BEFORE, LEAST_ERROR = 0.85 / 5.0, 0.4 / 5.0, 1e-10
 
 
 @kernel
 def side(direction: float) -> int:
-    """Index of a direction in a pair (backward, forward)."""
+    """Return the index of a direction in a pair (backward, forward)."""
     return 1 if direction > 0.0 else 0
 
 
 @bare_kernel
 def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
-    """(friction, viscous) of the straight law: friction + viscous v, signed."""
+    """Return (friction, viscous) of the straight law friction + viscous v, signed."""
     index = side(direction)
     coulomb, viscous = direction * body[COULOMB + index], body[VISCOUS + index]
     if region != BEYOND_KNEE:
@@ -84,8 +84,10 @@ def friction_line(body: Vector, region: float, direction: float) -> tuple[float,
 
 @bare_kernel
 def friction(force: Force, law: Vector, body: Vector, state: Vector, v: float, u: float) -> float:
-    """The friction force at speed v; at rest it is the effort, as far as the support and not an end
-    stop holds it."""
+    """Return the friction force at speed v; at rest the effort, limited to the breakaway.
+
+    At an end stop the stop holds the rest of the effort.
+    """
     if state[DIRECTION] == 0.0:
         held: float = min(max(u, -body[BREAKAWAY]), body[BREAKAWAY + 1])
         return held
@@ -98,8 +100,10 @@ def friction(force: Force, law: Vector, body: Vector, state: Vector, v: float, u
 
 @kernel
 def gross(state: Vector, t: float, drive: Vector) -> float:
-    """Sum of the sizes of the terms of the effort, and of what a rounding of the time makes of
-    them: its rounding is a part of this."""
+    """Return the sum of the magnitudes of the effort's terms, including the effect of rounded time.
+
+    The rounding error of the effort is a small part of this sum.
+    """
     distance: float = abs(state[POSITION]) + abs(drive[TARGET]) + abs(drive[TARGET_SPEED] * t)
     free: float = (
         abs(drive[AMPLITUDE]) * (1.0 + abs(drive[FREQUENCY] * t))
@@ -122,11 +126,10 @@ def rest_piece(
     piece: Vector,
     probe: Vector,
 ) -> tuple[float, float]:
-    """One piece at rest; returns how long it is and the direction in which the body then breaks
-    away, or 0.
+    """Return length [s] of a piece at rest, and direction of the breakaway at its end, or 0.
 
-    `refused`: a direction in which it has just stopped at the instant at which it broke away: there
-    it needs a trace more.
+    refused: direction in which the body has just stopped at the instant of its breakaway; there a
+    breakaway takes slightly more effort.
     """
     motion(state, t, drive, body[MASS], 0.0, False, 0.0, piece)
     spent, towards = min(longest, reach(piece[3])), 0.0
@@ -157,7 +160,7 @@ def rest_piece(
 def _acceleration(
     force: Force, law: Vector, body: Vector, state: Vector, drive: Vector, t: float
 ) -> float:
-    """v' at t, with what rounding leaves of it taken out where slip begins."""
+    """Return v' at t, set to 0 at the start of a slip if it is only rounding."""
     u = effort(t, state[POSITION], state[VELOCITY], state[INTEGRAL_STATE], drive)
     opposing = friction(force, law, body, state, state[VELOCITY], u)
     if state[VELOCITY] == 0.0 and abs(u - opposing) <= ROUNDING * (
@@ -170,8 +173,7 @@ def _acceleration(
 
 @bare_kernel
 def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
-    """Sets the length to try after an accepted step of length h with this error, in tolerances, and
-    keeps the error."""
+    """Set the next step length after an accepted step of length h; error in tolerances."""
     size = math.log(max(error, LEAST_ERROR))
     pace[0] = max(least, h * min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size)))
     pace[1] = size
@@ -179,7 +181,7 @@ def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
 
 @bare_kernel
 def shortening(error: float) -> float:
-    """By what a refused step is shortened."""
+    """Return the step-size factor after a rejected step."""
     return max(SHRINKAGE, SAFETY * error**-0.2) if math.isfinite(error) else SHRINKAGE
 
 
@@ -196,16 +198,14 @@ def layer_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """One accepted step in the layer: its length and a status.
+    """Take one accepted step in the layer; return its length [s] and a status.
 
-    `pace` (3,): the length to try, 0 at first; the logarithm of the last error; when the layer was
-    entered. What counts is when the motion gets somewhere: an error of v is an error in time of
-    error/acceleration, allowed to be `tolerance` of the time spent here.
+    pace (3,): step length to try, 0 at first; logarithm of the last error; time at which the layer
+    was entered. The tolerance limits the error in time: an error of v shifts the motion by
+    error/acceleration, which may be `tolerance` of the time spent in the layer.
     """
-    mass, start = (
-        body[MASS],
-        slopes[1, STAGES - 1],
-    )  # the last stage of a step is the first of the next
+    # the last stage of a step is the first of the next
+    mass, start = body[MASS], slopes[1, STAGES - 1]
     if pace[0] == 0.0:
         start = _acceleration(force, law, body, state, drive, t)
         largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + gross(state, t, drive)
@@ -247,7 +247,7 @@ def straight_piece(
     longest: float,
     piece: Vector,
 ) -> float:
-    """One piece in closed form; returns its length."""
+    """Fill one piece in closed form; return its length [s]."""
     start = _acceleration(force, law, body, state, drive, t)
     _, viscous = friction_line(body, state[REGION], state[DIRECTION])
     motion(state, t, drive, body[MASS], viscous, True, start, piece)

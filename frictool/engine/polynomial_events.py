@@ -1,8 +1,8 @@
-"""Where a polynomial first falls to zero: events on a piece of trajectory p(t) = c[0] + c[1] t +
-... + c[n-1] t^(n-1), 0 <= t <= h.
+"""First fall of a polynomial to zero, for events on a piece of trajectory.
 
-The curvature is bounded by the coefficients, so that no crossing hides between two points that are
-looked at:
+    p(t) = c[0] + c[1] t + ... + c[n-1] t^(n-1)          0 <= t <= h
+
+The coefficients bound the curvature, so that no crossing is missed between two evaluated points:
 
     p(t) >= min(p(a), p(b)) - bound (b - a)^2 / 8        on [a, b]
 """
@@ -18,13 +18,14 @@ from frictool.runtime.kernels import kernel
 Vector = NDArray[np.float64]
 
 NEVER = -1.0
-RESOLUTION = 2.0**-40  # of the piece: two crossings nearer than this are seen as none
-MAX_HALVINGS = 10_000  # a grazing piece needs about a hundred
+# shortest distance of two crossings that are both seen, relative to the piece
+RESOLUTION = 2.0**-40
+MAX_HALVINGS = 10_000  # limit of the search; a grazing piece needs about a hundred
 
 
 @kernel
 def value(c: Vector, t: float) -> float:
-    """p(t) by Horner's rule."""
+    """Return p(t) by Horner's rule."""
     total = 0.0
     for k in range(c.shape[0] - 1, -1, -1):
         total = total * t + c[k]
@@ -33,7 +34,7 @@ def value(c: Vector, t: float) -> float:
 
 @kernel
 def value_and_slope(c: Vector, t: float) -> tuple[float, float]:
-    """p(t) and p'(t)."""
+    """Return p(t) and p'(t)."""
     total, rate = 0.0, 0.0
     for k in range(c.shape[0] - 1, -1, -1):
         rate = rate * t + total
@@ -43,7 +44,7 @@ def value_and_slope(c: Vector, t: float) -> tuple[float, float]:
 
 @kernel
 def curvature_bound(c: Vector, h: float) -> float:
-    """A number that |p''| does not exceed on [0, h]."""
+    """Return an upper bound of |p''| on [0, h]."""
     total = 0.0
     for k in range(c.shape[0] - 1, 1, -1):
         total = total * h + k * (k - 1) * abs(c[k])
@@ -52,8 +53,10 @@ def curvature_bound(c: Vector, h: float) -> float:
 
 @kernel
 def _root(c: Vector, low: float, high: float, start: float, end: float) -> float:
-    """The zero in [low, high], p falling from start to end: Newton's method from the chord, kept
-    inside a bracket."""
+    """Return the zero in [low, high], with p falling from start to end.
+
+    Newton's method starts from the chord and is kept inside a bracket.
+    """
     t = low + (high - low) * (start / (start - end))
     for _ in range(MAX_ITERATIONS):
         ahead, rate = value_and_slope(c, t)
@@ -65,8 +68,10 @@ def _root(c: Vector, low: float, high: float, start: float, end: float) -> float
 
 @kernel
 def _first_zero(c: Vector, h: float) -> float:
-    """First t in (0, h] at which p, positive at 0, is zero; or NEVER. From left to right on
-    intervals that prove themselves."""
+    """Return the first t in (0, h] at which p, positive at 0, is zero, or NEVER.
+
+    The search goes from left to right in intervals on which the curvature bound proves its result.
+    """
     bound, low, width = curvature_bound(c, h), 0.0, h
     start, leaving = c[0], c[1] if c.shape[0] > 1 else 0.0
     for _ in range(MAX_HALVINGS):
@@ -89,11 +94,10 @@ def _first_zero(c: Vector, h: float) -> float:
 
 @kernel
 def first_fall(c: Vector, h: float) -> float:
-    """First t in [0, h] at which p falls to zero from above, or NEVER; 0 where p starts below zero,
-    or at zero and falls.
+    """Return the first t in [0, h] at which p falls to zero from above, or NEVER.
 
-    A zero at t = 0 is divided out, so that a motion that starts from rest is not seen to stop
-    there.
+    The result is 0 if p starts below zero, or at zero and falls. A zero at t = 0 is divided out, so
+    that a motion starting from rest does not count as stopping there.
     """
     if h <= 0.0:
         return NEVER

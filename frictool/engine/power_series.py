@@ -1,12 +1,10 @@
-"""The motion under Coulomb and viscous friction of fixed sign (2.31), and the effort at rest: power
-series to rounding.
+"""Power series, exact to rounding, of the motion under friction of fixed sign (2.31) and at rest.
 
     m v' = u(t, x, v, q) - friction - viscous v        x' = v        q' = x - r
-                                                       (engine/drive.py)
 
-is linear with constant coefficients: its solution is the matrix exponential, and the matrix
-exponential is its power series. Each coefficient follows from the one before; a piece is as long as
-the series is exact to rounding, and needs no step size.
+The effort u is that of engine/drive.py. The system is linear with constant coefficients: its
+solution is a matrix exponential, which equals its power series. Each coefficient follows from the
+one before. A piece is as long as the series is exact to rounding, without step-size control.
 """
 
 from __future__ import annotations
@@ -33,8 +31,8 @@ from frictool.runtime.kernels import kernel
 Vector = NDArray[np.float64]
 
 TERMS = 24
-EXACT = 2.0**-54  # of the size of the quantity: what the last terms may be
-REFINEMENTS = 3  # the size depends on the length weakly: to the power 1/TERMS
+EXACT = 2.0**-54  # largest magnitude of the last terms, relative to the size of the quantity
+REFINEMENTS = 3  # iterations; few suffice: the length depends on the size to the power 1/TERMS
 
 
 @kernel
@@ -48,12 +46,11 @@ def motion(
     start: float,
     piece: Vector,
 ) -> None:
-    """Fills `piece` (4, TERMS), rows x, v, q, u, with the series of the time since t, from y = (x,
-    v, q).
+    """Fill `piece` (4, TERMS), rows x, v, q, u, with the series from y = (x, v, q) in time since t.
 
-    At rest (not `moving`) x and v stay. `start`: the acceleration at t, with the friction in it,
-    given because rounding is taken out of it where slip begins; from there on `viscous` is all that
-    friction does.
+    At rest (not `moving`) x and v stay. start: acceleration at t, including friction; it is passed
+    in because rounding is removed from it at the start of a slip. The further coefficients contain
+    friction through `viscous` only.
     """
     frequency, proportional, derivative, integral = (
         drive[FREQUENCY],
@@ -85,10 +82,10 @@ def motion(
 
 @kernel
 def reach(c: Vector) -> float:
-    """For how long the series c (TERMS,) is exact to rounding; inf for a polynomial.
+    """Return the time for which the series c (TERMS,) is exact to rounding; inf for a polynomial.
 
-    The last two terms stay below EXACT of the largest of the first half: so near, no term is so
-    large that the sum loses digits.
+    Up to that time the last two terms stay below EXACT of the largest of the first half. No term is
+    then so large that the sum loses digits.
     """
     longest = math.inf
     for k in (TERMS - 2, TERMS - 1):

@@ -1,12 +1,12 @@
-"""One step of a Rosenbrock method of order 4 with its error of order 3 and its dense output, for
-contacts that relax in microseconds.
+"""One step of a Rosenbrock method of order 4, with an error of order 3 and dense output.
 
-    W k_i = f(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij k_j/h + h d_i f_t        W = I/(gamma h) -
-                                                                                   J
+    W k_i = f(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij k_j/h + h d_i f_t
+    W = I/(gamma h) - J
 
-L-stable: once the contact has relaxed the step follows the motion, and not the contact.
-Coefficients: RODAS, Hairer, Wanner, Solving Ordinary Differential Equations II, VI.4. y = (x, v, q,
-z...), and J has the shape of an arrow, for z_i' depends on z_i and v alone:
+For contacts that relax in microseconds: the method is L-stable, so that after the relaxation the
+motion alone limits the step. Coefficients: RODAS, Hairer, Wanner, Solving Ordinary Differential
+Equations II, VI.4. In y = (x, v, q, z...), z_i' depends on z_i and v alone, so that J has the shape
+of an arrow:
 
     x' = v        v' = (u(t, x, v, q) - F(v, z))/m        q' = x - r        z_i' = rate(z_i, v)
 """
@@ -20,7 +20,7 @@ from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
-CONTACT = 3  # where z begins in y
+CONTACT = 3  # index of the first z in y
 STAGES, GAMMA = 6, 0.25
 NODES = np.array((0.0, 0.386, 0.21, 0.63, 1.0, 1.0))
 IN_TIME = np.array((0.25, -0.1043, 0.1035, -0.03620000000000023, 0.0, 0.0))
@@ -72,7 +72,7 @@ DENSE = np.array(
 
 @kernel
 def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> None:
-    """Where stage i looks at the field: fills the first `rows` of out (n,)."""
+    """Fill the first `rows` of out (n,) with the point at which stage i evaluates the field."""
     for row in range(rows):
         total = y[row]
         for j in range(i):
@@ -84,9 +84,9 @@ def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> No
 def complete_stage(
     own: Vector, couplings: Vector, in_time: Vector, h: float, i: int, stages: Vector
 ) -> None:
-    """Turns stage i, which holds the field at its point, into k_i.
+    """Turn stage i, which holds the field at its point, into k_i.
 
-    own (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of each z that moves.
+    own (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of each z with a rate.
     in_time (3,): d(x', v', q')/dt.
     """
     m, k, c = couplings.shape[1], stages[i], 1.0 / (GAMMA * h)
@@ -110,7 +110,10 @@ def complete_stage(
 
 @kernel
 def between(y: Vector, end: Vector, stages: Vector, share: float, rows: int, out: Vector) -> None:
-    """The dense output at the share of the step from y to `end`: fills the first `rows` of out."""
+    """Fill the first `rows` of out with the dense output of the step from y to `end`.
+
+    share: part of the step, 0 to 1.
+    """
     left = 1.0 - share
     for row in range(rows):
         bend, twist = 0.0, 0.0

@@ -1,14 +1,13 @@
-"""An axis under the controller that the bench ran while it was logged: what reference, position and
-effort would have been.
+"""Axis under the position controller of the bench, without encoder: position and effort of a test.
 
-    error = reference - position;    effort = P error + integral + D d/dt (r reference - position);
-                                     integral' = I error
+    error = reference - position        integral' = I error
+    effort = P error + integral + D d/dt (r reference - position)
 
-Sampled once a period; rates are backward differences. r = 1 differentiates the error, r = 0 the
-position alone (a cascade of a position gain k_p and a speed gain k_v is P = k_v k_p, D = k_v, r =
-0). The effort acts at once and is held, through the drive's lag if there is one. No encoder lies in
-the loop: what it adds is noise of the log, and a simulation without it is a smooth function of the
-axis's parameters.
+The controller is sampled once per period; rates are backward differences. r = 1 differentiates the
+error, r = 0 the position alone. A cascade of a position gain k_p and a speed gain k_v is P = k_v
+k_p, D = k_v, r = 0. The effort acts at once and is held, through the drive's lag if there is one.
+The loop contains no encoder: its quantization counts as noise of the log, so that the simulation is
+a smooth function of the axis's parameters.
 """
 
 from __future__ import annotations
@@ -32,8 +31,10 @@ PROPORTIONAL, INTEGRAL, DERIVATIVE, REFERENCE_RATE = 0, 1, 2, 3
 
 
 class PositionServo(NamedTuple):
-    """Gains from position to effort, SI: N/m, N/(m s), N s/m | N m/rad ...; `reference_rate` as r
-    above; `limit` of the effort, N | N m."""
+    """Gains from position to effort, SI (N/m, N/(m s), N s/m; rotary: N m/rad, ...).
+
+    reference_rate: r of the module's equation. limit: largest effort [N | N m].
+    """
 
     proportional: float
     integral: float = 0.0
@@ -55,12 +56,13 @@ def follow_reference(
     velocities: Vector,
     efforts: Vector,
 ) -> int:
-    """Follows `reference` (n,) from `state` (7,), which is changed; fills positions, velocities,
-    efforts (n,). Returns engine/status.py.
+    """Follow `reference` (n,) from `state` (7,), in place.
 
-    p: engine/effort_replay.py `replayed`. load: plant/position_load.py. servo (5,): `Servo`. start:
-    the first effort [N m | N], from which what the integral holds at first follows where there is
-    one.
+    Fills positions, velocities and efforts (n,).
+
+    p: engine/effort_replay.py `replay_parameters`. load: plant/position_load.py. servo (5,):
+    `PositionServo`. start: first effort [N m | N], which sets the initial value of the integral if
+    there is one. Returns a status of engine/status.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

@@ -1,16 +1,17 @@
-"""One phase of slip, in closed form: the motion, when it stops, when it has covered a distance.
+"""One phase of slip in closed form: the motion, its stop, and the time to cover a distance.
 
-Everything is seen in the direction of the motion: speed w >= 0, distance y >= 0. With the
-friction's sign fixed and the command held, the drive relaxes at `rate` = 1/lag and the speed at
+All quantities are taken in the direction of motion: speed w >= 0, distance y >= 0. With a fixed
+sign of the friction and a held command, the drive relaxes at `rate` = 1/lag and the speed at
 `decay` = viscous/inertia:
 
     w' = -decay w + settled + transient e^{-rate t}
 
-settled     acceleration that the final drive leaves after Coulomb friction, at w = 0
-transient   acceleration due to what the drive still has to lose; 0 without lag
-A phase is the tuple (w0, settled, transient, decay, rate) in SI. Its acceleration has one zero at
-most, so that the speed is monotone on two intervals at most: the first stop, or any other level, is
-bracketed without a search.
+settled     acceleration at w = 0 by the final drive, less Coulomb friction
+transient   initial acceleration by the drive's deviation from its final value; 0 without lag
+
+A phase is the tuple (w0, settled, transient, decay, rate) in SI. Its acceleration has at most one
+zero, so that the speed is monotone on at most two intervals. The first stop, or any other level, is
+therefore bracketed without a search.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ SPEED, DISTANCE = 0, 1
 
 @kernel
 def speed(phase: Phase, t: float) -> float:
-    """w(t) [rad/s | m/s]."""
+    """Return w(t) [rad/s | m/s]."""
     w0, settled, transient, decay, rate = phase
     moving = w0 * math.exp(-decay * t) + settled * t * phi1(-decay * t)
     return moving if transient == 0.0 else moving + transient * convolved(decay, rate, t)
@@ -37,7 +38,7 @@ def speed(phase: Phase, t: float) -> float:
 
 @kernel
 def distance(phase: Phase, t: float) -> float:
-    """y(t) = int_0^t w [rad | m]."""
+    """Return y(t) = int_0^t w [rad | m]."""
     w0, settled, transient, decay, rate = phase
     moving = w0 * t * phi1(-decay * t) + settled * t * t * phi2(-decay * t)
     return moving if transient == 0.0 else moving + transient * convolved_integral(decay, rate, t)
@@ -45,7 +46,7 @@ def distance(phase: Phase, t: float) -> float:
 
 @kernel
 def acceleration(phase: Phase, t: float) -> float:
-    """w'(t) [rad/s^2 | m/s^2]."""
+    """Return w'(t) [rad/s^2 | m/s^2]."""
     w0, settled, transient, decay, rate = phase
     start = (settled + transient - decay * w0) * math.exp(-decay * t)
     return start if transient == 0.0 else start - transient * rate * convolved(decay, rate, t)
@@ -53,7 +54,7 @@ def acceleration(phase: Phase, t: float) -> float:
 
 @kernel
 def _turning_time(start: float, transient: float, decay: float, rate: float) -> float:
-    """When the acceleration that starts at `start` is zero, t > 0; inf where it never is."""
+    """Return the time t > 0 at which the acceleration, `start` at t = 0, is zero; inf if never."""
     if transient == 0.0:
         return math.inf
     r = start / (transient * rate)
@@ -65,7 +66,7 @@ def _turning_time(start: float, transient: float, decay: float, rate: float) -> 
 
 @kernel
 def _root(phase: Phase, quantity: int, level: float, low: float, high: float) -> float:
-    """Where w falls to `level`, or y rises to it, in [low, high]."""
+    """Return the time in [low, high] at which w falls to `level`, or y rises to it."""
     t = 0.5 * (low + high)
     for _ in range(MAX_ITERATIONS):
         if quantity == SPEED:
@@ -80,15 +81,14 @@ def _root(phase: Phase, quantity: int, level: float, low: float, high: float) ->
 
 @kernel
 def fall_time(phase: Phase, level: float, duration: float) -> float:
-    """First t in [0, duration] at which the speed falls to `level`, not above w0, or NEVER; 0 is
-    the stop.
+    """Return the first t in [0, duration] at which the speed falls to `level`, or NEVER.
 
-    A phase that starts on the level with an acceleration that is or becomes positive does not fall
-    to it at its start.
+    level: not above w0; level 0 is the stop. A phase that starts on the level with an acceleration
+    that is or becomes positive does not count as falling to it at its start.
     """
     w0, settled, transient, decay, rate = phase
     if w0 - level > (abs(settled) + abs(transient) + decay * max(abs(w0), abs(level))) * duration:
-        return NEVER  # not even the largest deceleration would do
+        return NEVER  # not even the largest deceleration suffices
     start = settled + transient - decay * w0
     turning = _turning_time(start, transient, decay, rate)
     if start > 0.0 or (start == 0.0 and transient < 0.0):  # rises, then falls
@@ -106,16 +106,20 @@ def fall_time(phase: Phase, level: float, duration: float) -> float:
 
 @kernel
 def rise_time(phase: Phase, level: float, duration: float) -> float:
-    """First t in [0, duration] at which the speed rises to `level`, not below w0, or NEVER: the
-    mirrored phase falls to -level."""
+    """Return the first t in [0, duration] at which the speed rises to `level`, or NEVER.
+
+    level: not below w0. The mirrored phase falls to -level.
+    """
     w0, settled, transient, decay, rate = phase
     return fall_time((-w0, -settled, -transient, decay, rate), -level, duration)
 
 
 @kernel
 def travel_time(phase: Phase, length: float, duration: float) -> float:
-    """When `length` is covered, in (0, duration], or NEVER. The speed must not fall below zero
-    within `duration`."""
+    """Return the time in (0, duration] at which `length` is covered, or NEVER.
+
+    The speed must not fall below zero within `duration`.
+    """
     if distance(phase, duration) < length:
         return NEVER
     return _root(phase, DISTANCE, length, 0.0, duration)

@@ -1,4 +1,4 @@
-"""What ends a piece of slip, and what then becomes of the state: layer, knee, stop, end stops."""
+"""Events that end a piece of slip, and the state after them: layer, knee, stop, end stops."""
 
 from __future__ import annotations
 
@@ -38,14 +38,15 @@ from frictool.runtime.kernels import bare_kernel, kernel
 
 Vector = NDArray[np.float64]
 
-BELOW = 0.98  # of the layer's speed: where a slip that slows down enters it again
-BELOW_KNEE = 1.0 - 2.0**-40  # of the knee's
-SHORTEST_FLIGHT = 1e-9  # of the run
+BELOW = 0.98  # speed at which a slowing slip enters the layer again, relative to the layer's speed
+# speed at which a slowing slip passes the knee, relative to the knee's speed
+BELOW_KNEE = 1.0 - 2.0**-40
+SHORTEST_FLIGHT = 1e-9  # shortest flight of a rebound, relative to the run
 
 
 @kernel
 def region(body: Vector, speed: float) -> float:
-    """The region of a slip at this speed."""
+    """Return the region of a slip at this speed."""
     if speed < body[LAYER]:
         return IN_LAYER
     return STRAIGHT if speed < body[KNEE] else BEYOND_KNEE
@@ -55,7 +56,10 @@ def region(body: Vector, speed: float) -> float:
 def sooner(
     piece: Vector, terms: int, row: int, sign: float, level: float, longest: float, probe: Vector
 ) -> float:
-    """First t at which sign (piece[row] - level) falls to zero within `longest`, or NEVER."""
+    """Return the first t within `longest` at which a row of a piece reaches `level`, or NEVER.
+
+    It is the time at which sign (piece[row] - level) falls to zero.
+    """
     for k in range(terms):
         probe[k] = sign * piece[row, k]
     probe[0] -= sign * level
@@ -64,7 +68,7 @@ def sooner(
 
 @bare_kernel
 def _swing(piece: Vector, terms: int, h: float) -> float:
-    """What the speed does not change by more than within h."""
+    """Return a bound of the change of speed within h."""
     total = 0.0
     for k in range(terms - 1, 0, -1):
         total = (total + abs(piece[1, k])) * h
@@ -75,8 +79,7 @@ def _swing(piece: Vector, terms: int, h: float) -> float:
 def slip_event(
     state: Vector, body: Vector, piece: Vector, terms: int, longest: float, probe: Vector
 ) -> tuple[float, int]:
-    """The first event on a piece of slip and when: a stop, the layer's or the knee's speed, an end
-    stop."""
+    """Return kind and time of the first event on a piece of slip: stop, layer, knee or end stop."""
     direction, here, spent, kind = state[DIRECTION], state[REGION], longest, NO_EVENT
     upwards, upper = math.inf, NO_EVENT
     downwards, lower = 0.0, STOPS
@@ -107,7 +110,7 @@ def slip_event(
 
 @kernel
 def _bounce(state: Vector, body: Vector, drive: Vector, t: float, span: float) -> int:
-    """At an end stop: back with the restitution, or to rest."""
+    """Reverse the body at an end stop with its restitution, or put it to rest; return the event."""
     direction = state[DIRECTION]
     state[POSITION] = body[UPPER_STOP] if direction > 0.0 else body[LOWER_STOP]
     state[VELOCITY] *= -body[RESTITUTION]
@@ -127,10 +130,10 @@ def _bounce(state: Vector, body: Vector, drive: Vector, t: float, span: float) -
 def arrive(
     state: Vector, body: Vector, drive: Vector, t: float, kind: int, towards: float, span: float
 ) -> int:
-    """Changes direction, region and speed as the event asks; returns the event, which is another
-    one where a rebound rests.
+    """Change direction, region and speed by an event; return the event.
 
-    `towards`: the direction that breaks away. `span` [s]: the length of the run.
+    The returned event differs if a rebound comes to rest. towards: direction of a breakaway. span
+    [s]: length of the run.
     """
     direction = state[DIRECTION]
     if kind == BREAKS_AWAY:

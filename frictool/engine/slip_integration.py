@@ -1,14 +1,13 @@
-"""A slip under a load, or with friction that depends on position or curves over speed, by
-Dormand-Prince with error control.
-
-Events are roots of its dense output.
+"""Slip by Dormand-Prince with error control, for a load or a nonlinear friction.
 
     y' = w        w' = (d (K i(t) - offset - load(x)) - F_c(x) - (F_s - F_c)(x) exp(-|w/v_s|^delta)
                   - added - viscous w)/J    x = x0 + d y
 
-in the direction d of the motion. Inside the backlash the friction is that of the backlash alone.
-The drive i(t) is an exponential, and the load (plant/position_load.py) follows the position. Knees,
-layer, map ends and the flank of the backlash are events, so that each piece has a smooth field.
+This method is used if a load acts, or if friction depends on position or is nonlinear in speed. d
+is the direction of motion. Inside the backlash only the friction of the backlash acts. The drive
+i(t) is an exponential, and the load (plant/position_load.py) follows the position. Knees, the
+layer, map ends and the flank of the backlash are events: roots of the dense output. Each piece
+therefore has a smooth field.
 """
 
 from __future__ import annotations
@@ -81,18 +80,20 @@ from frictool.runtime.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
 
-# how a piece of slip ends
+# end of a piece of slip
 HELD, SLOWER, FASTER, PLACE, FAILED, CONTACT = 0, 1, 2, 3, 4, 5
 
-TOLERANCE = 1e-12  # of the speed, or of what the efforts add to it within a step
-FLOOR = 2.0**-5  # of v_s: smaller speeds inside the layer are computed to the tolerance of this
-FIRST_STEP = 2.0  # of the time in which all efforts together would cross v_s
-ROUNDING = 2.0**-46  # efforts smaller than this part of their terms are zero where slip begins
+TOLERANCE = 1e-12  # tolerance of the speed, relative to it or to its change within a step
+FLOOR = 2.0**-5  # least reference speed of the tolerance inside the layer, relative to v_s
+FIRST_STEP = 2.0  # first step, relative to the time in which all efforts together would reach v_s
+# largest effort that counts as zero at the start of a slip, relative to its terms
+ROUNDING = 2.0**-46
 GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
-SHORTEST_STEP = 2.0**-50  # of the time that remains
+SHORTEST_STEP = 2.0**-50  # shortest step, relative to the remaining time
 MAX_STEPS = 1_000_000
-DISTANCE, SPEED, ROWS, TERMS = 0, 1, 3, 5  # the dense output has a third row, not used here
-DRIVING = 5  # of the scratch: 1 where the motor carries the load, 0 inside the backlash
+# rows of the dense output; the third row is not used here
+DISTANCE, SPEED, ROWS, TERMS = 0, 1, 3, 5
+DRIVING = 5  # index in the scratch array: 1 if the motor carries the load, 0 inside the backlash
 
 
 @inner_kernel
@@ -107,8 +108,10 @@ def _acceleration(
     y: float,
     w: float,
 ) -> float:
-    """w' at t since the start of the slip; `law` (6,): scratch for friction/stribeck.py, then
-    DRIVING; `line`: (added, viscous)."""
+    """Return w' at t [s] after the start of the slip.
+
+    law (6,): scratch array for friction/stribeck.py, then DRIVING. line: (added, viscous).
+    """
     x = state[POSITION] + direction * y
     if law[DRIVING] > 0.0:
         friction = coulomb_at(p, direction, x)
@@ -137,8 +140,10 @@ def _step(
     at: Vector,
     slopes: Vector,
 ) -> float:
-    """Tries a step of length h from `at` = (y, w), whose w' is `start`; fills rows y' and w' of
-    `slopes` (3, 7). Returns the error of w."""
+    """Try a step of length h from `at` = (y, w) with w' = `start`; return the error of w.
+
+    Fills the rows y' and w' of `slopes` (3, 7).
+    """
     y, w1, a1 = at[DISTANCE], at[SPEED], start
     w2 = w1 + h * A21 * a1
     a2 = _acceleration(state, command, p, direction, law, line, t + C2 * h, y + h * A21 * w1, w2)
@@ -192,7 +197,7 @@ def _step(
 def _reached(
     piece: Vector, row: int, level: float, sign: float, longest: float, probe: Vector
 ) -> float:
-    """First t at which sign (row - level) falls to zero within `longest`, or NEVER."""
+    """Return the first t within `longest` at which sign (row - level) falls to zero, or NEVER."""
     for k in range(TERMS):
         probe[k] = sign * piece[row, k]
     probe[0] -= sign * level
@@ -203,7 +208,7 @@ def _reached(
 def _end_of(
     piece: Vector, h: float, lower: float, upper: float, length: float, probe: Vector
 ) -> tuple[float, int]:
-    """When and how a step ends first."""
+    """Return the time and kind of the first end of a step."""
     spent, kind = h, HELD
     crossing = _reached(piece, SPEED, lower, 1.0, spent, probe)
     if crossing != NEVER:
@@ -221,6 +226,7 @@ def _end_of(
 
 @inner_kernel
 def _move(at: Vector, piece: Vector, spent: float) -> None:
+    """Set `at` to the point of the dense output at time `spent`."""
     for row in range(2):
         total = 0.0
         for k in range(TERMS - 1, -1, -1):
@@ -230,7 +236,7 @@ def _move(at: Vector, piece: Vector, spent: float) -> None:
 
 @kernel
 def _gross(state: Vector, command: float, p: Vector, direction: float, driving: bool) -> float:
-    """Sum of the magnitudes of all efforts [N m | N] where the slip begins."""
+    """Return the sum of the magnitudes of all efforts [N m | N] at the start of the slip."""
     held = (
         breakaway_at(p, direction, state[POSITION], state[RESTED])
         if driving
@@ -244,12 +250,11 @@ def _gross(state: Vector, command: float, p: Vector, direction: float, driving: 
 def curved_slip(
     state: Vector, command: float, p: Vector, direction: float, remaining: float, to_edge: float
 ) -> tuple[float, float, float, int]:
-    """Slips for up to `remaining` [s] from `state`, which stays as it is; returns how long, how
-    far, the speed then, how it ended.
+    """Integrate a slip for up to `remaining` [s] from `state`, which is not changed.
 
-    The level of speed that it fell or rose to is that of `speed_band`, the place that of
-    `next_place`. `to_edge` [rad | m]: distance to the flank of the backlash, not above 0 where the
-    motor carries the load.
+    The slip ends at the limits of `speed_band` and at the boundary of `next_place`. to_edge [rad |
+    m]: distance to the flank of the backlash, not above 0 if the motor carries the load. Returns
+    duration [s], distance [rad | m], final speed, and how the slip ended.
     """
     at, slopes, piece, probe = (
         np.zeros(ROWS),

@@ -1,24 +1,20 @@
-"""What a kernel of the engine returns.
+"""Status codes that the kernels of the engine return.
 
-====  ==============
-===================================================================================================
-code  name            meaning
-====  ==============
-===================================================================================================
-0     OK              done
-1     TOO_MANY_EVENTS more than MAX_EVENTS stops, breakaways and contacts in one call: the state is
-      that of the last event
-2     NOT_FINITE      the state, the command or the duration is not a finite number: the state is as
-      it was
-3     EVENTS_FULL     the array for the events is full: the state is that at the event that found no
-      room
-4     STEP_TOO_SMALL  the tolerance asks for a step that is lost in the rounding of the time
-5     LAW_FAILED      a kernel of the friction law returned a status of friction/status.py
-6     JAMMED          a link that its load cannot drive wedges: no acceleration satisfies its
-      equations
-7     UNRESOLVED      contacts and sticking parts change without end at one instant
-====  ==============
-===================================================================================================
+====  ===============  ==========================================================================
+code  name             meaning
+====  ===============  ==========================================================================
+0     OK               done
+1     TOO_MANY_EVENTS  too many stops, breakaways and contacts in one call (MAX_EVENTS); the
+                       state is that after the last event
+2     NOT_FINITE       state, command or duration is not a finite number; a call with such
+                       input leaves the state unchanged
+3     EVENTS_FULL      the array for the events is full; the state is that at the first event
+                       that did not fit
+4     STEP_TOO_SMALL   the tolerance requires a step that is lost in the rounding of the time
+5     LAW_FAILED       a kernel of the friction law returned an error of friction/status.py
+6     JAMMED           a self-locking link wedges: no acceleration satisfies its equations
+7     UNRESOLVED       contacts and sticking parts change without end at one instant
+====  ===============  ==========================================================================
 """
 
 from __future__ import annotations
@@ -33,12 +29,13 @@ JAMMED = 6
 UNRESOLVED = 7
 
 MESSAGES = {
-    TOO_MANY_EVENTS: "the axis stops and starts more often within one sample than the engine resolves",
+    TOO_MANY_EVENTS: "the axis stops and starts more often within one sample "
+    "than the engine resolves",
     NOT_FINITE: "the simulation left the range of floating-point numbers",
     EVENTS_FULL: "more events happened than there was room for",
     STEP_TOO_SMALL: "the tolerance cannot be kept: the steps would be lost in rounding",
     LAW_FAILED: "the friction law left the range of floating-point numbers, or its memory is full",
-    JAMMED: "a link that its load cannot drive wedges: its friction grows faster than what drives it; "
-    "lower its friction or the load's inertia",
+    JAMMED: "a link that its load cannot drive wedges: its friction grows faster than "
+    "what drives it; lower its friction or the load's inertia",
     UNRESOLVED: "contacts and sticking parts change without end at one instant",
 }

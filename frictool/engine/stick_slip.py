@@ -1,24 +1,27 @@
-"""Moves a body with dry friction from event to event under drives that follow one another; exact
-but for one tolerance.
+"""Event-driven simulation of a body with dry friction under successive drives.
 
-    at rest            x and v stay; the effort is a power series; breakaway where it reaches the
-                       threshold, solved to rounding
+It is exact except for one tolerance, that of the steps in the layer.
+
+    at rest            x and v stay; the effort is a power series; breakaway at its crossing of
+                       the threshold, solved to rounding
     in the layer       Dormand-Prince with error control; events on its dense output
     straight           power series to rounding: Coulomb and viscous friction of fixed sign
                        (engine/power_series.py)
 
-The direction belongs to the phase: no integrator ever sees sign(v). Whatever would cycle without
-end (3.5) is resolved by rule:
-- an effort on the breakaway threshold to rounding counts as being on it, and breaks away only if it
-  rises;
-- a slip that starts with an acceleration of zero to rounding starts with zero;
-- a slip that ends at the instant at which it began leaves its direction asking for a trace more
-  than the breakaway;
-- leaving the layer and entering it again are different speeds, both where the law is straight; so
-  are the two sides of the knee;
-- a rebound from an end stop whose flight lasts less than SHORTEST_FLIGHT of the run rests there
-  (event RESTS_AT_STOP).
-What these do not resolve ends the call with a status, at the time that it returns.
+The direction of slip is fixed within a piece: no integrator ever evaluates sign(v). Rules prevent
+endless cycles (3.5):
+
+- An effort on the breakaway threshold to rounding counts as on it, and breaks away only if it
+  rises.
+- A slip that starts with an acceleration of zero to rounding starts with exactly zero.
+- After a slip that ends at the instant at which it began, breaking away again in that direction
+  takes slightly more than the breakaway.
+- The layer is left and entered at different speeds, both on the straight part of the law. The
+  same holds for the two sides of the knee.
+- A rebound from an end stop with a flight shorter than SHORTEST_FLIGHT of the run ends at rest
+  there (event RESTS_AT_STOP).
+
+Any other cycle ends the call with a status, at the returned time.
 """
 
 from __future__ import annotations
@@ -67,8 +70,11 @@ STEPS_PER_EVENT = 1000.0
 
 @kernel
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
-    """A cap that no run should meet: it grows with the room for events, the fastest rate of the
-    loop and, in an endless layer, the law."""
+    """Return a cap on the number of pieces that no sound run reaches.
+
+    It grows with the largest number of events, the fastest rate of the loop and, in an unbounded
+    layer, of the law.
+    """
     viscous = max(body[VISCOUS], body[VISCOUS + 1], body[VISCOUS_BEYOND], body[VISCOUS_BEYOND + 1])
     rate = (viscous + abs(drive[DERIVATIVE])) / body[MASS] + drive[FREQUENCY]
     rate += math.sqrt(abs(drive[PROPORTIONAL]) / body[MASS]) + (
@@ -94,8 +100,7 @@ def _fill(
     samples: Vector,
     filled: int,
 ) -> int:
-    """Fills the samples whose time is on a piece [t, until); returns how many are filled now. The
-    state is that at t."""
+    """Fill the samples within a piece [t, until) from the state at t; return their total number."""
     while filled < times.shape[0] and times[filled] < until:
         ahead = times[filled] - t
         x, v, q = value(piece[0], ahead), value(piece[1], ahead), value(piece[2], ahead)
@@ -128,8 +133,11 @@ def _advance_piece(
     slopes: Vector,
     pace: Vector,
 ) -> tuple[int, float, int, float, int]:
-    """Fills `piece` from t on; returns its terms, its length, the event that ends it, the direction
-    that breaks away, a status."""
+    """Fill `piece` from t on.
+
+    Returns its number of terms, its length [s], the event that ends it, the direction of a
+    breakaway, and a status.
+    """
     terms = TERMS
     if state[DIRECTION] == 0.0:
         spent, towards = rest_piece(state, body, drive, t, longest, refused, piece, probe)
@@ -149,8 +157,7 @@ def _advance_piece(
 
 @bare_kernel
 def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
-    """The state at the end of a piece; no views of its rows, whose references would be counted at
-    every step."""
+    """Set the state to the end of a piece, without row views, which numba would count."""
     for row in range(3):
         total = 0.0
         for k in range(terms - 1, -1, -1):
@@ -160,7 +167,7 @@ def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
 
 @kernel
 def record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
-    """Writes one event; a breakaway at the instant of a stop is a reversal."""
+    """Write one event; a breakaway at the instant of a stop is a reversal."""
     if (
         kind == BREAKS_AWAY
         and happened > 0
@@ -188,8 +195,7 @@ def _segment(
     events: Vector,
     happened: int,
 ) -> tuple[int, float, int, int]:
-    """Under one drive up to `end`: status, the time reached, samples filled and events recorded so
-    far."""
+    """Simulate one drive up to `end`; return status, time reached, number of samples and events."""
     piece, probe, slopes, pace = (
         np.zeros((4, TERMS)),
         np.zeros(TERMS),
@@ -239,13 +245,14 @@ def run(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Moves `state` (5,), in place, from `start` [s] through segments that end at `ends` (s,) with
-    `drives` (s, 10).
+    """Simulate `state` (5,), in place, from `start` [s] through successive drives.
 
-    law (any,): parameters of `force(v, direction, law)`. body (16,): engine/body.py. times (n,),
-    ascending, within the run; samples (n, 5) and events (m, 4) are filled. Returns a status of
-    engine/status.py, the time reached and the number of events; where the status is not OK, samples
-    after that time are left as they are.
+    The segments end at `ends` (s,) and have the `drives` (s, 10). law: parameters of `force(v,
+    direction, law)`. body (16,): engine/body.py. times (n,): ascending, within the run. Fills
+    samples (n, 5) and events (m, 4).
+
+    Returns a status of engine/status.py, the time reached and the number of events. If the status
+    is not OK, samples after that time are unchanged.
     """
     t, filled, happened, span = start, 0, 0, ends[-1] - start
     if not (math.isfinite(span) and np.all(np.isfinite(state))):

@@ -1,5 +1,4 @@
-"""A run of the exact engine from Python: a body, drives that follow one another, times to look at;
-samples and events come back."""
+"""Run of the exact engine: body, sequence of drives and sample times give samples and events."""
 
 from __future__ import annotations
 
@@ -40,11 +39,11 @@ ROOM_FOR_EVENTS = 10_000
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What happened, SI. `samples` (n, 5) at `time` (n,); `events` (m, 4): time, kind, position,
-    velocity (engine/body.py).
+    """Samples and events of a run, SI.
 
-    Where `status` (engine/status.py) is not OK the run ended at `reached` [s] and later samples are
-    not a number.
+    samples (n, 5) at `time` (n,); events (m, 4): time, kind, position, velocity (engine/body.py).
+    status: engine/status.py; if it is not OK, the run ended at `reached` [s] and later samples are
+    NaN.
     """
 
     status: int
@@ -56,31 +55,31 @@ class Trajectory:
 
     @property
     def position(self) -> Vector:
-        """x (n,) [m | rad]."""
+        """Position x (n,) [m | rad]."""
         return self.samples[:, SAMPLE_POSITION]
 
     @property
     def velocity(self) -> Vector:
-        """v (n,) [m/s | rad/s]; exactly 0 at rest."""
+        """Velocity v (n,) [m/s | rad/s]; exactly 0 at rest."""
         return self.samples[:, SAMPLE_VELOCITY]
 
     @property
     def effort(self) -> Vector:
-        """u (n,) [N | N m]."""
+        """Effort u (n,) [N | N m]."""
         return self.samples[:, SAMPLE_EFFORT]
 
     @property
     def friction(self) -> Vector:
-        """The friction force (n,) [N | N m]; at rest what it holds."""
+        """Friction force (n,) [N | N m]; at rest the force that it holds."""
         return self.samples[:, SAMPLE_FRICTION]
 
     @property
     def mode(self) -> Vector:
-        """0 (n,) at rest, else the direction of slip."""
+        """Mode (n,): 0 at rest, else the direction of slip."""
         return self.samples[:, SAMPLE_MODE]
 
     def times_of(self, kind: int = BREAKS_AWAY) -> Vector:
-        """When events of this kind happened [s]."""
+        """Return the times of all events of one kind [s]."""
         found: Vector = self.events[self.events[:, 1] == kind, 0]
         return found
 
@@ -88,8 +87,10 @@ class Trajectory:
 def segment_arrays(
     segments: Segments, times: ArrayLike, start: float
 ) -> tuple[Vector, Vector, Vector]:
-    """Arrays for the kernels: ends (s,), drives (s, 10), times (n,). ValueError where they are not
-    in order."""
+    """Return the arrays for the kernels: ends (s,), drives (s, 10), times (n,).
+
+    Raises ValueError if ends or times are not in order.
+    """
     asked = np.array(times, dtype=np.float64, ndmin=1)
     ends = np.array([end for end, _ in segments], dtype=np.float64)
     if not ends.size or not np.all(np.diff(np.concatenate([[start], ends])) > 0.0):
@@ -102,7 +103,7 @@ def segment_arrays(
 
 
 def _extended(state: Vector) -> Vector:
-    """A state of an extended body; from a plain one (5,), what has no past."""
+    """Return a state of an extended body (8,); a plain state (5,) gets an empty past."""
     if state.size == EXTENDED_SIZE:
         return state
     rested = 0.0 if state[DIRECTION] == 0.0 else np.inf
@@ -118,14 +119,34 @@ def simulate(
     start: float = 0.0,
     room: int = ROOM_FOR_EVENTS,
 ) -> Trajectory:
-    """Runs from `start` [s] through `segments`, each (its end [s], its drive), sampled at `times`
-    (n,).
+    """Simulate a body from `start` [s] through `segments`, sampled at `times` (n,).
 
-    `state` (5,), at rest at 0 if not given, is not changed; an extended body (`Body.extension`)
-    takes and returns one of (8,), with what engine/extended_stick_slip.py adds, and from (5,) it
-    begins with a rest of 0 s, or in slip as if after a long one, its film following. `room`: for
-    how many events; one more ends the run with EVENTS_FULL. ValueError where the segments or the
-    times are not in order, or where body or drive make no sense.
+    Parameters
+    ----------
+    body
+        The body with its friction.
+    segments
+        Pairs (end [s], drive) in order of time.
+    times
+        Ascending times [s] within the run.
+    state
+        State (5,) at the start, not changed; by default at rest at 0. A body with an extension has
+        a state (8,), see engine/extended_stick_slip.py. From (5,) it starts with 0 s at rest, or
+        in slip as after a long rest with a film that has settled.
+    start
+        Start of the run [s].
+    room
+        Largest number of events; one more ends the run with status EVENTS_FULL.
+
+    Returns
+    -------
+    Trajectory
+        Samples, events and final state.
+
+    Raises
+    ------
+    ValueError
+        If segments or times are not in order, or body or drive are invalid.
     """
     ends, drives, asked = segment_arrays(segments, times, start)
     now = np.array(at_rest() if state is None else state, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""What of a signal a plot can show: fewer points, none of its peaks lost."""
+"""Decimation of a signal for a plot: fewer points, with every visible peak kept."""
 
 from __future__ import annotations
 
@@ -8,17 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
-COLUMNS = 500  # about one per printed point of width
+COLUMNS = 500  # columns of a plot, about one per printed point of its width
 
 
 def finite_or_nan(values: Vector) -> Vector:
-    """A signal (n,) for a plot: NaN, which leaves a gap in the curve, where it is not finite."""
+    """Return a signal (n,) with NaN, a gap in the curve, in place of each infinite value."""
     return np.where(np.isfinite(values), values, np.nan)
 
 
 def decimated_indices(*signals: Vector) -> NDArray[np.intp]:
-    """Indices, increasing, that keep the first, last, smallest and largest sample of each signal
-    (n,) in each of 500 columns."""
+    """Return increasing indices at which signals (n,) of equal length are plotted.
+
+    In each of 500 columns they keep the first and last sample, and the smallest and largest sample
+    of each signal. Up to 1000 samples are all kept.
+    """
     count = signals[0].size
     if count <= 2 * COLUMNS:
         return np.arange(count, dtype=np.intp)
@@ -34,8 +37,11 @@ def decimated_indices(*signals: Vector) -> NDArray[np.intp]:
 
 
 def decimated_path_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
-    """Indices, increasing, that follow the path of two signals (n,) in strides of 1/500 of its
-    extent; none at a standstill."""
+    """Return increasing indices that follow the path of two signals (n,) in steps of 1/500.
+
+    The unit of length is the range of each signal. Samples at a standstill are dropped; the last
+    one is kept.
+    """
     width, height = float(np.ptp(abscissa)) or 1.0, float(np.ptp(ordinate)) or 1.0
     length = np.concatenate(
         ([0.0], np.cumsum(np.hypot(np.diff(abscissa) / width, np.diff(ordinate) / height)))

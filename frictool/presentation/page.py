@@ -1,5 +1,7 @@
-"""A page of HTML from a stage's template and the frame of all pages, base.html.jinja: one style, no
-script, no request to anywhere."""
+"""HTML pages from the template of a stage inside the common frame, base.html.jinja.
+
+All pages have one style. They contain no script and load nothing from the network.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +17,10 @@ FRAME = Path(__file__).parent
 
 
 def render_page(folder: Path, provenance: Provenance, **texts: Any) -> str:
-    """The HTML text of the template page.html.jinja in `folder`; the same texts give the same
-    bytes.
+    """Render the template page.html.jinja in `folder`; the same texts give the same bytes.
 
-    Every text is escaped but what is `Markup`. Raises jinja2.UndefinedError where the template
-    names what is not given.
+    All texts are escaped, except values of type `Markup`. Raises jinja2.UndefinedError if the
+    template uses a name that is not passed.
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([folder, FRAME]),

@@ -1,5 +1,6 @@
-"""A figure as an `<svg>` element to stand in a page: the same bytes for the same data, sized by the
-page; no date, no random ids, no user settings.
+"""Figures as `<svg>` elements for a page, sized by the page.
+
+The same data give the same bytes: no date, no random ids, no settings of the user.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 INK, MUTED, GRID = "#1d2733", "#6b7785", "#e3e7ec"
-PAGE: dict[str, Any] = {  # the style that figures have in common
+PAGE: dict[str, Any] = {  # matplotlib settings common to all figures
     "svg.fonttype": "none",
     "text.parse_math": False,
     "font.family": ["sans-serif"],
@@ -39,10 +40,10 @@ PAGE: dict[str, Any] = {  # the style that figures have in common
 
 
 class FigureMargins(NamedTuple):
-    """Beside the axes, inches; `label`: the ordinates', from the left edge.
+    """Margins around the axes, and distance of ordinate labels from the left edge [inch].
 
-    Given, so that figures below each other begin at one place: to fit them to each figure's labels
-    takes longer than all else of a page.
+    They are fixed so that the axes of figures below each other line up. Fitting them to the labels
+    of each figure would take longer than the rest of a page.
     """
 
     left: float
@@ -54,8 +55,10 @@ class FigureMargins(NamedTuple):
 
 @contextmanager
 def drawing(name: str, style: Mapping[str, Any] = PAGE) -> Iterator[None]:
-    """The settings under which the figure `name` is drawn and rendered, whatever the user's own
-    say."""
+    """Set the matplotlib settings under which the figure `name` is drawn and rendered.
+
+    The user's own settings are ignored; `name` is the salt of the ids in the SVG text.
+    """
     with mpl.rc_context():
         mpl.rcdefaults()
         settings: dict[Any, Any] = {**style, "svg.hashsalt": name}
@@ -71,10 +74,10 @@ def panels(
     ratios: Sequence[float] | None = None,
     space: float = 0.14,
 ) -> tuple[Figure, list[Axes]]:
-    """An empty figure of `size`, width and height in inches, with `rows` axes over one abscissa,
-    their heights as `ratios`.
+    """Return an empty figure with `rows` axes above each other that share one abscissa.
 
-    space: between two axes, as a part of their mean height.
+    size: width and height in inches. ratios: relative heights of the axes. space: gap between two
+    axes, relative to their mean height.
     """
     (width, height), (left, right, bottom, top, label) = size, margins
     figure = Figure(figsize=size)
@@ -92,16 +95,17 @@ def panels(
 
 
 def render(figure: Figure, label: str) -> str:
-    """The element's text; `label` is what a screen reader says, any text. Call it within
-    `drawing`."""
+    """Return the text of the `<svg>` element; call it within `drawing`.
+
+    label: any text, read out by screen readers.
+    """
     buffer = io.StringIO()
     canvas: Any = FigureCanvasSVG(figure)
     canvas.print_svg(buffer, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
-    text = re.sub(
-        r'(<g) id="[^"]*"', r"\1", text
-    )  # ids of groups repeat from figure to figure and nothing refers to them
+    # group ids repeat from figure to figure, and nothing refers to them
+    text = re.sub(r'(<g) id="[^"]*"', r"\1", text)
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     for size in ("width", "height"):
         text = re.sub(rf'<svg([^>]*?) {size}="[^"]*"', r"<svg\1", text, count=1)
@@ -110,8 +114,10 @@ def render(figure: Figure, label: str) -> str:
 
 
 def render_compact(figure: Figure, label: str) -> str:
-    """As `render`, the coordinates of its paths to a hundredth of a point: for a page of many
-    figures."""
+    """Return the text as `render` does, with path coordinates cut to 0.01 point.
+
+    For a page of many figures.
+    """
     return re.sub(
         r' d="[^"]*"',
         lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path.group()),

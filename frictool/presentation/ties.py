@@ -1,8 +1,8 @@
 """Rule for ties: among values that agree within a relative tolerance, the first one is named.
 
-Vertices often have the same figure, for example two that differ only in friction have the same
-modulus margin. The last digits of such figures differ from processor to processor, so that the
-largest one alone would name another vertex there.
+Vertices often have the same value: two that differ only in friction have the same modulus margin.
+The last digits of such values differ between processors, so that the strict maximum would name
+different vertices.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-TOLERANCE = 1e-5  # relative; ten times the tolerance of an H-infinity norm (verify/hinf_norm.py)
+TOLERANCE = 1e-5  # relative tolerance, ten times that of an H-infinity norm (verify/hinf_norm.py)
 
 
 def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
@@ -42,8 +42,9 @@ def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[floa
 
 
 def smallest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
-    """Return the smallest value, and the index of the first value that agrees with it; see
-    `largest`.
+    """Return the smallest value, and the index of the first value that agrees with it.
+
+    The mirror image of `largest`.
 
     Examples
     --------

@@ -1,2 +1,1 @@
-"""Kernels and their cache, notifications, partial files and lazy exports: what every package runs
-on."""
+"""Services for all packages: kernels, kernel cache, notifications, partial files, lazy exports."""

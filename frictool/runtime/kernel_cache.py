@@ -1,14 +1,13 @@
-"""The folders that compiled kernels are kept in: their names, the processes that use them, their
-removal, and the lock for writing.
+"""Folders of compiled kernels: names, processes that use them, removal, and the lock for writing.
 
 A folder belongs to one toolchain (numba, llvmlite, numpy, Python, processor), so that an upgrade
-finds a new one. In it, each state of a module's sources has a folder of its own (kernel_store.py):
-two versions of frictool never read each other's code. Folders of former toolchains and states are
+starts a new one. In it, each state of a module's sources has its own folder (kernel_store.py): two
+versions of frictool never read each other's code. Folders of former toolchains and states are
 removed when a new one is made, unless a process holds them or used them within the hour.
 
-numba itself locks nothing: if two processes keep different signatures of one function at the same
-time, the index may name the wrong code. A process that writes holds a lock here. An entry that
-cannot be read (a disk that was full, a machine that lost power) is compiled again.
+numba itself locks nothing: if two processes write different signatures of one function at the same
+time, the index may name the wrong code. Therefore a process that writes holds a lock. An unreadable
+entry (after a full disk or a power loss) is compiled again.
 """
 
 from __future__ import annotations
@@ -25,28 +24,30 @@ from pathlib import Path
 
 try:
     import fcntl
-except ImportError:  # Windows: what is in use is then told by its age alone
+except ImportError:  # Windows, on which only the age of a folder shows that it is in use
     fcntl = None  # type: ignore[assignment]  # Windows has none
 
 PREFIX = "kernels-"
-LAYOUT = 2  # of the folder of a toolchain
+LAYOUT = 2  # version of the folder layout
 REMOVED = ".removed-"
-USED = (
-    "in_use"  # shared by all who use a folder, for as long as they live; its date is the last start
-)
-WRITTEN = "written"  # held while something is kept
-# former folders of a place, and former states of a module, that are kept for a return to them
+USED = "in_use"  # lock file shared by all processes that use a folder; its date is the last start
+WRITTEN = "written"  # lock file held while code is written
+# former folders of a place, and former states of a module, kept in case they are used again
 KEPT = 8
-AGE_S = 14 * 86400.0  # unused for longer, they are removed all the same
-REST_S = 3600.0  # used within it, they are left alone: what used them may be too old to hold a lock
-PATIENCE_S = 20.0  # to wait for another writer, who takes milliseconds; then nothing is kept
+AGE_S = 14 * 86400.0  # s, former folders unused for longer are removed even if fewer than KEPT
+REST_S = 3600.0  # s, folders used within it stay: old versions of frictool hold no lock
+# s, longest wait for another writer, which needs milliseconds; then nothing is kept
+PATIENCE_S = 20.0
 _held: list[int] = []
 
 
 @dataclass(frozen=True)
 class KernelFolder:
-    """A folder of compiled kernels: its size in bytes, when a process last began to use it (s since
-    1970), whether one still does."""
+    """Folder of compiled kernels.
+
+    size in bytes; used: last start of a process that uses it [s since 1970]; busy: a process uses
+    it now.
+    """
 
     path: Path
     size: int
@@ -55,25 +56,25 @@ class KernelFolder:
 
 
 def folder_name(toolchain: str) -> str:
-    """Return the name of the folder for what `toolchain` compiles."""
+    """Return the name of the folder of a toolchain."""
     return PREFIX + hashlib.sha256(f"{LAYOUT}\0{toolchain}".encode()).hexdigest()[:16]
 
 
 def untrusted_reason(folder: Path, sources: Path) -> str:
-    """Return why code in `folder` is not loaded; "" where this user, root, or the owner of
-    `sources` alone can write there.
+    """Return why code in `folder` is not loaded; "" if only trusted users can write there.
 
-    What is kept is machine code and pickles: whoever writes it runs as whoever loads it.
+    Trusted are this user, root, and the owner of `sources`. The files are machine code and pickles:
+    whoever can write them can run code as the user who loads them.
     """
     if not hasattr(os, "geteuid"):
-        return ""  # Windows: the user's folders are the user's
+        return ""  # Windows, on which the user's folders belong to the user
     trusted = {0, os.geteuid(), sources.stat().st_uid}
     parent = folder.parent.stat()
     if parent.st_mode & stat.S_IWOTH and not parent.st_mode & stat.S_ISVTX:
         return f"everybody can write in {folder.parent}"
     inside = [Path(entry.path) for entry in os.scandir(folder) if entry.is_dir()]
     for path in (folder, *inside):
-        for status in (path.lstat(), path.stat()):  # of a link, and of what it leads to
+        for status in (path.lstat(), path.stat()):  # of a link, and of its target
             if status.st_uid not in trusted:
                 return f"{path} belongs to user {status.st_uid}"
         if path.stat().st_mode & (stat.S_IWGRP | stat.S_IWOTH):
@@ -83,7 +84,7 @@ def untrusted_reason(folder: Path, sources: Path) -> str:
 
 @contextmanager
 def restricted_umask() -> Iterator[None]:
-    """Keep others from writing what is made in the block, whatever the process's umask is."""
+    """Keep other users from writing files made in the block, whatever the process's umask."""
     before = os.umask(0o022)
     os.umask(before | 0o022)
     try:
@@ -93,7 +94,7 @@ def restricted_umask() -> Iterator[None]:
 
 
 def folders(place: Path) -> list[KernelFolder]:
-    """The folders of kernels in `place`, the one used last first."""
+    """Return the kernel folders in `place`, most recently used first."""
     found = []
     for path in sorted(place.glob(f"{PREFIX}*")):
         with suppress(OSError):  # removed by another process in between
@@ -110,20 +111,20 @@ def _size(folder: Path) -> int:
 
 
 def _last_used(folder: Path) -> float:
-    """By the date of its lock; where it has none, of what was kept last."""
+    """Return the date of the lock file [s since 1970]; without one, that of the newest entry."""
     with suppress(OSError):
         return (folder / USED).stat().st_mtime
     return max(path.stat().st_mtime for path in (folder, *folder.iterdir()))
 
 
 def mark_used(folder: Path) -> None:
-    """Marks an existing folder as used by this process until it ends. Where the file system has no
-    locks nothing is marked."""
+    """Mark an existing folder as used until this process ends; do nothing without file locks."""
     with suppress(OSError):
         while True:
             handle = os.open(folder / USED, os.O_RDWR | os.O_CREAT, 0o666)
             if fcntl is not None:
-                fcntl.flock(handle, fcntl.LOCK_SH)  # waits for whoever removes it
+                # waits for a process that is removing the folder
+                fcntl.flock(handle, fcntl.LOCK_SH)
             if _is_still(folder / USED, handle):
                 break
             os.close(handle)
@@ -133,8 +134,7 @@ def mark_used(folder: Path) -> None:
 
 
 def _is_still(path: Path, handle: int) -> bool:
-    """Whether `path` is the file that `handle` opened: its folder may have been removed in
-    between."""
+    """Return True if `path` still is the file behind `handle`, and its folder was not removed."""
     try:
         return os.path.samestat(path.stat(), os.fstat(handle))
     except OSError:
@@ -142,7 +142,7 @@ def _is_still(path: Path, handle: int) -> bool:
 
 
 def _is_held(folder: Path) -> bool:
-    """Whether a process uses it."""
+    """Return True if a process uses the folder."""
     taken = _take(folder)
     if taken is None:
         return (folder / USED).exists()
@@ -151,8 +151,7 @@ def _is_held(folder: Path) -> bool:
 
 
 def _take(folder: Path) -> int | None:
-    """The lock of a folder that nobody uses, for oneself; None where somebody does, or where there
-    are no locks."""
+    """Return the exclusive lock of an unused folder; None if it is in use or there are no locks."""
     if fcntl is None:
         return None
     try:
@@ -168,7 +167,7 @@ def _take(folder: Path) -> int | None:
 
 
 def remove(folder: Path, now: float | None = None) -> bool:
-    """Removes a folder that nobody uses nor used within the last hour; False where it is left."""
+    """Remove a folder that is unused now and for the last hour; return False if it stays."""
     now = time.time() if now is None else now
     try:
         rested = now - _last_used(folder) > REST_S
@@ -181,9 +180,8 @@ def remove(folder: Path, now: float | None = None) -> bool:
     if locked and taken is None and fcntl is not None:
         return False
     try:
-        away = folder.with_name(
-            f"{REMOVED}{folder.name}-{os.getpid()}"
-        )  # in one step, so that nobody finds half of it
+        # renamed in one step, so that no process sees it half removed
+        away = folder.with_name(f"{REMOVED}{folder.name}-{os.getpid()}")
         folder.rename(away)
     except OSError:
         return False
@@ -195,8 +193,10 @@ def remove(folder: Path, now: float | None = None) -> bool:
 
 
 def prune(place: Path, current: Path) -> list[Path]:
-    """Removes what former states left in `place`: all but the last `KEPT`, and of these what was
-    unused for a fortnight."""
+    """Remove old kernel folders in `place` and return them.
+
+    The `KEPT` most recently used ones stay, unless they were unused for a fortnight.
+    """
     now = time.time()
     others = []
     for path in place.glob(f"{PREFIX}*"):
@@ -208,14 +208,16 @@ def prune(place: Path, current: Path) -> list[Path]:
         for place_in_row, (used, path) in enumerate(others)
         if place_in_row >= KEPT or now - used > AGE_S
     ]
-    for path in place.glob(f"{REMOVED}*"):  # of a process that was killed while it removed
+    for path in place.glob(f"{REMOVED}*"):  # left by a process that was killed during the removal
         shutil.rmtree(path, ignore_errors=True)
     return [path for path in old if remove(path, now)]
 
 
 def prune_states(current: Path) -> list[Path]:
-    """Remove former states of the module that `current` is the folder of: all but the last `KEPT`,
-    and those unused for a fortnight."""
+    """Remove old states of the module that the folder `current` belongs to, and return them.
+
+    The `KEPT` most recently used ones stay, unless they were unused for a fortnight.
+    """
     now = time.time()
     others = [
         one
@@ -227,8 +229,7 @@ def prune_states(current: Path) -> list[Path]:
 
 
 def states(folder: Path) -> list[KernelFolder]:
-    """Return the folders of the states of modules in the folder of a toolchain, the one used last
-    first."""
+    """Return the folders of module states in a toolchain's folder, most recently used first."""
     found = []
     with suppress(OSError):
         for entry in os.scandir(folder):
@@ -239,19 +240,17 @@ def states(folder: Path) -> list[KernelFolder]:
 
 
 def module_of(state: Path) -> str:
-    """Return the name of the module that a state's folder belongs to, as far as the folder has
-    it."""
+    """Return the module name in the name of a state's folder, without the prefix `frictool.`."""
     return state.name.rpartition("-")[0]
 
 
 def sized(state: KernelFolder) -> KernelFolder:
-    """Return the same folder with its size."""
+    """Return the same folder with its size [byte]."""
     return replace(state, size=_size(state.path))
 
 
 def remove_state(state: Path, now: float | None = None) -> bool:
-    """Remove the folder of a state that was not used within the last hour; False where it is
-    left."""
+    """Remove the folder of a state that was unused for the last hour; return False if it stays."""
     away = state.parent / f"{REMOVED}{state.name}-{os.getpid()}"
     with writing(state.parent) as mine:
         try:
@@ -266,8 +265,10 @@ def remove_state(state: Path, now: float | None = None) -> bool:
 
 @contextmanager
 def writing(folder: Path) -> Iterator[bool]:
-    """Keeps others from writing in `folder` for the block; gives False where that cannot be had,
-    and nothing should be written."""
+    """Lock `folder` for writing during the block; yield False if the lock cannot be taken.
+
+    The caller must not write if False is yielded.
+    """
     try:
         handle = os.open(folder / WRITTEN, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError:
@@ -278,9 +279,8 @@ def writing(folder: Path) -> Iterator[bool]:
     finally:
         if fcntl is not None:
             with suppress(OSError):
-                fcntl.flock(
-                    handle, fcntl.LOCK_UN
-                )  # by name: a child that was forked meanwhile has the handle too
+                # explicit, because a child process forked meanwhile also has the handle
+                fcntl.flock(handle, fcntl.LOCK_UN)
         os.close(handle)
 
 
@@ -296,5 +296,5 @@ def _locked(handle: int) -> bool:
             if time.monotonic() > end:
                 return False
             time.sleep(0.01)
-        except OSError:  # no locks on this file system: as numba does it
+        except OSError:  # no locks on this file system: write unguarded, as numba does
             return True

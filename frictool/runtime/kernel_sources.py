@@ -1,11 +1,11 @@
-"""The sources that a kernel's machine code depends on: the modules that its module imports, without
-comments and docstrings.
+"""Sources that the machine code of a kernel depends on: its module and all modules it imports.
 
-Imports are read from the syntax tree, those inside functions too; imports for type checkers alone
-are left out. What the tree does not decide (a star, a package used as a whole, a name that a
-package makes up, a module imported by a computed name) counts as an import of everything that it
-could mean. Sources outside the package and outside the folder that a module was imported from
-(numpy, numba) belong to the toolchain.
+Comments and docstrings are ignored. Imports are read from the syntax tree, including those inside
+functions; imports for type checkers are skipped. Some imports cannot be resolved from the tree: a
+star import, a package used as a whole, a name that a package computes, a module imported by a
+computed name. Each of them counts as an import of every module that it could mean. Sources outside
+the package and outside the folder that a module was imported from (numpy, numba) belong to the
+toolchain.
 """
 
 from __future__ import annotations
@@ -23,25 +23,26 @@ from pathlib import Path
 from frictool.runtime.module_source import ANALYSIS, Source, analyse
 
 PACKAGE = Path(__file__).resolve().parents[1]
-# imports by computed name, from tables of literals that are read here
+# module that imports by computed name, from literal tables that are read here
 LAZY = "frictool.runtime.lazy_exports"
-STORAGE = frozenset(  # modules that keep code and make none
+STORAGE = frozenset(  # modules that store machine code but generate none
     f"frictool.runtime.{name}"
     for name in ("kernel_cache", "kernel_sources", "kernel_store", "module_source", "notifications")
 )
 INSTALLED = {"site-packages", "dist-packages"}
 MEMO = f"sources-{ANALYSIS}.json"
-MOST = 2000  # sources in the memo; beyond, those that this process does not use are dropped
+# largest number of sources in the memo; beyond it those unused by this process are dropped
+MOST = 2000
 _START = time.time()
 
 
 class UnknownSourcesError(Exception):
-    """The source of a module cannot be read, or is no longer what was imported."""
+    """The source of a module cannot be read, or has changed since the module was imported."""
 
 
 @dataclass(frozen=True)
 class State:
-    """What machine code depends on: the names of the modules, and the digest of their sources."""
+    """Names of the modules that machine code depends on, and the digest of their sources."""
 
     modules: frozenset[str]
     digest: str
@@ -49,11 +50,10 @@ class State:
 
 @dataclass(eq=False)
 class Sources:
-    """The modules of frictool in `package`, and those in `root`, the folder that further modules
-    are imported from.
+    """Modules of frictool in `package`, and further modules in the folder `root`.
 
-    only: name of the single package that is followed in `root`; "" follows all. memo: folder in
-    which the analysed sources are kept, by the digest of their bytes.
+    only: name of the single package that is followed in `root`; "" follows all. memo: folder that
+    keeps the analysed sources, keyed by the digest of their bytes.
     """
 
     root: Path
@@ -70,15 +70,15 @@ class Sources:
     _is_new: bool = False
 
     def declare(self, path: Path) -> None:
-        """Note that the module at `path` is being imported now."""
+        """Record the time stamp of the module at `path`, which is being imported now."""
         if path not in self._declared:
             with suppress(UnknownSourcesError):
                 self._declared[path] = _stamp(path)
 
     def state(self, modules: Iterable[str]) -> State:
-        """Return the state of the sources that `modules` import, directly or not.
+        """Return the state of all sources that `modules` import, directly or indirectly.
 
-        Raises UnknownSourcesError if a source cannot be read, or was changed after this process
+        Raises UnknownSourcesError if a source cannot be read, or has changed since this process
         imported it.
         """
         key = frozenset(modules)
@@ -108,13 +108,13 @@ class Sources:
         return State(frozenset(reached), seen.hexdigest()[:16])
 
     def holds(self, name: str) -> bool:
-        """Return whether `name` is a module whose source is followed."""
+        """Return True if `name` is a module or package whose source is followed."""
         if self.only and name.split(".")[0] not in ("frictool", self.only):
             return False
         return self._path(name) is not None or self._folder(name).is_dir()
 
     def everything(self, top: str = "frictool") -> frozenset[str]:
-        """Return all modules of a package."""
+        """Return the names of all modules of a package."""
         folder = self._folder(top)
         found = {top}
         for path in folder.rglob("*.py"):
@@ -130,8 +130,7 @@ class Sources:
         return (self.package if top == "frictool" else self.root / top).joinpath(*rest)
 
     def _path(self, name: str) -> Path | None:
-        """Return the file of a module; None for a folder without one, and for what is not
-        followed."""
+        """Return the file of a module; None if it is not followed or has no `__init__.py`."""
         if name not in self._paths:
             folder = self._folder(name)
             both = (
@@ -142,7 +141,7 @@ class Sources:
         return self._paths[name]
 
     def _imported(self, name: str) -> frozenset[str]:
-        """Return the modules that `name` imports itself, its packages among them."""
+        """Return the modules that `name` imports directly, including its parent packages."""
         if name not in self._edges:
             parts = name.split(".")
             found = {".".join(parts[:count]) for count in range(1, len(parts))}
@@ -191,8 +190,10 @@ class Sources:
         return self._folder(name).is_dir()
 
     def _whole(self, name: str) -> frozenset[str]:
-        """A module; of a package, all modules: its attributes are those that anybody has
-        imported."""
+        """Return a module itself, or all modules of a package.
+
+        Any module of a package may be an attribute of it, because other code may have imported it.
+        """
         return self.everything(name) if self._is_package(name) else frozenset({name})
 
     def _source(self, name: str) -> Source:
@@ -211,7 +212,7 @@ class Sources:
         return self._sources[name]
 
     def _is_as_imported(self, name: str, path: Path, stamp: tuple[int, ...]) -> bool:
-        """Return whether the file is what this process imported, if it has."""
+        """Return False if this process imported another version of the file."""
         if path in self._declared:
             return self._declared[path] == stamp
         return name not in sys.modules or max(stamp[:2]) < _START * 1e9

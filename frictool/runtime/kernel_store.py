@@ -1,10 +1,9 @@
-"""Machine code on disk: one folder for each state of a kernel's sources, one compilation of a
-kernel among all processes.
+"""Machine code on disk, one folder per state of a module's sources.
 
-numba's own cache looks at the file of a function alone, names it by its line, and lets two
+numba's own cache checks only the file of a function, names the entry by line number, and lets two
 processes compile the same function at once. Here the folder is named after the module and the
-digest of all sources that it imports (kernel_sources.py), and a process that finds no code takes a
-lock, so that another one that needs the same code waits for it.
+digest of all sources that it imports (kernel_sources.py). A process that finds no code takes a
+lock; another process that needs the same code waits for it.
 """
 
 from __future__ import annotations
@@ -31,16 +30,17 @@ from frictool.runtime.kernel_sources import INSTALLED, PACKAGE, Sources, State, 
 
 try:
     import fcntl
-except ImportError:  # Windows: two processes may compile the same kernel at once
+except ImportError:  # Windows, on which two processes may compile the same kernel at once
     fcntl = None  # type: ignore[assignment]  # Windows has none
 
-COMPILING = "compiling"  # a byte of it is locked for each kernel that is being compiled
-PATIENCE_S = 300.0  # to wait for another process that compiles the same kernel
-POLL_S = 0.02
+# lock file; one byte of it is locked for each kernel that is being compiled
+COMPILING = "compiling"
+PATIENCE_S = 300.0  # s, longest wait for another process that compiles the same kernel
+POLL_S = 0.02  # s, between two attempts to lock
 
 
 class _Entry:
-    """Place of one function's code, in the form that numba asks for."""
+    """Folder of one function's code, with the methods that numba expects of a cache locator."""
 
     def __init__(self, folder: Path, source: str) -> None:
         self.folder, self._py_file = folder, source
@@ -56,14 +56,14 @@ class _Entry:
 
 
 class _Form(CompileResultCacheImpl):
-    """numba's form of compiled code, at a place that is chosen here."""
+    """numba's serialization of compiled code, with folder and file name set here."""
 
     def __init__(self, entry: _Entry, name: str, line: int) -> None:
         self._locator, self._filename_base, self._lineno = entry, name, line
 
 
 class KernelStore(FunctionCache):
-    """The kept code of one function, in `folder`."""
+    """Store of one function's machine code in `folder`, used by numba as its cache."""
 
     def __init__(self, function: Any, folder: Path) -> None:
         self._py_func, self._name, self._enabled = function, repr(function), True
@@ -78,8 +78,7 @@ class KernelStore(FunctionCache):
         return str(self._folder)
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Return the kept code; None if the caller has to compile, which other processes then wait
-        for."""
+        """Return the kept code; None if the caller must compile while other processes wait."""
         context.refresh()
         if not self._place(signature):
             return None
@@ -93,42 +92,39 @@ class KernelStore(FunctionCache):
     def _load(self, signature: Any, context: Any) -> Any:
         try:
             return super()._load_overload(signature, context)  # type: ignore[no-untyped-call]  # numba has no types
-        except Exception:  # a damaged pickle raises nearly anything
+        except Exception:  # a damaged pickle can raise almost any exception
             self._forget()
             return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep code, where its sources are known and the disk takes it."""
+        """Keep code if its sources are known and the disk can be written."""
         try:
             if self._place(signature) and self._reaches_known_sources():
-                with (
-                    restricted_umask(),
-                    writing(self._folder) as mine,
-                    suppress(OSError),
-                ):  # what cannot be kept is compiled again next time
+                # code that cannot be written is compiled again next time
+                with restricted_umask(), writing(self._folder) as mine, suppress(OSError):
                     if mine:
                         super()._save_overload(signature, compiled)  # type: ignore[no-untyped-call]  # as above
         finally:
             self.release()
 
     def release(self) -> None:
-        """Let other processes compile what this one does not compile any more."""
+        """Release the locks, so that other processes can compile what this one does not."""
         for byte in self._claims.values():
             _unlock(self._folder, byte)
         self._claims.clear()
 
     def is_kept(self) -> bool:
-        """Return whether code for any types of arguments is on disk."""
+        """Return True if code for any argument types is on disk."""
         return self._place(()) and os.path.exists(self._cache_file._index_path)
 
     def _place(self, signature: Any) -> bool:
-        """Choose the folder for arguments of these types; False if the sources of the code are not
-        known."""
+        """Choose the folder for these argument types; return False if the sources are unknown."""
         if any(
             isinstance(one, (Dispatcher, types.Dispatcher))
             for one in [*_parts(signature), *_cells(self._py_func)]
         ):
-            return False  # numba's key of another kernel is that of one process
+            # numba identifies another kernel by a number that is valid in one process only
+            return False
         try:
             state = self._state(signature)
         except UnknownSourcesError:
@@ -137,7 +133,10 @@ class KernelStore(FunctionCache):
         if folder not in _used:
             _used.add(folder)
             _use(folder)
-        name = f"{re.sub('[<>]', '', self._py_func.__qualname__)}-{_digest(self._py_func)}.{sys.implementation.cache_tag}"
+        name = (
+            f"{re.sub('[<>]', '', self._py_func.__qualname__)}-{_digest(self._py_func)}"
+            f".{sys.implementation.cache_tag}"
+        )
         self._impl = _Form(
             _Entry(folder, self._source), name, self._py_func.__code__.co_firstlineno
         )
@@ -145,8 +144,7 @@ class KernelStore(FunctionCache):
         return True
 
     def _state(self, signature: Any) -> State:
-        """Return the state of the sources: of the function's module, and of the classes among the
-        types of its arguments."""
+        """Return the state of the sources of the function's module and its arguments' classes."""
         sources = sources_of(self._folder, self._module, self._source)
         classes = {
             one.instance_class.__module__
@@ -156,14 +154,15 @@ class KernelStore(FunctionCache):
         return sources.state({self._module, *filter(sources.holds, classes)})
 
     def _reaches_known_sources(self) -> bool:
-        """Return whether all functions that the kernel calls stand in modules that its own module
-        imports."""
+        """Return True if the module imports the modules of all functions that the kernel calls."""
         sources = sources_of(self._folder, self._module, self._source)
         return reached(self._py_func, sources.holds) <= sources.state({self._module}).modules
 
     def _claim(self, signature: Any) -> bool:
-        """Wait until no other process compiles this function for these types; False if nothing can
-        be locked."""
+        """Wait for another process that compiles this function for these types, then take the lock.
+
+        Returns False if no lock can be taken.
+        """
         words = f"{self._cache_file._index_path}\0{signature}"
         byte = int.from_bytes(hashlib.sha256(words.encode()).digest()[:7], "big")
         if not _lock(self._folder, byte):
@@ -172,8 +171,7 @@ class KernelStore(FunctionCache):
         return True
 
     def _forget(self) -> None:
-        """Remove all that is kept of the function: code left without its index would be taken for
-        another signature's."""
+        """Remove all code of the function, as code without its index could be misattributed."""
         index = Path(self._cache_file._index_path)
         with writing(self._folder), suppress(OSError):
             index.unlink(missing_ok=True)
@@ -185,7 +183,7 @@ _used: set[Path] = set()
 
 
 def _use(folder: Path) -> None:
-    """Mark a folder as used now; where it is new, remove what former states of the module left."""
+    """Mark a folder as used now; if it does not exist yet, remove old states of the module."""
     try:
         os.utime(folder)
     except OSError:
@@ -193,13 +191,13 @@ def _use(folder: Path) -> None:
 
 
 def module_of(function: Any) -> str:
-    """Return the name of a function's module; of a script, that of its file."""
+    """Return the name of a function's module; for a script, the name of its file."""
     name = str(function.__module__)
     return Path(function.__code__.co_filename).stem if name == "__main__" else name
 
 
 def sources_of(folder: Path, module: str, source: str) -> Sources:
-    """Return the sources among which the imports of a module are looked up."""
+    """Return the sources in which the imports of a module are looked up."""
     if module.split(".")[0] == PACKAGE.name:
         return _sources(folder, PACKAGE.parent, PACKAGE.name)
     path = Path(source).absolute()
@@ -214,8 +212,10 @@ def _sources(folder: Path, root: Path, only: str) -> Sources:
 
 
 def _digest(function: Any) -> str:
-    """Return what tells functions of one name in one module apart, wherever in the file they
-    stand."""
+    """Return a digest of the code, independent of line numbers.
+
+    It distinguishes functions of one name in one module.
+    """
 
     def words(code: CodeType, skipped: Any) -> Iterator[Any]:
         yield code.co_code.hex(), code.co_names, code.co_varnames, code.co_freevars
@@ -235,10 +235,9 @@ def _digest(function: Any) -> str:
 
 
 def reached(function: Any, is_followed: Callable[[str], bool]) -> set[str]:
-    """Return the modules of the functions that a kernel calls, directly or not, by its global names
-    and closure.
+    """Return the modules of all functions that a kernel calls through global names and closures.
 
-    is_followed(module): whether the functions of a module are looked into.
+    is_followed(module): True if the functions of a module are searched.
     """
     left, seen, found = [function], set(), set()
     while left:
@@ -265,7 +264,7 @@ def _cells(function: Any) -> list[Any]:
 
 
 def _parts(signature: Any) -> list[Any]:
-    """Return the types of the arguments, and those that they are made of."""
+    """Return the types of the arguments and the types that they are composed of."""
     found = list(getattr(signature, "args", signature))
     for one in found:
         if isinstance(one, types.BaseTuple):
@@ -275,14 +274,12 @@ def _parts(signature: Any) -> list[Any]:
     return found
 
 
-_files: dict[
-    Path, tuple[int, int]
-] = {}  # folder -> (process, handle): never closed, for closing one handle gives up every lock
+# folder -> (process, handle); handles stay open, since closing one would release all its locks
+_files: dict[Path, tuple[int, int]] = {}
 
 
 def _lock(folder: Path, byte: int) -> bool:
-    """Lock a byte for this process, waiting for another that has it; False without locks, or after
-    long patience."""
+    """Lock a byte, waiting for its holder; return False without locks or after PATIENCE_S."""
     if fcntl is None:
         return False
     try:

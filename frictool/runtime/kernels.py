@@ -1,9 +1,9 @@
-"""How kernels are compiled: numba, once per installation, kept on disk.
+"""Decorators that compile kernels with numba, once per installation, and keep the code on disk.
 
-The folder that they are kept in belongs to what compiles them (kernel_cache.py); in it, code is
-found by the sources that it depends on (kernel_store.py). It lies where NUMBA_CACHE_DIR says, else
-beside the package. If that place cannot be written, or others can write there, the user's cache
-folder is used; without one, nothing is kept.
+Each toolchain has its own folder of compiled code (kernel_cache.py); in it, code is looked up by
+the sources that it depends on (kernel_store.py). The folder is in NUMBA_CACHE_DIR if that is set,
+else in the package. If that folder is not writable, or others can write in it, the user's cache
+folder is used. If that fails too, nothing is kept.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from frictool.runtime.kernel_store import KernelStore
 
 F = TypeVar("F", bound=Callable[..., Any])
 settings: Any = numba.config
-compiler: Any = numba.njit  # its own signature does not list every option
+compiler: Any = numba.njit  # untyped, because its signature does not list every option
 
 
 def toolchain() -> str:
-    """What compiles the kernels, and for which processor."""
+    """Return the versions of compilers and libraries, and the processor, for which code is kept."""
     processor = settings.CPU_NAME or llvmlite.binding.get_host_cpu_name()
     libraries = (
         f"numba {numba.__version__}, llvmlite {llvmlite.__version__}, numpy {np.__version__}"
@@ -50,8 +50,7 @@ def _usable(folder: Path) -> bool:
 
 
 def cache_places() -> list[Path]:
-    """Return where the folder of kernels may lie; the first that is trusted and can be written is
-    used."""
+    """Return the candidate parents of the kernel folder; the first trusted, writable one counts."""
     user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "frictool")
     first = (
         Path(settings.CACHE_DIR).absolute()
@@ -62,11 +61,10 @@ def cache_places() -> list[Path]:
 
 
 def _cache_folder() -> Path | None:
-    """Return the folder of compiled kernels, held for this process; None where no folder can be
-    used.
+    """Return the folder of compiled kernels, marked as used by this process; None if there is none.
 
-    Whoever makes it anew removes what former states left over. A folder in which others can write
-    is not loaded (`UNTRUSTED`).
+    If the folder is new, folders of former toolchains are removed. A folder that others can write
+    in is recorded in `UNTRUSTED` and not loaded.
     """
     UNTRUSTED.clear()
     name = kernel_cache.folder_name(toolchain())
@@ -85,12 +83,12 @@ def _cache_folder() -> Path | None:
     return None
 
 
-UNTRUSTED: dict[Path, str] = {}  # folders that are not loaded -> why
+UNTRUSTED: dict[Path, str] = {}  # folders that are not loaded -> reason
 FOLDER = _cache_folder()
 
 
 def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    """A function for numba to compile at its first call, and to keep."""
+    """Return the function as one that numba compiles at its first call and keeps on disk."""
     compiled = compiler(**options)(function)
     if FOLDER is not None and not settings.DISABLE_JIT:
         compiled._cache = KernelStore(function, FOLDER)
@@ -98,17 +96,16 @@ def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 
 
 class _Wait(event.Listener):
-    """Listener to what is compiled anew; it hears nothing of what comes from the disk."""
+    """Listener for compilations; loading from disk does not trigger it."""
 
     def on_start(self, event: Any) -> None:
         notifications.compiling()
 
     def on_end(self, event: Any) -> None:
-        """Let other processes compile what failed here; what succeeded is kept first."""
+        """Release the lock after a failure; after a success `save_overload` does."""
         store = event.data["dispatcher"]._cache
-        if event._exc_details is not None and isinstance(
-            store, KernelStore
-        ):  # numba 0.68 has is_failed the wrong way round
+        # the exception decides: numba 0.68 has is_failed the wrong way round
+        if event._exc_details is not None and isinstance(store, KernelStore):
             store.release()
 
 
@@ -116,11 +113,12 @@ event.register("numba:compile", _Wait())  # type: ignore[no-untyped-call]  # num
 
 
 def kernel(function: F) -> F:
-    """Compiles a function of floats and arrays on its first call: no Python objects, IEEE
-    arithmetic in the order written.
+    """Compile a function of floats and arrays on its first call.
 
-    Other threads go on while it runs. References are counted and nothing is copied into callers,
-    even where an `inner_kernel` or a `bare_kernel` calls it first, whose options it would inherit.
+    Arithmetic is IEEE, in the order written. The function uses no Python objects and releases the
+    global interpreter lock. References are counted, and nothing is inlined into callers. These two
+    options are set explicitly: otherwise a kernel that is first called from an `inner_kernel` or a
+    `bare_kernel` would inherit the caller's.
     """
     return cast(
         F,
@@ -131,35 +129,39 @@ def kernel(function: F) -> F:
 
 
 def _inner_options(function: Callable[..., Any]) -> dict[str, Any]:
-    """Beside each function numba compiles an entry for C, which `pointer` makes where one is
-    needed, and one for Python.
+    """Return the options of an inlined kernel.
 
-    With many arrays they take longer than the function. A private one (`_name`) has none: only
-    kernels may call it.
+    numba also compiles an entry for C and one for Python, which for many arrays take longer than
+    the function itself. The C entry is left out; `function_pointer` makes it when needed. A private
+    function (`_name`) has no Python entry either: only kernels may call it.
     """
     private = function.__name__.startswith("_")
     return {"forceinline": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": private}
 
 
 def inner_kernel(function: F) -> F:
-    """As `kernel`, copied into its callers: for what an inner loop calls with many arrays, which
-    would be passed word by word."""
+    """Compile as `kernel` and inline into callers, for inner loops.
+
+    A call with many arrays would otherwise pass every word of each array descriptor.
+    """
     return cast(F, _declared(function, _inner_options(function)))
 
 
 def bare_kernel(function: F) -> F:
-    """As `inner_kernel`, without numba's runtime: no reference is counted, an atomic instruction at
-    each use of an array.
+    """Compile as `inner_kernel`, without numba's runtime and its reference counting.
 
-    Its arrays are its caller's. It makes none, which numba refuses; it must return none, and call
-    nothing that does.
+    Counting costs an atomic instruction at each use of an array. The function works on its caller's
+    arrays. numba refuses one that creates an array; it must not return an array either, nor call a
+    function that does.
     """
     return cast(F, _declared(function, {**_inner_options(function), "_nrt": False}))
 
 
 def part_kernel(function: F) -> F:
-    """As `bare_kernel`, but compiled once and called, and by kernels only: for a long part that
-    several have in common."""
+    """Compile as `bare_kernel`, but call instead of inline; only kernels may call it.
+
+    For a long part that several kernels share.
+    """
     return cast(
         F,
         _declared(
@@ -175,7 +177,7 @@ def part_kernel(function: F) -> F:
 
 
 def inset_kernel(function: F) -> F:
-    """As `bare_kernel`, for kernels only, whatever its name: without an entry for Python."""
+    """Compile as `bare_kernel`, without a Python entry; only kernels may call it."""
     return cast(
         F,
         _declared(
@@ -185,19 +187,22 @@ def inset_kernel(function: F) -> F:
 
 
 def parallel_kernel(function: F) -> F:
-    """As `kernel`, its `prange` loops over all cores. If none writes what another reads, threads
-    change nothing."""
+    """Compile as `kernel`, with `prange` loops spread over all cores.
+
+    The result does not depend on the number of threads if no iteration writes what another reads.
+    """
     return cast(F, _declared(function, {"parallel": True}))
 
 
 @functools.cache
 def function_pointer(compiled: Callable[..., Any], kind: Any) -> Any:
-    """A kernel as a value of a function type (friction/kernel_signatures.py): what takes such
-    values is compiled once for all of them."""
+    """Return a kernel as a value of a function type (friction/kernel_signatures.py).
+
+    A kernel that takes such a value is compiled once for all functions of that type.
+    """
     signature: Any = cast(Any, sigutils).normalize_signature(kind.signature)
-    made: Any = CFunc(
-        cast(Any, compiled).py_func, signature, locals={}, options={}
-    )  # numba.cfunc, whose cache could not be guarded
+    # not numba.cfunc, whose cache cannot be guarded against stale sources
+    made: Any = CFunc(cast(Any, compiled).py_func, signature, locals={}, options={})
     if FOLDER is not None:
         made._cache = KernelStore(cast(Any, compiled).py_func, FOLDER)
     try:
@@ -209,6 +214,6 @@ def function_pointer(compiled: Callable[..., Any], kind: Any) -> Any:
 
 
 def is_compiled(function: Callable[..., Any]) -> bool:
-    """Return whether a kernel lies compiled on disk, for any types of arguments."""
+    """Return True if compiled code of a kernel, for any argument types, is on disk."""
     store = getattr(function, "_cache", None)
     return isinstance(store, KernelStore) and store.is_kept()

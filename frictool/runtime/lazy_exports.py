@@ -1,5 +1,4 @@
-"""What a package offers at its top, imported when it is first asked for: `import frictool.synth`
-costs nothing by itself."""
+"""Exports of a package that are imported at first use, so that importing it stays cheap."""
 
 from __future__ import annotations
 
@@ -12,8 +11,21 @@ from typing import Any
 def lazy_exports(
     package: str, where: dict[str, str]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` of `package`, which offers each name of `where` from the module
-    that has it."""
+    """Return `__getattr__` and `__dir__` of a package that exports names of its modules.
+
+    Parameters
+    ----------
+    package
+        Full name of the package.
+    where
+        Full name of the module that defines each exported name.
+
+    Returns
+    -------
+    tuple
+        `__getattr__`, which imports the module and keeps the value in the package, and `__dir__`.
+        `__getattr__` raises AttributeError for any other name.
+    """
 
     def get(name: str) -> Any:
         if name not in where:

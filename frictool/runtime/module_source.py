@@ -1,5 +1,4 @@
-"""One module by its syntax tree: the digest without comments and docstrings, the imports, and the
-names that it binds."""
+"""Analysis of one module's syntax tree: digest without comments and docstrings, imports, names."""
 
 from __future__ import annotations
 
@@ -9,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-Import = tuple[
-    int, str, str
-]  # (level, module, name): "" is the module itself, "*" all that it holds
+# (level, module, name); name "" is the module itself, "*" all names in it
+Import = tuple[int, str, str]
 BY_NAME = {"import_module", "__import__", "exec", "eval"}
 ANALYSIS = (
     hashlib.sha256(Path(__file__).read_bytes()).hexdigest()[:8]
@@ -22,8 +20,10 @@ ANALYSIS = (
 
 @dataclass(frozen=True)
 class Source:
-    """Digest of a module's syntax tree, its imports, the names that it binds, its lazy exports; use
-    of computed imports."""
+    """Digest of a module's syntax tree, its imports, and the names that it binds.
+
+    table: lazy exports, name -> module. is_open: the module imports by a computed name.
+    """
 
     digest: str
     imports: tuple[Import, ...]
@@ -33,8 +33,7 @@ class Source:
 
 
 def analyse(content: bytes) -> Source:
-    """Return the digest, the imports and the names of one module. Raises SyntaxError or
-    ValueError."""
+    """Return digest, imports and names of a module; raise SyntaxError or ValueError if invalid."""
     tree = ast.parse(content)
     names, table = frozenset(_bound(tree)), _table(tree)
     imports: set[Import] = set()
@@ -94,7 +93,7 @@ def _bound(tree: ast.Module) -> set[str]:
 
 
 def _table(tree: ast.Module) -> dict[str, str]:
-    """Return the literal dictionaries from names to modules that `lazily` gets."""
+    """Return the literal dictionaries from names to modules that are passed to `lazily`."""
     calls = [
         node
         for node in ast.walk(tree)
@@ -111,7 +110,7 @@ def _table(tree: ast.Module) -> dict[str, str]:
 
 
 def _strip(tree: ast.Module) -> None:
-    """Remove docstrings, and other strings that are statements."""
+    """Remove docstrings and other statements that are only a string."""
     node: Any
     for node in ast.walk(tree):
         body = getattr(node, "body", None)

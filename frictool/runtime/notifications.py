@@ -1,5 +1,6 @@
-"""What is called before a wait that the user should know of, or of a remark on the way: the command
-line puts its own in place, a library is silent.
+"""Hooks called before a long wait and for remarks to the user.
+
+The command line replaces them; as a library frictool stays silent.
 """
 
 from __future__ import annotations
@@ -8,17 +9,14 @@ from collections.abc import Callable
 
 
 def _silently() -> None:
-    """Nobody asked to be told."""
+    """Ignore the notification."""
 
 
 def _unsaid(text: str) -> None:
-    """Nobody asked to be told."""
+    """Ignore the remark."""
 
 
-compiling: Callable[[], None] = (
-    _silently  # before a kernel is compiled, which its first use in an installation does
-)
-remark: Callable[[str], None] = (
-    # of what changes no result: a process that was ended and replaced, a machine that compiles
-    _unsaid
-)
+# called before a kernel is compiled, at its first use in an installation
+compiling: Callable[[], None] = _silently
+# called with a remark that changes no result, for example on a worker process that was replaced
+remark: Callable[[str], None] = _unsaid

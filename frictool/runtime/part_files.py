@@ -1,8 +1,8 @@
-"""Outputs that appear whole or not at all: written beside their target under a name that ends in
-`.part`, then renamed.
+"""Output files that appear whole or not at all.
 
-A writer holds a lock on its part for as long as it lives. A process that is killed with SIGKILL
-leaves its part without a lock; the next writer in that folder removes it.
+An output is written next to its target under a name that ends in `.part`, then renamed. The writer
+holds a lock on this part file until it exits. A process killed with SIGKILL leaves an unlocked part
+file; the next writer in that folder removes it.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from typing import BinaryIO
 
 try:
     import fcntl
-except ImportError:  # Windows: a file that is open cannot be removed there
+except ImportError:  # Windows, which cannot remove an open file
     fcntl = None  # type: ignore[assignment]  # Windows has none
 
 SUFFIX = ".part"
-PART = re.compile(r"\..+\.[a-z0-9_]{8}\.part", re.DOTALL)  # as tempfile names them
-AGE_S = 86400.0  # without locks a part is stale if it was not written to for a day
+PART = re.compile(r"\..+\.[a-z0-9_]{8}\.part", re.DOTALL)  # file names made by tempfile
+AGE_S = 86400.0  # s, age at which a part file is stale if there are no locks
 _cleaned: set[Path] = set()
 
 
 @contextmanager
 def part_file(target: Path) -> Iterator[BinaryIO]:
-    """Yield a binary stream that becomes `target` when the block ends without an exception, and is
-    removed otherwise.
+    """Yield a binary stream that becomes `target` if the block ends without an exception.
 
-    Raises OSError where the folder is missing or the file cannot be written.
+    After an exception the part file is removed. Raises OSError if the folder is missing or the file
+    cannot be written.
     """
     _clean_once(target.parent)
     handle, part = _locked_file(target)
@@ -44,7 +44,8 @@ def part_file(target: Path) -> Iterator[BinaryIO]:
             umask = os.umask(0)
             os.umask(umask)
             part.chmod(0o666 & ~umask)
-            if fcntl is not None:  # while the lock is held, no process takes it for stale
+            # rename under the lock, so that no process takes the part file for stale
+            if fcntl is not None:
                 part.replace(target)
         if fcntl is None:
             part.replace(target)
@@ -55,8 +56,7 @@ def part_file(target: Path) -> Iterator[BinaryIO]:
 
 @contextmanager
 def part_folder(target: Path) -> Iterator[Path]:
-    """Yield an empty folder beside `target`, which is removed with what is left in it when the
-    block ends."""
+    """Yield an empty folder next to `target` that is removed with its content after the block."""
     _clean_once(target.parent)
     handle, part = _locked_folder(target)
     try:
@@ -68,7 +68,7 @@ def part_folder(target: Path) -> Iterator[Path]:
 
 
 def stale_parts(folder: Path) -> list[Path]:
-    """Return the parts in `folder` that belong to this user and that no process is writing."""
+    """Return the part files and folders in `folder` of this user that no process is writing."""
     with suppress(OSError), os.scandir(folder) as entries:
         return sorted(
             Path(entry.path)
@@ -79,7 +79,7 @@ def stale_parts(folder: Path) -> list[Path]:
 
 
 def remove_stale_parts(folder: Path) -> list[Path]:
-    """Remove the parts in `folder` that killed processes left; return those that are gone."""
+    """Remove the stale part files and folders in `folder`; return those removed."""
     gone = []
     for part in stale_parts(folder):
         handle = _lock(part)
@@ -100,23 +100,24 @@ def remove_stale_parts(folder: Path) -> list[Path]:
 
 
 def _clean_once(folder: Path) -> None:
-    """Remove stale parts, once in each folder and process."""
+    """Remove stale parts, once per folder and process."""
     if folder not in _cleaned:
         _cleaned.add(folder)
         remove_stale_parts(folder)
 
 
 def _locked_file(target: Path) -> tuple[int, Path]:
-    """Return the open handle and the path of a new part. One that was removed before it had its
-    lock is made anew."""
+    """Return the open handle and the path of a new, locked part file.
+
+    Another process may remove the file before it is locked; then a new one is made.
+    """
     while True:
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=SUFFIX)
         if fcntl is None:
             return handle, Path(name)
         with suppress(OSError):  # a file system without locks
-            fcntl.flock(
-                handle, fcntl.LOCK_EX
-            )  # waits while another process checks whether the part is stale
+            # blocks while another process checks whether the part file is stale
+            fcntl.flock(handle, fcntl.LOCK_EX)
         with suppress(OSError):
             if os.path.samestat(os.stat(name), os.fstat(handle)):
                 return handle, Path(name)
@@ -124,8 +125,7 @@ def _locked_file(target: Path) -> tuple[int, Path]:
 
 
 def _locked_folder(target: Path) -> tuple[int | None, Path]:
-    """Return the handle that holds the lock of a new folder, None where there are no locks, and its
-    path."""
+    """Return the handle that locks a new part folder (None without locks), and its path."""
     while True:
         part = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=SUFFIX))
         handle = _lock(part, wait=True)
@@ -136,8 +136,7 @@ def _locked_folder(target: Path) -> tuple[int | None, Path]:
 
 
 def _lock(part: Path, wait: bool = False) -> int | None:
-    """Return a handle that holds the lock of a part; None where another process has it, or where
-    there are no locks."""
+    """Return a handle that holds the lock; None if it is taken or there are no locks."""
     if fcntl is None:
         return None
     try:
@@ -153,7 +152,7 @@ def _lock(part: Path, wait: bool = False) -> int | None:
 
 
 def _is_stale(part: Path) -> bool:
-    """Return whether a part is this user's and no process writes it."""
+    """Return True if a part belongs to this user and no process is writing it."""
     try:
         status = part.lstat()
     except OSError:

@@ -1,2 +1,1 @@
-"""Moves a mechanism of many blocks through time: rigid links exact, stick and contact in several
-places at once, event by event."""
+"""Event-driven simulation of a mechanism of blocks with rigid links, friction and contacts."""

@@ -1,4 +1,4 @@
-"""The graph Lambda(x) of a tree of joints (tree.py), piece by piece, and its zeros."""
+"""Piecewise linear graph Lambda(x) of a tree of joints (tree_solver.py), and its zeros."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ from frictool.runtime.kernels import inset_kernel, part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-MAX_PIECES = 200  # of the graph that a search may visit
-FOUND = 1e-13  # of the efforts
-PASSED = 1e-9  # of a piece of the graph, by which a search steps beyond its end
+MAX_PIECES = 200  # pieces of the graph that a search may visit
+FOUND = 1e-13  # tolerance of a zero, relative to the efforts
+PASSED = 1e-9  # relative overshoot of a search beyond the end of a piece
 
 
 @part_kernel
@@ -58,8 +58,11 @@ def evaluate(
     y: Vector,
     w: Vector,
 ) -> None:
-    """VALUE, SLOPE by x: Lambda(x) of all members; `towards`: the root's direction where it starts
-    from rest, 0 where it moves."""
+    """Fill VALUE and SLOPE with Lambda(x) and dLambda/dx of all members of a tree.
+
+    found (count,): positions of the members in the order of blocks. towards: direction of the root
+    if it starts from rest, 0 if it moves.
+    """
     n = k[BLOCKS]
     for m in range(count):
         i = k[k[ORDER] + found[m]]
@@ -118,8 +121,10 @@ def solve(
     y: Vector,
     w: Vector,
 ) -> tuple[bool, float]:
-    """The x with Lambda(x) = 0 (x * towards >= 0 from rest); False where the graph does not rise
-    there."""
+    """Return True and the x with Lambda(x) = 0; False if the graph does not rise there.
+
+    From rest, x * towards >= 0.
+    """
     root = k[k[ORDER] + found[0]]
     x, low, high = 0.0, -math.inf, math.inf
     if towards > 0.0:
@@ -164,8 +169,10 @@ def next_piece(
     y: Vector,
     w: Vector,
 ) -> float:
-    """Distance from x to the next end of a piece of the graph in the direction `going`, where a
-    force passes its kink or a flank's 0."""
+    """Return the distance from x to the next end of a piece of the graph in the direction `going`.
+
+    A piece ends if a joint's force passes its kink or a flank's force passes 0.
+    """
     n, nearest = k[BLOCKS], math.inf
     for m in range(1, count):
         i = k[k[ORDER] + found[m]]
@@ -189,7 +196,7 @@ def next_piece(
 
 @inset_kernel
 def total_inertia(k: Places, p: Vector, found: Places, count: int, w: Vector) -> float:
-    """Inertia of all members, reflected to the root without losses."""
+    """Return the inertia of all members, reflected to the root without losses."""
     inertia = 0.0
     for m in range(count):
         i = k[k[ORDER] + found[m]]
@@ -210,17 +217,16 @@ def follow(
     y: Vector,
     w: Vector,
 ) -> tuple[bool, float]:
-    """The zero of a rising graph that x comes to from `start` while it moves against Lambda(x);
-    False where it goes beyond all bounds.
+    """Return True and the stable zero that x reaches from `start`; False if it diverges.
 
-    A compliant link's force grows while the accelerations of its ends differ: with damping, x
-    follows -Lambda(x) to a zero of a rising graph. A zero of a falling graph is unstable.
+    The force of a compliant link grows while the accelerations of its ends differ. With damping, x
+    therefore moves as -Lambda(x), to a zero at which the graph rises. A zero at which it falls is
+    unstable.
     """
     root, inertia = k[k[ORDER] + found[0]], total_inertia(k, p, found, count, w)
     evaluate(k, p, modes, found, count, start, towards, y, w)
-    x = (
-        start - PASSED * w[VALUE, root] / inertia
-    )  # off an end of a piece, onto the one that x goes to
+    # beyond the end of a piece, onto the piece to which x moves
+    x = start - PASSED * w[VALUE, root] / inertia
     for _ in range(MAX_PIECES):
         evaluate(k, p, modes, found, count, x, towards, y, w)
         value, slope = w[VALUE, root], w[SLOPE, root]

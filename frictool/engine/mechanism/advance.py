@@ -1,13 +1,14 @@
-"""Moves a mechanism through a time in which its commands are held, from event to event.
+"""Event-driven simulation of a mechanism under held commands.
 
     machine = prepare(packed)                   engine/mechanism/preparation.py, once
     state = rest(packed, machine, start)        engine/mechanism/state.py
-    status = advance(machine, state, command, external, duration, TOLERANCE, Told(events, count))
+    status = advance(machine, state, command, external, duration, TOLERANCE,
+                     EventRows(rows, count))
 
 Between events all modes are held and the rates are smooth: steps of order 8 with error control. A
-step within which a guard is passed is left at the instant at which it is, found to rounding on the
-step's own path; then the modes are found anew. At rest, where no rate is left and nothing flows in
-or out, the rest of the duration costs nothing.
+step that passes a guard ends at the instant of passing, located to rounding on the step's dense
+output; then the modes are determined anew. If nothing moves and all drives are steady, the rest of
+the duration is skipped.
 """
 
 from __future__ import annotations
@@ -54,16 +55,18 @@ from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-TOLERANCE = 1e-8  # of a block's speed, and of a tenth of the speed that counts
-MAX_EVENTS = 200_000  # in one call
+TOLERANCE = (
+    1e-8  # relative tolerance of a speed; its reference is at least a tenth of the speed scale
+)
+MAX_EVENTS = 200_000  # events in one call
 GROWTH, SHRINKAGE, SAFETY = 4.0, 0.2, 0.9
-MANY_LAGS = 50.0  # half lags after which nothing is left of what flowed
-SHORTEST = 1e-15  # of the time reached, or in s
+MANY_LAGS = 50.0  # half lags after which a drive's lag no longer limits the step
+SHORTEST = 1e-15  # shortest step, relative to the time reached, or in s
 
 
 @inset_kernel
 def _is_settled(k: Places, state: MechanismState) -> bool:
-    """Whether nothing moves and nothing will until the command changes."""
+    """Return True if nothing moves and nothing will move until the command changes."""
     n = k[BLOCKS]
     if k[INNER] > 0 or k[TIMED] > 0 or not is_steady(k, state.room.lines[INPUTS]):
         return False
@@ -75,7 +78,7 @@ def _is_settled(k: Places, state: MechanismState) -> bool:
 
 @inset_kernel
 def _change(error: float) -> float:
-    """The step to try next, of this one."""
+    """Return the ratio of the next step length to this one."""
     if error == 0.0:
         return GROWTH
     return (
@@ -85,8 +88,7 @@ def _change(error: float) -> float:
 
 @inset_kernel
 def _dip(k: Places, p: Vector, state: MechanismState, h: float, seen: float) -> float:
-    """The length of a step, or of one to where a guard may have been passed that is sound again at
-    its end."""
+    """Return the step length, shortened to where a guard may be passed temporarily."""
     room = state.room
     guard, end = room.lines[GUARD], room.lines[END]
     return min(
@@ -105,7 +107,7 @@ def _through(
     tolerance: float,
     told: EventRows,
 ) -> int:
-    """Advances by `duration` with the modes of laws that have a step of their own held."""
+    """Advance by `duration` [s] with the modes of fixed-step laws held."""
     k, p, _ = machine
     y, modes, pace, room = state.y, state.modes, state.pace, state.room
     take_inputs(k, p, command, external, y, state.drive, room.lines[INPUTS])
@@ -167,8 +169,10 @@ def _in_law_steps(
     tolerance: float,
     told: EventRows,
 ) -> int:
-    """Advances by `duration` in the steps of the laws that have one of their own, whose modes are
-    asked for at the beginning of each."""
+    """Advance by `duration` [s] in the steps of fixed-step laws.
+
+    The modes of these laws are updated at the beginning of each step.
+    """
     k, p, _ = machine
     room = state.room
     found = RateEvaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
@@ -211,7 +215,7 @@ def held_command(
     rows: Vector,
     count: Places,
 ) -> int:
-    """`advance`, with its arguments one by one, as an address takes them."""
+    """Advance as `advance`, with arguments one by one, as a call by address needs them."""
     machine, told = CompiledMechanism(k, p, laws), EventRows(rows, count)
     state = MechanismState(y, drive, modes, work, pace, Workspace(w, slopes, powers, lines, places))
     n, total = k[BLOCKS], duration
@@ -275,12 +279,15 @@ def advance(
     tolerance: float,
     told: EventRows,
 ) -> int:
-    """Advances the state, in place, by `duration` [s] under held commands (u,) and efforts on
-    blocks (n,) [N | N m].
+    """Advance the state, in place, by `duration` [s] under held commands and external efforts.
 
-    pace[1] is the time of all calls. The winding's bound is that of the speed at the beginning.
-    Called by its address, which laws has in its last row: what calls this is compiled without it.
-    Returns engine/status.py; where that is not OK, the state is that of the last event or step.
+    command (u,): A, V or effort. external (n,): efforts on blocks [N | N m]. told: receives the
+    events. pace[1] is the total time of all calls. The winding's limit is that of the speed at the
+    beginning. Returns a status of engine/status.py; if it is not OK, the state is that of the last
+    event or step.
+
+    The kernel is called by its address, in the last row of `laws`, so that callers compile without
+    it.
     """
     k, p, laws = machine
     y, drive, modes, work, pace, room = state

@@ -1,17 +1,17 @@
-"""The rates of a mechanism whose modes are given: O(n), by one sweep from the leaves of the joints'
-trees to their roots and one back.
+"""Rates of a mechanism with known modes by the articulated-body recursion, in O(n).
 
-A block that moves needs from its parent's joint the force  INERTIA x + NEED  to have the
-acceleration x; at the root that is 0. A block at rest needs one in [NEED, NEED_HIGH]; the tree
-stays at rest as long as the root's interval holds 0, and a contact at rest as long as its interval
-holds a pressing force.
+One sweep goes from the leaves of the joint trees to their roots, one goes back. A moving block with
+acceleration x needs the force INERTIA x + NEED from its parent's joint; at the root this force is
+0. A block at rest needs a force in [NEED, NEED_HIGH]. A tree stays at rest as long as the root's
+interval contains 0, and a contact at rest as long as its interval contains a pressing force.
 
-`guard`, in the sections of the modes (motion, contact, branch, flank, stop), tells how far each
-mode is from its end, in units of what counts as nothing: above -1 it goes on. Positions: how far an
-open flank or a stop is; speeds: of a root, in its direction.
+`guard`, in the sections of the modes (motion, contact, branch, flank, stop), is the distance of
+each mode from its end in units of the tolerance; a mode goes on while it is above -1. Guards of
+positions are the distances of open flanks and stops; guards of speeds belong to roots and are
+positive in the direction of motion.
 
-Stages within a step need less than its ends: an evaluation that is not `whole` leaves the guards of
-speeds and ways and GROSS as they were.
+Stages within a step need less than the step's ends: an evaluation that is not `whole` leaves the
+guards of speeds and positions, and GROSS, unchanged.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ Places = NDArray[np.int64]
 
 @inset_kernel
 def _begin(k: Places, p: Vector, modes: Places, w: Vector) -> None:
-    """What each block alone needs."""
+    """Fill the rows with inertia and needed force of each block alone."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     mass = k[MASS]
     for i in range(n):
@@ -94,7 +94,7 @@ def _begin(k: Places, p: Vector, modes: Places, w: Vector) -> None:
 def _hand_over_rest(
     k: Places, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool
 ) -> None:
-    """Adds to the parent what a block at rest needs through their joint."""
+    """Add to the parent the force interval that a block at rest needs through their joint."""
     n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
     row, slack = joint_row(k, joint), slack_at(k, p, w, i)
     ratio, low, high = p[row + RATIO], w[NEED, i], w[NEED_HIGH, i]
@@ -127,7 +127,7 @@ def _hand_over_rest(
 
 @inset_kernel
 def direction_of(modes: Places, y: Vector, n: int, block: int) -> float:
-    """Where a block moves."""
+    """Return the direction of motion of a block."""
     if modes[block] == FREE:
         return math.copysign(1.0, y[n + block])
     return float(modes[block])
@@ -137,8 +137,10 @@ def direction_of(modes: Places, y: Vector, n: int, block: int) -> float:
 def _hand_over(
     k: Places, p: Vector, i: int, y: Vector, modes: Places, w: Vector, whole: bool
 ) -> None:
-    """Adds to the parent what a block that moves needs through their joint, linear in the
-    acceleration on the kink's given side."""
+    """Add to the parent the force that a moving block needs through their joint.
+
+    It is linear in the acceleration on the current side of the joint's kink.
+    """
     n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
     row = joint_row(k, joint)
     ratio = slope = p[row + RATIO]
@@ -164,7 +166,7 @@ def _hand_over(
 def _gather(
     k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, whole: bool
 ) -> bool:
-    """From the leaves to the roots; False where a tree has no inertia left to move with."""
+    """Sweep from the leaves to the roots; return False if a tree has no effective inertia left."""
     n, sound = k[BLOCKS], True
     order, joints, speeds = k[ORDER], k[PARENT_JOINT], k[SPEED]
     for place in range(n - 1, -1, -1):
@@ -191,7 +193,7 @@ def _gather(
 def _hand_out(
     k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, power: Vector
 ) -> None:
-    """From the roots to the leaves: accelerations, the joints' forces, what they lose."""
+    """Sweep from the roots to the leaves: accelerations, forces and losses of the joints."""
     n, j = k[BLOCKS], k[JOINTS]
     losses = k[SOURCES] + n
     for joint in range(j):
@@ -243,7 +245,7 @@ def _rates(
     found: RateEvaluation,
     whole: bool,
 ) -> int:
-    """`field`, or `field_within`."""
+    """Evaluate `field`, or `field_within` if not `whole`."""
     k, p, _ = machine
     rates, w, guard, power = found
     n = k[BLOCKS]
@@ -282,7 +284,7 @@ def rates_of_state(
     guard: Vector,
     power: Vector,
 ) -> int:
-    """`field`, compiled by itself; its arguments one by one, as an address takes them."""
+    """Evaluate `field`, with arguments one by one, as a call by address needs them."""
     return _rates(
         CompiledMechanism(k, p, laws),
         t,
@@ -303,7 +305,7 @@ def field_within(
     inputs: Vector,
     found: RateEvaluation,
 ) -> int:
-    """As `field`; of the guards only those that forces keep, and GROSS as it was."""
+    """Evaluate as `field`, without the guards of speeds and positions; GROSS stays as it was."""
     return _rates(machine, t, y, modes, inputs, found, False)
 
 
@@ -342,11 +344,10 @@ def field(
     inputs: Vector,
     found: RateEvaluation,
 ) -> int:
-    """Fills y', the guards, and the power of each element. Returns friction/status.py; a tree that
-    jams has no finite rates.
+    """Fill y', the guards, and the power of each element; return a status of friction/status.py.
 
-    t: since the command. Called by its address, which laws has in its last row: what calls this is
-    compiled without it.
+    t [s]: time since the command. The accelerations are NaN if a tree has no effective inertia. The
+    kernel is called by its address, in the last row of `laws`, so that callers compile without it.
     """
     k, p, laws = machine
     rates, w, guard, power = found

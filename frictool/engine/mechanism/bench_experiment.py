@@ -1,5 +1,4 @@
-"""A bench test played to a mechanism: engine/bench_experiment.py, with a mechanism where that has
-one axis."""
+"""Simulation of a bench test on a mechanism, as engine/bench_experiment.py does on one axis."""
 
 from __future__ import annotations
 
@@ -44,11 +43,10 @@ def play_reference(
     position: Vector,
     drive: Vector,
 ) -> int:
-    """Follows `reference` (n,) under the bench's own loop; fills position, drive (n,). Returns
-    engine/status.py.
+    """Follow `reference` (n,) under the bench's position loop, and fill position and drive (n,).
 
-    servo (5,): `Servo`, in effort. inputs, drifting, out: engine/mechanism/closed_loop.py, without
-    signals and without drifts.
+    servo (5,): `PositionServo` in effort. inputs, drifting, out: engine/mechanism/closed_loop.py,
+    without signals and drifts. Returns a status of engine/status.py.
     """
     constant = machine.numbers[machine.whole[SOURCE] + sight.source * SOURCE_WIDTH + CONSTANT]
     waiting, memory = (
@@ -85,10 +83,10 @@ def play_ramps(
     drive: Vector,
     played: Rows,
 ) -> int:
-    """Plays `rows` (n,) of the drive by their rules, as engine/bench_experiment.py does; fills
-    position and drive (n,), their number in `played`.
+    """Play `rows` (n,) of the drive by the rules of engine/bench_experiment.py.
 
-    Returns engine/status.py.
+    Fills position and drive (n,), and their number in `played` (1,). Returns a status of
+    engine/status.py.
     """
     waiting, place = (
         np.zeros(delay + 1),

@@ -1,12 +1,12 @@
-"""The sampled controller around a mechanism, as engine/closed_loop.py is around one axis; and a
-mechanism whose sources follow signals.
+"""Sampled controller and mechanism in closed loop, or a mechanism whose sources follow signals.
 
     sample k:  sensor's block --[encoder]--> y[k] --[controller]--> u[k] --[delay_samples]-->
     controlled source, held until k + 1
 
-A sample is moved through in the parts in which its inputs are held (`Inputs`); with a winding each
-is cut into PARTS more, as the winding's bound is that of the speed at a call's beginning. Drifts
-multiply numbers of the mechanism from sample to sample: `Drifting`.
+It works as engine/closed_loop.py does for one axis. A sample is divided into parts with constant
+inputs (`MechanismInputs`). With a winding each part is divided again into PARTS, because the
+winding's limit is that of the speed at the beginning of a call. Drifts multiply numbers of the
+mechanism from sample to sample (`DriftedNumbers`).
 """
 
 from __future__ import annotations
@@ -50,14 +50,13 @@ Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 Modes = NDArray[np.int8]
 
-NOBODY = -1  # in place of the controlled source
+NOBODY = -1  # index for no controlled source
 
 
 class ControlPorts(NamedTuple):
-    """Whom the controller commands and what it sees, by their places; source NOBODY where that is
-    not determined.
+    """Indices of the commanded source and of the blocks of sensor and load; source NOBODY if none.
 
-    step: the encoder's [rad | m]. The load's position is brought to the sensor's coordinate:
+    step: encoder resolution [rad | m]. The load's position is recorded in the sensor's coordinate:
     sensor_start + (q - load_start)/load_ratio.
     """
 
@@ -71,11 +70,11 @@ class ControlPorts(NamedTuple):
 
 
 class MechanismInputs(NamedTuple):
-    """first (n + 1,): the part that each sample begins with, then their number m. durations (m,):
-    s.
+    """Piecewise constant inputs of a mechanism.
 
-    drives (m, u): what each source is asked for, A, V or effort; (0, u) where none is asked for
-    anything. efforts (m, d): on the blocks (d,), N m | N; (0, d) where there are none.
+    first (n + 1,): index of the first part of each sample, then the number of parts m. durations
+    (m,) [s]. drives (m, u): command of each source, A, V or effort; (0, u) for zero. efforts (m, d)
+    [N m | N] on the blocks (d,); (0, d) if there are none.
     """
 
     first: Places
@@ -86,10 +85,11 @@ class MechanismInputs(NamedTuple):
 
 
 class DriftedNumbers(NamedTuple):
-    """conditions (n, 8) or (0, 8): engine/conditions.py. At sample k the machine's number places[i]
-    is values[i] times column columns[i].
+    """Conditions at each sample, and the numbers of the mechanism that they multiply.
 
-    limit: of the controlled drive, which a wrong sensor of it moves.
+    conditions (n, 8): engine/conditions.py, or (0, 8). At sample k, the mechanism's number
+    places[i] is values[i] times column columns[i]. limit: limit of the controlled drive, which
+    applies to the measured drive if its sensor is wrong.
     """
 
     conditions: Vector
@@ -100,10 +100,10 @@ class DriftedNumbers(NamedTuple):
 
 
 class MechanismRecord(NamedTuple):
-    """What is written at every sample: record (n, 7), engine/closed_loop.py; motion (n, 2 b + u):
-    positions, speeds, drives; modes (n, m).
+    """Arrays that are filled at every sample.
 
-    events (e, 4), happened (1,): engine/mechanism/events.py.
+    record (n, 7): engine/closed_loop.py. motion (n, 2 b + u): positions, speeds, drives. modes (n,
+    m). events (e, 4), happened (1,): engine/mechanism/events.py.
     """
 
     record: Vector
@@ -117,8 +117,10 @@ class MechanismRecord(NamedTuple):
 def flowing(
     machine: CompiledMechanism, state: MechanismState, source: int, command: float
 ) -> float:
-    """What flows in a source from this instant on [A | V | effort]: without a lag the command,
-    within its limits."""
+    """Return the drive of a source from now on [A | V | effort].
+
+    Without a lag it is the limited command.
+    """
     k, p = machine.whole, machine.numbers
     low, high = source_limits(k, p, source, state.y)
     return float(
@@ -138,7 +140,7 @@ def flowing(
 def encoder_reading(
     sight: ControlPorts, state: MechanismState, last: float, conditions: Vector, k: int
 ) -> float:
-    """What the encoder shows at sample k [rad | m]; `last`: what it showed at the sample before."""
+    """Return the encoder's reading at sample k [rad | m]; `last`: reading at the sample before."""
     reported = measure(state.y[sight.sensor], sight.step)
     return (
         faulty(reported, sight.step, last, conditions[k]) if conditions.shape[0] > 0 else reported
@@ -154,8 +156,7 @@ def _write(
     asked: Vector,
     out: MechanismRecord,
 ) -> None:
-    """The sample's row of motion and modes; of the record what does not depend on the
-    controller."""
+    """Fill the sample's motion and modes, and the true values of the record."""
     n, u = machine.whole[BLOCKS], machine.whole[SOURCES]
     for i in range(2 * n):
         out.motion[k, i] = state.y[i]
@@ -182,10 +183,9 @@ def moved(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> int:
-    """Sample k, where `closed` with `acting` on the controlled source, up to the next: writes its
-    rows, moves the state.
+    """Fill the rows of sample k and advance to sample k + 1; return a status of engine/status.py.
 
-    Returns engine/status.py.
+    closed: if True, `acting` is the command of the controlled source.
     """
     n, u = machine.whole[BLOCKS], machine.whole[SOURCES]
     asked, external, cuts = np.zeros(u), np.zeros(n), 1
@@ -238,8 +238,11 @@ def advance_controlled_sample(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> int:
-    """Sample k after the controller has given its command. waiting (delay_samples + 1,): commands
-    that have yet to act, in place."""
+    """Apply the controller's command of sample k, fill the rows, and advance to sample k + 1.
+
+    waiting (delay_samples + 1,): commands that do not act yet, in place. Returns a status of
+    engine/status.py.
+    """
     places = waiting.shape[0]
     waiting[k % places] = command
     acting = waiting[(k + 1) % places]
@@ -264,12 +267,11 @@ def run(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> tuple[int, int]:
-    """Runs the loop over samples begin .. end - 1 of `reference` (n,), one value a sample; fills
-    `out`.
+    """Simulate samples begin .. end - 1 of the loop over `reference` (n,), and fill `out`.
 
-    machine, state, controller (control/compiled_program.py, started at what is measured), waiting
-    (delay_samples + 1,) and shown (1,), what the encoder showed last: changed in place. Returns
-    engine/status.py, and the sample that was reached.
+    Changed in place: machine, state, controller (control/compiled_program.py, started at the
+    measured position), waiting (delay_samples + 1,), and shown (1,), the last reading of the
+    encoder. Returns a status of engine/status.py, and the sample reached.
     """
     for k in range(begin, end):
         shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
@@ -296,7 +298,7 @@ def follow(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> tuple[int, int]:
-    """As `run` without a controller: the sources follow their signals."""
+    """Simulate as `run` without a controller: the sources follow their signals."""
     for k in range(begin, end):
         shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
         out.record[k, MEASURED] = shown[0]

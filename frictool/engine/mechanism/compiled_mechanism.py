@@ -1,15 +1,15 @@
-"""A mechanism as the kernels of this folder read it: one array of whole numbers and one of numbers,
-in sections, and the laws' kernels.
+"""A mechanism in the form that the kernels of this folder read.
 
-A kernel that took each of `Packed`'s fifty arrays would be slow to compile and to call. `whole`
-begins with HEADER entries: the counts of blocks, joints and so on, and the place at which each
-section begins. Section X of n rows of WIDTH columns: row r, column c is at whole[X] + r * WIDTH +
-c.
+It consists of one array of integers (`whole`), one of floats (`numbers`), both in sections, and the
+addresses of the laws' kernels. A kernel with `PackedMechanism`'s fifty arrays as arguments would be
+slow to compile and to call. `whole` begins with HEADER entries: the counts of blocks, joints and so
+on, and the index at which each section begins. In section X with WIDTH columns, row r, column c is
+at whole[X] + r * WIDTH + c.
 
-Joints form no loop, so that they make trees. Each tree is rooted once; blocks are taken in preorder
-(`ORDER`), a block's parent before it, so that forces are gathered in reverse order and
-accelerations handed out in order, O(n). A link that its load cannot drive has to be gone through
-from its driving end: the root lies where that is so for all. Blocks that rigid joints bind are a
+Joints form no loop, so that they form trees. Each tree has one root; blocks are in preorder
+(`ORDER`), a block's parent before it. Forces are gathered in reverse order and accelerations
+distributed in order, in O(n). A self-locking link must be traversed from its driving side: the root
+is chosen so that this holds for all links of its tree. Blocks that rigid joints connect form a
 group.
 """
 
@@ -34,10 +34,10 @@ from frictool.plant.mechanism.packed_mechanism import PackedMechanism
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-# counts
+# indices of the counts
 BLOCKS, JOINTS, COUPLINGS, FRICTIONS, PRESSINGS, PUSHES, STOPS, SOURCES, INNER = range(9)
-TIMED = 38  # how many frictions have a law with its own step
-# sections of whole numbers
+TIMED = 38  # index of the number of frictions whose law has its own step
+# sections of integers
 (
     JOINT_ENDS,
     COUPLING_ENDS,
@@ -49,7 +49,7 @@ TIMED = 38  # how many frictions have a law with its own step
     CURVE_START,
 ) = range(9, 17)
 ORDER, PARENT, PARENT_JOINT, OUTWARD, GROUP, DRY, SPAN = range(17, 24)
-# sections of numbers
+# sections of floats
 (
     MASS,
     SPEED,
@@ -68,10 +68,10 @@ ORDER, PARENT, PARENT_JOINT, OUTWARD, GROUP, DRY, SPAN = range(17, 24)
 ) = range(24, 38)
 HEADER = 40
 
-# columns of JOINT, of COUPLING
+# columns of JOINT and of COUPLING
 RATIO, OFFSET, GAP, RESTITUTION, DRIVE_LOSS, BACK_LOSS, THREAD, THESIS_SCREW, JOINT_WIDTH = range(9)
 STIFFNESS, DAMPING, COUPLING_WIDTH = 6, 7, 8
-# of FRICTION_PLACES; kinds of law
+# columns of FRICTION_PLACES
 BLOCK, LAW, KIND, VALUES, VALUES_END, LEVEL, FIRST_INNER, INNER_END, STRAIGHT, FRICTION_WIDTH = (
     range(10)
 )
@@ -81,7 +81,7 @@ CONSTANT, LIMIT, LAG, RESISTANCE, SUPPLY, SOURCE_WIDTH = range(6)
 
 
 class CompiledMechanism(NamedTuple):
-    """What `advance` takes: engine/mechanism/preparation.py makes it of a `Packed`."""
+    """Input of `advance`, made from a `PackedMechanism` by engine/mechanism/preparation.py."""
 
     whole: Places
     numbers: Vector
@@ -89,8 +89,11 @@ class CompiledMechanism(NamedTuple):
 
 
 class JointForest(NamedTuple):
-    """The joints' trees (n,): blocks in preorder; each block's parent, the joint to it (-1 at a
-    root), whether the joint leads outward."""
+    """Trees of the joints: `order` lists the blocks in preorder.
+
+    For each block (n,): its parent and the joint to it (-1 at a root), and 1 if that joint leads
+    from its end a at the parent to b.
+    """
 
     order: list[int]
     parent: list[int]
@@ -99,7 +102,7 @@ class JointForest(NamedTuple):
 
 
 class _SectionWriter:
-    """Collects the sections."""
+    """Collector of the sections."""
 
     def __init__(self) -> None:
         self.header = np.zeros(HEADER, dtype=np.int64)
@@ -109,12 +112,14 @@ class _SectionWriter:
         self.size = 1
 
     def put_whole(self, section: int, *columns: Any) -> None:
+        """Append a section of integers with these columns."""
         table = np.column_stack([np.asarray(column, dtype=np.int64) for column in columns]).ravel()
         self.header[section] = self.places
         self.whole.append(table)
         self.places += table.size
 
     def put(self, section: int, *columns: Any) -> None:
+        """Append a section of floats with these columns."""
         table = np.column_stack(
             [np.asarray(column, dtype=np.float64) for column in columns]
         ).ravel()
@@ -124,8 +129,10 @@ class _SectionWriter:
 
 
 def _irreversible(packed: PackedMechanism) -> NDArray[np.bool_]:
-    """Joints that their load cannot drive: a load's force finds no force at a that balances it with
-    the friction."""
+    """Return a mask of the joints that their load cannot drive.
+
+    For such a joint no force at a balances the load's force and the friction.
+    """
     joints = packed.joints
     return (np.abs(joints.ratio) <= joints.back_loss) | (np.abs(joints.ratio) <= joints.thread)
 
@@ -133,7 +140,7 @@ def _irreversible(packed: PackedMechanism) -> NDArray[np.bool_]:
 def _from_root(
     root: int, near: list[list[tuple[int, int]]], joints: Any, forest: JointForest
 ) -> None:
-    """Appends the tree of a root to `forest`, depth first."""
+    """Append the tree of a root to `forest`, depth first."""
     stack = [(root, -1, -1)]
     while stack:
         block, parent, joint = stack.pop()
@@ -144,8 +151,11 @@ def _from_root(
 
 
 def forest_of(packed: PackedMechanism) -> JointForest:
-    """The trees of the joints. ValueError where joints form a loop, or where loads of links that
-    they cannot drive are joined."""
+    """Return the trees of the joints.
+
+    Raises ValueError if joints form a loop, or if the loads of two self-locking links are rigidly
+    joined.
+    """
     n, joints = packed.inertia.size, packed.joints
     near: list[list[tuple[int, int]]] = [[] for _ in range(n)]
     for link, (a, b) in enumerate(zip(joints.a.tolist(), joints.b.tolist(), strict=True)):
@@ -169,7 +179,8 @@ def forest_of(packed: PackedMechanism) -> JointForest:
             del forest.order[begin:]
         else:
             raise ValueError(
-                "two links that their load cannot drive have their loads joined rigidly: nothing can move"
+                "two links that their load cannot drive have their loads joined rigidly: "
+                "nothing can move"
             )
         seen[members] = True
     return forest
@@ -178,8 +189,7 @@ def forest_of(packed: PackedMechanism) -> JointForest:
 def _roots(
     first: int, near: list[list[tuple[int, int]]], joints: Any, stiff: NDArray[np.bool_]
 ) -> list[int]:
-    """Blocks that may be the root of the tree of `first`: itself, or the driving ends of links that
-    their load cannot drive."""
+    """Return candidate roots of the tree of `first`: itself, driving ends of self-locking links."""
     reached, stack, walked = {first}, [(first, -1)], []
     while stack:
         block, through = stack.pop()
@@ -196,7 +206,7 @@ def _roots(
 
 
 def _dry(packed: PackedMechanism, kinds: list[int]) -> Places:
-    """Blocks whose own elements let them stick (n,)."""
+    """Return 1 for each block that can stick by its own elements, else 0 (n,)."""
     dry = np.zeros(packed.inertia.size, dtype=np.int64)
     for block, kind in zip(packed.frictions.block, kinds, strict=True):
         dry[block] |= kind == 0
@@ -210,8 +220,11 @@ def _dry(packed: PackedMechanism, kinds: list[int]) -> Places:
 
 
 def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[Places, Vector, Vector]:
-    """Each block's group, its speed per unit of the group's first block's, the group's mass as its
-    first block sees it (n,)."""
+    """Return group, speed and group mass of each block (n,).
+
+    The speed is per unit of that of the group's first block. The mass of the whole group is
+    reflected to its first block.
+    """
     n, joints = packed.inertia.size, packed.joints
     group, ratio, mass = np.arange(n), np.ones(n), np.zeros(n)
     for block in forest.order:
@@ -225,7 +238,7 @@ def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[Places, Vecto
 
 
 def _spans(forest: JointForest) -> Places:
-    """How many blocks hang on each, itself included (n,): they follow it in the order."""
+    """Return the number of blocks in the subtree of each block (n,), contiguous in the order."""
     span = np.ones(len(forest.order), dtype=np.int64)
     for block in reversed(forest.order):
         if forest.parent[block] >= 0:
@@ -234,14 +247,16 @@ def _spans(forest: JointForest) -> Places:
 
 
 def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
-    """The size of each inner state of the frictions, which its error is relative to."""
+    """Return the size of each inner state of the frictions, to which its error is relative."""
     found = [sizes_of(ROWS[row], p) for row, p in zip(rows, values, strict=True)]
     return np.concatenate(found) if found else np.zeros(0)
 
 
 def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
-    """The sections of a mechanism. ValueError where its joints have no solution, or where a law of
-    friction is not in the table."""
+    """Return the sections of a mechanism.
+
+    Raises ValueError if its joints have no solution, or a friction law is not in the registry.
+    """
     f, c, j = packed.frictions, packed.couplings, packed.joints
     values = [f.law_values[f.law_start[i] : f.law_start[i + 1]] for i in range(f.block.size)]
     kinds = [kind_of(ROWS[row], p) for row, p in zip(f.law.tolist(), values, strict=True)]

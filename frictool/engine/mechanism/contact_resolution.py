@@ -1,5 +1,7 @@
-"""Which contacts hold, what sticks and what starts, at one instant: each tree of joints with what
-touches at once (tree.py)."""
+"""Contacts, sticking and breakaway at one instant, solved for each tree of joints at once.
+
+The solver of a tree is tree_solver.py.
+"""
 
 from __future__ import annotations
 
@@ -63,8 +65,7 @@ Places = NDArray[np.int64]
 
 @inset_kernel
 def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None:
-    """Friction of each block with which a slip from rest begins, AHEAD and BEHIND, without what its
-    joints lose."""
+    """Fill AHEAD and BEHIND with the friction at the start of a slip, without joint losses."""
     k, p, laws = machine
     n = k[BLOCKS]
     for i in range(n):
@@ -94,10 +95,10 @@ def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None
 
 @inset_kernel
 def _flanks(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, work: Vector) -> None:
-    """Compliant flanks that have met or have let go change.
+    """Change the modes of compliant flanks that have met or separated.
 
-    One that lets go before it is unstrained comes back by itself: its damping takes what its
-    stiffness held, (1/2) k s^2.
+    A flank that separates while still strained relaxes by itself: its damping takes the energy of
+    its stiffness, (1/2) k s^2.
     """
     first, at = k[BLOCKS] + 2 * k[JOINTS], k[SOURCES] + k[BLOCKS] + k[JOINTS]
     for c in range(k[COUPLINGS]):
@@ -116,7 +117,7 @@ def _flanks(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, work:
 
 @inset_kernel
 def _ready(k: Places, y: Vector, modes: Places, w: Vector) -> None:
-    """Motions by which efforts at rest are asked for; blocks that rest at their stops."""
+    """Set the motions for which the efforts are evaluated, and mark blocks at their stops."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     for i in range(n):
         v = y[n + i]
@@ -132,11 +133,11 @@ def _ready(k: Places, y: Vector, modes: Places, w: Vector) -> None:
 def resolve(
     machine: CompiledMechanism, state: MechanismState, t: float, found: RateEvaluation
 ) -> int:
-    """Sets all modes, t after the command. Flanks that touch without a relative speed have to be
-    marked, and blocks that stops hold.
+    """Set all modes, t [s] after the command; return a status of engine/status.py.
 
-    found: the guards of the modes so far, and where to work. Returns engine/status.py; where a part
-    jams, the place of its first block in the order is the last of the row FOUND.
+    Flanks that touch without relative speed, and blocks held by stops, must already be marked.
+    found: guards of the modes so far, and workspace. If a part jams, the last entry of the row
+    FOUND is the position in the order of its first block.
     """
     k, p, _ = machine
     y, modes, room, w = state.y, state.modes, state.room, found.w

@@ -1,4 +1,4 @@
-"""Values of `Packed`'s curves: piecewise cubics, constant beyond their ends."""
+"""Values of the curves of `PackedMechanism`: piecewise cubics, constant beyond their ends."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Places = NDArray[np.int64]
 
 @inset_kernel
 def _piece(k: Places, p: Vector, curve: int, x: float) -> tuple[int, float]:
-    """The piece of a curve on which x lies, and x kept within the curve's ends."""
+    """Return the piece of a curve that contains x, and x limited to the curve's range."""
     first, last = k[k[CURVE_START] + curve], k[k[CURVE_START] + curve + 1]
     breaks = k[BREAKS] + curve
     x = min(max(x, p[breaks + first]), p[breaks + last])
@@ -30,7 +30,7 @@ def _piece(k: Places, p: Vector, curve: int, x: float) -> tuple[int, float]:
 
 @inset_kernel
 def curve_value(k: Places, p: Vector, curve: int, x: float) -> float:
-    """The curve at x."""
+    """Return the value of a curve at x."""
     piece, at = _piece(k, p, curve, x)
     s, c = at - p[k[BREAKS] + curve + piece], k[CUBIC] + 4 * piece
     return float(p[c] + s * (p[c + 1] + s * (p[c + 2] + s * p[c + 3])))
@@ -38,7 +38,7 @@ def curve_value(k: Places, p: Vector, curve: int, x: float) -> float:
 
 @inset_kernel
 def curve_integral(k: Places, p: Vector, curve: int, x: float) -> float:
-    """Its integral from its first break to x."""
+    """Return the integral of a curve from its first break to x."""
     first, breaks = k[k[CURVE_START] + curve], k[BREAKS] + curve
     piece, at = _piece(k, p, curve, x)
     total = 0.0

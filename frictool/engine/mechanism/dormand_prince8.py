@@ -1,9 +1,8 @@
-"""Dormand and Prince's method of order 8 with the error of order 5 and 3 that Hairer takes, and its
-path of order 7: the coefficients.
+"""Coefficients of the Dormand-Prince method 8(5,3) with its dense output of order 7.
 
-Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10. Of the
-thirteen slopes of a step the last is the next step's first; three more give the path between its
-ends.
+Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10. The last of
+the thirteen slopes of a step is the first of the next step; three more slopes give the dense
+output.
 """
 
 from __future__ import annotations
@@ -11,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 STAGES = 12
-AFTER = 12  # the row of the slope at a step's end
-SLOPES = 16  # with three more, which a step's path takes
+AFTER = 12  # row of the slope at a step's end
+SLOPES = 16  # number of slopes, with the three of the dense output
 ROWS = (
     (0.05260015195876773,),
     (

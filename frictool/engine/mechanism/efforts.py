@@ -1,10 +1,13 @@
-"""The efforts on each block that are functions of the state: sources, held efforts, couplings,
-pushes, friction in slip.
+"""Efforts on each block as functions of the state: sources, held efforts, couplings, frictions.
 
-Rows of the work array: FORCE, all that is known; GROSS, the sum of its terms' sizes; HOLD_LOW <= 0
-<= HOLD_HIGH, what friction on a block at rest can hold; DRIVEN, the sources' effort alone. `power`
-gets what each element does or takes, in the order of engine/mechanism/state.py. Where an evaluation
-is not `whole`, GROSS stays what it was.
+Rows of the work array:
+
+    FORCE                        sum of all known efforts
+    GROSS                        sum of their magnitudes; unchanged if an evaluation is not `whole`
+    HOLD_LOW <= 0 <= HOLD_HIGH   range that friction on a block at rest can hold
+    DRIVEN                       effort of the sources alone
+
+`power` receives what each element does or takes, in the order of engine/mechanism/state.py.
 """
 
 from __future__ import annotations
@@ -74,13 +77,14 @@ from frictool.runtime.kernels import inset_kernel, part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-STIFF_MARGIN = 1e-10  # of a gap: a flank is passed when it is passed by this much
+STIFF_MARGIN = 1e-10  # distance beyond a flank at which it counts as passed, relative to the gap
 
 
 @inset_kernel
 def _driving(
     k: Places, p: Vector, t: float, y: Vector, inputs: Vector, found: RateEvaluation, whole: bool
 ) -> None:
+    """Set the rows to the efforts of sources, pushes and held efforts."""
     w, power = found.w, found.power
     n, u = k[BLOCKS], k[SOURCES]
     for i in range(n):
@@ -110,7 +114,7 @@ def _driving(
 
 @inset_kernel
 def coupling_stretch(k: Places, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
-    """e = q_b - ratio q_a - offset, and e'."""
+    """Return e = q_b - ratio q_a - offset, and e'."""
     n, row, ends = (
         k[BLOCKS],
         k[COUPLING] + coupling * COUPLING_WIDTH,
@@ -135,7 +139,7 @@ def _at_flank(
     guard: Vector,
     index: int,
 ) -> tuple[float, bool]:
-    """How far a flank is strained, and whether it is; its guard."""
+    """Return the strain of a flank and whether it is pressed; set its guard."""
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
         side = float(mode)
@@ -153,8 +157,10 @@ def _at_flank(
 def _couplings(
     k: Places, p: Vector, y: Vector, modes: Places, found: RateEvaluation, whole: bool
 ) -> None:
-    """Compliant links; the guard of one with a gap is above -1 while its flanks stay as their mode
-    says."""
+    """Add the efforts of compliant links.
+
+    The guard of a link with a gap is above -1 while its flanks are as their mode says.
+    """
     w, guard, power = found.w, found.guard, found.power
     n, flanks = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS]
     at, row, ends = k[SOURCES] + n + k[JOINTS], k[COUPLING], k[COUPLING_ENDS]
@@ -208,6 +214,7 @@ def _couplings(
 def _frictions(
     machine: CompiledMechanism, y: Vector, modes: Places, found: RateEvaluation, whole: bool
 ) -> int:
+    """Add the friction of each law; fill the rates of inner states; return friction/status.py."""
     k, p, laws = machine
     out, w, power = found.rates, found.w, found.power
     n, status = k[BLOCKS], OK
@@ -250,6 +257,7 @@ def _frictions(
 def _pressings(
     k: Places, p: Vector, y: Vector, modes: Places, found: RateEvaluation, whole: bool
 ) -> None:
+    """Add the friction of each pressing."""
     w, power = found.w, found.power
     n, at = k[BLOCKS], k[SOURCES] + k[BLOCKS] + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS]
     for s in range(k[PRESSINGS]):
@@ -279,8 +287,10 @@ def efforts(
     found: RateEvaluation,
     whole: bool,
 ) -> int:
-    """Fills the rows of w, the rates of inner states, the guards of flanks, and what elements do;
-    returns friction/status.py."""
+    """Fill the rows of w, the rates of inner states, the guards of flanks, and the powers.
+
+    Returns a status of friction/status.py.
+    """
     k, p, _ = machine
     _driving(k, p, t, y, inputs, found, whole)
     _couplings(k, p, y, modes, found, whole)
@@ -297,5 +307,5 @@ def all_efforts(
     inputs: Vector,
     found: RateEvaluation,
 ) -> int:
-    """`efforts`, whole, compiled by itself."""
+    """Evaluate `efforts` as a whole, in a kernel of its own."""
     return efforts(machine, t, y, modes, inputs, found, True)

@@ -1,8 +1,9 @@
-"""What a mechanism holds: kinetic energy and what its couplings and pushes store. With `work` it
-closes the balance:
+"""Energy of a mechanism: kinetic, and stored in couplings and pushes.
 
-kinetic + stored - (at the start) = work of sources and held efforts - what joints, couplings,
-frictions, pressings, impacts and stops took
+With `work` it gives the balance:
+
+    kinetic + stored - (at the start) = work of sources and held efforts
+        - losses in joints, couplings, frictions, pressings, impacts and stops
 """
 
 from __future__ import annotations
@@ -37,8 +38,10 @@ Places = NDArray[np.int64]
 
 
 class EnergyBalance(NamedTuple):
-    """J. stored: relative to unstrained couplings and to curves' first points; lost: all that did
-    not come back."""
+    """Energies [J]; stored: relative to unstrained couplings and to the first points of curves.
+
+    put_in: work of sources and held efforts. lost: all work that did not come back.
+    """
 
     kinetic: float
     stored: float
@@ -47,13 +50,13 @@ class EnergyBalance(NamedTuple):
 
     @property
     def total(self) -> float:
-        """Constant over a run."""
+        """Sum that stays constant over a run [J]."""
         return self.kinetic + self.stored + self.lost - self.put_in
 
 
 @kernel
 def _held(k: Places, p: Vector, y: Vector, modes: Places) -> tuple[float, float]:
-    """Kinetic and stored energy."""
+    """Return kinetic and stored energy [J]."""
     n, kinetic, stored = k[BLOCKS], 0.0, 0.0
     for i in range(n):
         kinetic += 0.5 * p[k[MASS] + i] * y[n + i] ** 2
@@ -78,7 +81,7 @@ def _held(k: Places, p: Vector, y: Vector, modes: Places) -> tuple[float, float]
 
 
 def balance(machine: CompiledMechanism, state: MechanismState) -> EnergyBalance:
-    """The energies now, and the work so far."""
+    """Return the energies now, and the work so far."""
     kinetic, stored = _held(machine.whole, machine.numbers, state.y, state.modes)
     work: WorkByElement = work_by_element(machine, state)
     put_in = float(work.sources.sum() + work.external.sum())

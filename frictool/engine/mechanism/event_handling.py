@@ -1,5 +1,4 @@
-"""What is done between steps: the modes at the beginning of a call, the state after a step, the
-modes after an event."""
+"""Actions between steps: modes at the start of a call, state after a step, modes after an event."""
 
 from __future__ import annotations
 
@@ -43,12 +42,12 @@ from frictool.runtime.kernels import inset_kernel, part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-FIRST_STEP = 1e-5  # s
+FIRST_STEP = 1e-5  # s, first step of a state
 
 
 @inset_kernel
 def _note(k: Places, state: MechanismState) -> None:
-    """Keeps modes and speeds, by which changes are told."""
+    """Store modes and speeds before an event, to record its changes."""
     for i in range(state.modes.shape[0]):
         state.room.places[BEFORE, i] = state.modes[i]
     for i in range(k[BLOCKS]):
@@ -71,7 +70,7 @@ def _are_finite(values: Vector) -> bool:
 
 @inset_kernel
 def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
-    """Fills the rows 0 and GUARD."""
+    """Fill the rows 0 of slopes and powers, and GUARD."""
     room = state.room
     found = RateEvaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
     return field(machine, t, state.y, state.modes, room.lines[INPUTS], found)
@@ -79,8 +78,11 @@ def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> in
 
 @part_kernel
 def begin(machine: CompiledMechanism, state: MechanismState, told: EventRows) -> int:
-    """The rates under a new command, and the modes where they change by it, or are not known yet.
-    Returns engine/status.py."""
+    """Evaluate the rates under a new command, and update the modes if it changes them.
+
+    At the first call, when the modes are not known yet, they are always determined. Returns a
+    status of engine/status.py.
+    """
     k, p, _ = machine
     pace, room = state.pace, state.room
     if _evaluate(machine, state, 0.0) != 0:
@@ -100,8 +102,11 @@ def begin(machine: CompiledMechanism, state: MechanismState, told: EventRows) ->
 
 @part_kernel
 def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
-    """Makes the end of a step, t after the command, the state, and its work done; dynamic laws
-    remember it. Returns engine/status.py."""
+    """Make the end of a step, t [s] after the command, the new state.
+
+    The work of the step is added, and dynamic laws update their memory. Returns a status of
+    engine/status.py.
+    """
     y, work, room = state.y, state.work, state.room
     _copy(room.lines[END], y)
     _copy(room.slopes[AFTER], room.slopes[0])
@@ -121,8 +126,7 @@ def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> in
 
 @inset_kernel
 def _meet_or_halt(k: Places, p: Vector, now: float, state: MechanismState, told: EventRows) -> bool:
-    """Roots whose speed has come to 0 stop with all that moves along; says whether flanks or stops
-    meet."""
+    """Stop all trees whose root has reached speed 0; return True if flanks or stops collide."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     y, modes, guard, meet = state.y, state.modes, state.room.lines[GUARD], False
     for joint in range(j):
@@ -148,8 +152,10 @@ def _meet_or_halt(k: Places, p: Vector, now: float, state: MechanismState, told:
 def handle_event(
     machine: CompiledMechanism, state: MechanismState, t: float, told: EventRows
 ) -> int:
-    """What the guards say has happened, t after the command: impacts, stops, and the modes from
-    here on. Returns engine/status.py."""
+    """Apply the events that the guards show, t [s] after the command: impacts, stops, new modes.
+
+    Returns a status of engine/status.py.
+    """
     k, p, _ = machine
     y, modes, room, now, status = state.y, state.modes, state.room, state.pace[1] + t, OK
     _note(k, state)

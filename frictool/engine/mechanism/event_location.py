@@ -1,4 +1,4 @@
-"""The instant within a step at which the first guard is passed, and the part of the step to it."""
+"""Location of the first instant within a step at which a guard is passed."""
 
 from __future__ import annotations
 
@@ -44,16 +44,14 @@ from frictool.runtime.kernels import inset_kernel, part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-ROUNDS = 200
-NEWTON, NEAR = (
-    60,
-    1e-15,
-)  # rounds, and the part of a step at which they end, for the zero of a cubic
-# where a guard is taken to: a speed or a position to its end, a force just beyond it, so that what
-# it kept ends
+ROUNDS = 200  # iterations of the search
+# iterations for the zero of a cubic, and its last change relative to the step
+NEWTON, NEAR = 60, 1e-15
+# target values of a guard: AT_END of a speed or a position, BEYOND of a force, which is then just
+# beyond its end, so that the mode ends
 AT_END, BEYOND = -0.5, -2.0
-FAR = -4.0
-NEAREST = 4e-16  # of the time; nearer instants are one
+FAR = -4.0  # lowest value of a force's guard at the located instant
+NEAREST = 4e-16  # distance below which instants count as one, relative to the time
 
 
 @inset_kernel
@@ -67,8 +65,7 @@ def _is_there(
     index: int,
     count: int,
 ) -> bool:
-    """Whether the leading guard is where it is taken to, on its way out, and no other is passed by
-    more."""
+    """Return True if the leading guard is at its target, and no other is passed further."""
     if is_forced(k, modes, index):
         if not FAR <= guard[index] < BROKEN:
             return False
@@ -87,8 +84,11 @@ def _is_there(
 
 @inset_kernel
 def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
-    """Where the cubic through both ends of a time h (values, rates) last falls through 0, found
-    from where it is above."""
+    """Return the last time in [0, h] at which the cubic through both ends falls through 0.
+
+    The cubic has values g0, g1 and rates r0, r1; the bracket starts from the latest of eight points
+    at which it is positive.
+    """
     slope = (g1 - g0) / h
     a, b = (r0 + r1 - 2.0 * slope) / (h * h), (3.0 * slope - 2.0 * r0 - r1) / h
     low, high = 0.0, h
@@ -113,7 +113,7 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
 
 @inset_kernel
 def _has_rate(k: Places, modes: Places, index: int) -> bool:
-    """Whether the rate of a guard is known: a speed's, a position's, a compliant flank's."""
+    """Return True if a guard has a known rate: that of a speed, position or compliant flank."""
     return not is_forced(k, modes, index) or index >= k[BLOCKS] + 2 * k[JOINTS]
 
 
@@ -128,7 +128,7 @@ def _smooth_crossing(
     low: float,
     high: float,
 ) -> float:
-    """Where a guard with a rate that is passed at `high` is where it is taken to."""
+    """Return the time at which a guard with a rate, passed at `high`, reaches the value `aim`."""
     g1, r1 = distance_to_guard(k, p, index, room.lines[Y_HIGH], room.lines[RATES_HIGH], modes)
     g0, r0 = distance_to_guard(k, p, index, room.lines[Y_LOW], room.lines[RATES_LOW], modes)
     past = aim * g1 / room.lines[AT_HIGH][index]
@@ -145,6 +145,7 @@ def _keep(
     rates_kept: Vector,
     kept: Vector,
 ) -> None:
+    """Copy a state, its rates and its guards."""
     for i in range(rates.shape[0]):
         y_kept[i], rates_kept[i] = y[i], rates[i]
     for index in range(count):
@@ -153,11 +154,13 @@ def _keep(
 
 @inset_kernel
 def _keep_low(count: int, y: Vector, rates: Vector, guard: Vector, room: Workspace) -> None:
+    """Store a point as the lower end of the search."""
     _keep(count, y, rates, guard, room.lines[Y_LOW], room.lines[RATES_LOW], room.lines[AT_LOW])
 
 
 @inset_kernel
 def _keep_high(count: int, room: Workspace) -> None:
+    """Store the current end of the step as the upper end of the search."""
     kept = room.lines[Y_HIGH], room.lines[RATES_HIGH], room.lines[AT_HIGH]
     _keep(count, room.lines[END], room.slopes[AFTER], room.lines[TRIAL], kept[0], kept[1], kept[2])
 
@@ -173,8 +176,10 @@ def _first(
     lead: int,
     weights: tuple[float, float],
 ) -> tuple[float, int]:
-    """The earliest instant at which a guard that is passed at `high` may be where it is taken to,
-    and whose it is; weights: of `lead`."""
+    """Return the estimated time and the index of the guard that first reaches its target.
+
+    Only guards passed at `high` are candidates. weights: Illinois weights of the guard `lead`.
+    """
     at, leader, at_low, at_high = high, -1, room.lines[AT_LOW], room.lines[AT_HIGH]
     for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]):
         if not is_broken(k, p, index, room.lines[Y_HIGH], modes, at_high, room.lines[GUARD]):
@@ -198,14 +203,14 @@ def _first(
 def locate(
     machine: CompiledMechanism, state: MechanismState, t: float, h: float
 ) -> tuple[float, bool]:
-    """Goes back along the step to the first instant at which a guard is passed; returns its length,
-    and whether the field failed there.
+    """Shorten a step to the first instant at which a guard is passed; return its length.
 
-    GUARD: at the beginning; TRIAL: at the end of the step of length h, which has passed one. A
-    bracketed search for the guard that is passed first: speeds and positions by the cubic through
-    both ends, efforts by regula falsi with the weights of Illinois; halved where that is slow. Each
-    instant is looked at on the step's path; after it END, AFTER, TRIAL and SPENT are those of a
-    step to there.
+    GUARD holds the guards at the beginning, TRIAL those at the end of the step of length h, which
+    has passed a guard. The second result is True if the rates could not be evaluated. The search is
+    bracketed and follows the guard that is passed first: speeds and positions by the cubic through
+    both ends, efforts by regula falsi with Illinois weights, with bisection if that is slow. Each
+    instant is evaluated on the step's dense output. Afterwards END, AFTER, TRIAL and SPENT are
+    those of a step to the located instant.
     """
     k, p, _ = machine
     y, modes, room = state.y, state.modes, state.room

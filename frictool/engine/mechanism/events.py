@@ -1,5 +1,4 @@
-"""What happens to a mechanism, as rows (time [s], kind, element's place, speed before [rad/s |
-m/s])."""
+"""Events of a mechanism, as rows (time [s], kind, element index, speed before [rad/s | m/s])."""
 
 from __future__ import annotations
 
@@ -66,15 +65,15 @@ EVENT_SIZE = 4
 
 
 class EventRows(NamedTuple):
-    """Where events are written."""
+    """Arrays to which events are written."""
 
     rows: Vector  # (m, EVENT_SIZE)
-    happened: Places  # (1,): the number of all, those too that find no room
+    happened: Places  # (1,): number of all events, including those beyond the last row
 
 
 @inset_kernel
 def write(told: EventRows, t: float, kind: int, element: int, speed: float) -> None:
-    """Adds a row; where there is no room, it is counted only."""
+    """Add a row; if the array is full, only count the event."""
     row = told.happened[0]
     if row < told.rows.shape[0]:
         told.rows[row, 0], told.rows[row, 1], told.rows[row, 2], told.rows[row, 3] = (
@@ -95,10 +94,10 @@ def write_changes(
     modes: Places,
     told: EventRows,
 ) -> None:
-    """Adds a row for each mode that has changed; of a group of rigidly joined blocks, for its first
-    block. speeds (n,): before.
+    """Add a row for each mode that has changed, for a rigid group only for its first block.
 
-    The branch of a joint is told only where the joint loses: elsewhere its two sides are one.
+    speeds (n,): before the event. The branch of a joint is reported only if the joint has losses;
+    otherwise its two sides are the same.
     """
     k, p, _ = machine
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]

@@ -1,10 +1,10 @@
-"""Laws with a step T_e of their own, as printed: hybrid A, B, C (3.28)-(3.39), and those with a
-band (2.32), (2.35).
+"""Laws with their own step T_e: hybrid A, B, C (3.28)-(3.39), and banded laws (2.32), (2.35).
 
-They see the effort u on their block, which is what all else would make it do: of the tree that
-moves with it, as its joints bring it there. The mode is asked for at the beginning of each T_e and
-held in it; within, the motion is integrated as everywhere. Of several such laws in one tree each
-sees what those before it leave. While a tree sticks by exact friction, its laws of this kind wait.
+Such a law sees the effort u on its block: the effort of all other elements of the tree that moves
+with the block, reflected to the block by the joints. The mode is updated at the beginning of each
+step T_e and held within it; the motion within the step is integrated as usual. If one tree has
+several such laws, each sees the effort left by those before it. While a tree sticks by exact
+friction, these laws are inactive.
 """
 
 from __future__ import annotations
@@ -67,8 +67,7 @@ HELD, SLIPS = 0, 1  # modes of a law
 
 @inset_kernel
 def _root_of(k: Places, p: Vector, modes: Places, block: int) -> tuple[int, float]:
-    """The root of the tree that moves with a block, and the block's speed per unit of the
-    root's."""
+    """Return the root of the tree that moves with a block, and the block's relative speed."""
     n, i, along = k[BLOCKS], block, 1.0
     while k[k[PARENT_JOINT] + i] >= 0 and modes[n + k[k[PARENT_JOINT] + i]] != OPEN:
         ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
@@ -79,6 +78,7 @@ def _root_of(k: Places, p: Vector, modes: Places, block: int) -> tuple[int, floa
 
 @inset_kernel
 def _first_mode(k: Places) -> int:
+    """Return the index of the first law's mode."""
     return int(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS])
 
 
@@ -86,8 +86,10 @@ def _first_mode(k: Places) -> int:
 def timed_frictions(
     machine: CompiledMechanism, y: Vector, modes: Places, found: RateEvaluation, whole: bool
 ) -> int:
-    """Takes the frictions of these laws off FORCE, after the needs have been gathered without them;
-    finds their states' rates."""
+    """Subtract the frictions of these laws from FORCE, after the needs were gathered without them.
+
+    Fills the rates of their inner states. Returns a status of friction/status.py.
+    """
     k, p, laws = machine
     out, w, power = found.rates, found.w, found.power
     n, status, first = k[BLOCKS], OK, _first_mode(k)
@@ -133,8 +135,10 @@ def timed_frictions(
 
 @part_kernel
 def seen_speeds(machine: CompiledMechanism, y: Vector, modes: Places, rates: Vector) -> None:
-    """Positions follow the velocity that a banded law reports: 0 in Karnopp's band, with all that
-    moves along."""
+    """Set the rates of positions to 0 if a banded law reports velocity 0 (Karnopp's band).
+
+    This applies to all blocks of the tree that moves with the law's block.
+    """
     k, p, laws = machine
     n = k[BLOCKS]
     for f in range(k[FRICTIONS]):
@@ -153,8 +157,10 @@ def seen_speeds(machine: CompiledMechanism, y: Vector, modes: Places, rates: Vec
 
 @part_kernel
 def switch(machine: CompiledMechanism, state: MechanismState) -> int:
-    """The modes of these laws for the coming step, by what they have just seen. Returns
-    friction/status.py."""
+    """Set the modes of these laws for the coming step, from the efforts that they have just seen.
+
+    Returns a status of friction/status.py.
+    """
     k, p, laws = machine
     y, modes, w = state.y, state.modes, state.room.w
     n, status, first = k[BLOCKS], OK, _first_mode(k)
@@ -176,7 +182,7 @@ def switch(machine: CompiledMechanism, state: MechanismState) -> int:
 
 @part_kernel
 def keep(machine: CompiledMechanism, state: MechanismState) -> int:
-    """Takes the step into the memories of hybrid laws. Returns friction/status.py."""
+    """Update the memories of hybrid laws after a step; return a status of friction/status.py."""
     k, p, laws = machine
     y, modes = state.y, state.modes
     n, status, first = k[BLOCKS], OK, _first_mode(k)

@@ -1,9 +1,8 @@
-"""The forces in a mechanism at one instant: of joints on their second ends, of frictions and
-pressings on their blocks.
+"""Forces in a mechanism at one instant: of joints on their ends b, of friction on blocks.
 
-Where it moves they follow from the motion. At rest friction in several places leaves them open;
-these are one choice among those that are possible, the same each time: every element takes the
-least that it can, then frictions before links, from the root outward.
+In motion they follow from the motion. At rest, friction in several elements leaves them
+undetermined; the result is one possible choice, always the same. Each element takes the smallest
+force that it can. A remainder goes to frictions before links, from the root outward.
 """
 
 from __future__ import annotations
@@ -54,8 +53,11 @@ Places = NDArray[np.int64]
 
 
 class RestForces(NamedTuple):
-    """links (j,): lambda of each joint, on its second end. holds (n,): what friction takes on
-    blocks at rest, 0 on those that move."""
+    """Forces of joints and of friction.
+
+    links (j,): lambda of each joint, on its end b. holds (n,): force of friction on each block at
+    rest, 0 on moving blocks.
+    """
 
     links: Vector
     holds: Vector
@@ -63,8 +65,10 @@ class RestForces(NamedTuple):
 
 @inset_kernel
 def _range_of(k: Places, p: Vector, i: int, contact: int, w: Vector) -> tuple[float, float]:
-    """lambda of the joint to the parent of a block at rest: its range, without what the joint's own
-    friction could add."""
+    """Return the range of lambda of the joint between a block at rest and its parent.
+
+    It leaves out what the joint's own friction could add.
+    """
     ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
     low, high = w[NEED, i], w[NEED_HIGH, i]
     if k[k[OUTWARD] + i] == 0:
@@ -80,6 +84,7 @@ def _range_of(k: Places, p: Vector, i: int, contact: int, w: Vector) -> tuple[fl
 
 @kernel
 def _at_rest(k: Places, p: Vector, modes: Places, w: Vector, links: Vector, holds: Vector) -> None:
+    """Fill links and holds of all blocks at rest."""
     n = k[BLOCKS]
     for i in range(n):
         w[REST, i], w[HELD, i], w[GIVEN, i] = 0.0, 0.0, 0.0
@@ -113,6 +118,7 @@ def _at_rest(k: Places, p: Vector, modes: Places, w: Vector, links: Vector, hold
 
 @kernel
 def _now(machine: CompiledMechanism, state: MechanismState, links: Vector, holds: Vector) -> None:
+    """Fill links and holds for the current state."""
     k, p, _ = machine
     room = state.room
     found = RateEvaluation(room.slopes[AFTER], room.w, room.lines[TRIAL], room.powers[AFTER])
@@ -123,7 +129,7 @@ def _now(machine: CompiledMechanism, state: MechanismState, links: Vector, holds
 
 
 def forces(machine: CompiledMechanism, state: MechanismState) -> RestForces:
-    """The forces at the end of the last call of `advance`."""
+    """Return the forces at the end of the last call of `advance`."""
     c = counts(machine)
     links, holds = np.zeros(c["joints"]), np.zeros(c["blocks"])
     _now(machine, state, links, holds)

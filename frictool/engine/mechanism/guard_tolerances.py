@@ -1,5 +1,4 @@
-"""What counts as nothing: efforts, ways and speeds below which a guard is not passed; and the
-guards that ways keep."""
+"""Tolerances of the guards for efforts, distances and speeds, and the guards of distances."""
 
 from __future__ import annotations
 
@@ -33,17 +32,17 @@ from frictool.runtime.kernels import inset_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-SLACK = 1e-11  # of the efforts that meet in a place: less is nothing
-LEAST_RATE = 1e-9  # 1/s: nor is an acceleration of this times the speed that counts
-SPEED_SLACK = 1e-11  # of the speed that counts
-PLACE_SLACK = 1e-10  # of a gap
-ROUNDING = 1e-15
+SLACK = 1e-11  # tolerance of an effort, relative to the efforts on its block
+LEAST_RATE = 1e-9  # 1/s, tolerance of an acceleration, relative to the speed scale
+SPEED_SLACK = 1e-11  # tolerance of a speed, relative to the speed scale
+PLACE_SLACK = 1e-10  # tolerance of a position, relative to the gap
+ROUNDING = 1e-15  # rounding error of a position, relative to its terms
 
 
 @inset_kernel
 def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
-    """Forces at a block below this are nothing."""
-    least = 1e-300  # of a block without mass on which nothing acts
+    """Return the force at a block below which a force counts as zero [N | N m]."""
+    least = 1e-300  # N | N m, for a block without mass and without efforts
     return float(
         SLACK * w[GROSS, block] + LEAST_RATE * p[k[MASS] + block] * p[k[SPEED] + block] + least
     )
@@ -51,7 +50,7 @@ def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
 
 @inset_kernel
 def joint_gap(k: Places, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
-    """e, e' of a joint, and the size of positions that count as none there."""
+    """Return e, e' of a joint, and the tolerance of e."""
     n, row = k[BLOCKS], joint_row(k, joint)
     a, b, ratio = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1], p[row + RATIO]
     e = y[b] - ratio * y[a] - p[row + OFFSET]
@@ -61,7 +60,7 @@ def joint_gap(k: Places, p: Vector, joint: int, y: Vector) -> tuple[float, float
 
 @inset_kernel
 def stop_slack(p: Vector, row: int) -> float:
-    """The way that counts as none at a stop."""
+    """Return the tolerance of the distance to a stop [rad | m]."""
     low, high = p[row + LOW], p[row + HIGH]
     span = high - low
     if span == math.inf:
@@ -71,7 +70,7 @@ def stop_slack(p: Vector, row: int) -> float:
 
 @inset_kernel
 def place_guards(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector) -> None:
-    """How far open flanks and stops are, in what counts as none."""
+    """Set the guards of open flanks and stops: their distances in units of the tolerance."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     for joint in range(j):
         if modes[n + joint] == OPEN:

@@ -1,5 +1,7 @@
-"""What dynamic laws remember: their memory moves after accepted steps, and no step passes a
-reversal, which it has to see."""
+"""Memory of dynamic laws: it is updated after accepted steps, and no step passes a reversal.
+
+The memory has to register each reversal.
+"""
 
 from __future__ import annotations
 
@@ -28,13 +30,12 @@ from frictool.runtime.kernels import part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-AT_REVERSAL = 1e-3  # of the speed that counts: slower than that a step may pass 0
+AT_REVERSAL = 1e-3  # speed below which a step may pass 0, relative to the speed scale
 
 
 @part_kernel
 def first_reversal(k: Places, p: Vector, h: float, y: Vector, end: Vector) -> float:
-    """The length of a step, or of one that ends about where the first block with a dynamic law
-    reverses."""
+    """Return the step length, shortened to the first reversal of a block with a dynamic law."""
     n, shortest = k[BLOCKS], h
     for f in range(k[FRICTIONS]):
         row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
@@ -48,8 +49,10 @@ def first_reversal(k: Places, p: Vector, h: float, y: Vector, end: Vector) -> fl
 
 @part_kernel
 def remember(machine: CompiledMechanism, y: Vector, before: Vector) -> tuple[int, bool]:
-    """Takes the step to y into the laws' memories; returns friction/status.py, and whether anything
-    has changed from `before`."""
+    """Update the laws' memories after the step to y.
+
+    Returns a status of friction/status.py, and True if anything differs from `before`.
+    """
     k, p, laws = machine
     n, status, changed = k[BLOCKS], OK, False
     for f in range(k[FRICTIONS]):

@@ -1,13 +1,14 @@
-"""Flanks that meet, where the play of (2.18) is taken up, and end stops: velocities after an
-impact, from which on (2.19) holds.
+"""Speeds after impacts: of flanks, when the play of (2.18) is taken up, and at end stops.
 
-An impact is between two groups of rigidly joined blocks, or a group and the frame, by Newton's law
-with the contact's restitution. Where groups touch in a row, it passes from contact to contact, the
-fastest approach first, as through the balls of Newton's cradle, until no two approach. Friction of
-blocks is finite and takes no impulse; what rests is freed. Losses of joints are parts of what they
-pass and take theirs (lossy_impulses.py); where they change within the shock, the flanks give back
-no more energy than they took, whatever the restitution. Approaches below BOUNCE of the speed that
-counts are not thrown back: a bouncing that would go on without end rests.
+After an impact (2.19) holds. An impact is between two groups of rigidly joined blocks, or a group
+and the frame, by Newton's law with the contact's restitution. If groups touch in a row, it passes
+from contact to contact, the fastest approach first, as in Newton's cradle, until no two approach.
+Friction of blocks is finite and takes no impulse; blocks at rest can be set in motion.
+
+Losses of joints are proportional to the force that they transmit, and so take part of the impulse
+(lossy_impulses.py). If they change during the impact, the flanks return at most the energy that
+they took, whatever the restitution. Approaches slower than BOUNCE have no rebound, so that a series
+of bounces ends at rest.
 """
 
 from __future__ import annotations
@@ -50,17 +51,17 @@ from frictool.runtime.kernels import inset_kernel, part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-BOUNCE = 1e-6  # of the speed that counts
-TOGETHER = 1e-12
-STANDING = 1e-9  # of the speed that counts: slower than that a stop holds
-MAX_ROUNDS = 100_000
-MAX_PIECES = 20  # of one impulse
-TOUCHING = 4.0  # margins: flanks that are nearer than this many touch
+BOUNCE = 1e-6  # slowest approach with a rebound, relative to the speed scale
+TOGETHER = 1e-12  # largest speed difference of parts that move together, by the speed scale
+STANDING = 1e-9  # largest speed of a block that a stop holds, relative to the speed scale
+MAX_ROUNDS = 100_000  # impacts in one call
+MAX_PIECES = 20  # pieces of one impulse
+TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of position
 
 
 @inset_kernel
 def _approach(k: Places, p: Vector, joint: int, side: int, y: Vector) -> float:
-    """Speed at which the flanks of a side approach, at b."""
+    """Return the speed at which the flanks of a side approach, in the coordinate of b."""
     n, row = k[BLOCKS], joint_row(k, joint)
     a, b = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1]
     return float(side * (y[n + b] - p[row + RATIO] * y[n + a]))
@@ -68,7 +69,7 @@ def _approach(k: Places, p: Vector, joint: int, side: int, y: Vector) -> float:
 
 @inset_kernel
 def _set_group(k: Places, p: Vector, group: int, speed: float, y: Vector) -> float:
-    """Gives a group the speed of its first block; returns the energy that it loses by it [J]."""
+    """Set the speed of a group by that of its first block; return the kinetic energy lost [J]."""
     n = k[BLOCKS]
     before = y[n + group]
     for i in range(n):
@@ -79,8 +80,11 @@ def _set_group(k: Places, p: Vector, group: int, speed: float, y: Vector) -> flo
 
 @inset_kernel
 def _until(s: float, rate: float, goal: float, given: float) -> float:
-    """The impulse at which the approach s reaches `goal`, or at which flanks that part have
-    returned what they took, `given`."""
+    """Return the impulse at which the approach speed s reaches `goal`.
+
+    It is smaller if the parting flanks return all the energy that they took, `given`, before that.
+    rate: change of s per unit of impulse.
+    """
     if rate >= 0.0:
         return math.inf
     reached = (goal - s) / rate
@@ -91,24 +95,25 @@ def _until(s: float, rate: float, goal: float, given: float) -> float:
 
 @part_kernel
 def _meet(k: Places, p: Vector, joint: int, side: int, y: Vector, w: Vector, work: Vector) -> None:
-    """One impact of two groups: the impulse grows, in pieces between the instants at which one of
-    them comes to rest."""
+    """Resolve one impact of two groups.
+
+    The impulse grows in pieces, between the instants at which one of the groups comes to rest.
+    """
     n, row = k[BLOCKS], joint_row(k, joint)
     a, b, ratio = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1], p[row + RATIO]
     group_a, group_b = k[k[GROUP] + a], k[k[GROUP] + b]
     along_a, along_b = ratio * p[k[GROUP_RATIO] + a], p[k[GROUP_RATIO] + b]
     lossy_a, lossy_b = is_group_lossy(k, p, group_a), is_group_lossy(k, p, group_b)
     s = _approach(k, p, joint, side, y)
-    towards = side * math.copysign(
-        1.0, s
-    )  # flanks that are made to move together are also held back
+    # flanks that separate, but are to move together, are pulled
+    towards = side * math.copysign(1.0, s)
     s = abs(s)
     least = -s * (p[row + RESTITUTION] if s > BOUNCE * p[k[SPEED] + b] else 0.0)
     v_a, v_b, given = y[n + group_a], y[n + group_b], 0.0
     for _ in range(MAX_PIECES):
         x_a = yielding(k, p, group_a, a, row, -towards, v_a, lossy_a, w)
         x_b = yielding(k, p, group_b, b, -1, -towards, v_b, lossy_b, w)
-        if math.isnan(x_a) or math.isnan(x_b):  # it wedges, and stops dead
+        if math.isnan(x_a) or math.isnan(x_b):  # a group that wedges stops at once
             v_a, v_b = 0.0 if math.isnan(x_a) else v_a, 0.0 if math.isnan(x_b) else v_b
             s = towards * (along_b * v_b - along_a * v_a)
             if s <= 0.0:
@@ -138,7 +143,7 @@ def _meet(k: Places, p: Vector, joint: int, side: int, y: Vector, w: Vector, wor
 
 @inset_kernel
 def _strike(k: Places, p: Vector, stop: int, side: int, y: Vector, w: Vector, work: Vector) -> None:
-    """One impact of a group at an end stop."""
+    """Resolve one impact of a group at an end stop."""
     n, row, block = k[BLOCKS], k[STOP] + stop * STOP_WIDTH, k[k[STOP_BLOCKS] + stop]
     group, speed = k[k[GROUP] + block], side * y[n + block]
     thrown = p[row + THROW_BACK] if speed > BOUNCE * p[k[SPEED] + block] else 0.0
@@ -153,7 +158,7 @@ def _strike(k: Places, p: Vector, stop: int, side: int, y: Vector, w: Vector, wo
 
 @inset_kernel
 def _mark(k: Places, p: Vector, y: Vector, modes: Places) -> None:
-    """Marks flanks and stops that touch."""
+    """Mark the flanks and stops that touch."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     for joint in range(k[JOINTS]):
         if modes[n + joint] == OPEN:
@@ -173,7 +178,7 @@ def _mark(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 
 @inset_kernel
 def _let_go(k: Places, p: Vector, y: Vector, modes: Places, speed: float) -> None:
-    """Opens contacts that separate faster than `speed`, of the speed that counts."""
+    """Open the joint contacts that separate faster than `speed`, relative to the speed scale."""
     n = k[BLOCKS]
     for joint in range(k[JOINTS]):
         if modes[n + joint] not in (OPEN, RIGID):
@@ -184,7 +189,7 @@ def _let_go(k: Places, p: Vector, y: Vector, modes: Places, speed: float) -> Non
 
 @inset_kernel
 def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
-    """Opens the contacts that separate; the groups of those that stay move together exactly."""
+    """Open the contacts that separate, and the stops whose block moves."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     _let_go(k, p, y, modes, TOGETHER)
     for s in range(k[STOPS]):
@@ -195,8 +200,10 @@ def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 
 @inset_kernel
 def _fastest(k: Places, p: Vector, y: Vector, modes: Places, soft: bool) -> tuple[float, int]:
-    """The largest approach, of the speed that counts, and whose: a joint, or after the joints a
-    stop. soft: or separation."""
+    """Return the largest approach, relative to the speed scale, and its index; -1 if there is none.
+
+    Stops are numbered after the joints. soft: separations of flanks count as approaches.
+    """
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     worst, which = TOGETHER, -1
     for joint in range(k[JOINTS]):
@@ -217,11 +224,11 @@ def _fastest(k: Places, p: Vector, y: Vector, modes: Places, soft: bool) -> tupl
 
 @part_kernel
 def impacts(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, work: Vector) -> int:
-    """Marks what touches, resolves all approaches, opens what separates; energy lost goes to
-    `work`. Returns engine/status.py.
+    """Mark what touches, resolve all approaches, and open contacts that separate.
 
-    Where all approaches are below BOUNCE, what touches comes to move together, and the forces
-    decide what stays so: two parts that push a third in turn would else knock at it without end.
+    The energy lost is added to `work`. Returns a status of engine/status.py. If all approaches are
+    below BOUNCE, touching parts get the same speed, and the forces decide which contacts stay.
+    Otherwise two parts that alternately push a third could hit it without end.
     """
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     _mark(k, p, y, modes)

@@ -1,4 +1,4 @@
-"""One step of the integrator with all modes held: to its end, and to any instant within it."""
+"""One integration step with all modes held: to its end, and to any instant within it."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ from frictool.runtime.kernels import inset_kernel, part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-SLOW = 0.1  # of the speed that counts: slower ones are computed to the tolerance of this
-PLACE_TIME = 1e-2  # s: positions are computed to the tolerance of a speed that counts, times this
+SLOW = 0.1  # least reference speed of the tolerance, relative to the speed scale
+PLACE_TIME = 1e-2  # s, ratio of the tolerances of position and speed
 
 
 @inset_kernel
 def _watch(k: Places, modes: Places, guard: Vector, watched: Places) -> int:
-    """Lists the guards that forces keep and that can end; their number."""
+    """List the active guards of forces; return their number."""
     count = 0
     for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]):
         if guard[index] < math.inf and is_forced(k, modes, index):
@@ -57,7 +57,7 @@ def _watch(k: Places, modes: Places, guard: Vector, watched: Places) -> int:
 
 @inset_kernel
 def _error(k: Places, p: Vector, h: float, modes: Places, room: Workspace) -> float:
-    """The largest error of a state, in what is computed of it to a tolerance of 1."""
+    """Return the largest error of a state, relative to the state's size."""
     n, worst, errors, end = k[BLOCKS], 0.0, room.lines[ERRORS], room.lines[END]
     step_errors(h, room.slopes, errors, room.lines[THIRD])
     for i in range(n):
@@ -71,12 +71,13 @@ def _error(k: Places, p: Vector, h: float, modes: Places, room: Workspace) -> fl
 
 @inset_kernel
 def at_end(room: Workspace) -> RateEvaluation:
-    """Where the rates at a step's end are put."""
+    """Return the arrays for the rates at a step's end."""
     return RateEvaluation(room.slopes[AFTER], room.w, room.lines[TRIAL], room.powers[AFTER])
 
 
 @inset_kernel
 def _is_finite(end: Vector, rates: Vector) -> bool:
+    """Return True if a state and its rates are finite."""
     total = 0.0
     for i in range(rates.shape[0]):
         total += end[i] + rates[i]
@@ -87,13 +88,13 @@ def _is_finite(end: Vector, rates: Vector) -> bool:
 def try_step(
     machine: CompiledMechanism, state: MechanismState, t: float, h: float, tolerance: float
 ) -> tuple[float, float]:
-    """From the state, t after its command, to END, with y' and the powers there in the rows AFTER,
-    the guards in TRIAL.
+    """Try a step of length h from the state, t [s] after its command.
 
-    Before: y' and the powers of the state in the rows 0, its guards in GUARD.
+    Before, the rows 0 hold y' and the powers of the state, GUARD its guards. Afterwards END holds
+    the new state, the rows AFTER its y' and powers, TRIAL its guards.
 
-    Returns the error in tolerances, inf where the law or the mechanism fails, and the part of the
-    step after which a force's guard was first seen broken, 1 where none was.
+    Returns the error in tolerances, inf if the law or the mechanism fails, and the part of the step
+    after which a force's guard was first seen broken, 1 if none was.
     """
     k, p, _ = machine
     y, modes, room = state.y, state.modes, state.room
@@ -110,8 +111,7 @@ def try_step(
 
 @part_kernel
 def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float) -> bool:
-    """Finds the path of the step that has been tried, and of the work done along it; False where a
-    law fails."""
+    """Compute the dense output of the tried step, and of its work; return False if a law fails."""
     room = state.room
     seen = stages(machine, state, t, h, AFTER + 1, SLOPES, 0)
     path_of(h, room.slopes, room.slopes[PATH:])
@@ -121,8 +121,10 @@ def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float)
 
 @part_kernel
 def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, at: float) -> bool:
-    """Goes along the path to `at`, 0 .. h: END, AFTER and TRIAL as after a step of that length;
-    whether the rates are finite."""
+    """Evaluate the dense output at `at` in 0 .. h; return True if the rates are finite.
+
+    END, AFTER and TRIAL are then those after a step of that length.
+    """
     y, room = state.y, state.room
     end, found = room.lines[END], at_end(room)
     on_path(at / h, room.slopes[PATH:], end)

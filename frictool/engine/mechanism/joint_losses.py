@@ -1,12 +1,11 @@
-"""A joint's force at its driving end for the force at its other end, with its loss; inverse, and as
-intervals at rest.
+"""Force of a lossy joint at its driving end a for a force lambda at b; inverse; ranges at rest.
 
     g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
 
-s is the direction of a. With efficiencies (2.3), (2.20) the kink is 0 and c = ±s drive_loss or ±s
-back_loss by the direction of power; in the thesis's screw (2.12)-(2.13), (2.15) the kink is where
-thread lambda = thesis_screw u_a, and c = ±s thread. g rises with ratio lambda where the load can
-drive.
+s is the direction of motion of a. With efficiencies (2.3), (2.20) the kink is 0, and c = ±s
+drive_loss or ±s back_loss by the direction of power. In the thesis's screw (2.12)-(2.13), (2.15)
+the kink is at thread lambda = thesis_screw u_a, and c = ±s thread. If the load can drive the joint,
+g rises with ratio lambda.
 """
 
 from __future__ import annotations
@@ -33,31 +32,31 @@ Places = NDArray[np.int64]
 
 @inset_kernel
 def joint_row(k: Places, joint: int) -> int:
-    """Where a joint's numbers begin."""
+    """Return the index of a joint's first number."""
     return int(k[JOINT] + joint * JOINT_WIDTH)
 
 
 @inset_kernel
 def is_lossy(p: Vector, row: int) -> bool:
-    """Whether the joint takes power."""
+    """Return True if the joint has losses."""
     return bool(p[row + DRIVE_LOSS] != 0.0 or p[row + BACK_LOSS] != 0.0 or p[row + THREAD] != 0.0)
 
 
 @inset_kernel
 def is_self_locking(p: Vector, row: int) -> bool:
-    """Return whether b cannot drive a: g falls on one side of its kink."""
+    """Return True if b cannot drive a: g falls on one side of its kink."""
     return bool(max(p[row + BACK_LOSS], p[row + THREAD]) > abs(p[row + RATIO]))
 
 
 @inset_kernel
 def kink_of(p: Vector, row: int, driven: float) -> float:
-    """The lambda at which the slope of g changes; `driven`: the sources' effort on a."""
+    """Return the lambda at which the slope of g changes; `driven`: the sources' effort on a."""
     return p[row + THESIS_SCREW] * driven / p[row + THREAD] if p[row + THREAD] > 0.0 else 0.0
 
 
 @inset_kernel
 def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
-    """The slope of g on one side of its kink while a moves in `direction`."""
+    """Return the slope of g on one side of its kink while a moves in `direction`."""
     ratio, drive, back = p[row + RATIO], p[row + DRIVE_LOSS], p[row + BACK_LOSS]
     if p[row + THREAD] > 0.0:
         return float(ratio + (direction if above else -direction) * p[row + THREAD])
@@ -68,7 +67,7 @@ def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
 
 @inset_kernel
 def transmitted(p: Vector, row: int, kink: float, direction: float, force: float) -> float:
-    """g(force)."""
+    """Return g(force)."""
     slope = slope_of(p, row, direction, force > kink)
     if force == kink or slope == 0.0:
         return float(p[row + RATIO] * kink)
@@ -77,7 +76,7 @@ def transmitted(p: Vector, row: int, kink: float, direction: float, force: float
 
 @inset_kernel
 def received(p: Vector, row: int, kink: float, direction: float, effort: float) -> float:
-    """The inverse of g."""
+    """Return the inverse of g at `effort`."""
     ratio = p[row + RATIO]
     beyond = effort - ratio * kink
     if beyond == 0.0:
@@ -89,11 +88,12 @@ def received(p: Vector, row: int, kink: float, direction: float, effort: float) 
 def range_at_driver(
     p: Vector, row: int, kink: float, low: float, high: float
 ) -> tuple[float, float]:
-    """The forces at a that joint and loss can hold at rest while the force at b is between `low`
-    and `high`.
+    """Return the range of forces at a that a joint at rest can hold.
 
-    An end stop's force is without bound on one side; it holds against what presses onto it, and
-    wedges no link that its load cannot drive.
+    low, high: range of the force at b.
+
+    The force of an end stop is unbounded on one side. There g = ratio lambda is used, so that a
+    stop does not wedge a self-locking link.
     """
     least, most = math.inf, -math.inf
     for side in range(2):
@@ -112,8 +112,12 @@ def range_at_driver(
 
 @inset_kernel
 def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
-    """The forces at b that joint and loss can hold at rest while the force at a is between `low`
-    and `high`; without bound as above."""
+    """Return the range of forces at b that a joint at rest can hold.
+
+    low, high: range of the force at a.
+
+    Unbounded forces are treated as in `range_at_driver`.
+    """
     least, most = math.inf, -math.inf
     for side in range(2):
         direction = 2.0 * side - 1.0

@@ -1,11 +1,11 @@
-"""How a group of rigidly joined blocks yields to an impulse that its joints pass with loss.
+"""Response of a group of rigidly joined blocks to an impulse that its joints transmit with losses.
 
-A loss is proportional to the force that a joint passes, so it takes its part of an impulse too,
-however short: the impulse grows from zero (Routh 1860), and by each bit of it the group's motion
-changes as by a force, with the losses' signs by the motion that is left. Finite forces do nothing
-meanwhile. Between the instants at which a motion ends the change per unit of impulse is constant,
-and it is the solution of Lambda(x) = 0 (engine/mechanism/contact_resolution.py) with the impulse
-for the only effort. A group at rest that its friction locks stays.
+A loss is proportional to the force that a joint transmits, so that it takes part of an impulse,
+however short. The impulse grows from zero (Routh 1860), and each increment changes the motion as a
+force does, with the signs of the losses by the current motion. Finite forces have no effect
+meanwhile. Between the instants at which a motion ends, the change per unit of impulse is constant.
+It solves Lambda(x) = 0 (engine/mechanism/tree_solver.py) with the impulse as the only effort. A
+group at rest that locks by its friction stays at rest.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ from frictool.runtime.kernels import inset_kernel, part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-MAX_PIECES = 200  # of the graph that a search may visit
-FOUND = 1e-14  # of the impulse
+MAX_PIECES = 200  # pieces of the graph that a search may visit
+FOUND = 1e-14  # tolerance of a zero, relative to the impulse
 
 
 @inset_kernel
 def is_group_lossy(k: Places, p: Vector, group: int) -> bool:
-    """Whether a rigid joint inside the group takes power."""
+    """Return True if a rigid joint inside the group has losses."""
     for joint in range(k[JOINTS]):
         row = joint_row(k, joint)
         if is_lossy(p, row):
@@ -68,8 +68,11 @@ def _need(
     x: float,
     w: Vector,
 ) -> None:
-    """VALUE, SLOPE by x of the group's first block: what it takes to change by x per unit, under
-    `impulse` on `block`."""
+    """Fill VALUE and SLOPE of the group's first block for a speed change x per unit of impulse.
+
+    VALUE is the further impulse that it needs, under `impulse` on `block`; SLOPE is its derivative
+    by x.
+    """
     n = k[BLOCKS]
     for i in range(n):
         if k[k[GROUP] + i] == group:
@@ -104,7 +107,7 @@ def _search(
     start: float,
     w: Vector,
 ) -> float:
-    """The x where what it takes is nothing; nan where the graph does not rise there."""
+    """Return the x at which the needed impulse is 0; NaN if the graph does not rise there."""
     low, high, x = -math.inf, math.inf, start
     for _ in range(MAX_PIECES):
         _need(k, p, group, block, impulse, towards, x, w)
@@ -138,8 +141,10 @@ def _by_direction(
     lossy: bool,
     w: Vector,
 ) -> float:
-    """The change of the speed of the group's first block per unit, while it moves `towards`; nan
-    where it jams."""
+    """Return the speed change of the group's first block per unit, while it moves `towards`.
+
+    The result is NaN if the group jams.
+    """
     impulse = force
     if row >= 0:
         direction = math.copysign(1.0, towards * p[k[GROUP_RATIO] + block])
@@ -163,11 +168,10 @@ def yielding(
     lossy: bool,
     w: Vector,
 ) -> float:
-    """The change of the speed of the group's first block per unit of impulse, now that it is
-    `speed`; nan where the group jams.
+    """Return the speed change of the group's first block per unit of impulse, at `speed`.
 
-    force: +-1, on `block`; where `row` is a joint's, force is on the joint's far end b, and `block`
-    is its a. lossy: is_group_lossy.
+    force: ±1, on `block`. If `row` is a joint's, the force acts on the joint's end b, and `block`
+    is its end a. lossy: `is_group_lossy`. The result is NaN if the group jams.
     """
     if speed != 0.0:
         return _by_direction(k, p, group, block, row, force, math.copysign(1.0, speed), lossy, w)

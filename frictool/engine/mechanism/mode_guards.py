@@ -1,5 +1,4 @@
-"""How far each mode is from its end: which guards forces keep, which a speed or a position keeps,
-and what may be missed within a step."""
+"""Guards of the modes: those of forces, those of speeds and positions, and dips within a step."""
 
 from __future__ import annotations
 
@@ -35,15 +34,17 @@ from frictool.runtime.kernels import inset_kernel, part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-# a dip of a guard that comes nearer to its end than this part of its change is looked at again
+# distance to its end below which a dip of a guard is checked, relative to its change
 GRAZING = 1e-3
-BROKEN = -1.0  # a guard below this has been passed
+BROKEN = -1.0  # value of a guard below which it has been passed
 
 
 @inset_kernel
 def forces_hold(k: Places, modes: Places, guard: Vector) -> bool:
-    """Whether all modes that forces keep go on: what sticks, closed contacts, sides of kinks,
-    compliant flanks."""
+    """Return True if all modes that depend on forces go on.
+
+    These are sticking blocks, closed contacts, sides of kinks, and compliant flanks.
+    """
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     for i in range(n):
         if guard[i] < BROKEN and modes[i] == STUCK:
@@ -59,7 +60,7 @@ def forces_hold(k: Places, modes: Places, guard: Vector) -> bool:
 
 @inset_kernel
 def is_forced(k: Places, modes: Places, index: int) -> bool:
-    """Whether a guard is a force's, not a speed's or a position's."""
+    """Return True if a guard is that of a force, False if of a speed or a position."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     if index < n:
         return bool(modes[index] == STUCK)
@@ -72,8 +73,10 @@ def is_forced(k: Places, modes: Places, index: int) -> bool:
 def _flank_left(
     k: Places, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int
 ) -> tuple[float, float]:
-    """How hard a compliant flank is pressed, or how far an open one is from being so, and the rate
-    of that."""
+    """Return force and rate of a pressed flank, or distance and rate of an open one.
+
+    The distance is expressed as a force.
+    """
     n, row, ends = (
         k[BLOCKS],
         k[COUPLING] + coupling * COUPLING_WIDTH,
@@ -104,8 +107,11 @@ def _flank_left(
 def distance_to_guard(
     k: Places, p: Vector, index: int, y: Vector, rates: Vector, modes: Places
 ) -> tuple[float, float]:
-    """How far a speed is from 0, a gap's nearer flank or an end stop from its contact, and the rate
-    of that; rates (y,): y'."""
+    """Return the distance of a speed, gap or end stop from its guard, and the rate of the distance.
+
+    For a speed it is the speed itself in its direction; for a compliant flank see `_flank_left`.
+    rates (y,): y'.
+    """
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     if index < n:
         return modes[index] * y[n + index], modes[index] * rates[n + index]
@@ -133,10 +139,11 @@ def distance_to_guard(
 def is_broken(
     k: Places, p: Vector, index: int, y: Vector, modes: Places, guard: Vector, begin: Vector
 ) -> bool:
-    """Whether a guard has been passed; a flank or a stop on the way in, or back on its way out
-    within a step that it began before its end.
+    """Return True if a guard has been passed.
 
-    begin: the guards where the step begins. One that begins beyond its end has just been left.
+    An open flank or stop counts if it moves in, or if it had not passed its end at the step's
+    beginning. One that begins beyond its end has just been left. begin: guards at the step's
+    beginning.
     """
     if guard[index] >= BROKEN:
         return False
@@ -150,7 +157,7 @@ def is_broken(
 def is_any_broken(
     k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, begin: Vector
 ) -> bool:
-    """Whether any guard has been passed."""
+    """Return True if any guard has been passed."""
     broken = False
     for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]):
         broken = broken or is_broken(k, p, index, y, modes, guard, begin)
@@ -159,8 +166,11 @@ def is_any_broken(
 
 @inset_kernel
 def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float, float]:
-    """Where in a step the cubic through both ends (values, rates) is lowest, and its value there;
-    the end where it falls all the way."""
+    """Return time and value of the minimum of the cubic through both ends of a step.
+
+    The cubic has values g0, g1 and rates r0, r1. Without an inner minimum the result is one of the
+    ends.
+    """
     if not (r0 < 0.0 < r1):
         return (h, g1) if g1 < g0 else (0.0, g0)
     slope = (g1 - g0) / h
@@ -176,7 +186,7 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
 
 @inset_kernel
 def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) -> float:
-    """`shortest`, or an earlier instant at which a guard that is sound at both ends may not be."""
+    """Return `shortest`, or an earlier time at which a guard intact at both ends may be passed."""
     if r0 >= 0.0 or r1 <= 0.0:
         return shortest
     at, value = _lowest(g0, r0, g1, r1, h)
@@ -197,8 +207,10 @@ def first_dip(
     modes: Places,
     guard: Vector,
 ) -> float:
-    """The earliest instant in a step, or its length, at which a speed or a flank may have come back
-    from beyond its end."""
+    """Return the first time in a step at which a guard may be passed and intact again later.
+
+    It applies to speeds, open flanks and stops. Without such a time, the result is h.
+    """
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     shortest = h
     for i in range(n):

@@ -1,4 +1,4 @@
-"""The modes at one instant, until they and the forces agree."""
+"""Iteration of the modes at one instant until they agree with the forces."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ from frictool.runtime.kernels import inset_kernel, kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-ATTEMPTS = 50
+ATTEMPTS = 50  # iterations
 
 
 @inset_kernel
 def stop_tree(k: Places, place: int, p: Vector, y: Vector, modes: Places) -> float:
-    """Stops the tree whose root is at `place` in the order; returns its energy [J]."""
+    """Stop the tree with the root at `place` in the order; return its kinetic energy [J]."""
     n, energy = k[BLOCKS], 0.0
     at, end = place, place + k[k[SPAN] + k[k[ORDER] + place]]
     while at < end:
@@ -68,8 +68,10 @@ def stop_tree(k: Places, place: int, p: Vector, y: Vector, modes: Places) -> flo
 
 @inset_kernel
 def align(k: Places, p: Vector, y: Vector, modes: Places) -> None:
-    """Blocks that move together do so exactly, and what stops hold stands: no rounding grows in the
-    speeds between them."""
+    """Give blocks that move together consistent speeds, and hold blocks at their end stops.
+
+    This keeps rounding errors from growing in the speeds between them.
+    """
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     for s in range(k[STOPS]):
         if modes[stops + s] != OPEN:
@@ -89,13 +91,15 @@ def align(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 def _jam(
     k: Places, p: Vector, place: int, state: MechanismState, now: float, told: EventRows
 ) -> bool:
-    """Stops what jams dead, an impact without a collision; what it only pushes flies on. False
-    where it rests already."""
+    """Stop a jammed part at once, as in an impact; parts that it only pushes fly on.
+
+    Returns False if it is already at rest.
+    """
     n, root = k[BLOCKS], k[k[ORDER] + place]
     speed, energy = state.y[n + root], stop_tree(k, place, p, state.y, state.modes)
     if energy == 0.0:
         return False
-    # on the joint that leads to its first child
+    # work of the joint that leads to the root's first child
     first = k[k[PARENT_JOINT] + k[k[ORDER] + place + 1]]
     state.work[k[SOURCES] + n + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS] + k[PRESSINGS] + first] += (
         energy
@@ -123,7 +127,7 @@ def modes_at_instant(
     rows: Vector,
     count: Places,
 ) -> int:
-    """`settle`, compiled by itself; its arguments one by one, as an address takes them."""
+    """Evaluate `settle`, with arguments one by one, as a call by address needs them."""
     machine, room, told = (
         CompiledMechanism(k, p, laws),
         Workspace(w, slopes, powers, lines, places),
@@ -181,10 +185,10 @@ def _by_address(
 
 @inset_kernel
 def settle(machine: CompiledMechanism, state: MechanismState, t: float, told: EventRows) -> int:
-    """Finds the modes, t after the command, and fills the rows 0 of slopes and powers, and GUARD,
-    by them. Returns engine/status.py.
+    """Determine the modes, t [s] after the command; return a status of engine/status.py.
 
-    Called by its address, as `field` is.
+    Fills the rows 0 of slopes and powers, and GUARD, for these modes. Called by address, as `field`
+    is.
     """
     k, p, laws = machine
     y, drive, modes, work, pace, room = state

@@ -1,5 +1,4 @@
-"""Runs a mechanism through commands that are held one after another, and keeps what is asked for at
-each sample."""
+"""Simulation of a mechanism under successive held commands, with a record at each sample."""
 
 from __future__ import annotations
 
@@ -24,17 +23,17 @@ ROOM_FOR_EVENTS = 100_000
 
 @dataclass(frozen=True)
 class MechanismRun:
-    """What a run gave; columns are samples, the first one the beginning. status: engine/status.py;
-    after `reached` [s] all is nan.
+    """Result of a run; columns are samples, the first one is the beginning.
 
-    events: rows of engine/mechanism/events.py; `happened` counts those too that found no room.
+    status: engine/status.py. Values after `reached` [s] are NaN. events: rows of
+    engine/mechanism/events.py; `happened` also counts those that did not fit.
     """
 
     status: int
     reached: float
     times: Vector  # (m,) s
     positions: Vector  # (n, m) rad | m
-    speeds: Vector  # (n, m)
+    speeds: Vector  # (n, m) rad/s | m/s
     drives: Vector  # (u, m) A | V | N m | N
     events: Vector
     happened: int
@@ -53,7 +52,7 @@ def _run(
     speeds: Vector,
     drives: Vector,
 ) -> tuple[int, int]:
-    """The status and the samples that were reached."""
+    """Fill the samples; return the status and the number of the last sample reached."""
     n = positions.shape[0]
     for sample in range(commands.shape[0] + 1):
         for i in range(n):
@@ -79,16 +78,41 @@ def run(
     tolerance: float = TOLERANCE,
     room_for_events: int = ROOM_FOR_EVENTS,
 ) -> MechanismRun:
-    """Moves `state`, in place, through commands (m, u), each held for `period` [s], with efforts on
-    blocks (m, n), (1, n) or none.
+    """Simulate `state`, in place, under successive held commands.
 
-    ValueError where shapes do not fit.
+    Parameters
+    ----------
+    machine
+        The compiled mechanism.
+    state
+        State at the beginning, changed in place.
+    commands
+        (m, u) commands of the sources [A | V | N m | N].
+    period
+        Time for which each command is held [s].
+    external
+        Efforts on blocks [N m | N], (m, n) or (1, n); none by default.
+    tolerance
+        Relative tolerance of speeds.
+    room_for_events
+        Largest number of events that are returned.
+
+    Returns
+    -------
+    MechanismRun
+        Samples and events.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit.
     """
     c = counts(machine)
     given = np.ascontiguousarray(commands, dtype=np.float64)
     if given.ndim != 2 or given.shape[1] != c["sources"]:
         raise ValueError(
-            f"commands have shape {given.shape}; allowed: (samples, {c['sources']}), a column for each source"
+            f"commands have shape {given.shape}; allowed: (samples, {c['sources']}), "
+            "a column for each source"
         )
     held = (
         np.zeros((1, c["blocks"]))
@@ -97,7 +121,8 @@ def run(
     )
     if held.ndim != 2 or held.shape[1] != c["blocks"] or held.shape[0] not in (1, given.shape[0]):
         raise ValueError(
-            f"external has shape {held.shape}; allowed: ({given.shape[0]} or 1, {c['blocks']}), a column for each block"
+            f"external has shape {held.shape}; allowed: ({given.shape[0]} or 1, {c['blocks']}), "
+            "a column for each block"
         )
     m = given.shape[0] + 1
     positions, speeds = np.full((c["blocks"], m), np.nan), np.full((c["blocks"], m), np.nan)

@@ -1,4 +1,4 @@
-"""A mechanism made ready for the engine."""
+"""Preparation of a mechanism for the engine."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from frictool.runtime.kernels import function_pointer
 
 
 def prepare(packed: PackedMechanism) -> CompiledMechanism:
-    """The machine of a mechanism. ValueError where its joints have no solution, or where a law of
-    friction is not in the table."""
+    """Return the compiled mechanism with the addresses of the engine's own kernels.
+
+    Raises ValueError if its joints have no solution, or a friction law is not in the registry.
+    """
     machine = compile_mechanism(packed)
     machine.laws[-1, 0] = function_pointer(held_command, ADVANCE).address
     machine.laws[-1, 1] = function_pointer(rates_of_state, FIELD).address

@@ -1,5 +1,4 @@
-"""What the sources do during a call: commands within the drives' limits, and what flows while these
-lag behind."""
+"""Drives of the sources during a call: limited commands, and drives that lag behind them."""
 
 from __future__ import annotations
 
@@ -28,7 +27,10 @@ Places = NDArray[np.int64]
 
 @inset_kernel
 def source_limits(k: Places, p: Vector, source: int, y: Vector) -> tuple[float, float]:
-    """What may flow, by the drive's limit and by the winding's at this speed."""
+    """Return the lowest and highest drive of a source, by its limit and its winding's.
+
+    The winding's limit depends on the speed.
+    """
     row, speed = k[SOURCE] + source * SOURCE_WIDTH, y[k[BLOCKS] + k[k[SOURCE_BLOCKS] + source]]
     low, high = -p[row + LIMIT], p[row + LIMIT]
     if p[row + RESISTANCE] > 0.0:
@@ -48,8 +50,10 @@ def take_inputs(
     drive: Vector,
     inputs: Vector,
 ) -> None:
-    """inputs: commands within the limits at the speeds of the beginning, what flows, efforts held
-    on blocks."""
+    """Fill `inputs` with limited commands, drives, and efforts held on blocks.
+
+    The limits are those of the speeds at the beginning.
+    """
     n, u = k[BLOCKS], k[SOURCES]
     for s in range(u):
         low, high = source_limits(k, p, s, y)
@@ -65,7 +69,7 @@ def take_inputs(
 
 @inset_kernel
 def flowing_at(k: Places, p: Vector, source: int, t: float, inputs: Vector) -> float:
-    """What flows in a source t after its command."""
+    """Return the drive of a source t [s] after its command."""
     lag = p[k[SOURCE] + source * SOURCE_WIDTH + LAG]
     target, before = inputs[source], inputs[k[SOURCES] + source]
     return float(target if lag == 0.0 else target + (before - target) * math.exp(-t / lag))
@@ -73,14 +77,14 @@ def flowing_at(k: Places, p: Vector, source: int, t: float, inputs: Vector) -> f
 
 @inset_kernel
 def let_flow(k: Places, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
-    """drive: what flows in each source t after its command."""
+    """Fill `drive` with the drive of each source t [s] after its command."""
     for s in range(k[SOURCES]):
         drive[s] = flowing_at(k, p, s, t, inputs)
 
 
 @inset_kernel
 def longest_step(k: Places, p: Vector, inputs: Vector) -> float:
-    """The longest step in which what flows is as good as a polynomial."""
+    """Return the longest step [s] in which the drives are approximated well by polynomials."""
     u, longest = k[SOURCES], math.inf
     for s in range(u):
         lag = p[k[SOURCE] + s * SOURCE_WIDTH + LAG]
@@ -91,7 +95,7 @@ def longest_step(k: Places, p: Vector, inputs: Vector) -> float:
 
 @inset_kernel
 def is_steady(k: Places, inputs: Vector) -> bool:
-    """Whether what flows is what is commanded."""
+    """Return True if all drives equal their commands."""
     u, steady = k[SOURCES], True
     for s in range(u):
         steady = steady and inputs[s] == inputs[u + s]

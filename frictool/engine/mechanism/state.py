@@ -1,40 +1,36 @@
-"""The state of a mechanism: what moves, which contacts are closed and what sticks, and the work
-done so far.
+"""State of a mechanism: motion, closed contacts, sticking blocks, and the work done so far.
 
     y       positions (n,), speeds (n,), inner states of frictions (z,)
-    drive   what flows in each source (u,): A, V, or an effort
-    modes   whole numbers, in the sections below
+    drive   drive of each source (u,): A, V, or an effort
+    modes   integers, in the sections below
     work    J, in the sections below
 
-=======  ======
-==============================================================================================
-section  length  modes =======  ======
-==============================================================================================
-motion   n       STUCK; +1, -1: slips in that direction, also at speed 0; FREE: nothing there sticks
-contact  joints  OPEN; -1: touches at e = -gap, lambda >= 0; +1: at e = gap, lambda <= 0; RIGID
-branch   joints  +1, -1: side of the kink of a lossy joint on which lambda is, or was last; 0:
-         self-locking, not loaded yet
-flank    coupl.  OPEN; -1, +1: pressed at that flank
-stop     stops   OPEN; -1, +1: rests at its low, its high end
-law      frict.  mode of a hybrid or banded law
-=======  ======
-==============================================================================================
+=======  =========  =============================================================================
+section  length     modes
+=======  =========  =============================================================================
+motion   n          STUCK; +1, -1: slips in that direction, also at speed 0; FREE: moves, and
+                    nothing connected to it can stick
+contact  joints     OPEN; -1: touches at e = -gap, lambda >= 0; +1: touches at e = gap,
+                    lambda <= 0; RIGID
+branch   joints     +1, -1: side of the kink of a lossy joint on which lambda is, or was last;
+                    0: self-locking, not loaded yet
+flank    couplings  OPEN; -1, +1: pressed at that flank
+stop     stops      OPEN; -1, +1: rests at its low or its high end
+law      frictions  mode of a hybrid or banded law
+=======  =========  =============================================================================
 
-=========  =========
-==========================================================================================
-section    length     work
-=========  =========
-==========================================================================================
-sources    u          done by each source on its block
-external   n          done by the efforts held on blocks
-joints     joints     lost in each joint by its efficiency
-couplings  couplings  lost by damping and efficiency
-frictions  f          taken by each friction; a dynamic law gives back what its contact stores
-pressings  p          taken
-impacts    joints     lost where flanks meet; a jam's too
-stops      stops      lost at end stops
-=========  =========
-==========================================================================================
+==========  =========  ==========================================================================
+section     length     work
+==========  =========  ==========================================================================
+sources     u          done by each source on its block
+external    n          done by the efforts held on blocks
+joints      joints     lost in each joint by its efficiency
+couplings   couplings  lost by damping and efficiency
+frictions   f          taken by each friction; a dynamic law returns what its contact stores
+pressings   p          taken by each pressing
+impacts     joints     lost in impacts of flanks and in jams
+stops       stops      lost at end stops
+==========  =========  ==========================================================================
 """
 
 from __future__ import annotations
@@ -57,37 +53,32 @@ Places = NDArray[np.int64]
 
 STUCK, FREE = 0, 2
 OPEN, RIGID = 0, 2
-LAW_STEP = 1e-5  # s
+LAW_STEP = 1e-5  # s, default step of hybrid and banded laws
 
-# rows of Room.slopes and Room.powers: the stages of a step, at its end AFTER (dormand_prince8.py),
-# three for its path, and the path
+# rows of Workspace.slopes and Workspace.powers: the stages of a step, AFTER at its end
+# (dormand_prince8.py), three for its path, and the path itself
 PATH = SLOPES
-# rows of Room.lines
-INPUTS = 0  # (2 u + n,): commands, what flowed at the beginning, efforts held on blocks
-POINT, END = 1, 2  # (y,): of a stage; where a step ends
+# rows of Workspace.lines
+INPUTS = 0  # (2 u + n,): commands, drives at the beginning, efforts held on blocks
+POINT, END = 1, 2  # (y,): point of a stage; end of a step
 Y_LOW, RATES_LOW, Y_HIGH, RATES_HIGH = 3, 4, 5, 6  # states and rates at both ends of a search
-GUARD, TRIAL, AT_LOW, AT_HIGH = (
-    7,
-    8,
-    9,
-    10,
-)  # (modes,): at a step's beginning, at its end, at both ends of a search
-SPENT = 11  # (work,): J in a step
-SPEEDS = 12  # (n,): before an event
-ERRORS, THIRD = 13, 14  # (y,): of a step
+# (modes,): guards at a step's beginning, at its end, at both ends of a search
+GUARD, TRIAL, AT_LOW, AT_HIGH = 7, 8, 9, 10
+SPENT = 11  # (work,): J, in a step
+SPEEDS = 12  # (n,): speeds before an event
+ERRORS, THIRD = 13, 14  # (y,): errors of a step
 LINES = 15
-# rows of Room.places
-BEFORE, FOUND, WATCHED = (
-    0,
-    1,
-    2,
-)  # (modes,) before an event; places in the order of blocks; guards that stages look at
+# rows of Workspace.places
+# (modes,) before an event; positions in the order of blocks; indices of the guards of stages
+BEFORE, FOUND, WATCHED = 0, 1, 2
 PLACES = 3
 
 
 class Workspace(NamedTuple):
-    """Where kernels work: nothing in it outlives a call. Few arrays, which are quick to compile and
-    to hand over; rows may be longer."""
+    """Arrays in which the kernels work; their content is valid within one call only.
+
+    They are few, which is quick to compile and to pass; rows may be longer than needed.
+    """
 
     w: Vector  # (WORK_ROWS, blocks or joints): workspace_rows.py
     slopes: Vector  # (SLOPES + BUMPS, y)
@@ -97,29 +88,28 @@ class Workspace(NamedTuple):
 
 
 class RateEvaluation(NamedTuple):
-    """What an evaluation of the rates fills."""
+    """Arrays filled by an evaluation of the rates."""
 
     rates: Vector  # (y,): y'
     w: Vector  # (WORK_ROWS, blocks or joints)
     guard: Vector  # (modes,) or longer: engine/mechanism/articulated_body.py
-    power: Vector  # (work,): W, what each element does or takes
+    power: Vector  # (work,): W, done or taken by each element
 
 
 class MechanismState(NamedTuple):
-    """All arrays are changed in place."""
+    """State of a mechanism; all arrays are changed in place."""
 
     y: Vector
     drive: Vector
     modes: Places
     work: Vector
-    # s: the step that comes next, the time of all calls, that since the last command, the step of
-    # laws that have one
+    # s: next step length, time of all calls, time since the last command, step of fixed-step laws
     pace: Vector
     room: Workspace
 
 
 class WorkByElement(NamedTuple):
-    """The work done and lost so far [J], by element."""
+    """Work done and lost so far [J], by element."""
 
     sources: Vector
     external: Vector
@@ -132,7 +122,7 @@ class WorkByElement(NamedTuple):
 
 
 def counts(machine: CompiledMechanism) -> dict[str, int]:
-    """How many of each element."""
+    """Return the number of elements of each kind."""
     names = (
         "blocks",
         "joints",
@@ -153,11 +143,10 @@ def rest(
     start: ArrayLike,
     law_step: float = LAW_STEP,
 ) -> MechanismState:
-    """The state at rest at `start` (n,), absolute positions; nothing flows.
+    """Return the state at rest at absolute positions `start` (n,), with all drives zero.
 
-    law_step [s]: T_e of hybrid and banded laws, printed for a fixed step
-    (engine/mechanism/fixed_step_laws.py). ValueError where the shape is another, or the step not
-    above 0.
+    law_step [s]: step T_e of hybrid and banded laws (engine/mechanism/fixed_step_laws.py). Raises
+    ValueError if the shape does not fit, or the step is not above 0.
     """
     if not law_step > 0.0:
         raise ValueError(f"law_step is {law_step} s; allowed: above 0 s")
@@ -202,6 +191,7 @@ def rest(
 
 
 def _room(c: dict[str, int], size: int, modes: int, work: int) -> Workspace:
+    """Return a workspace for these numbers of elements, and these sizes of y, modes and work."""
     n = c["blocks"]
     longest = max(size, modes, work, 2 * c["sources"] + n, n + 1)
     return Workspace(
@@ -214,7 +204,7 @@ def _room(c: dict[str, int], size: int, modes: int, work: int) -> Workspace:
 
 
 def work_by_element(machine: CompiledMechanism, state: MechanismState) -> WorkByElement:
-    """The sections of `work`."""
+    """Return the sections of `work`."""
     c = counts(machine)
     lengths = [
         c[k]

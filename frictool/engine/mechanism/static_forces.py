@@ -1,5 +1,7 @@
-"""Intervals of the forces that a tree of joints (tree.py) can hold at rest, and what loads its
-self-locking joints."""
+"""Ranges of the forces that a tree of joints can hold at rest, and the load of self-locking joints.
+
+The solver of a tree is tree_solver.py.
+"""
 
 from __future__ import annotations
 
@@ -53,10 +55,10 @@ def gather_rest(
     towards: float,
     w: Vector,
 ) -> bool:
-    """NEED, NEED_HIGH: Lambda(0) of all members; False where no forces are as `sided` says.
+    """Fill NEED and NEED_HIGH with Lambda(0) of all members; return False if no forces fit `sided`.
 
-    sided: self-locking joints are loaded on the side of their kinks that their branch says; those
-    of branch 0 are at their kinks, or loaded on the side where they drive while the root moves
+    sided: self-locking joints are loaded on the side of their kinks that their branch gives. Those
+    of branch 0 are at their kinks, or loaded on the side on which they drive while the root moves
     `towards`.
     """
     n, branches, exists = k[BLOCKS], k[BLOCKS] + k[JOINTS], True
@@ -105,8 +107,7 @@ def gather_rest(
 
 @inset_kernel
 def force_at_rest(k: Places, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
-    """Return the lowest and the highest force that a member at rest needs from its joint, and the
-    slack there."""
+    """Return the range of force that a member at rest needs from its joint, and the tolerance."""
     ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
     low, high, slack = w[NEED, i], w[NEED_HIGH, i], slack_at(k, p, w, i)
     if k[k[OUTWARD] + i] == 0:
@@ -118,8 +119,10 @@ def force_at_rest(k: Places, p: Vector, i: int, w: Vector) -> tuple[float, float
 
 @inset_kernel
 def side_at_rest(k: Places, p: Vector, i: int, w: Vector) -> int:
-    """Side of its kink, +1 or -1, on which the joint of a member at rest is loaded; 0 where
-    friction beyond it may take the load."""
+    """Return the side of its kink, +1 or -1, on which the joint of a member at rest is loaded.
+
+    The result is 0 if friction beyond the joint may take the load.
+    """
     low, high, slack = force_at_rest(k, p, i, w)
     row = joint_row(k, k[k[PARENT_JOINT] + i])
     kink = kink_of(p, row, w[DRIVEN, k[k[PARENT] + i] if k[k[OUTWARD] + i] == 1 else i])
@@ -128,8 +131,10 @@ def side_at_rest(k: Places, p: Vector, i: int, w: Vector) -> int:
 
 @inset_kernel
 def breakaway_at_rest(k: Places, p: Vector, root: int, w: Vector) -> float:
-    """The direction in which a tree at rest breaks away, by NEED and NEED_HIGH of its root; 0 where
-    it stays."""
+    """Return the direction in which a tree at rest breaks away, 0 if it stays.
+
+    It follows from NEED and NEED_HIGH of the root.
+    """
     slack = slack_at(k, p, w, root)
     if w[NEED_HIGH, root] < -slack:
         return 1.0
@@ -138,8 +143,10 @@ def breakaway_at_rest(k: Places, p: Vector, root: int, w: Vector) -> float:
 
 @inset_kernel
 def unload(k: Places, p: Vector, modes: Places, found: Places, count: int, w: Vector) -> bool:
-    """Sets branch 0 of the self-locking joints that are not loaded as at rest; says whether there
-    are self-locking joints."""
+    """Set branch 0 of the self-locking joints whose branch is not that of their load at rest.
+
+    Returns True if there are self-locking joints.
+    """
     n, j, any_locks = k[BLOCKS], k[JOINTS], False
     for m in range(1, count):
         i = k[k[ORDER] + found[m]]
@@ -155,7 +162,9 @@ def unload(k: Places, p: Vector, modes: Places, found: Places, count: int, w: Ve
 def stays_loaded(
     k: Places, p: Vector, modes: Places, found: Places, count: int, towards: float, w: Vector
 ) -> bool:
-    """Return whether a tree can rest with its self-locking joints loaded as their branches say
-    (`gather_rest`)."""
+    """Return True if a tree can rest with its self-locking joints loaded as their branches say.
+
+    See `gather_rest`.
+    """
     exists = gather_rest(k, p, modes, found, count, True, towards, w)
     return exists and breakaway_at_rest(k, p, k[k[ORDER] + found[0]], w) == 0.0

@@ -1,4 +1,4 @@
-"""The stages within a step: a slope and the powers of each, and which guards break on the way."""
+"""Stages within a step: slope and powers of each, and guards that break within the step."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def stages_of_step(
     end: int,
     watching: int,
 ) -> float:
-    """`stages`, compiled by itself; its arguments one by one, as an address takes them."""
+    """Evaluate `stages`, with arguments one by one, as a call by address needs them."""
     return _stages(
         CompiledMechanism(k, p, laws),
         y,
@@ -142,11 +142,11 @@ def stages(
     end: int,
     watching: int,
 ) -> float:
-    """Slopes and powers of the stages first .. end - 1 of a step of length h from the state, t
-    after its command.
+    """Compute slopes and powers of the stages first .. end - 1 of a step of length h.
 
-    Returns the part of the step at which one of the first `watching` guards of the row WATCHED is
-    first seen broken, 1 where none is; -1 where a law fails. Called by its address, as `field` is.
+    t [s]: time after the command. Returns the part of the step at which one of the first `watching`
+    guards of the row WATCHED is first seen broken, 1 if none is, -1 if a law fails. Called by
+    address, as `field` is.
     """
     k, p, laws = machine
     w, slopes, powers, lines, places = state.room

@@ -1,19 +1,21 @@
-"""One tree of joints, with all contacts that touch, solved at once.
+"""Simultaneous solution of one tree of joints with all its touching contacts.
 
-It hands to its root one function: Lambda(x), the effort that it needs to have the acceleration x at
-the root. Through a rigid joint the child has the acceleration ratio x; through a flank that can
-only push, the child's need counts where it is a push, max(0, Lambda_child(ratio x)), and where it
-is none the child is left behind. Each step keeps Lambda a rising, piecewise linear graph: m x
-rises, Coulomb's friction at rest is a vertical piece at x = 0, the loss of a link that its load can
-drive rises with the force. So 0 = Lambda(x) has one solution, and it is the motion that Gauss's
-principle of least constraint picks among those that the contacts allow (Moreau 1966; the graph is
-the subdifferential of a convex function of the accelerations): no order in which contacts are asked
-can change it. A tree at rest whose interval Lambda(0) holds 0 stays at rest.
+Each subtree is described by one function: Lambda(x), the effort that it needs for the acceleration
+x of its root. Through a rigid joint, the child has the acceleration ratio x. Through a flank, which
+can only push, the child's need counts only if it is a push, max(0, Lambda_child(ratio x));
+otherwise the child separates.
 
-Breakaway above Coulomb's friction makes the graph fall back at x = 0: what can stay at rest then
-does, and what cannot starts with its friction in slip.
+Each step of the recursion keeps Lambda a rising, piecewise linear graph: m x rises, Coulomb
+friction at rest is a vertical piece at x = 0, and the loss of a link that its load can drive rises
+with the force. So 0 = Lambda(x) has one solution, independent of the order of contacts. It is the
+motion that Gauss's principle of least constraint selects among those that the contacts allow
+(Moreau 1966; the graph is the subdifferential of a convex function of the accelerations). A tree at
+rest stays at rest if its interval Lambda(0) contains 0.
 
-A self-locking link makes the graph fall too, so that 0 = Lambda(x) may have several solutions, or
+A breakaway above the Coulomb friction makes the graph fall at x = 0: a tree that can stay at rest
+does so, and any other starts with its friction in slip.
+
+A self-locking link also makes the graph fall, so that 0 = Lambda(x) may have several solutions, or
 none (Painleve). Then `follow` and `_leaves_unloaded` choose as a stiff compliant link with damping
 does.
 """
@@ -76,8 +78,11 @@ Places = NDArray[np.int64]
 
 @inset_kernel
 def _members(k: Places, modes: Places, place: int, found: Places) -> int:
-    """Places in the order of all blocks that closed contacts and rigid joints bind to the root at
-    `place`; their number."""
+    """Fill `found` with the blocks connected to the root; return their number.
+
+    Each block is listed by its position in the order. Rigid joints and closed contacts connect; the
+    root is at `place`.
+    """
     n, count = k[BLOCKS], 0
     at, end = place, place + k[k[SPAN] + k[k[ORDER] + place]]
     while at < end:
@@ -94,7 +99,7 @@ def _members(k: Places, modes: Places, place: int, found: Places) -> int:
 
 @inset_kernel
 def _spread_ratios(k: Places, p: Vector, found: Places, count: int, w: Vector) -> None:
-    """ALONG: each block's speed per unit of the root's."""
+    """Fill ALONG with each block's speed per unit of the root's."""
     for m in range(count):
         i = k[k[ORDER] + found[m]]
         if m == 0:
@@ -117,13 +122,12 @@ def _leaves_unloaded(
     y: Vector,
     w: Vector,
 ) -> tuple[bool, float, float]:
-    """Return whether a tree leaves its rest because its self-locking joints are unloaded there; its
-    direction and acceleration.
+    """Return (leaves, direction, acceleration) of a tree at rest with self-locking joints.
 
-    Such a joint holds its driver by its load alone. Where the load at rest is on another side than
-    before (or a run begins, unloaded), the force passes 0, and the driver slips by whatever acts on
-    it. It rests where the load holds it on the side on which the joint then drives. Else it goes on
-    if there is such a motion.
+    A self-locking joint holds its driver only by its load. The load at rest may be on another side
+    than before, or a run may begin without load. Then the force passes 0, and any effort makes the
+    driver slip. The driver rests if the load holds it on the side on which the joint then drives.
+    Otherwise it moves on, if such a motion exists.
     """
     if stays_loaded(k, p, modes, found, count, 0.0, w):
         return False, 0.0, 0.0
@@ -135,7 +139,7 @@ def _leaves_unloaded(
     if towards == 0.0 or stays_loaded(k, p, modes, found, count, towards, w):
         return False, 0.0, 0.0
     x = towards * PASSED * gross / total_inertia(k, p, found, count, w)
-    for _ in range(MAX_PIECES):  # to where all joints drive
+    for _ in range(MAX_PIECES):  # up to the piece in which all joints drive
         evaluate(k, p, modes, found, count, x, towards, y, w)
         length = next_piece(k, p, modes, found, count, x, towards, towards, y, w)
         if math.isinf(length):
@@ -147,8 +151,10 @@ def _leaves_unloaded(
 
 @inset_kernel
 def _jammed(k: Places, modes: Places, found: Places, count: int, w: Vector) -> int:
-    """Place in the order of the first block of the part whose effective inertia is not positive,
-    contacts that would pull being open."""
+    """Return the position in the order of the first block of the part without positive inertia.
+
+    Contacts that would pull are open. The inertia is the effective one, including losses.
+    """
     n = k[BLOCKS]
     for m in range(count - 1, 0, -1):
         i = k[k[ORDER] + found[m]]
@@ -161,7 +167,7 @@ def _jammed(k: Places, modes: Places, found: Places, count: int, w: Vector) -> i
 def _force_in_motion(
     k: Places, p: Vector, i: int, x: float, towards: float, y: Vector, w: Vector
 ) -> tuple[float, float, float]:
-    """lambda of a moving member's joint, the kink of that joint, and the slack there."""
+    """Return lambda of a moving member's joint, the kink of that joint, and the tolerance."""
     n, row, outward = k[BLOCKS], joint_row(k, k[k[PARENT_JOINT] + i]), k[k[OUTWARD] + i] == 1
     a = k[k[PARENT] + i] if outward else i
     direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
@@ -184,7 +190,7 @@ def _bind(
     y: Vector,
     w: Vector,
 ) -> None:
-    """Sets the side of its kink on which a member's joint is, and opens a flank that would pull."""
+    """Set the side of its kink on which a member's joint is, and open a flank that would pull."""
     n, j, joint = k[BLOCKS], k[JOINTS], k[k[PARENT_JOINT] + i]
     if rests:
         low, high, slack = force_at_rest(k, p, i, w)
@@ -212,8 +218,7 @@ def _set_motions(
     y: Vector,
     w: Vector,
 ) -> None:
-    """Opens the flanks that would pull, sets the sides of kinks, motions and accelerations of the
-    members."""
+    """Open flanks that would pull; set sides of kinks, motions and accelerations of the members."""
     n, dry, left = k[BLOCKS], False, 0
     for m in range(count):
         dry = dry or k[k[DRY] + k[k[ORDER] + found[m]]] == 1
@@ -242,11 +247,10 @@ def _set_motions(
 def solve_tree(
     k: Places, p: Vector, modes: Places, place: int, found: Places, y: Vector, w: Vector
 ) -> int:
-    """Sets the modes of the tree whose root is at `place` in the order, up to its open contacts;
-    engine/status.py.
+    """Set the modes of the tree with the root at `place` in the order, up to its open contacts.
 
-    Where it jams, contacts that would pull are open, and the last of `found` is the place in the
-    order of the first block of what jams.
+    Returns a status of engine/status.py. If the tree jams, contacts that would pull are open, and
+    the last entry of `found` is the position in the order of the first block of the jammed part.
     """
     n = k[BLOCKS]
     count = _members(k, modes, place, found)

@@ -1,9 +1,8 @@
-"""Weighted sums of a step's slopes: where its stages lie, where it ends, its error, and the path
-between its ends.
+"""Weighted sums of a step's slopes: stage points, end, error and dense output.
 
-Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10. A row of
-slopes that a sum does not need has no term; terms are taken FOUR at a time, which goes through the
-states less often.
+Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10. Slopes with
+weight 0 are left out of a sum. Terms are added FOUR at a time, so that the states are traversed
+less often.
 """
 
 from __future__ import annotations
@@ -28,12 +27,14 @@ Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 FOUR = 4
-BUMPS = 7  # rows of a path's coefficients
+BUMPS = 7  # rows of the coefficients of a dense output
 
 
 def _terms(rows: Sequence[Sequence[float]]) -> tuple[Places, Vector, Places]:
-    """Of each row the places of its terms, their weights, filled up with 0 to a multiple of FOUR,
-    and their number."""
+    """Return indices, weights and number of the nonzero terms of each row.
+
+    Indices and weights are filled up with 0 to a multiple of FOUR.
+    """
     kept = [[(place, weight) for place, weight in enumerate(row) if weight != 0.0] for row in rows]
     width = max(len(row) + -len(row) % FOUR for row in kept)
     places, weights = np.zeros((len(rows), width), dtype=np.int64), np.zeros((len(rows), width))
@@ -54,7 +55,7 @@ ERROR_PLACES, ERROR_WEIGHTS, ERROR_TERMS = _terms(
 def _add(
     h: float, places: Places, weights: Vector, terms: int, slopes: Vector, point: Vector
 ) -> None:
-    """Adds h times a weighted sum of slopes to `point`."""
+    """Add h times a weighted sum of slopes to `point`."""
     for first in range(0, terms, FOUR):
         j0, j1, j2, j3 = places[first], places[first + 1], places[first + 2], places[first + 3]
         w0, w1, w2, w3 = (
@@ -71,8 +72,10 @@ def _add(
 
 @inset_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
-    """Where the slope of a stage is asked for; of stage AFTER, where the step ends. y (n,), `point`
-    (n,) or longer, slopes (.., n)."""
+    """Fill `point` with the point of a stage; for stage AFTER, with the step's end.
+
+    y (n,), point (n,) or longer, slopes (.., n).
+    """
     for i in range(y.shape[0]):
         point[i] = y[i]
     _add(h, STAGE_PLACES[stage], STAGE_WEIGHTS[stage], STAGE_TERMS[stage], slopes, point)
@@ -80,7 +83,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
 
 @inset_kernel
 def gained(h: float, slopes: Vector, gain: Vector) -> None:
-    """What the step adds (n,)."""
+    """Fill `gain` (n,) with the change over the step."""
     for i in range(slopes.shape[1]):
         gain[i] = 0.0
     _add(h, STAGE_PLACES[AFTER], STAGE_WEIGHTS[AFTER], STAGE_TERMS[AFTER], slopes, gain)
@@ -88,8 +91,10 @@ def gained(h: float, slopes: Vector, gain: Vector) -> None:
 
 @inset_kernel
 def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
-    """The error of each state (II.10.17), h e5^2 / sqrt(e5^2 + e3^2/100), in `fifth` (n,) or
-    longer; `third` as long, to work in."""
+    """Fill `fifth` with the error of each state (II.10.17), h e5^2 / sqrt(e5^2 + e3^2/100).
+
+    fifth (n,) or longer; third: workspace of the same length.
+    """
     size = slopes.shape[1]
     for i in range(size):
         fifth[i], third[i] = 0.0, 0.0
@@ -103,8 +108,10 @@ def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
 
 @inset_kernel
 def path_of(h: float, slopes: Vector, path: Vector) -> None:
-    """The coefficients (BUMPS, n) of a step's path (II.6); slopes: all, also the three that only
-    the path takes."""
+    """Fill the coefficients `path` (BUMPS, n) of a step's dense output (II.6).
+
+    slopes: all rows, including the three that only the dense output needs.
+    """
     gained(h, slopes, path[0])
     for i in range(slopes.shape[1]):
         path[1, i] = h * slopes[0, i] - path[0, i]
@@ -118,7 +125,7 @@ def path_of(h: float, slopes: Vector, path: Vector) -> None:
 
 @inset_kernel
 def on_path(part: float, path: Vector, gain: Vector) -> None:
-    """What is gained in a part of the step, 0 .. 1."""
+    """Fill `gain` with the change over a part of the step, 0 .. 1."""
     rest = 1.0 - part
     for i in range(path.shape[1]):
         inner = path[4, i] + rest * (path[5, i] + part * path[6, i])
