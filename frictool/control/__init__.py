@@ -1,2 +1,4 @@
-"""What runs at every sample on the target: one block per file, composed from a controller
-document."""
+"""Controllers and observers as they run at every sample on the target.
+
+Each block has its own file; a controller document says how they are composed.
+"""

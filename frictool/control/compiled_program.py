@@ -1,17 +1,16 @@
-"""Programs as arrays, and the kernel that runs them: what the target does at a sample, in double,
-in float or in fixed point.
+"""Programs as arrays, and the kernels that run one sample in double, float or fixed point.
 
-A program's values lie in one array, a place for each node and one more for each state that is
-updated; `code` says what is done, a row an operation. Which number format it is in is decided when
-the machine is made:
+The values of a program are in one array: one element for each node, then one for each state that is
+updated. Each row of `code` is one operation. `compile_program` (double, float) and
+`fixed_point.fixed_machine` choose the number format:
 
-====  =======  ======================================================
-code  number   values
-====  =======  ======================================================
-0     DOUBLE   `real`, float64
-1     FLOAT    `single`, float32: every operation rounds to it
-2     FIXED    `word`, int64 that hold 32-bit words: control/fixed_point_kernel.py
-====  =======  ======================================================
+====  ======  =====================================================================
+code  number  values
+====  ======  =====================================================================
+0     DOUBLE  `real`, float64
+1     FLOAT   `single`, float32: every operation rounds to it
+2     FIXED   `word`, int64 with 32-bit words: control/fixed_point_kernel.py
+====  ======  =====================================================================
 """
 
 from __future__ import annotations
@@ -57,11 +56,11 @@ from frictool.runtime.kernels import bare_kernel, kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
-Rows = NDArray[np.uint32]  # no sign: an index that may be negative costs a comparison each time
+Rows = NDArray[np.uint32]  # unsigned: a signed index costs a comparison at each access
 Values = NDArray[np.float64] | NDArray[np.float32]
 
 DOUBLE, FLOAT, FIXED = 0, 1, 2
-PORTS = ("reference", "position", "velocity")  # a program without one of them has place -1 there
+PORTS = ("reference", "position", "velocity")  # a program without this input has index -1
 OUTPUT, LEFT, LEFT_NOW, HOLD, USED, GUARD_ROWS = (
     3,
     4,
@@ -69,18 +68,23 @@ OUTPUT, LEFT, LEFT_NOW, HOLD, USED, GUARD_ROWS = (
     6,
     7,
     10,
-)  # of `Machine.ports`: behind the inputs
+)  # indices in `CompiledProgram.ports`, behind the inputs
 
 
 class CompiledProgram(NamedTuple):
-    """A program that runs. `real`, `single`, `word` change from sample to sample; two axes need two
-    of them (`copied`).
+    """A program as arrays, ready to run.
 
-    code (n, 5), terms (t, 3), formats (n, 6): control/operation_codes.py. writes (w, 2): state, and
-    what it becomes. ports (11,): places of the inputs, the output, the guard's `holds_left`, its
-    next value and its constant, of the three inputs as they are used; -1 for what the program does
-    not have. Then how many rows of `code` are the guard's. starts (s,): states that start at the
-    position.
+    `real`, `single` and `word` change at every sample: two axes need two copies (`copy_program`).
+
+    code (n, 5), terms (t, 3), formats (n, 6): columns as in control/operation_codes.py. writes
+    (w, 2): the index of a state and the index of its next value. starts (s,): indices of the states
+    that start at the position. ports (11,), with -1 for a node that the program does not have:
+
+    - 0 to 2: indices of the inputs `PORTS`
+    - 3: index of the output
+    - 4 to 6: indices of the guard's `holds_left`, of its next value and of its constant
+    - 7 to 9: indices of the inputs behind the guard
+    - 10: number of rows of `code` that belong to the guard
     """
 
     number: int
@@ -96,8 +100,7 @@ class CompiledProgram(NamedTuple):
 
 
 def compile_program(program: Program, *, single: bool = False) -> CompiledProgram:
-    """The program in double, or in float where `single`; it stands at its start with the position
-    0."""
+    """Return the program in double, or in float if `single`, at rest at the position 0."""
     values = np.zeros(len(program.nodes) + len(program.updates))
     code: list[list[int]] = []
     terms: list[tuple[int, int, int]] = []
@@ -128,7 +131,7 @@ def compile_program(program: Program, *, single: bool = False) -> CompiledProgra
 
 
 def ports(program: Program) -> Places:
-    """Return `Machine.ports` of a program. Raises ValueError where it has no output."""
+    """Return `CompiledProgram.ports` of a program; raise ValueError if it has no output."""
     if program.output is None:
         raise ValueError("the program has no output")
     inputs = [program.inputs[name].index if name in program.inputs else -1 for name in PORTS]
@@ -151,7 +154,7 @@ def ports(program: Program) -> Places:
 
 @kernel
 def copy_program(machine: CompiledProgram) -> CompiledProgram:
-    """The same machine with values of its own."""
+    """Return a copy that shares the operations and has its own values."""
     return CompiledProgram(
         machine.number,
         machine.code,
@@ -167,16 +170,20 @@ def copy_program(machine: CompiledProgram) -> CompiledProgram:
 
 
 def hold(machine: CompiledProgram, place: int, value: float) -> None:
-    """Set a state that the caller keeps, a scheduled parameter in SI, in a machine of real numbers;
-    ignore what is no finite number."""
+    """Set a state that the caller updates (a scheduled parameter, in SI), in double or float.
+
+    A value that is not finite is ignored.
+    """
     if math.isfinite(value):
         (machine.single if machine.number == FLOAT else machine.real)[place] = value
 
 
 @kernel
 def start_at(machine: CompiledProgram, position: float) -> None:
-    """Set a new machine to rest at `position` [rad | m], the prefilter settled there; a position
-    that is no number is a fault."""
+    """Set a new program to rest at `position` [rad | m], with the prefilter settled there.
+
+    A position that is not finite is a fault.
+    """
     if not math.isfinite(np.float32(position) if machine.number == FLOAT else position):
         position = 0.0
         guard = machine.ports[LEFT]
@@ -193,7 +200,7 @@ def start_at(machine: CompiledProgram, position: float) -> None:
             machine.real[place] = position
         elif machine.number == FLOAT:
             machine.single[place] = np.float32(position)
-        else:  # from the word that the position is: the target is given no other
+        else:  # through the word of the measured position, as on the target
             form, measured = machine.formats[place], machine.formats[machine.ports[1]]
             word = shift_rounded(from_real(measured, position), measured[FRACTION] - form[FRACTION])
             machine.word[place] = min(max(word, form[LOW]), form[HIGH])
@@ -203,11 +210,11 @@ def start_at(machine: CompiledProgram, position: float) -> None:
 def control_step(
     machine: CompiledProgram, reference: float, position: float, velocity: float
 ) -> float:
-    """The drive [A | V] for a reference, a measured position [rad | m] and a measured velocity [per
-    s] where the controller has one.
+    """Return the drive [A | V] for a reference, a position [rad | m] and a velocity [per s].
 
-    One that is not finite counts as invalid (control/measurement_guard.py). The machine moves to
-    the next sample in place.
+    Position and velocity are measured; the velocity is used only if the controller has that input.
+    An input that is not finite is invalid (control/measurement_guard.py). The program moves to the
+    next sample, in place.
     """
     ports = machine.ports
     if machine.number == FIXED:
@@ -236,7 +243,7 @@ def control_step(
 
 @kernel
 def read(machine: CompiledProgram, place: int) -> float:
-    """The value at a place, in SI; of `program.states[name].index`, for instance."""
+    """Return the value at an index in SI, for example that of `program.states[name].index`."""
     if machine.number == FIXED:
         return to_real(machine.formats[place], machine.word[place])
     if machine.number == FLOAT:
@@ -246,7 +253,7 @@ def read(machine: CompiledProgram, place: int) -> float:
 
 @bare_kernel
 def _give(v: Values, ports: Places, reference: float, position: float, velocity: float) -> bool:
-    """Set the inputs; return whether each of them is a finite number."""
+    """Set the inputs; return True if each of them is a finite number."""
     valid = True
     if ports[0] >= 0:
         v[ports[0]] = reference
@@ -262,10 +269,10 @@ def _give(v: Values, ports: Places, reference: float, position: float, velocity:
 
 @bare_kernel
 def _first_row(v: Values | Places, ports: Places, valid: bool) -> int:
-    """Return the first row of `code` that has to run.
+    """Return the first row of `code` to run: 0, or the row behind the guard.
 
-    After a valid sample a further one gives the guard's results again, but for the inputs as they
-    are used: these are set here.
+    If this sample and the last one are valid, the guard's results do not change, except the inputs
+    behind the guard, which are set here.
     """
     if (
         not valid
@@ -282,8 +289,10 @@ def _first_row(v: Values | Places, ports: Places, valid: bool) -> int:
 
 @bare_kernel
 def run_values(code: Rows, terms: Rows, writes: Rows, v: Values, first: int = 0) -> None:
-    """One sample on values v of one type: the operations from row `first` of `code` on, each
-    rounded to that type; then the states move."""
+    """Run one sample on values v of one type, from row `first` of `code` on.
+
+    Every operation rounds to the type of v. The states are updated after the last operation.
+    """
     for k in range(first, code.shape[0]):
         operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
         if operation == DOT:

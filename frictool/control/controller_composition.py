@@ -1,16 +1,14 @@
-"""A controller document as the program that runs. The only place of this room that knows a
-document.
+"""A controller document as the program that runs on the target.
 
-speed_cascade   reference ─▶ prefilter ─▶(-)─ e ─▶ position law, band ─ omega_c ─▶ integral ─▶(-)─
-                eta ─▶ linear controller ─┐
-                                          ▲ y                                                  ▲ y
-                                                                                               │
-position        reference ─▶ prefilter ─▶(-)─ e ─▶ linear controller ─▶ limiter (5.7), virtual
-                friction (5.41) ──────────────┤
-                                          ▲ y                                 ▲ measured speed
-                                                                              │
-                                        drive ◀─ anti-windup ◀─ limit ◀─ friction compensation
-                                        ◀─────────────────────────────┘
+    speed_cascade   reference ─▶ prefilter ─▶ e = filtered - y ─▶ position law, band ─▶ omega_c
+                    ─▶ eta = integral(omega_c) - y ─▶ linear controller ─▶ drive stages
+    position        reference ─▶ prefilter ─▶ e = filtered - y ─▶ linear controller
+                    ─▶ drive stages, with limiter (5.7) and virtual friction (5.41)
+    drive stages    ─▶ friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
+
+y is the measured position. A linear controller with the input `speed_error` takes omega_c minus the
+measured speed instead of eta. This module and observer_composition.py are the only ones in
+frictool/control that read documents.
 """
 
 from __future__ import annotations
@@ -40,18 +38,18 @@ from frictool.control.program import Program, ProgramNode
 from frictool.control.speed_filter import velocity
 from frictool.documents.controller import Controller, StateSpace
 
-MARGIN = 0.5  # of the travel's width, by which measured positions and references may lie outside it
-ETA_WIDTHS = 2.0  # widths of what a position may be, that eta is given
-TOP_SPEEDS = 4.0  # of the bench's top speed, that a measured velocity may reach
+MARGIN = 0.5  # reach of positions and references beyond each end of the travel, in travel widths
+ETA_WIDTHS = 2.0  # bound of |eta| in widths of the position range
+TOP_SPEEDS = 4.0  # bound of a measured velocity in top speeds of the bench
 
 
 def controller_program(controller: Controller) -> Program:
-    """The program of a controller document; its states are called as in the blocks' files."""
+    """Return the program of a controller document; each block's file names its states."""
     return _Composition(controller).program
 
 
 def uses_speed(controller: Controller) -> bool:
-    """Whether a block of the controller asks for a speed."""
+    """Return True if a block of the controller uses a speed."""
     law, limiter, compensation = (
         controller.position_law,
         controller.limiter,
@@ -104,7 +102,7 @@ class _Composition:
         self._observe()
 
     def _inputs(self) -> dict[str, ProgramNode]:
-        """Inputs that the caller passes at every sample, by name."""
+        """Return the inputs that the caller passes at every sample, by name."""
         inputs = {
             name: self.program.input(name, self.low, self.high)
             for name in ("reference", "position")
@@ -116,7 +114,7 @@ class _Composition:
         return inputs
 
     def _observe(self) -> None:
-        """The observer's states at the next sample, from the drive that this one commands."""
+        """Write the observer's update from the drive commanded at this sample."""
         if self.move is not None:
             assert self.program.output is not None
             own, actuator = self.document, self.document.bench.actuator
@@ -128,7 +126,7 @@ class _Composition:
             )
 
     def _motion(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """The position's difference, and the speed where a block asks for one."""
+        """Return the position's difference, and the speed if a block uses one."""
         own, program = self.document.velocity, self.program
         measured = None
         if own.observer is not None and uses_speed(self.document):
@@ -167,7 +165,8 @@ class _Composition:
         resting = running = None
         if law.action != "none":
             program.block(
-                "the band around the target, where the drive ends at zero once the prefilter has settled"
+                "the band around the target, where the drive ends at zero once the prefilter "
+                "has settled"
             )
             inside = bands.is_settled(
                 program, self.error, edge, self.speed_reference, law.settled_speed
@@ -231,7 +230,7 @@ class _Composition:
         self._linear(self.error, self.high - self.low, None, released, braking)
 
     def _compensation(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """The drive that is added, and what an observer has found."""
+        """Return the drive that is added and the friction of the observer, each None if unused."""
         own, program = self.document.friction_compensation, self.program
         if own is None:
             return None, None
@@ -258,7 +257,7 @@ class _Composition:
         released: ProgramNode | None,
         braking: ProgramNode,
     ) -> None:
-        """The linear controller, what is added to it, its limit, and the step of its states."""
+        """Write the linear controller, the compensation, the limit and the update of the states."""
         own, program = self.document.linear, self.program
         compensation, observed = self._compensation()
         equation = _equation(own.discrete, own.anti_windup)
@@ -284,7 +283,7 @@ class _Composition:
             if self.document.schedule is not None:
                 bound = np.full(
                     len(bound), np.inf
-                )  # what moves between its corners is bounded by none of them
+                )  # the bounds of the corners do not hold between the corners
                 k = weighted_coefficients(program, equations, self._weights())
             else:
                 k = difference_equation.coefficients(program, equation)
@@ -358,14 +357,14 @@ def _equation(space: StateSpace, gains: tuple[float, ...]) -> DifferenceEquation
 
 
 def _integrators(equations: list[DifferenceEquation]) -> list[int]:
-    """States that are integrators at every corner, and so between them."""
+    """Return the states that are integrators at every corner, and so between them."""
     return [
         i for i in equations[0].integrators if all(i in other.integrators for other in equations)
     ]
 
 
 def _positions(controller: Controller) -> tuple[float, float]:
-    """What references and measured positions [rad | m] may be."""
+    """Return the range of references and measured positions [rad | m]."""
     travel = controller.bench.mechanics.travel
     if travel is None:
         return -math.inf, math.inf

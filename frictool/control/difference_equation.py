@@ -1,18 +1,17 @@
-"""The linear controller as a difference equation in state-space form, with the observer form of
-anti-windup.
+"""The linear controller as a difference equation in state space, with observer-form anti-windup.
 
     u[k] = c x[k] + d e[k],   x[k+1] = a x[k] + b e[k] + l (limited u[k] - u[k])
 
-Sums are formed in the order written: d e first, then c x; b e, l times the excess, then a x. What
-is 0 is left out.
+Sums are formed in this order: d e, then c x; b e, l times the excess, then a x. Terms whose
+coefficient is 0 are left out.
 
-An integrator, a state whose row of `a` is that of the identity, may be held instead: while the
-drive is released (5.2.2), and with `conditional` while the drive is limited and what enters would
-move it further, and at rest, where every other state is 0.
+An integrator is a state whose row of `a` is that of the identity. It may be held: while the drive
+is released (5.2.2), and with `conditional` also at rest and while the drive is limited and the
+input would move it further. At rest every other state is set to 0.
 
-Known of it: with l the state follows a - l c, x+ = (a - l c) x + (b - l d) e + l (limited u),
-whatever u would be. Where that is stable every state is bounded by sums of its impulse responses,
-which is where fixed point takes its scaling from.
+Property: the state obeys x+ = (a - l c) x + (b - l d) e + l (limited u) for any u. If a - l c is
+stable, sums of its impulse responses bound every state. Fixed point takes its scaling from these
+bounds.
 """
 
 from __future__ import annotations
@@ -26,13 +25,13 @@ from numpy.typing import NDArray
 from frictool.control.program import Program, ProgramNode
 
 Matrix = NDArray[np.float64]
-SUMMED = 2**20  # samples of an impulse response, at most
-DIED = 1e-9  # of what has been summed
+SUMMED = 2**20  # largest number of samples of an impulse response
+DIED = 1e-9  # relative size of the remainder at which the sum ends
 
 
 @dataclass(frozen=True)
 class DifferenceEquation:
-    """a (n, n), b (n,), c (n,), d, gains l (n,)."""
+    """Matrices a (n, n), b (n,), c (n,), d and the anti-windup gains l (n,)."""
 
     a: Matrix
     b: Matrix
@@ -42,14 +41,13 @@ class DifferenceEquation:
 
     @property
     def integrators(self) -> list[int]:
-        """States whose row of `a` is the identity's."""
+        """Indices of the states whose row of `a` is that of the identity."""
         return [i for i, row in enumerate(self.a) if row[i] == 1.0 and np.count_nonzero(row) == 1]
 
 
 @dataclass(frozen=True)
 class CoefficientNodes:
-    """The equation's numbers as nodes: constants of the program, or sums over the corners of a
-    schedule."""
+    """The coefficients as nodes: constants, or sums over the corners of a schedule."""
 
     a: list[list[ProgramNode]]
     b: list[ProgramNode]
@@ -61,7 +59,7 @@ class CoefficientNodes:
 def coefficients(
     program: Program, equation: DifferenceEquation, prefix: str = ""
 ) -> CoefficientNodes:
-    """The equation as constants of the program, their names after `prefix`."""
+    """Return the coefficients as constants of the program, with `prefix` before their names."""
     n = len(equation.b)
 
     def row(name: str, values: Matrix) -> list[ProgramNode]:
@@ -85,7 +83,7 @@ def coefficients(
 def output(
     program: Program, k: CoefficientNodes, entering: ProgramNode, bounds: Matrix
 ) -> ProgramNode:
-    """u before its limit. `bounds` (n,) of the states."""
+    """Return u before its limit; `bounds` (n,) are the bounds of the states."""
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
     terms = _present([k.d, *k.c], [entering, *x])
@@ -101,8 +99,11 @@ def advance(
     held: ProgramNode | None,
     resting: ProgramNode | None,
 ) -> None:
-    """Moves x. excess = limited drive - drive; `held`: where the states `integrators` are;
-    `resting`: where the others are 0."""
+    """Write the update of x.
+
+    excess = limited drive - drive. `held` is true while the states `integrators` keep their values,
+    `resting` while the other states are 0.
+    """
     program.block("its states: next x = b e + l excess + a x")
     n = len(k.b)
     x = [program.states[f"x[{i}]"] for i in range(n)]
@@ -120,7 +121,7 @@ def advance(
 def _present(
     coefficients: list[ProgramNode], values: list[ProgramNode]
 ) -> tuple[list[ProgramNode], list[ProgramNode]]:
-    """Without the terms whose coefficient is the constant 0."""
+    """Return the terms without those whose coefficient is the constant 0."""
     kept = [
         (c, v)
         for c, v in zip(coefficients, values, strict=True)
@@ -132,19 +133,19 @@ def _present(
 def state_bounds(
     equation: DifferenceEquation, entering: float, drive: float, conditional: bool
 ) -> Matrix:
-    """|x| (n,) for |e| <= entering and a drive within +-drive, inf where nothing bounds it.
+    """Return bounds of |x| (n,) for |e| <= entering and |drive| <= drive; inf without a bound.
 
-    Integrators that are held while they would push a limited drive further: what the drive's limit
-    leaves them beside the other states. That holds of a single one that moves the drive the way of
-    what enters, c b >= 0, and moves no other state. A drive to which something is added before its
-    limit, or that is released, is not covered: there a word saturates.
+    With `conditional`, the bound of a held integrator follows from the drive's limit and the other
+    states. This holds for a single integrator that moves the drive in the direction of e (c b >= 0)
+    and moves no other state. The bounds do not cover a drive that is released or to which something
+    is added before its limit; in these cases a fixed-point word saturates.
     """
     n, held = len(equation.b), equation.integrators if conditional else []
     free = [i for i in range(n) if i not in held]
     closed = equation.a - np.outer(equation.gains, equation.c)
     a = closed[np.ix_(free, free)]
-    # with the limit: x+ = (a - l c) x + (b - l d) e + l (limited u), and what held integrators send
-    # in through l
+    # with the limit: x+ = (a - l c) x + (b - l d) e + l (limited u), plus the terms that held
+    # integrators add through l
     into_e, into_u = (equation.b - equation.gains * equation.d)[free], equation.gains[free]
     bounds = np.full(n, np.inf)
     if held and (np.any(equation.gains[free]) or np.any(equation.a[np.ix_(free, held)])):
@@ -160,15 +161,17 @@ def state_bounds(
 
 
 def _reach(sums: Matrix, bound: float) -> Matrix:
-    """sums (n,) times a bound, either of them possibly inf; what nothing enters stays 0."""
+    """Return sums (n,) times a bound, with 0 * inf = 0."""
     found = np.zeros(len(sums))
     found[sums != 0.0] = sums[sums != 0.0] * bound
     return found
 
 
 def impulse_sums(a: Matrix, b: Matrix) -> Matrix:
-    """sum_k |a^k b| (n,): how far each state of x+ = a x + b e goes for |e| <= 1, from above; inf
-    where a is not stable."""
+    """Return sum_k |a^k b| (n,), an upper bound of |x| in x+ = a x + b e for |e| <= 1.
+
+    The result is inf if a is not stable.
+    """
     n = len(b)
     if n == 0 or not np.any(b):
         return np.zeros(n)
@@ -180,7 +183,7 @@ def impulse_sums(a: Matrix, b: Matrix) -> Matrix:
         if responses.shape[1] >= SUMMED or np.all(np.abs(power) @ total <= DIED * total):
             break
         responses, power = np.hstack([responses, power @ responses]), power @ power
-    # as many samples again are at most |a^m| times these, and so on: a geometric series
+    # each further block of m samples is at most |a^m| times the block before: a geometric series
     if float(np.max(np.abs(np.linalg.eigvals(np.abs(power))))) >= 1.0:
         return np.full(n, np.inf)
     return np.linalg.solve(np.eye(n) - np.abs(power), total)

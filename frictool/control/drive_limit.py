@@ -1,12 +1,11 @@
-"""The limit of the drive: the same in both directions, and narrower where the motor's back-EMF
-leaves less.
+"""The limit of the drive: symmetric, and narrower if the back-EMF leaves less current.
 
-    |u| <= bound,   |R i + K v| <= V   ->   (-V - K v)/R <= i <= (V - K v)/R       for a current
-                    through a winding
+    |u| <= bound,   |R i + K v| <= V   ->   (-V - K v)/R <= i <= (V - K v)/R
 
-Known of it: with the anti-windup of the difference equation the loop is the linear one as soon as
-the limit is left. K is the torque constant, which is the back-EMF's in SI units; v is the measured
-speed, so that its lag is a lag of this limit.
+The second condition applies to a current through a winding. K is the torque constant, equal to the
+back-EMF constant in SI units; v is the measured speed, whose lag is also a lag of this limit.
+Property: with the anti-windup of the difference equation the loop is linear again as soon as the
+drive leaves the limit.
 """
 
 from __future__ import annotations
@@ -20,8 +19,10 @@ def bounds(
     winding: tuple[float, float, float] | None,
     speed: ProgramNode | None,
 ) -> tuple[ProgramNode, ProgramNode]:
-    """(low, high) of the drive [A | V]; winding: resistance [ohm], constant [N m/A], voltage [V],
-    for which a speed is needed."""
+    """Return (low, high) of the drive [A | V].
+
+    winding: resistance [ohm], constant [N m/A] and voltage [V]; it needs a speed.
+    """
     high = program.constant(bound, "drive_limit")
     low = program.named("drive_low" if winding is None else "lowest", -high)
     if winding is None or speed is None:
@@ -38,7 +39,7 @@ def bounds(
 def limit(
     program: Program, drive: ProgramNode, low: ProgramNode, high: ProgramNode
 ) -> tuple[ProgramNode, ProgramNode]:
-    """The drive within its bounds, and which one it met: -1, 0 or +1."""
+    """Return the drive within its bounds, and the bound that it met: -1, 0 (none) or +1."""
     program.block("limit of the drive")
     zero, one = program.constant(0.0), program.constant(1.0)
     above, below = program.named("above", drive > high), program.named("below", drive < low)

@@ -1,13 +1,10 @@
-"""What the drive does to the axis until the next sample, from what was commanded: the effort that
-an observer beside a controller is given.
+"""The mean effort of the drive until the next sample, as input of an observer in a controller.
 
-    u acts delay samples after it was commanded;  tau i' = u - i,   i the drive after its own loop's
-                                                                    lag
-    mean of i over the period = u + (i - u) (1 - exp(-T/tau)) tau/T          exact for a u that is
-                                                                             held
+    the command acts after delay_samples;  tau i' = u - i,   i is the drive behind its loop's lag
+    mean of i over the period = u + (i - u) (1 - exp(-T/tau)) tau/T          exact for a constant u
 
-Known of it: no current is measured on the target, so that a loop slower than tau, or a supply that
-sags, is a disturbance to the observer.
+Limit: the target does not measure the current. A current loop slower than tau, or a supply whose
+voltage drops, acts as a disturbance on the observer.
 """
 
 from __future__ import annotations
@@ -26,10 +23,9 @@ def mean_effort(
     lag: float,
     period: float,
 ) -> ProgramNode:
-    """The mean effort [N m | N] from this sample to the next, `drive` [A | V] being what this
-    sample commands.
+    """Return the mean effort [N m | N] until the next sample for `drive` [A | V], commanded now.
 
-    constant: effort per unit of drive; bound: of the drive, either way; lag, period [s].
+    constant: effort per unit of drive. bound: of |drive|. lag, period [s].
     """
     program.block("the effort until the next sample, by the drive's delay and lag")
     acting = drive

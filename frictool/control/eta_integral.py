@@ -1,9 +1,8 @@
-"""What a speed controller on eta is given, eta = integral(omega_c) - position, and its hold while
-the drive is limited.
+"""Input of a speed controller: eta = integral(omega_c) - position, held at the drive's limit.
 
-Both integrals advance by their difference, so that no number grows with the distance travelled.
-While the last drive was limited and eta would move further into that limit, eta is held
-(conditional integration). A positive eta asks for a positive drive: that is the sign convention of
+Both integrals advance by their differences, so that no number grows with the distance travelled. If
+the last drive was limited and eta would move further into that limit, eta is held
+(conditional integration). A positive eta requests a positive drive: the sign convention of
 `controller.yaml`.
 """
 
@@ -20,13 +19,14 @@ def next_eta(
     resting: ProgramNode | None,
     bound: float,
 ) -> ProgramNode:
-    """eta [rad | m] at this sample, 0 after a rest.
+    """Return eta [rad | m] at this sample; it restarts at 0 after a rest.
 
-    increment: T omega_c; motion: the position's difference since the last sample; limited: -1, 0,
-    +1, the limit that the last drive met.
+    increment: T omega_c. motion: the position's difference since the last sample. limited: the
+    bound that the last drive met, -1, 0 or +1.
     """
     program.block(
-        "eta = integral(speed reference) - position, held while it would push a limited drive further into its limit"
+        "eta = integral(speed reference) - position, held while it would push a limited "
+        "drive further into its limit"
     )
     before = program.state("eta_before", -bound, bound)
     zero = program.constant(0.0)

@@ -1,15 +1,13 @@
-"""A program in fixed point: the fraction of every value from the interval that it stays within, and
-the proof that nothing overflows.
+"""A program in fixed point: a fraction for every value, and the proof that nothing overflows.
 
-    intervals of inputs and states ──▶ interval of every value ──▶ its fraction, the shifts of its
-    operation ──▶ words' intervals, checked
+    intervals of inputs and states ──▶ interval of every value ──▶ its fraction, and the shifts of
+    its operation ──▶ intervals of the words, checked
 
-Values are words of 32 bits; products and sums are formed in 64. q31 keeps coefficients to 31 bits
-and a sign, q15 to 15, each with a fraction of its own. A state saturates at the interval that its
-block states, so that the intervals hold at every sample if they hold at one. That they do not
-overflow is not taken from real numbers: every operation is done once more on the words at both ends
-of its operands' intervals, in whole numbers without bounds, and each intermediate result has to
-fit.
+Values are 32-bit words; products and sums are formed in 64 bits. q31 keeps coefficients to 31 bits
+and a sign, q15 to 15 bits and a sign, each coefficient with its own fraction. A state saturates at
+the interval that its block states; the intervals therefore hold at every sample if they hold at
+one. The overflow proof does not rely on real numbers. It repeats every operation on the words at
+both ends of its operands' intervals, in integers of any size. Each intermediate result must fit.
 """
 
 from __future__ import annotations
@@ -23,25 +21,25 @@ from numpy.typing import NDArray
 from frictool.control.compiled_program import FIXED, CompiledProgram, compile_program, ports
 from frictool.control.program import Program, ProgramNode
 
-BITS = {"q31": 31, "q15": 15}  # of a coefficient, without its sign
+BITS = {"q31": 31, "q15": 15}  # bits of a coefficient, without its sign
 WORD, LONG = 2**31, 2**63
-FILLED = 0.98  # of a word, by the interval in real numbers: what rounding may add has room
-WIDEST, FINEST = 31, 60  # shift to the left of a word; fraction
+FILLED = 0.98  # part of a word's range that the real interval may fill; the rest is for rounding
+WIDEST, FINEST = 31, 60  # largest left shift of a word; largest fraction
 Interval = tuple[float, float]
 Words = tuple[int, int]
 
 
 class FixedPointOverflow(ValueError):
-    """A value has no finite interval, or an operation would overflow."""
+    """A value without a finite interval, or an operation that would overflow."""
 
 
 @dataclass(frozen=True)
 class FixedProgram:
-    """Shifts and fractions by node, as in the arrays of `Machine`; `terms` by node of a dot,
-    `words`: the proved interval of each.
+    """Shifts, fractions and words of a program, by index of the node, as in `CompiledProgram`.
 
-    shifts: (a, b, result), to the right where positive. write_shift: of each state's update.
-    constants: words.
+    shifts: (a, b, result), to the right if positive. term_shifts: of each term of a dot.
+    write_shift: of the update of each state. constants: their words. words: the proved interval of
+    each value.
     """
 
     program: Program
@@ -52,18 +50,17 @@ class FixedProgram:
     write_shift: dict[int, int]
     constants: dict[int, int]
     words: dict[int, Words]
-    longest: int  # the largest absolute value of any intermediate result
+    longest: int  # largest absolute value of an intermediate result
 
 
 def round_coefficient(value: float, bits: int) -> float:
-    """A coefficient as the format keeps it: the nearest word of `bits` bits with a fraction of its
-    own."""
+    """Return a coefficient rounded to the nearest word of `bits` bits with its own fraction."""
     word, fraction = coefficient(value, bits)
     return math.ldexp(word, -fraction)
 
 
 def coefficient(value: float, bits: int) -> tuple[int, int]:
-    """(word, fraction) of a coefficient; whole numbers that fit keep the fraction 0."""
+    """Return (word, fraction) of a coefficient; an integer that fits has the fraction 0."""
     if value == int(value) and abs(value) < 2**bits:
         return int(value), 0
     fraction = min(bits - math.frexp(value)[1], FINEST)
@@ -76,12 +73,12 @@ def coefficient(value: float, bits: int) -> tuple[int, int]:
 
 
 def fixed_program(program: Program, bits: int) -> FixedProgram:
-    """Raises FixedPointOverflow, naming the value, where the program cannot be scaled."""
+    """Scale a program; raise FixedPointOverflow with the value's name if that is not possible."""
     return _Scaling(program, bits).done()
 
 
 def fixed_machine(scaled: FixedProgram) -> CompiledProgram:
-    """The program as the simulation runs it."""
+    """Return the program as the simulation runs it."""
     program, plain = scaled.program, compile_program(scaled.program)
     writes = plain.writes
     formats = np.zeros((len(program.nodes) + len(writes), 6), dtype=np.int64)
@@ -122,7 +119,7 @@ def fixed_machine(scaled: FixedProgram) -> CompiledProgram:
 
 
 class _Scaling:
-    """The pass over the program: real intervals, fractions and shifts, words."""
+    """One pass over the program that computes real intervals, fractions, shifts and words."""
 
     def __init__(self, program: Program, bits: int) -> None:
         self.program, self.bits = program, bits
@@ -190,7 +187,7 @@ class _Scaling:
         return min(found, FINEST)
 
     def _interval(self, node: ProgramNode) -> Interval:
-        """In real numbers, by the operation's own rule."""
+        """Return the real interval of a result by the rule of its operation."""
         if node.is_logical:
             return 0.0, 1.0
         of = [self.real[arg.index] for arg in node.args]
@@ -223,7 +220,7 @@ class _Scaling:
                 return sum(low for low, _ in products), sum(high for _, high in products)
 
     def _scale(self, node: ProgramNode) -> None:
-        """The fraction of the result and the shifts of the operation."""
+        """Set the fraction of the result and the shifts of the operation."""
         index, of = node.index, [self.fraction[arg.index] for arg in node.args]
         wanted = 0 if node.is_logical else self._fraction(node, *self.real[index])
         match node.op:
@@ -257,8 +254,10 @@ class _Scaling:
                 self.fraction[index] = 0
 
     def _scale_dot(self, node: ProgramNode, wanted: int) -> None:
-        """One fraction for the sum: as fine as its coarsest product, and with room for all of
-        them."""
+        """Set one fraction for a sum of products.
+
+        It is that of the coarsest product, or coarser if the sum needs more bits.
+        """
         half = len(node.args) // 2
         pairs = [
             (c.index, x.index) for c, x in zip(node.args[:half], node.args[half:], strict=True)
@@ -280,8 +279,7 @@ class _Scaling:
         self.shifts[node.index] = (0, 0, common - self.fraction[node.index])
 
     def _word_interval(self, node: ProgramNode) -> Words:
-        """The operation on the words at the ends of its operands' intervals, every intermediate
-        result checked."""
+        """Return the interval of the result in words; check each intermediate result."""
         if node.is_logical:
             for arg, shift in zip(node.args, self.shifts.get(node.index, (0, 0))[:2], strict=False):
                 if node.op in ("lt", "le"):
@@ -339,7 +337,7 @@ class _Scaling:
                 return after(low, s), after(high, s)
 
     def _after(self, node: ProgramNode, word: int, shift: int) -> int:
-        """The word shifted, and the sum that rounds it has room."""
+        """Return the shifted word; check that it and the sum that rounds it fit into 64 bits."""
         self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
         return self._long(node, _moved(word, shift))
 
@@ -361,7 +359,7 @@ def _product(one: Interval, other: Interval) -> Interval:
 
 
 def _moved(value: int, shift: int) -> int:
-    """control/fixed_kernel.py `moved`, in whole numbers without bounds."""
+    """Return value 2^-shift like `shift_rounded` of the kernel, in integers of any size."""
     if shift <= 0:
         return value << -shift
     half = 1 << (shift - 1)

@@ -1,12 +1,11 @@
-"""Integer arithmetic of the fixed-point formats, as the exported C does it: every value a 32-bit
-word, every sum and product in 64 bits.
+"""Integer arithmetic of the fixed-point formats, identical to the exported C.
 
-    value = word 2^-fraction        words of inputs and states saturate at what they are known to
-                                    stay within
+    value = word 2^-fraction
 
-Shifts to the right round to nearest, halves away from zero, so that a mirrored input gives the
-mirrored drive. No operation overflows: control/fixed_point.py has chosen every fraction from the
-interval that the value is proved to stay within.
+Every value is a 32-bit word; sums and products have 64 bits. Words of inputs and states saturate at
+their intervals. Right shifts round to nearest, halves away from zero, so that a mirrored input
+gives the mirrored drive. No operation overflows, since control/fixed_point.py chooses every
+fraction from the proved interval of the value.
 """
 
 from __future__ import annotations
@@ -45,12 +44,12 @@ from frictool.runtime.kernels import bare_kernel, kernel
 
 Places = NDArray[np.int64]
 Rows = NDArray[np.uint32]
-INVALID = -(2**31)  # the word of what is no number; every other word is above it
+INVALID = -(2**31)  # word of a value that is not finite; every other word is above it
 
 
 @kernel
 def shift_rounded(value: int, shift: int) -> int:
-    """value 2^-shift, rounded."""
+    """Return value 2^-shift, rounded."""
     if shift <= 0:
         return value << -shift
     half = 1 << (shift - 1)
@@ -59,7 +58,7 @@ def shift_rounded(value: int, shift: int) -> int:
 
 @kernel
 def whole_root(value: int) -> int:
-    """The largest integer whose square is at most `value` >= 0, a bit at a time."""
+    """Return the largest integer whose square is at most `value` >= 0, computed bit by bit."""
     root, bit = 0, 1 << 62
     while bit > value:
         bit >>= 2
@@ -75,8 +74,7 @@ def whole_root(value: int) -> int:
 
 @kernel
 def from_real(form: Places, value: float) -> int:
-    """Return the word of a value: nearest, halves to even, saturated; INVALID for what is no finite
-    number."""
+    """Return the word of a value: nearest, halves to even, saturated; INVALID if not finite."""
     if not math.isfinite(value):
         return INVALID
     scaled = math.ldexp(value, form[FRACTION])
@@ -89,7 +87,7 @@ def from_real(form: Places, value: float) -> int:
 
 @kernel
 def to_real(form: Places, word: int) -> float:
-    """Return the value of a word, exactly; NaN for INVALID."""
+    """Return the exact value of a word; NaN for INVALID."""
     return math.nan if word == INVALID else math.ldexp(float(word), -form[FRACTION])
 
 
@@ -97,7 +95,7 @@ def to_real(form: Places, word: int) -> float:
 def run_words(
     code: Rows, terms: Rows, writes: Rows, formats: Places, w: Places, first: int
 ) -> None:
-    """One sample on words: control/compiled_program.py `run_values` in integers."""
+    """Run one sample on words: control/compiled_program.py `run_values` in integers."""
     for k in range(first, code.shape[0]):
         operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
         sa, sb, s = formats[d, SHIFT_A], formats[d, SHIFT_B], formats[d, SHIFT]

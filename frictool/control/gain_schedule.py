@@ -1,12 +1,10 @@
-"""Scheduled coefficients: the corners' matrices summed with the weights of the plant's parameters
-(5.46), (5.64).
+"""Scheduled coefficients: the corners' matrices, summed with weights (5.46), (5.64).
 
-    alpha_i = product over the parameters of the distance to the opposite end of the corner's, over
-    the width
+    alpha_i = product over the parameters of (distance to the end opposite to corner i)/(width)
 
-The parameters are values that the caller sets when it knows them anew (a temperature for the
-constant, an observer's friction); outside their interval they count as at its end. The weights are
-not negative and their sum is 1, to rounding.
+The caller sets the parameters when it has new values: a temperature for the constant, the friction
+of an observer. A value outside its interval counts as the nearer end. The weights are not negative
+and their sum is 1, to rounding.
 """
 
 from __future__ import annotations
@@ -20,8 +18,10 @@ from frictool.control.program import Program, ProgramNode
 def corner_weights(
     program: Program, names: Sequence[str], corners: Sequence[Mapping[str, float]]
 ) -> list[ProgramNode]:
-    """alpha_i, one a corner, from states of the program that are called as the parameters; each
-    starts in the middle."""
+    """Return alpha_i, one per corner, from states named after the parameters.
+
+    Each state starts in the middle of its interval.
+    """
     program.block("weights of the scheduled parameters (5.46)")
     one = program.constant(1.0)
     shares: dict[str, tuple[ProgramNode, ProgramNode, float]] = {}
@@ -53,7 +53,7 @@ def corner_weights(
 def weighted_coefficients(
     program: Program, equations: Sequence[DifferenceEquation], weights: list[ProgramNode]
 ) -> CoefficientNodes:
-    """The coefficients of the weighted sum; what is 0 in every corner stays the constant 0."""
+    """Return the coefficients of the weighted sum; those equal in every corner stay constants."""
     program.block("coefficients for these weights")
     each = [
         coefficients(program, equation, f"corner{index}_")

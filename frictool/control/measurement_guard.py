@@ -1,15 +1,13 @@
-"""Guard of the inputs: a reference, position or speed that is no number (NaN, an infinity) never
-reaches a state of the controller.
+"""Guard of the inputs: no NaN or infinity ever reaches a state of the controller.
 
     valid sample     the inputs as they are
     invalid sample   each invalid input keeps its last valid value, for at most `hold_samples`
                      samples in a row
-    one more         fault: the drive is 0, and stays 0 until the controller is started anew at a
-                     valid position
+    one more         fault: the drive is 0 until the controller restarts at a valid position
 
-`holds_left` counts down: samples that may still be held, -1 in the fault. A valid sample before the
-fault resets it. In fixed point one word stands for every value that is no number
-(control/fixed_point_kernel.py `INVALID`). A start at an invalid position is a fault at once.
+`holds_left` counts the samples that may still be held; it is -1 in the fault. A valid sample before
+the fault resets it. In fixed point one word stands for every value that is not finite (`INVALID` of
+control/fixed_point_kernel.py). A start at an invalid position is a fault at once.
 """
 
 from __future__ import annotations
@@ -18,16 +16,19 @@ from collections.abc import Mapping
 
 from frictool.control.program import GuardNodes, Program, ProgramNode
 
-FAULT = -1.0  # of `holds_left`
+FAULT = -1.0  # value of `holds_left` in the fault
 
 
 def write_guard(
     program: Program, inputs: Mapping[str, ProgramNode], hold_samples: int
 ) -> GuardNodes:
-    """Write the guard as the first operations of a program; the controller takes the values `used`,
-    and its drive is 0 in the `fault`."""
+    """Write the guard as the first operations of a program and return its nodes.
+
+    The controller reads the inputs `used`; its drive is 0 in the `fault`.
+    """
     program.block(
-        f"an input that is no number keeps its last valid value for at most {hold_samples} samples; then the fault is set"
+        f"an input that is no number keeps its last valid value for at most {hold_samples} "
+        "samples; then the fault is set"
     )
     used, valid = {}, None
     for name, given in inputs.items():

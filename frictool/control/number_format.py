@@ -12,8 +12,10 @@ from frictool.control.program import Program
 def machine_in(
     program: Program, number: Literal["double", "float", "q31", "q15"]
 ) -> CompiledProgram:
-    """The program at its start with the position 0. Raises DoesNotFit, naming the value, where
-    fixed point cannot be scaled."""
+    """Return the program in a number format, at rest at the position 0.
+
+    Raises FixedPointOverflow with the value's name if fixed point cannot be scaled.
+    """
     if number in BITS:
         return fixed_machine(fixed_program(program, BITS[number]))
     return compile_program(program, single=number == "float")

@@ -1,9 +1,9 @@
-"""An observer document as the block that runs: alone along a log, or beside a controller.
+"""An observer document as a block that runs: alone along a log, or inside a controller.
 
     position, effort ──▶ block of the document's kind ──▶ position, velocity, friction, wear
 
-What is found at a sample is from what was measured before it, so that a controller can use it; the
-effort of the sample comes after.
+The estimates of a sample use only measurements up to that sample, so that a controller can use
+them; the effort of the sample follows.
 """
 
 from __future__ import annotations
@@ -22,22 +22,23 @@ from frictool.control.tracking_observer import TrackingParameters
 from frictool.documents.bench import Bench
 from frictool.documents.observer import FrictionMap, Mode, Observer, Tracking
 
-GRID = 257  # positions at which a map is looked at
-MARGIN = 0.5  # of the travel's width, by which measured positions may lie outside it
-TOP_SPEEDS = 4.0  # of the bench's top speed, that an estimate may reach
-# alpha_max of (6.13): friction over the model's; what alpha is 0 to, and f + alpha of the largest f
+GRID = 257  # number of positions at which a map is evaluated
+MARGIN = 0.5  # reach of measured positions beyond each end of the travel, in travel widths
+TOP_SPEEDS = 4.0  # bound of an estimated velocity in top speeds of the bench
+# alpha_max of (6.13), largest friction over the model's; additive wear: bound of f + alpha over the
+# largest f
 MOST_WEAR = 3.0
 
 
 class ObserverProgram(NamedTuple):
-    """A program with the inputs `position` [rad | m] and `effort` [N m | N], and what it finds."""
+    """A program with the inputs `position` [rad | m] and `effort` [N m | N], and its estimates."""
 
     program: Program
     found: ObserverNodes
 
 
 def observer_program(observer: Observer) -> ObserverProgram:
-    """The observer alone; its output is the velocity."""
+    """Return the program of the observer alone; its output is the velocity."""
     program, most = Program(), _most_effort(observer.bench)
     position = program.input("position", *reach(observer.bench))
     effort = program.input("effort", -most, most)
@@ -50,8 +51,11 @@ def observer_program(observer: Observer) -> ObserverProgram:
 def observer_block(
     program: Program, position: ProgramNode, observer: Observer
 ) -> tuple[ObserverNodes, Callable[[ProgramNode], None]]:
-    """The block of a measured position [rad | m], and what moves it once the effort [N m | N] until
-    the next sample is known."""
+    """Return the estimates for a measured position [rad | m], and a function for the update.
+
+    The function takes the effort [N m | N] until the next sample and writes the update of the
+    states.
+    """
     if observer.tracking is not None:
         own = tracking_facts(observer, observer.tracking)
         found, tracked = tracking_observer.write_prediction(program, position, own)
@@ -64,7 +68,10 @@ def observer_block(
 
 
 def switched_facts(observer: Observer) -> SwitchedParameters:
-    """What the switched block is made from. Raises ValueError where the document lacks a mode."""
+    """Return the parameters of the switched block.
+
+    Raises ValueError if the document lacks a mode.
+    """
     own, friction = observer.switched, observer.friction
     assert own is not None
     stuck = next((mode for mode in own.modes if mode.direction == 0), None)
@@ -73,7 +80,8 @@ def switched_facts(observer: Observer) -> SwitchedParameters:
     )
     if stuck is None or not forward or not backward:
         raise ValueError(
-            "switched.modes: one direction or the stuck mode is missing; allowed: modes of directions -1, 0 and 1"
+            "switched.modes: one direction or the stuck mode is missing; allowed: modes of "
+            "directions -1, 0 and 1"
         )
     additive = own.wear == "additive"
     return SwitchedParameters(
@@ -97,7 +105,7 @@ def switched_facts(observer: Observer) -> SwitchedParameters:
 
 
 def tracking_facts(observer: Observer, own: Tracking) -> TrackingParameters:
-    """What the tracking block is made from."""
+    """Return the parameters of the tracking block."""
     friction, bench, gap = observer.friction, observer.bench, own.backlash
     return TrackingParameters(
         period=observer.sample_period_s,
@@ -120,7 +128,7 @@ def tracking_facts(observer: Observer, own: Tracking) -> TrackingParameters:
 
 
 def _largest(friction: FrictionMap) -> float:
-    """The largest friction of the map, on a grid [N m | N]."""
+    """Return the largest friction of the map on a grid [N m | N]."""
     over = np.linspace(friction.over.low, friction.over.high, GRID)
     return float(
         max(
@@ -131,7 +139,7 @@ def _largest(friction: FrictionMap) -> float:
 
 
 def _cells(modes: list[Mode]) -> tuple[SlipMode, ...]:
-    """The cells of a direction in the order of position; one without a span holds everywhere."""
+    """Return the cells of a direction in order of position; one without a span holds everywhere."""
     ordered = sorted(modes, key=lambda mode: mode.over[0] if mode.over is not None else -math.inf)
     rows = [tuple(row[0] for row in mode.gains) for mode in ordered]
     highs = [mode.over[1] if mode.over is not None else math.inf for mode in ordered]
@@ -142,7 +150,7 @@ def _cells(modes: list[Mode]) -> tuple[SlipMode, ...]:
 
 
 def reach(bench: Bench) -> tuple[float, float]:
-    """What measured positions [rad | m] may be."""
+    """Return the range of measured positions [rad | m]."""
     travel = bench.mechanics.travel
     if travel is None:
         return -math.inf, math.inf
@@ -151,7 +159,7 @@ def reach(bench: Bench) -> tuple[float, float]:
 
 
 def top_speed(bench: Bench) -> float:
-    """What an estimated velocity [per s] may be, either way."""
+    """Return the bound of an estimated speed [per s]."""
     top = bench.mechanics.top_speed
     return math.inf if top is None else TOP_SPEEDS * top.value
 

@@ -1,5 +1,7 @@
-"""What an observer finds at a sample: the result of every observer's block, which both the
-stand-alone program and the loop read."""
+"""Estimates of an observer at a sample, common to all observers.
+
+The stand-alone program and the controller read the same record.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +11,12 @@ from frictool.control.program import ProgramNode
 
 
 class ObserverNodes(NamedTuple):
-    """Values at this sample, from what was measured before it.
+    """Estimates at this sample, before its effort is known.
 
-    position [rad | m], velocity [per s]. friction [N m | N]: the dry friction, of the velocity's
-    sign, which it opposes; 0 where the observer takes the axis for stuck, and nothing is observed
-    of it. wear: friction over the model's [1], or what it has grown by [N m | N]; None where an
-    observer knows of none.
+    position [rad | m], velocity [per s]. friction [N m | N]: dry friction with the sign of the
+    velocity, which it opposes; 0 while the observer takes the axis for stuck, since friction is
+    then not observed. wear: ratio of friction to the model's [1], or its increase [N m | N]; None
+    if the observer does not estimate wear.
     """
 
     position: ProgramNode

@@ -1,4 +1,4 @@
-"""The codes of a program's operations, and the columns of its arrays, as kernels know them."""
+"""The codes of a program's operations, and the columns of its arrays, for the kernels."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ CODES = {
     "valid": VALID,
 }
 
-# `code`: operation, place of the result, places of the operands; of a dot its first row of `terms`,
-# and the one behind its last
+# columns of `code`: operation, index of the result, indices of the operands; the operands of a dot
+# are its first row of `terms` and the row behind its last
 OPERATION, RESULT, FIRST, SECOND, THIRD = range(5)
-# `terms`: places of coefficient and value, and how far their product is shifted to the right in
+# columns of `terms`: indices of coefficient and value, and the right shift of their product in
 # fixed point
 COEFFICIENT, VALUE, TERM_SHIFT = range(3)
-# `formats`, by place: fixed point's fraction, the words at which an input or a state saturates, and
-# the shifts of its operation
+# columns of `formats`, one row per value: the fraction, the words at which an input or a state
+# saturates, and the shifts of its operation
 FRACTION, LOW, HIGH, SHIFT_A, SHIFT_B, SHIFT = range(6)

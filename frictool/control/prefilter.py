@@ -1,15 +1,13 @@
-"""Prefilter of the position reference (5.69): H = 1/(s^2/w0^2 + 2 m s/w0 + 1), sampled by Tustin in
-state form.
+"""Prefilter of the position reference (5.69), H = 1/(s^2/w0^2 + 2 m s/w0 + 1), by Tustin.
 
     f' = v,   v' = w0^2 (r - f) - 2 m w0 v        f filtered reference, v its speed, r reference
 
-The trapezoidal rule with h = T/2 solves both lines for the new sample. v is the derivative of f in
-the sense of that rule, f[k] - f[k-1] = h (v[k] + v[k-1]), which is why blocks may wait for it.
-Where f = r and v = 0 nothing moves by a single bit.
+The state form is sampled: the trapezoidal rule with h = T/2 solves both lines for the new sample. v
+is the exact derivative of f for that rule, f[k] - f[k-1] = h (v[k] + v[k-1]), so that blocks may
+use it to detect that f has settled. If f = r and v = 0, no bit changes.
 
-Known of it: unit gain, delay 2 m/w0, overshoot exp(-pi m/sqrt(1 - m^2)) (1.5 % at m = 0.8). Rule
-(5.4.3.2): w0 = 6 over the response time that is specified, and m = 0.8; the loop's own bandwidth
-should be above it.
+Properties: unit gain, delay 2 m/w0, overshoot exp(-pi m/sqrt(1 - m^2)) (1.5 % at m = 0.8). Rule
+(5.4.3.2): w0 = 6/(specified response time) and m = 0.8; the bandwidth of the loop should be higher.
 """
 
 from __future__ import annotations
@@ -25,7 +23,7 @@ from frictool.control.program import Program, ProgramNode
 def prefilter_coefficients(
     natural_frequency: float, damping: float, period: float
 ) -> tuple[float, float, float]:
-    """(h, p, q) from w0 [rad/s], m [-] and the sample period [s]."""
+    """Return (h, p, q) from w0 [rad/s], m [-] and the sample period [s]."""
     h = 0.5 * period
     friction = 2.0 * damping * natural_frequency * h
     stiffness = natural_frequency * natural_frequency * h * h
@@ -44,7 +42,7 @@ def prefilter(
     damping: float,
     period: float,
 ) -> tuple[ProgramNode, ProgramNode]:
-    """The filtered reference [rad | m] and its speed [per s] at this sample."""
+    """Return the filtered reference [rad | m] and its speed [per s] at this sample."""
     program.block("prefilter of the reference (5.69), sampled by Tustin in state form")
     h, p, q = prefilter_coefficients(natural_frequency, damping, period)
     low, high, top = bounds(reference.low, reference.high, natural_frequency, damping, period)
@@ -68,13 +66,15 @@ def prefilter(
 def bounds(
     low: float, high: float, natural_frequency: float, damping: float, period: float
 ) -> tuple[float, float, float]:
-    """(low, high) of the filtered reference and the largest |speed|, for any course of a reference
-    within low and high."""
+    """Return (low, high) of the filtered reference and the largest |speed|.
+
+    They hold for any reference that stays within `low` and `high`.
+    """
     if not (math.isfinite(low) and math.isfinite(high)):
         return -math.inf, math.inf, math.inf
     h, p, q = prefilter_coefficients(natural_frequency, damping, period)
-    # of f, v / w0 and the last r, the impulse response of the sampled form: its sum is the worst
-    # that can be made of |r| <= 1
+    # impulse response of the sampled form for the states f, v/w0 and the last r; its absolute sum
+    # is the largest response to |r| <= 1
     w = natural_frequency
     a = np.array(
         [[1.0 - 2.0 * h * q, h * (1.0 + p) * w, h * q], [-2.0 * q / w, p, q / w], [0.0, 0.0, 0.0]]
@@ -85,7 +85,7 @@ def bounds(
 
 
 def overshoot(damping: float) -> float:
-    """Of the step response, as a part of the step."""
+    """Return the overshoot of the step response as a fraction of the step."""
     return (
         math.exp(-math.pi * damping / math.sqrt(1.0 - damping * damping)) if damping < 1.0 else 0.0
     )

@@ -1,20 +1,18 @@
-"""What runs at every sample as a program: one list of operations, from which both the simulation
-and the exported code are made.
+"""The operations of a controller or observer at every sample: one list, simulated and exported.
 
-    block files ──write into──▶ Program ──▶ compiled_program.py      double and float, as the
-                                                                     simulation runs them
-                                        ──▶ fixed_point.py  q31 and q15, with the interval of every
-                                        value
-                                        ──▶ export/         the same operations in C, in the same
-                                                            order
+    block files ──write into──▶ Program ──▶ compiled_program.py  double and float, simulated
+                                        ──▶ fixed_point.py       q31 and q15, with the interval of
+                                                                 every value
+                                        ──▶ export/              the same operations in C, in the
+                                                                 same order
 
-A value is the result of one operation (`Node`); every operation is done at every sample, and what
-depends on a condition is selected, so that a sample always takes the same time. Nothing is
-reordered or contracted: results are equal bit by bit wherever IEEE arithmetic is.
+A value is the result of one operation (`ProgramNode`). Every operation runs at every sample;
+`select` chooses between results instead of branching, so that each sample takes the same time.
+Nothing is reordered or contracted: results agree bit by bit wherever the arithmetic is IEEE.
 
-A state holds a value from one sample to the next. `update` says what it becomes; one without an
-update is set by the caller (a scheduled parameter). `low`, `high` are what a state or an input is
-known to stay within: fixed point takes its scaling from them, and saturates there.
+A state holds a value from one sample to the next. `update` sets its next value; the caller sets a
+state without an update (a scheduled parameter). `low` and `high` bound a state or an input: fixed
+point takes its scaling from them, and saturates there.
 """
 
 from __future__ import annotations
@@ -49,15 +47,17 @@ LOGICAL = frozenset({"lt", "le", "and", "or", "not", "valid"})
 
 @dataclass(frozen=True)
 class ProgramNode:
-    """One value. `args` are nodes; of a `dot` the coefficients, then as many values. `name` stands
-    in the exported code."""
+    """One value: the result of an operation on `args`.
+
+    The `args` of a `dot` are the coefficients, then as many values.
+    """
 
     program: Program = field(repr=False, compare=False)
     index: int
     op: Op
     args: tuple[ProgramNode, ...] = field(default=(), repr=False, compare=False)
-    value: float = 0.0  # of a constant; where a state starts
-    low: float = 0.0  # of an input or a state
+    value: float = 0.0  # value of a constant, or start value of a state
+    low: float = 0.0  # bounds of an input or a state
     high: float = 0.0
 
     def __add__(self, other: ProgramNode) -> ProgramNode:
@@ -98,13 +98,16 @@ class ProgramNode:
 
     @property
     def is_logical(self) -> bool:
-        """Whether it is true or false; a selection between two that are is one, too."""
+        """True if the value is logical; a selection between two logical values is logical, too."""
         return self.op in LOGICAL or (self.op == "select" and self.args[1].is_logical)
 
 
 class GuardNodes(NamedTuple):
-    """Nodes of control/measurement_guard.py: the state `holds_left` and its next value, the
-    constant hold, the inputs as they are used."""
+    """Nodes of control/measurement_guard.py.
+
+    left: the state `holds_left`. left_now: its next value. hold: the constant hold time in samples.
+    used: the inputs behind the guard, by name. fault: true in the fault.
+    """
 
     left: ProgramNode
     left_now: ProgramNode
@@ -114,28 +117,26 @@ class GuardNodes(NamedTuple):
 
 
 class Program:
-    """The operations in the order in which they are done, and what is kept between samples."""
+    """Operations in the order in which they run, and the states kept between samples."""
 
     def __init__(self) -> None:
         self.nodes: list[ProgramNode] = []
         self.names: dict[int, str] = {}  # node -> its name in the exported code
-        self.comments: dict[int, str] = {}  # first node of a block -> what the block is
+        self.comments: dict[int, str] = {}  # first node of a block -> the block's comment
         self.updates: dict[int, ProgramNode] = {}  # state -> its value at the next sample
-        self.starts: dict[
-            int, str
-        ] = {}  # state -> the input that it starts at, where that is no constant
+        self.starts: dict[int, str] = {}  # state -> name of the input that it starts at
         self.inputs: dict[str, ProgramNode] = {}
         self.states: dict[str, ProgramNode] = {}
         self.output: ProgramNode | None = None
         self.guard: GuardNodes | None = None  # its operations come first
-        self.speed: ProgramNode | None = None  # what the blocks of a controller take for the speed
+        self.speed: ProgramNode | None = None  # speed that the blocks of a controller use
         self._comment = ""
         self._constants: dict[tuple[str, float], ProgramNode] = {}
 
     def node(
         self, op: Op, *args: ProgramNode, value: float = 0.0, low: float = 0.0, high: float = 0.0
     ) -> ProgramNode:
-        """Appends one operation."""
+        """Append one operation and return its node."""
         made = ProgramNode(self, len(self.nodes), op, args, value, low, high)
         self.nodes.append(made)
         if self._comment and op not in ("constant", "input", "state"):
@@ -144,16 +145,16 @@ class Program:
         return made
 
     def block(self, comment: str) -> None:
-        """What follows is a block; `comment` is one line for its reader."""
+        """Start a block of operations with a one-line `comment` for the exported code."""
         self._comment = comment
 
     def named(self, name: str, node: ProgramNode) -> ProgramNode:
-        """The node with a name of its own in the exported code; the first name stays."""
+        """Name a node in the exported code and return it; a node keeps its first name."""
         self.names.setdefault(node.index, name)
         return node
 
     def constant(self, value: float, name: str = "") -> ProgramNode:
-        """A coefficient. Numbers without a name (0, 1, 2) are written where they stand."""
+        """Return a coefficient; one without a name (0, 1, 2) is a plain number in the C code."""
         key = (name, float(value))
         if key not in self._constants:
             self._constants[key] = self.node("constant", value=float(value))
@@ -162,13 +163,15 @@ class Program:
         return self._constants[key]
 
     def input(self, name: str, low: float, high: float) -> ProgramNode:
-        """What the caller gives at every sample."""
+        """Return an input, which the caller sets at every sample."""
         self.inputs[name] = self.named(name, self.node("input", low=low, high=high))
         return self.inputs[name]
 
     def state(self, name: str, low: float, high: float, start: float | str = 0.0) -> ProgramNode:
-        """What it was after the last sample; at first `start`, a number or the name of an input at
-        the first sample."""
+        """Return a state: its value after the last sample.
+
+        At the first sample it is `start`: a number, or the name of an input.
+        """
         made = self.node(
             "state", value=0.0 if isinstance(start, str) else start, low=low, high=high
         )
@@ -178,12 +181,14 @@ class Program:
         return made
 
     def update(self, name: str, value: ProgramNode) -> None:
-        """What the state will be at the next sample."""
+        """Set the value of a state at the next sample."""
         self.updates[self.states[name].index] = value
 
     def last(self, name: str, value: ProgramNode, start: float | str) -> ProgramNode:
-        """Return the state that holds `value`, within its bounds, from one sample to the next; it
-        is made once for each name."""
+        """Return the state that holds the last `value`, within its bounds.
+
+        It is created once per name.
+        """
         state = self.states.get(f"{name}_before")
         if state is None:
             state = self.state(f"{name}_before", value.low, value.high, start)
@@ -191,35 +196,39 @@ class Program:
         return state
 
     def valid(self, one: ProgramNode) -> ProgramNode:
-        """Return whether an input is a finite number."""
+        """Return a node that is true if an input is a finite number."""
         if one.op != "input":
             raise ValueError(
-                f"found {one.op}; allowed: an input, whose value is known to be a number once it is past the guard"
+                f"found {one.op}; allowed: an input, whose value is known to be a number once "
+                "it is past the guard"
             )
         return self.node("valid", one)
 
     def smaller(self, one: ProgramNode, other: ProgramNode) -> ProgramNode:
+        """Return the smaller of two values."""
         return self.node("min", one, other)
 
     def larger(self, one: ProgramNode, other: ProgramNode) -> ProgramNode:
+        """Return the larger of two values."""
         return self.node("max", one, other)
 
     def sqrt(self, one: ProgramNode) -> ProgramNode:
-        """Of a value that is not negative."""
+        """Return the square root of a value that is not negative."""
         return self.node("sqrt", one)
 
     def select(
         self, condition: ProgramNode, then: ProgramNode, otherwise: ProgramNode
     ) -> ProgramNode:
+        """Return `then` if the condition is true, else `otherwise`."""
         return self.node("select", condition, then, otherwise)
 
     def dot(
         self, coefficients: Sequence[ProgramNode], values: Sequence[ProgramNode]
     ) -> ProgramNode:
-        """The sum of products in their order, from the left. Raises ValueError where there is
-        none."""
+        """Return the sum of products, from left to right; raise ValueError if there is none."""
         if not coefficients or len(coefficients) != len(values):
             raise ValueError(
-                f"dot of {len(coefficients)} coefficients and {len(values)} values; allowed: as many of each, at least one"
+                f"dot of {len(coefficients)} coefficients and {len(values)} values; allowed: "
+                "as many of each, at least one"
             )
         return self.node("dot", *coefficients, *values)

@@ -1,5 +1,4 @@
-"""A program along measured samples: its inputs from arrays, what it finds at named places into
-arrays. In double, as a log is."""
+"""Programs run along measured samples: inputs from arrays, values into arrays."""
 
 from __future__ import annotations
 
@@ -22,11 +21,11 @@ def record_along(
     others: Places,
     found: Vector,
 ) -> None:
-    """Runs a machine of double precision, in place, over given (n, i), a column for each of the
-    places `inputs` (i,).
+    """Run a program in double, in place, over given (n, i), one column per index in `inputs`.
 
-    Fills found (n, s + o): the columns of the states (s,), which a sample moves, are as they are at
-    that sample; then the other places (o,), as the sample makes them.
+    The results go to found (n, s + o). The columns of the states (s,) hold their values before the
+    sample updates them; the columns of the other indices (o,) hold the values that the sample
+    computes.
     """
     for k in range(given.shape[0]):
         for column in range(inputs.shape[0]):
@@ -47,8 +46,10 @@ def value_along(
     velocity: Vector,
     found: Vector,
 ) -> None:
-    """Fills found (n,) with the value at `place` [SI] of a controller in any number format, along
-    what it is given (n,) at each sample."""
+    """Write the value at index `place` [SI] of a controller, in any number format, to found (n,).
+
+    `reference`, `position` and `velocity` (n,) are its inputs at each sample.
+    """
     for k in range(reference.shape[0]):
         control_step(machine, reference[k], position[k], velocity[k])
         found[k] = read(machine, place)

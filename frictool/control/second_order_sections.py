@@ -1,14 +1,12 @@
-"""The linear controller as second-order sections in a chain, each in the transposed direct form II.
+"""The linear controller as a chain of second-order sections in the transposed direct form II.
 
-    y = b0 e + s1,   s1+ = b1 e - a1 y + s2,   s2+ = b2 e - a2 y          the y of one section is
-                     the e of the next
+    y = b0 e + s1,   s1+ = b1 e - a1 y + s2,   s2+ = b2 e - a2 y
 
-Anti-windup: to every state a gain times (limited drive - drive) is added, as in
-control/difference_equation.py. An integrator in sections has no state of its own that could be
-held: where one is to be (a limiter, conditional integration) the state space is the form.
-
-Known of it: coefficients near those of the poles themselves, so that rounding moves each pair of
-poles by itself.
+The y of one section is the e of the next. Anti-windup adds a gain times (limited drive - drive) to
+every state, as in control/difference_equation.py. A chain of sections has no separate integrator
+state to hold; a controller that must hold one (limiter, conditional integration) uses the state
+space. Property: the coefficients are close to those of the poles themselves, so that rounding moves
+each pair of poles separately.
 """
 
 from __future__ import annotations
@@ -23,10 +21,10 @@ Chain = tuple[tuple[float, ...], ...]
 
 
 def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
-    """(a, b, c, d) of the chain in the coordinates of its states s1, s2, section by section."""
+    """Return (a, b, c, d) of the chain; its states are s1, s2 of each section in turn."""
     n = 2 * len(sections)
     a, b = np.zeros((n, n)), np.zeros(n)
-    c, d = np.zeros(n), 1.0  # of what enters the next section
+    c, d = np.zeros(n), 1.0  # output equation of the input of the next section
     for k, (b0, b1, b2, _, a1, a2) in enumerate(sections):
         first, second = 2 * k, 2 * k + 1
         for row, ahead, back in ((first, b1, a1), (second, b2, a2)):
@@ -42,8 +40,10 @@ def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
 def output(
     program: Program, sections: Chain, entering: ProgramNode, bounds: Matrix
 ) -> tuple[ProgramNode, list[tuple[ProgramNode, ProgramNode]]]:
-    """u before its limit, and what enters and leaves each section; `bounds` (2 m,) of the
-    states."""
+    """Return u before its limit, and the input and output of each section.
+
+    `bounds` (2 m,) are the bounds of the states.
+    """
     program.block("linear controller: second-order sections, transposed direct form II")
     passed, signal = [], entering
     for k, (b0, *_) in enumerate(sections):
@@ -64,8 +64,10 @@ def advance(
     excess: ProgramNode,
     resting: ProgramNode | None,
 ) -> None:
-    """Moves the states. gains (2 m,) of excess = limited drive - drive; `resting`: where all states
-    are 0."""
+    """Write the update of the states.
+
+    gains (2 m,) multiply excess = limited drive - drive. While `resting` is true all states are 0.
+    """
     program.block("states of the sections")
     for k, ((_, b1, b2, _, a1, a2), (entered, left)) in enumerate(
         zip(sections, passed, strict=True)

@@ -1,13 +1,11 @@
-"""The speed that the other blocks see: the encoder's difference, through a low-pass of first or
-second order (5.70), sampled by Tustin.
+"""The speed that other blocks use: the encoder's difference through a low-pass (5.70).
 
-    order 1   v = w u/(s + w)                                   u = (y[k] - y[k-1])/T, the
-              difference quotient
+    order 1   v = w u/(s + w)                              u = (y[k] - y[k-1])/T
     order 2   v = u/(s^2/w^2 + 2 s/w + 1), two equal poles      (5.70) is s y through this filter
 
-Known of it: a lag of T/2 + 1/w (order 1) or T/2 + 2/w (order 2); one count of the encoder is a peak
-of step/T, which the filter takes down to about w step. Rule (5.4.3.2): w ten times the prefilter's.
-What is lagged so belongs to the loop that is verified.
+The filter is sampled by Tustin. Properties: a lag of T/2 + 1/w (order 1) or T/2 + 2/w (order 2);
+one encoder count is a peak of step/T, which the filter reduces to about w step. Rule (5.4.3.2): w
+ten times that of the prefilter. The lag belongs to the loop that is verified.
 """
 
 from __future__ import annotations
@@ -16,8 +14,10 @@ from frictool.control.program import Program, ProgramNode
 
 
 def first_order(bandwidth: float, period: float) -> tuple[float, float]:
-    """(a, b) of v[k] = a v[k-1] + b (u[k] + u[k-1]) from the bandwidth [rad/s] and the sample
-    period [s]."""
+    """Return (a, b) of v[k] = a v[k-1] + b (u[k] + u[k-1]).
+
+    bandwidth [rad/s], period: the sample period [s].
+    """
     x = bandwidth * period
     return (2.0 - x) / (2.0 + x), x / (2.0 + x)
 
@@ -25,8 +25,10 @@ def first_order(bandwidth: float, period: float) -> tuple[float, float]:
 def velocity(
     program: Program, motion: ProgramNode, period: float, bandwidth: float, order: int
 ) -> ProgramNode:
-    """The speed [per s] from `motion`, the difference of two positions; bandwidth 0 leaves the
-    difference quotient as it is."""
+    """Return the speed [per s] from `motion`, the difference of two positions.
+
+    With the bandwidth 0 it is the difference quotient.
+    """
     program.block(
         "measured speed: the encoder's difference"
         + ("" if bandwidth == 0.0 else ", low-pass by Tustin" + " (5.70)" * (order == 2))

@@ -1,23 +1,22 @@
-"""The thesis's switched observers (6.4), (6.22): the model of the mode that the estimate is in, put
-right by its gains.
+"""The switched observers of the thesis (6.4), (6.22): a model and correction gains for each mode.
 
-    mode   0 where |omega| < Sigma, else the direction's cell that theta is in (6.17)
+    mode   0 if |omega| < Sigma, else the cell of the direction that contains theta (6.17)
     e      = y - theta
     theta' = theta + T omega + L1 e
-    omega' = omega + T/J (u - F) + L2 e      slipping,  F = alpha f_i (6.13) or f(theta) + alpha
-                                             (6.22), against the motion
+    omega' = omega + T/J (u - F) + L2 e      slipping
            = a omega + L2 e                  stuck, a = 0 (6.18), or 1
-    alpha' = alpha + L3 e                    slipping, within [alpha_min, alpha_max]; stuck it is
-                                             frozen, as (6.14) takes its estimate for
-                                             a measurement
+    F      = alpha f_i (6.13), or f(theta) + alpha (6.22), against the motion
+    alpha' = alpha + L3 e                    slipping, within [alpha_min, alpha_max]
+           = alpha                           stuck
 
-All at one sample, theta, omega, alpha being the estimates there. F has the sign of omega, which a
-mode other than 0 has for certain.
+theta, omega and alpha are the estimates at one sample; the mode is chosen from them. F has the sign
+of omega, which is definite in every mode except 0. While stuck, alpha is frozen, since (6.14)
+treats its estimate as a measurement.
 
-Known of it: the mode is chosen from the estimate, so that the certificate of (6.6), which takes it
-as known, does not cover the samples in which plant and observer are in different modes. Rule: Sigma
-some encoder steps per sample period; with a coarse encoder that is most of the travel, and these
-two observers do not work there (docs/theory/observers.md has figures).
+Limit: the certificate of (6.6) takes the mode as known. It does not cover the samples in which
+plant and observer are in different modes. Rule: Sigma some encoder steps per sample period. With a
+coarse encoder that covers most of the travel, and these two observers do not work
+(docs/theory/observers.md has figures).
 """
 
 from __future__ import annotations
@@ -33,8 +32,10 @@ STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
 
 @dataclass(frozen=True)
 class SlipMode:
-    """Cell of a direction, up to the position `high` [rad | m]: friction f_m [N m | N], gains L1
-    [1], L2 [1/s], L3 [wear per rad | m]."""
+    """Cell of a direction, up to the position `high` [rad | m].
+
+    friction: f_m [N m | N]. gains: L1 [1], L2 [1/s], L3 [wear per rad | m].
+    """
 
     high: float
     friction: float
@@ -43,15 +44,15 @@ class SlipMode:
 
 @dataclass(frozen=True)
 class SwitchedParameters:
-    """What the block is made from, in SI.
+    """Parameters of the switched observer, in SI.
 
-    inertia [kg m2 | kg], switch_speed Sigma [per s]. forward, backward: cells in the order of
-    position; the first and the last hold beyond the travel too. stuck: (L1, L2) of mode 0. kept:
-    A_0's factor a of omega. additive: whether wear is what friction has grown by; then curves
-    (forward, backward) are the polynomials of f, lowest power first, over `travel`, and the cells'
-    own friction is not used. viscous [N m s/rad | N s/m], offset [N m | N] of a positive effort's
-    opponent: of the model, 0 in the thesis. top_speed: what the estimated speed stays within. wear:
-    (alpha_min, alpha_max).
+    inertia [kg m2 | kg], switch_speed Sigma [per s]. forward, backward: cells in order of position;
+    the first and the last also hold beyond the travel. stuck: (L1, L2) of mode 0. kept: factor a of
+    omega in A_0. additive: True if wear is an increase of friction, False if it is a factor. curves
+    (forward, backward): polynomials of f over `travel`, lowest power first, used instead of the
+    cells' friction if `additive`. viscous [N m s/rad | N s/m]: of the model, 0 in the thesis.
+    offset [N m | N]: effort that opposes a positive one, 0 in the thesis. top_speed: bound of the
+    estimated speed. wear: (alpha_min, alpha_max).
     """
 
     period: float
@@ -72,7 +73,7 @@ class SwitchedParameters:
 
 @dataclass(frozen=True)
 class ActiveModeNodes:
-    """What the mode of this sample says: whether it is 0, and its gains."""
+    """The mode of this sample: true if it is 0, and its gains."""
 
     is_stuck: ProgramNode
     gains: tuple[ProgramNode, ProgramNode, ProgramNode]
@@ -81,8 +82,10 @@ class ActiveModeNodes:
 def switched(
     program: Program, position: ProgramNode, effort: ProgramNode, facts: SwitchedParameters
 ) -> ObserverNodes:
-    """The observer of a measured position [rad | m] under an effort [N m | N] that holds from this
-    sample to the next."""
+    """Write the observer and return its estimates.
+
+    position [rad | m] is measured; effort [N m | N] acts from this sample to the next.
+    """
     found, chosen = write_prediction(program, position, facts)
     write_correction(program, position, effort, found, chosen, facts)
     return found
@@ -91,8 +94,10 @@ def switched(
 def write_prediction(
     program: Program, position: ProgramNode, facts: SwitchedParameters
 ) -> tuple[ObserverNodes, ActiveModeNodes]:
-    """What is known before the effort of this sample is; states start at the measured position, at
-    rest, with no wear."""
+    """Return the estimates and the mode before the effort of this sample is known.
+
+    The states start at the measured position, at rest, without wear.
+    """
     program.block("switched observer: its mode from the estimate, the mode's gains and friction")
     top = facts.top_speed
     theta = program.state(STATES[0], position.low, position.high, start="position")
@@ -131,7 +136,7 @@ def write_correction(
     chosen: ActiveModeNodes,
     facts: SwitchedParameters,
 ) -> None:
-    """Moves the states to the next sample."""
+    """Write the update of the states to the next sample."""
     program.block("switched observer: the mode's model to the next sample, put right by its gains")
     theta, omega, wear = (program.states[name] for name in STATES)
     error = program.named("innovation", position - theta)
@@ -156,7 +161,7 @@ def write_correction(
 
 
 class _DirectionCells:
-    """The cells of one direction, and in which of them the position is."""
+    """The cells of one direction, and the cell that contains the position."""
 
     def __init__(
         self, program: Program, theta: ProgramNode, cells: Sequence[SlipMode], name: str
@@ -168,11 +173,11 @@ class _DirectionCells:
         ]
 
     def gain(self, row: int) -> ProgramNode:
-        """L of the cell that the position is in."""
+        """Return the gain L of the cell that contains the position."""
         return self._of_cell(f"gain_{row}", [cell.gains[row] for cell in self.cells])
 
     def friction(self) -> ProgramNode:
-        """f_m of that cell."""
+        """Return f_m of that cell."""
         return self._of_cell("friction", [cell.friction for cell in self.cells])
 
     def _of_cell(self, what: str, values: Sequence[float]) -> ProgramNode:
@@ -194,7 +199,7 @@ def _friction(
     sides: list[_DirectionCells],
     facts: SwitchedParameters,
 ) -> ProgramNode:
-    """The magnitude of the friction where it slips."""
+    """Return the magnitude of the slip friction."""
     if not facts.additive:
         known = program.select(is_forward, *(side.friction() for side in sides))
         return program.named("friction_size", wear * program.named("friction_known", known))
@@ -215,7 +220,7 @@ def _friction(
 def _polynomial(
     program: Program, x: ProgramNode, coefficients: Sequence[float], name: str
 ) -> ProgramNode:
-    """By Horner's rule."""
+    """Return the polynomial at x, by Horner's rule."""
     nodes = [
         program.constant(value, f"{name}_curve_{power}") for power, value in enumerate(coefficients)
     ]

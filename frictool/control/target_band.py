@@ -1,25 +1,22 @@
-"""The band around the target, inside which the drive ends at zero: no limit cycle can start where
-nothing drives (5.2.2, 5.2.3).
+"""The band around the target, inside which the drive ends at zero (5.2.2, 5.2.3).
 
-====  =====
-=======================================================================================================
-code  mode   what runs
-====  =====
-=======================================================================================================
-0     RUN    the position law gives the speed reference, the speed loop is closed
-1     BRAKE  the speed reference is 0, the speed loop is closed
-2     REST   the drive is 0, the speed loop is open and reset
-====  =====
-=======================================================================================================
+====  =====  ==================================================================
+code  mode   action
+====  =====  ==================================================================
+0     RUN    the position law sets the speed reference; the speed loop is closed
+1     BRAKE  the speed reference is 0; the speed loop is closed
+2     REST   the drive is 0; the speed loop is open and reset
+====  =====  ==================================================================
 
-The band acts where |e| <= band and the prefilter has settled, |f'| < settled_speed: with the error
-alone the axis would be dropped in the middle of a move, whenever it happens to follow the filtered
-reference closely. `cut` goes to REST at once, `brake` first brings the measured speed below
-`rest_speed`. Leaving the band, or a moving prefilter, is RUN again.
+A limit cycle cannot start while the drive is 0. The band acts if |e| <= band and the prefilter has
+settled, |f'| < settled_speed. With the error alone the drive would be cut in the middle of a move
+whenever the axis follows the filtered reference closely. `cut` enters REST at once; `brake` first
+brings the measured speed below `rest_speed`. The mode is RUN again when the error leaves the band
+or the prefilter moves.
 
-What holds of it is boundedness and rest; the decrease of (5.12) has no sign and proves no
-stability. Rule: a band above the way that friction needs to stop from the speed at which it acts,
-and above two encoder steps; small bands with a cut hunt at low friction.
+Property: boundedness and rest; the decrease of (5.12) has no definite sign and does not prove
+stability. Rule: a band above two encoder steps and above the distance in which friction stops the
+axis from the speed at which the band acts. Small bands with a cut hunt at low friction.
 """
 
 from __future__ import annotations
@@ -36,8 +33,10 @@ def is_settled(
     reference_speed: ProgramNode | None,
     settled_speed: float | None,
 ) -> ProgramNode:
-    """Whether |e| <= band and, where it has to, the prefilter moves slower than `settled_speed`
-    [per s]."""
+    """Return the condition |e| <= band and |reference speed| < `settled_speed` [per s].
+
+    The second condition applies if both values are provided.
+    """
     inside = abs(error) <= band
     if reference_speed is None or settled_speed is None:
         return inside
@@ -47,8 +46,10 @@ def is_settled(
 def next_mode(
     program: Program, inside: ProgramNode, speed: ProgramNode | None, rest_speed: float
 ) -> ProgramNode:
-    """The mode at this sample. `speed`: the measured one, where the band brakes; None where it
-    cuts."""
+    """Return the mode at this sample.
+
+    speed: the measured speed for a band that brakes, None for a band that cuts.
+    """
     rest = program.constant(REST)
     before = program.state("mode", RUN, REST, start=REST)
     if speed is None:

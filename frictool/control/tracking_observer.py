@@ -1,21 +1,21 @@
-"""An observer for a coarse encoder: it moves by the model, and is put right by what the encoder's
-cell excludes.
+"""An observer for a coarse encoder, corrected only if its estimate leaves the encoder's cell.
 
-    m    = y - x,  less what of it is within +-cell/2                 y is the edge below, x is in
-         the encoder's readings
+    m    = y - x,  minus its part within +-cell/2        y: measured, the lower edge of a count
+                                                         x: estimate in encoder readings
     x^   = x + L1 m        v^ = v + L2 m        d^ = d + L3 m while it moves
-    v+   = v^ + T/J (e - offset - viscous v^ - dry friction + d^)     0 where that cannot move it:
-         Coulomb friction by an implicit step
+    v+   = v^ + T/J (e - offset - viscous v^ - dry friction + d^)
+           0 if that cannot move it: Coulomb friction by an implicit step
     x+   = x^ + T (v^ + v+)/2
 
-Within the cell nothing is known to be wrong, so that nothing is corrected: between two counts the
-speed is the model's, and at rest 0. The dry friction is the map's at x^, in the backlash that of
-the loose motor; the gap is followed as (4.45) has it. d [N m | N] is what the model lacks, added to
-the drive. At rest it is what holds the axis against a drive beyond the breakaway, and no more.
+Within the cell there is no evidence of an error, so that nothing is corrected: between two counts
+the speed is that of the model, and 0 at rest. The dry friction is that of the map at x^; inside the
+backlash it is that of the motor without load. The gap follows (4.45). The disturbance d [N m | N]
+is an effort missing in the model, added to the drive. At rest, d is at most the effort that holds
+the axis against a drive beyond the breakaway.
 
-Known of it: its error is linear in slip while m is outside the cell, with three poles at exp(-w T)
-(observe/design/tracking.py). A cell of 0 is the usual linear observer; a whole step is too much, as
-motion then leans on the cell's edges (docs/theory/velocity.md).
+Property: in slip, while m is outside the cell, the error is linear with three poles at exp(-w T)
+(observe/design/tracking.py). A cell of 0 gives the usual linear observer. A cell of a whole step is
+too wide, since the motion then stays at the edges of the cell (docs/theory/velocity.md).
 """
 
 from __future__ import annotations
@@ -28,21 +28,23 @@ from frictool.control.observer_output import ObserverNodes
 from frictool.control.program import Program, ProgramNode
 
 STATES = ("tracked_position", "tracked_velocity", "disturbance", "tracked_gap")
-# of one count in a sample: a slower axis is at rest, as what is left of a miss dies out, and ends
-# in rounding
+# speed in counts per sample below which the axis is at rest: a decaying correction would end in
+# rounding errors
 LEAST_SPEED = 1e-6
-LEAST_EDGE = 1e-3  # of the backlash: how near its end is at its end, where the encoder is finer
+# least distance to the end of the gap that counts as contact, in backlashes
+LEAST_EDGE = 1e-3
 
 
 @dataclass(frozen=True)
 class TrackingParameters:
-    """What the block is made from, in SI.
+    """Parameters of the tracking observer, in SI.
 
-    gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]. cell, step: of the innovation, of the encoder [rad
-    | m]. forward, backward: friction [N m | N], powers of the position over `travel`, lowest first.
-    breakaway: of an axis at rest, over that. knees: (speed, what the viscous slope grows by above
-    it). backlash, loose: the gap's width [rad | m], the friction inside it. top_speed, most_effort:
-    what speed and disturbance stay within.
+    gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]. cell, step: widths of the innovation's dead zone
+    and of an encoder step [rad | m]. forward, backward: friction [N m | N] as a polynomial of the
+    position over `travel`, lowest power first. breakaway: ratio of friction at rest to friction in
+    slip. knees: (speed, increase of the viscous slope above it). backlash, loose: width of the gap
+    [rad | m], and friction inside it. top_speed, most_effort: bounds of the speed and the
+    disturbance.
     """
 
     period: float
@@ -65,8 +67,10 @@ class TrackingParameters:
 
 @dataclass(frozen=True)
 class TrackingNodes:
-    """At a sample, put right: position in the encoder's readings, velocity, disturbance, gap,
-    friction (forward, backward), at rest."""
+    """Corrected estimates at a sample.
+
+    position: in encoder readings. friction: (forward, backward). still: true at rest.
+    """
 
     position: ProgramNode
     velocity: ProgramNode
@@ -79,8 +83,10 @@ class TrackingNodes:
 def write_prediction(
     program: Program, position: ProgramNode, facts: TrackingParameters
 ) -> tuple[ObserverNodes, TrackingNodes]:
-    """What is known once the position of this sample is measured; states start there, at rest, in
-    the middle of the backlash."""
+    """Return the estimates once the position is measured, before this sample's effort is known.
+
+    The states start at the measured position, at rest, in the middle of the backlash.
+    """
     program.block("tracking observer: what the position misses the encoder's cell by")
     zero, top, most = program.constant(0.0), facts.top_speed, facts.most_effort
     x = program.state(STATES[0], position.low, position.high, start="position")
@@ -122,7 +128,7 @@ def write_prediction(
 def write_update(
     program: Program, effort: ProgramNode, tracked: TrackingNodes, facts: TrackingParameters
 ) -> None:
-    """Moves the states to the next sample under an effort [N m | N] that holds until then."""
+    """Write the update of the states under an effort [N m | N] that acts until the next sample."""
     program.block("tracking observer: the model to the next sample")
     zero, v = program.constant(0.0), tracked.velocity
     rate = program.constant(facts.period / facts.inertia, "period_per_inertia")
@@ -168,7 +174,7 @@ def write_update(
 def _friction(
     program: Program, x: ProgramNode, shift: ProgramNode, facts: TrackingParameters
 ) -> tuple[ProgramNode | None, tuple[ProgramNode, ProgramNode]]:
-    """The gap, and the friction in slip [N m | N] forward and backward, at x."""
+    """Return the gap, and the slip friction [N m | N] forward and backward, at x."""
     zero, (low, high) = program.constant(0.0), facts.travel
     place = x
     if max(len(facts.forward), len(facts.backward)) > 1:
@@ -200,7 +206,7 @@ def _friction(
 def _polynomial(
     program: Program, x: ProgramNode, powers: Sequence[float], name: str
 ) -> ProgramNode:
-    """By Horner's rule."""
+    """Return the polynomial at x, by Horner's rule."""
     nodes = [program.constant(value, f"{name}_map[{power}]") for power, value in enumerate(powers)]
     total = nodes[-1]
     for node in reversed(nodes[:-1]):
@@ -209,8 +215,7 @@ def _polynomial(
 
 
 def _bounded(program: Program, speed: ProgramNode, top: float) -> ProgramNode:
-    """Within what the speed may be, in every number format alike; as it is where that is not
-    known."""
+    """Return the speed limited to +-top; unchanged if top is not finite."""
     return (
         _within(program, speed, program.constant(top, "most_speed"))
         if math.isfinite(top)
@@ -223,5 +228,5 @@ def _within(program: Program, value: ProgramNode, most: ProgramNode) -> ProgramN
 
 
 def _beyond(program: Program, value: ProgramNode, most: ProgramNode) -> ProgramNode:
-    """What of a value is beyond +-most."""
+    """Return the part of a value outside +-most."""
     return value - _within(program, value, most)

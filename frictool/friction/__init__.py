@@ -1,2 +1,4 @@
-"""One friction law or hysteresis operator per file: kernels on SI floats and arrays; `table.LAWS`
-lists the laws."""
+"""Friction laws and hysteresis operators, one per file; `law_registry.LAWS` lists the laws.
+
+Their kernels take and return SI floats and arrays.
+"""

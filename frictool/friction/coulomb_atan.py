@@ -1,5 +1,7 @@
-"""Coulomb friction with sign(v) smoothed to (2/pi) atan(v/v_r) (2.4.2.1): an approximation, which
-creeps under any effort."""
+"""Coulomb friction with sign(v) smoothed to (2/pi) atan(v/v_r) (2.4.2.1).
+
+This approximation creeps under any effort.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +21,13 @@ Vector = NDArray[np.float64]
 
 @kernel
 def slip_force(v: float, direction: float, p: Vector) -> float:
-    """(2/pi) F_c atan(v/v_r) [N | N m]; the direction is the velocity's own."""
+    """Return (2/pi) F_c atan(v/v_r) [N | N m]; `direction` is not used."""
     return float(2.0 / math.pi * p[0] * math.atan(v / p[1]))
 
 
 @kernel
 def slip_slope(v: float, direction: float, p: Vector) -> float:
-    """Derivative of `slip_force` by v."""
+    """Return the derivative of `slip_force` by v."""
     ratio = v / p[1]
     return float(2.0 / math.pi * p[0] / p[1] / (1.0 + ratio * ratio))
 

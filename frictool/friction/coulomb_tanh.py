@@ -1,5 +1,7 @@
-"""Coulomb friction with sign(v) smoothed to tanh(v/v_r) (2.4.2.1): an approximation, which creeps
-under any effort."""
+"""Coulomb friction with sign(v) smoothed to tanh(v/v_r) (2.4.2.1).
+
+This approximation creeps under any effort.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +21,13 @@ SMOOTHING_VELOCITY = LawParameter("smoothing_velocity", "m/s", "rad/s", exclusiv
 
 @kernel
 def slip_force(v: float, direction: float, p: Vector) -> float:
-    """F_c tanh(v/v_r) [N | N m]; the direction is the velocity's own."""
+    """Return F_c tanh(v/v_r) [N | N m]; `direction` is not used."""
     return float(p[0] * math.tanh(v / p[1]))
 
 
 @kernel
 def slip_slope(v: float, direction: float, p: Vector) -> float:
-    """Derivative of `slip_force` by v."""
+    """Return the derivative of `slip_force` by v."""
     shape = 1.0 / math.cosh(min(abs(v / p[1]), 400.0))
     return float(p[0] / p[1] * shape * shape)
 

@@ -2,8 +2,8 @@
 
     F = sigma z        z' = v |a|^i sign(a),   a = 1 - sigma z sign(v)/F_c
 
-For i = 1 this is z' = v (1 - sigma z sign(v)/F_c), (2.38). In steady slip |F| = F_c. Dissipates
-with the storage sigma z^2/2.
+For i = 1 this is z' = v (1 - sigma z sign(v)/F_c), (2.38). In steady slip |F| = F_c. The law
+dissipates with the storage sigma z^2/2.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ EXPONENT = LawParameter("exponent", "", "", exclusive=True, maximum=100.0, defau
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Fills out (1,) with z' [m/s | rad/s]. Returns friction/status.py."""
+    """Write z' [m/s | rad/s] to out (1,); return a code of friction/status.py."""
     towards = 1.0 if v >= 0.0 else -1.0
     a = 1.0 - p[1] * z[0] * towards / p[0]
     slipped = v * math.copysign(abs(a) ** p[2], a)
@@ -37,7 +37,7 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @kernel
 def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
-    """sigma z [N | N m]."""
+    """Return sigma z [N | N m]."""
     return float(p[1] * z[0])
 
 

@@ -1,4 +1,4 @@
-"""What dynamic laws share: a scalar presliding z that starts at 0, and no memory beside it."""
+"""Kernels that dynamic laws share: a scalar presliding z that starts at 0, and an empty memory."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ Vector = NDArray[np.float64]
 
 @kernel
 def scalar_reset(p: Vector) -> Vector:
-    """State z (1,) of a body that never moved [m | rad]."""
+    """Return the state z (1,) [m | rad] of a body that has never moved."""
     return np.zeros(1)
 
 
 @kernel
 def no_memory(z: Vector, v: float, p: Vector) -> int:
-    """`commit` of a law whose state is all in z. Returns friction/status.py."""
+    """Return OK: `commit` of a law that has no state except z."""
     return OK

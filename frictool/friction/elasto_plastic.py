@@ -1,9 +1,11 @@
-"""The elasto-plastic law (2.43)-(2.48): LuGre whose presliding is purely elastic below z_ba.
+"""The elasto-plastic law (2.43)-(2.48): LuGre with purely elastic presliding below z_ba.
 
     z' = v (1 - alpha(z, v) sigma_0 sign(v) z/g(v))        F = sigma_0 z + sigma_1 z' + sigma_v v
-    alpha = 0 where |z| < z_ba or z opposes v; rises as half a sine up to z_max = F_s/sigma_0; 1 beyond           (2.45)-(2.46)
+    alpha = 0 if |z| < z_ba or z opposes v; half a sine up to 1 at z_max = F_s/sigma_0,
+            then 1                                                             (2.45)-(2.46)
 
-z_ba lies below z_max: table 3.1 prints 0.009 m for 0.009 mm, with which nothing would ever slide.
+z_ba must be below z_max. Table 3.1 prints 0.009 m instead of 0.009 mm; with 0.009 m nothing would
+ever slide.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ Z_BA = 7
 
 @kernel
 def plasticity(z: float, v: float, p: Vector) -> float:
-    """alpha(z, v) in [0, 1], (2.45)-(2.46): 0 sticks, 1 slips."""
+    """Return alpha(z, v) in [0, 1], (2.45)-(2.46): 0 is elastic, 1 is plastic."""
     size, yielded = abs(z), p[BREAKAWAY] / p[SIGMA_0]
     if z * v <= 0.0 or size < p[Z_BA]:
         return 0.0
@@ -43,7 +45,7 @@ def plasticity(z: float, v: float, p: Vector) -> float:
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Fills out (1,) with z' [m/s | rad/s], (2.44). Returns friction/status.py."""
+    """Write z' [m/s | rad/s] to out (1,), (2.44); return a code of friction/status.py."""
     slipped = v - plasticity(z[0], v, p) * p[SIGMA_0] * abs(v) * z[0] / curve(v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE
@@ -53,18 +55,22 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @dataclass(frozen=True)
 class ElastoPlasticLaw(Law):
-    """The law, with the relation between its parameters that single bounds do not tell."""
+    """The law with its relation between parameters, which the bounds of each do not express."""
 
     def pack(
         self, values: Mapping[str, float], axis: Axis = "linear", tail: Vector | None = None
     ) -> Vector:
-        """As `Law.pack`; also raises ValueError where z_ba is not below z_max = F_s/sigma_0."""
+        """Return p as `Law.pack` does.
+
+        Raises ValueError also if z_ba is not below z_max = F_s/sigma_0.
+        """
         p = super().pack(values, axis, tail)
         yielded = p[BREAKAWAY] / p[SIGMA_0]
         if p[Z_BA] >= yielded:
             unit = ELASTIC_LIMIT.unit(axis)
             raise ValueError(
-                f"elastic_limit is {p[Z_BA]:g} {unit}; allowed: < breakaway/stiffness, {yielded:g} {unit} (nothing would ever slide)"
+                f"elastic_limit is {p[Z_BA]:g} {unit}; allowed: < breakaway/stiffness, "
+                f"{yielded:g} {unit} (nothing would ever slide)"
             )
         return p
 

@@ -1,14 +1,13 @@
-"""What any law takes on top: levels by direction, position and time at rest; speed regimes; a film
-between velocity and friction.
+"""Extensions of any law: levels by direction, position and time at rest; speed regimes; a film.
 
-    F_c(x, direction)    = F_c(direction) position factor(x, direction)
-                         (4.41)-(4.44)
-    F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t)      3.4.2.3
+    F_c(x, direction)    = F_c(direction) position factor(x, direction)             (4.41)-(4.44)
+    F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t)   3.4.2.3
     F                    = F_law(film velocity) + sigma_v (v - film velocity) + knee force(v)
 
-Before it asks a law, a driver writes the levels that hold now into the law's parameter array: the
-law's kernels stay as they are. A driver composes what adds to the force (friction/speed_regimes.py)
-and what changes the velocity that the dry part sees (friction/lubricant_film.py).
+Before a driver calls a kernel of the law, it writes the present levels into the parameter array;
+the kernels themselves do not change. The driver adds the force of the speed regimes
+(friction/speed_regimes.py) and computes the velocity of the film between the surfaces
+(friction/lubricant_film.py).
 """
 
 from __future__ import annotations
@@ -32,14 +31,17 @@ from frictool.runtime.kernels import kernel
 Vector = NDArray[np.float64]
 CONSTANT: tuple[float, ...] = (1.0,)
 
-# layout of the table; the coefficients of both polynomials and then the (knee, slope) pairs follow
+# indices in the table; the coefficients of both polynomials and the (knee, slope) pairs follow
 BREAKAWAY_INDEX, VISCOUS_INDEX, FRESH, RISE_TIME, LOW, HIGH, LAG, BOUNDARY, DELAY = range(9)
 BACKWARD_START, KNEES_START, COEFFICIENTS = range(9, 12)
 
 
 class PackedExtension(NamedTuple):
-    """An extension of a law for the kernels: the law's parameters in each direction, and the table
-    laid out above; none: no extension."""
+    """An extension of a law as arrays for the kernels.
+
+    `forward` and `backward` are the parameter arrays p of the law for each direction. `table` has
+    the indices defined above; it is empty if there is no extension.
+    """
 
     forward: Vector
     backward: Vector
@@ -48,17 +50,16 @@ class PackedExtension(NamedTuple):
 
 @dataclass(frozen=True)
 class FrictionExtension:
-    """What a law takes on top, SI; the default changes nothing.
+    """Extension of a friction law, in SI; the default values change nothing.
 
-    forward, backward: coefficients of the position factors, lowest power first, over travel = (low,
-    high) [m | rad], as `position_polynomial.normalised` gives them. fresh in (0, 1], rise_time [s]:
+    backward_values: parameters of the law that differ in the negative direction. forward, backward:
+    coefficients of the position factors, lowest power first, over travel = (low, high) [m | rad],
+    as returned by `position_polynomial.normalised_coefficients`. fresh in (0, 1], rise_time [s]:
     friction/rising_breakaway.py. regimes: (knee, slope) pairs of friction/speed_regimes.py. lag or
     delay [s], boundary [m/s | rad/s]: friction/lubricant_film.py.
     """
 
-    backward_values: Mapping[str, float] = field(
-        default_factory=dict
-    )  # parameters that differ in the negative direction
+    backward_values: Mapping[str, float] = field(default_factory=dict)
     forward: tuple[float, ...] = CONSTANT
     backward: tuple[float, ...] = CONSTANT
     travel: tuple[float, float] = (0.0, 1.0)
@@ -71,12 +72,14 @@ class FrictionExtension:
 
     @property
     def plain(self) -> bool:
-        """Whether it changes nothing."""
+        """True if the extension changes nothing."""
         return self == NO_EXTENSION
 
     def pack(self, law: Law, p: Vector, axis: Axis = "linear") -> PackedExtension:
-        """For the kernels, on a law whose parameters are p: `law.pack(...)`. ValueError, one line,
-        for what the law does not take."""
+        """Return the arrays for the kernels; p is the result of `law.pack(...)`.
+
+        A one-line ValueError reports a value out of range or a part that this law does not support.
+        """
         self._check_numbers()
         self._check_law(law)
         names = [parameter.name for parameter in law.parameters]
@@ -89,7 +92,8 @@ class FrictionExtension:
             if place >= 0 and self.rise_time > 0.0 and self.fresh * levels_of[place] < levels_of[0]:
                 low = self.fresh * levels_of[place]
                 raise ValueError(
-                    f"fresh is {self.fresh:g}: a fresh breakaway is {low:g}; allowed: >= coulomb, {levels_of[0]:g}"
+                    f"fresh is {self.fresh:g}: a fresh breakaway is {low:g}; allowed: >= "
+                    f"coulomb, {levels_of[0]:g}"
                 )
             if "elastic_limit" in names:
                 self._check_elastic_limit(
@@ -113,14 +117,17 @@ class FrictionExtension:
         return PackedExtension(np.array(p, dtype=np.float64), backward, table)
 
     def _check_elastic_limit(self, elastic: float, yielded: float) -> None:
-        """ValueError where the presliding limit falls below z_ba: (2.46) would jump from elastic to
-        plastic and back without end."""
+        """Raise ValueError if the presliding limit falls below z_ba.
+
+        (2.46) would then jump between elastic and plastic without end.
+        """
         smallest = yielded * min(
             minimum(self.forward, *self.travel)[1], minimum(self.backward, *self.travel)[1]
         )
         if elastic >= smallest:
             raise ValueError(
-                f"elastic_limit is {elastic:g}; allowed: below the least breakaway/stiffness of the extension, {smallest:g}"
+                f"elastic_limit is {elastic:g}; allowed: below the least breakaway/stiffness "
+                f"of the extension, {smallest:g}"
             )
 
     def _check_numbers(self) -> None:
@@ -132,19 +139,22 @@ class FrictionExtension:
             or low >= high
         ):
             raise ValueError(
-                f"position factors need finite coefficients and a travel low < high, found [{low:g}, {high:g}]"
+                "position factors need finite coefficients and a travel low < high, found "
+                f"[{low:g}, {high:g}]"
             )
         for name, coefficients in (("forward", self.forward), ("backward", self.backward)):
             smallest = minimum(coefficients, low, high)[1]
             if smallest <= 0.0:
                 raise ValueError(
-                    f"the {name} position factor falls to {smallest:g} within the travel; allowed: > 0 everywhere"
+                    f"the {name} position factor falls to {smallest:g} within the travel; "
+                    "allowed: > 0 everywhere"
                 )
         if not 0.0 < self.fresh <= 1.0 or not (
             math.isfinite(self.rise_time) and self.rise_time >= 0.0
         ):
             raise ValueError(
-                f"fresh is {self.fresh:g}, rise_time {self.rise_time:g} s; allowed: fresh in (0, 1], rise_time >= 0"
+                f"fresh is {self.fresh:g}, rise_time {self.rise_time:g} s; allowed: fresh in "
+                "(0, 1], rise_time >= 0"
             )
         film = {"lag": self.lag, "delay": self.delay, "boundary": self.boundary}
         for name, value in film.items():
@@ -156,7 +166,7 @@ class FrictionExtension:
             )
 
     def _check_law(self, law: Law) -> None:
-        """ValueError where the law has no place for a part of the extension."""
+        """Raise ValueError if the law does not support a part of the extension."""
         names = {parameter.name for parameter in law.parameters}
         dynamic = isinstance(law.kernels, DynamicKernels)
         stores = dynamic and "presliding_limit" in names
@@ -166,7 +176,8 @@ class FrictionExtension:
             raise ValueError(f"{law.name} {reason}: nothing rises with the time at rest (dwell)")
         if stores and by_direction:
             raise ValueError(
-                f"{law.name} stores force in its contacts: levels that differ by direction would release more than was stored"
+                f"{law.name} stores force in its contacts: levels that differ by direction "
+                "would release more than was stored"
             )
         if (self.lag > 0.0 or self.delay > 0.0 or self.boundary > 0.0) and (
             dynamic or law.approximation
@@ -189,10 +200,9 @@ def levels(
     dwell: float,
     out: Vector,
 ) -> float:
-    """Fills out with the law's parameters that hold at x [m | rad], in `direction`, after `dwell`
-    [s] at rest.
+    """Write the law's parameters at x [m | rad], in `direction`, after `dwell` [s] at rest, to out.
 
-    Returns what the breakaway of the direction is multiplied by.
+    Returns the factor of the breakaway: position factor times dwell factor.
     """
     first, second, last = COEFFICIENTS, int(table[BACKWARD_START]), int(table[KNEES_START])
     out[:] = forward if direction > 0.0 else backward
@@ -207,12 +217,12 @@ def levels(
 
 
 def pack_plain_law(p: Vector) -> PackedExtension:
-    """What a driver is given for a law alone."""
+    """Return the arrays of a law without an extension."""
     return PackedExtension(p, p, np.zeros(0))
 
 
 @kernel
 def regime_table(table: Vector) -> Vector:
-    """The speed regimes of a table, as friction/speed_regimes.py takes them."""
+    """Return the speed regimes of a table in the layout of friction/speed_regimes.py."""
     regimes: Vector = table[int(table[KNEES_START]) :]
     return regimes

@@ -1,12 +1,12 @@
-"""Hybrid version A, without presliding (3.28)-(3.31). State z = [t_0], the time spent stuck,
-counted up to T_0.
+"""Hybrid version A, without presliding (3.28)-(3.31).
 
     mode 0   v' = -p0 v, F = u           C_{0->1}: |u| > F_s and (sign u = sign v or t_0 >= T_0)
     mode 1   Stribeck's law              C_{1->0}: (3.2)
 
-(3.30) prints t_0 > T_0 where (3.28) stops t_0 at T_0, which would never leave: >= is meant. T_0 = 0
-is the simplified C_{0->1} of 3.6. Dissipates (3.42) with the storage m v^2/2 and the supply (u -
-F_sec) v.
+The state is z = [t_0], the time since the body stuck, counted up to T_0. (3.30) prints t_0 > T_0.
+As (3.28) stops t_0 at T_0, that condition would never hold; the code uses >=. T_0 = 0 is the
+simplified C_{0->1} of 3.6. The law dissipates (3.42) with the storage m v^2/2 and the supply
+(u - F_sec) v.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ RATE, HOLD = 7, 8
 
 @kernel
 def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """The mode that follows, (3.30)."""
+    """Return the next mode (3.30)."""
     if mode == SLIPPING:
         return STUCK if is_captured(v, u, p) else SLIPPING
     return SLIPPING if abs(u) > p[BREAKAWAY] and (u * v > 0.0 or z[0] >= p[HOLD]) else STUCK
@@ -46,39 +46,39 @@ def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Starts the clock of the mode just entered. Returns friction/status.py."""
+    """Reset t_0 to 0 [s]; return a code of friction/status.py."""
     z[0] = 0.0
     return OK
 
 
 @kernel
 def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Friction [N | N m]: the effort itself in mode 0, (3.28)."""
+    """Return the friction [N | N m]; in mode 0 it equals the effort (3.28)."""
     return u if mode == STUCK else sliding_force(v, u, p)
 
 
 @kernel
 def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """v' [m/s^2 | rad/s^2], (3.28), (3.29)."""
+    """Return v' [m/s^2 | rad/s^2], (3.28), (3.29)."""
     return float(-p[RATE] * v if mode == STUCK else (u - sliding_force(v, u, p)) / p[MASS])
 
 
 @kernel
 def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
-    """Fills out (1,) with t_0'. Returns friction/status.py."""
+    """Write t_0' to out (1,); return a code of friction/status.py."""
     out[0] = 1.0 if mode == STUCK and z[0] < p[HOLD] else 0.0
     return OK if math.isfinite(v) else NOT_FINITE
 
 
 @kernel
 def commit(mode: int, z: Vector, p: Vector) -> int:
-    """There is no memory. Returns friction/status.py."""
+    """Return OK: this version has no memory."""
     return OK
 
 
 @kernel
 def reset(p: Vector) -> Vector:
-    """State (1,) of a body just stuck."""
+    """Return the state (1,) of a body that has just stuck."""
     return np.zeros(1)
 
 

@@ -1,14 +1,17 @@
-"""Hybrid version B, linear presliding (3.32)-(3.36). State z = [z], the presliding.
+"""Hybrid version B, linear presliding (3.32)-(3.36).
 
-    mode 0   z' = v, m v' = u - k1 z - k2 v     C_{0->1}: (z >= z_max, u > F_s, v >= 0) or (z <=
-             -z_max, u < -F_s, v <= 0)
+    mode 0   z' = v, m v' = u - k1 z - k2 v     C_{0->1}: (z >= z_max, u > F_s, v >= 0)
+                                                       or (z <= -z_max, u < -F_s, v <= 0)
     mode 1   Stribeck's law, z = +-z_max        C_{1->0}: (3.2)
-    k1 = F_s/z_max, k2 = 2 sqrt(m F_s/z_max)    (3.35): F_s is borne at z_max, critically damped
+    k1 = F_s/z_max, k2 = 2 sqrt(m F_s/z_max)    (3.35): F_s at z_max, critically damped
 
-(3.12)-(3.13) print k1 and k2 in each other's place; (3.17), (3.32) have them as here. (3.13),
-(3.32) print x = x_{1->0} + z: x moves on from where the body was captured, x_{1->0} is x - z at the
-switch. A driver that integrates x' = v has it so. (3.34) has no condition on v: a body that springs
-back while u rises past F_s would leave and be captured at once, (3.27), at the wrong limit.
+The state is z = [z], the presliding displacement. The code corrects three points of the thesis:
+
+- (3.12) and (3.13) exchange k1 and k2; (3.17) and (3.32) have them as above.
+- (3.13) and (3.32) print x = x_{1->0} + z. Here x_{1->0} is x - z at the switch, so that x is
+  continuous at the capture. A driver that integrates x' = v does the same.
+- (3.34) has no condition on v. A body that springs back while u rises past F_s would then leave
+  the contact at the wrong limit and be captured at once (3.27).
 """
 
 from __future__ import annotations
@@ -39,19 +42,19 @@ LIMIT = 7
 
 @kernel
 def presliding_stiffness(p: Vector) -> float:
-    """k1 [N/m | N m/rad], (3.35)."""
+    """Return k1 [N/m | N m/rad], (3.35)."""
     return float(p[BREAKAWAY] / p[LIMIT])
 
 
 @kernel
 def presliding_damping(p: Vector) -> float:
-    """k2 [N s/m | N m s/rad], (3.35)."""
+    """Return k2 [N s/m | N m s/rad], (3.35)."""
     return 2.0 * math.sqrt(p[MASS] * p[BREAKAWAY] / p[LIMIT])
 
 
 @kernel
 def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """The mode that follows, (3.34): the contact is left outwards only."""
+    """Return the next mode (3.34); a body leaves the contact only outwards."""
     if mode == SLIPPING:
         return STUCK if is_captured(v, u, p) else SLIPPING
     broken = (z[0] >= p[LIMIT] and u > p[BREAKAWAY] and v >= 0.0) or (
@@ -62,8 +65,11 @@ def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Slip leaves the contact at its limit in the slip's direction, |z| = z_max (3.33). Returns
-    friction/status.py."""
+    """Set z to its limit in the direction of motion, |z| = z_max (3.33).
+
+    The direction is that of u on entering slip, and that of v on entering stick; z stays as it is
+    if v = 0. Returns a code of friction/status.py.
+    """
     if mode == SLIPPING:
         z[0] = math.copysign(p[LIMIT], u)
     elif v != 0.0:
@@ -73,7 +79,7 @@ def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Friction [N | N m], (3.32), (3.33)."""
+    """Return the friction [N | N m], (3.32), (3.33)."""
     if mode == STUCK:
         return float(presliding_stiffness(p) * z[0] + presliding_damping(p) * v)
     return sliding_force(v, u, p)
@@ -81,13 +87,13 @@ def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """v' [m/s^2 | rad/s^2]."""
+    """Return v' [m/s^2 | rad/s^2]."""
     return float((u - force(mode, v, u, z, p)) / p[MASS])
 
 
 @kernel
 def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
-    """Fills out with z' [m/s | rad/s] in its first place, 0 behind. Returns friction/status.py."""
+    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a code of friction/status.py."""
     out[:] = 0.0
     if mode == STUCK:
         out[0] = v
@@ -96,7 +102,7 @@ def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
 
 @kernel
 def commit(mode: int, z: Vector, p: Vector) -> int:
-    """There is no memory. Returns friction/status.py."""
+    """Return OK: this version has no memory."""
     return OK
 
 

@@ -1,10 +1,10 @@
-"""Hybrid version C, presliding by the Preisach operator (3.37)-(3.39). State: [z, memory of
-friction/reversal_memory.py].
+"""Hybrid version C, presliding by the Preisach operator (3.37)-(3.39).
 
     mode 0   z' = v, m v' = u - Preisach(z) - k2 v      mode 1, C_{0->1}, C_{1->0}: as version B
 
-(3.37) prints no damping, with which the stuck body rings (small loops hardly dissipate): k2 is
-version B's (3.35). Slip saturates the operator: all reversals are forgotten.
+The state is [z, memory of friction/reversal_memory.py]. (3.37) prints no damping; the stuck body
+would then ring, since small loops hardly dissipate. k2 is that of version B (3.35). Slip saturates
+the operator, which forgets all reversals.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MEMORY, FIXED = 1, 8
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """As version B; the operator saturates with z. Returns friction/status.py."""
+    """Set z as version B does and saturate the operator; return a code of friction/status.py."""
     status = hybrid_b.enter(mode, v, u, z, p)
     z[MEMORY + COUNT] = 0.0
     z[MEMORY + POSITION] = z[MEMORY + FORCE] = math.copysign(1.0, z[0])
@@ -41,7 +41,7 @@ def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Friction [N | N m], (3.37), (3.38)."""
+    """Return the friction [N | N m], (3.37), (3.38)."""
     if mode == STUCK:
         return (
             preisach_force(z[MEMORY:], z[0], p[FIXED:], p[BREAKAWAY], p[LIMIT])
@@ -52,19 +52,19 @@ def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """v' [m/s^2 | rad/s^2]."""
+    """Return v' [m/s^2 | rad/s^2]."""
     return float((u - force(mode, v, u, z, p)) / p[MASS])
 
 
 @kernel
 def commit(mode: int, z: Vector, p: Vector) -> int:
-    """Moves the operator to the accepted z. Returns friction/status.py."""
+    """Move the operator to the accepted z; return a code of friction/status.py."""
     return preisach_move(z[MEMORY:], z[0], p[FIXED:], p[LIMIT]) if mode == STUCK else OK
 
 
 @kernel
 def reset(p: Vector) -> Vector:
-    """State of a contact that never moved, with room for DEPTH nested reversals."""
+    """Return the state of a contact that has never moved, for up to DEPTH nested reversals."""
     return np.zeros(MEMORY + FIRST + 2 * DEPTH)
 
 

@@ -1,19 +1,16 @@
-"""What the hybrid versions share (3.2)-(3.5): two modes, the slip of mode 1, the capture C_{1->0}.
+"""Kernels that the hybrid versions share (3.2)-(3.5): slip of mode 1 and capture C_{1->0}.
 
-=====  ========
-=====================================================================================
-mode   name      motion
-=====  ========
-=====================================================================================
-0      STUCK     version A: v' = -p0 v; versions B, C: spring or hysteresis of the presliding z
-1      SLIPPING  m v' = u - g(v) sign(v) - sigma_v v, Stribeck's law
-=====  ========
-=====================================================================================
+====  ========  ==========================================================================
+mode  name      motion
+====  ========  ==========================================================================
+0     STUCK     version A: v' = -p0 v; versions B, C: spring or hysteresis in presliding
+1     SLIPPING  m v' = u - g(v) sign(v) - sigma_v v (Stribeck's law)
+====  ========  ==========================================================================
 
-C_{1->0}: (u < F_c and 0 < v < Sigma) or (u > -F_c and -Sigma < v < 0), (3.2): holds for Sigma > 3
-v_s. At v = 0 the slip's direction is that of the effort that has just broken the contact. Where F_c
-or F_s differ by direction the driver hands over p of the velocity's direction in slip, of the
-effort's at rest.
+C_{1->0} is (u < F_c and 0 < v < Sigma) or (u > -F_c and -Sigma < v < 0), (3.2), valid for Sigma > 3
+v_s. At v = 0 the body slips in the direction of the effort that broke the contact. If F_c or F_s
+differ by direction, the driver passes the parameters p for the direction of the velocity in slip,
+and for that of the effort at rest.
 """
 
 from __future__ import annotations
@@ -33,19 +30,19 @@ STUCK, SLIPPING = 0, 1
 INERTIA = LawParameter("inertia", "kg", "kg m^2", exclusive=True)  # m
 CAPTURE_VELOCITY = LawParameter("capture_velocity", "m/s", "rad/s", exclusive=True)  # Sigma
 HYBRID = (*STRIBECK, INERTIA, CAPTURE_VELOCITY)
-MASS, SIGMA = 5, 6  # where they lie in p
+MASS, SIGMA = 5, 6  # indices in p
 
 
 @kernel
 def sliding_force(v: float, u: float, p: Vector) -> float:
-    """Friction in mode 1 [N | N m], (3.4)."""
+    """Return the friction in mode 1 [N | N m], (3.4)."""
     direction = math.copysign(1.0, v) if v != 0.0 else math.copysign(1.0, u)
     return slip_force(v, direction, p)
 
 
 @kernel
 def is_captured(v: float, u: float, p: Vector) -> bool:
-    """C_{1->0}, (3.2)."""
+    """Return True if the capture condition C_{1->0} holds (3.2)."""
     return bool(
         (0.0 < v < p[SIGMA] and u < p[COULOMB]) or (-p[SIGMA] < v < 0.0 and u > -p[COULOMB])
     )

@@ -1,11 +1,12 @@
-"""Simulation parameters of the hybrid versions from the bench, and the inequalities that they have
-to keep (3.31), (3.36).
+"""Simulation parameters of the hybrid versions from bench data, with the inequalities they meet.
 
-(3.8)   p0 >= 5/T_s                stuck within one sample of the controller
-(3.10)  Sigma < delta_x p0         a capture moves the body by less than one encoder step
-(3.11)  m Sigma > u_max T_e        no step of the integration jumps over the capture
-(3.31)  T_0 >= T_e_min
-3.2     Sigma > 3 v_s              (3.2) compares u with F_c, where the friction has fallen to it
+The inequalities are, with the thesis's equation or section:
+
+    (3.8)   p0 >= 5/T_s                sticks within one sample of the controller
+    (3.10)  Sigma < delta_x p0         a capture moves the body by less than one encoder step
+    (3.11)  m Sigma > u_max T_e        no integration step jumps over the capture
+    (3.31)  T_0 >= T_e_min
+    3.2     Sigma > 3 v_s              (3.2) compares u with F_c: g(v) must have fallen to F_c
 """
 
 from __future__ import annotations
@@ -17,27 +18,26 @@ from typing import Literal
 from frictool.friction.parameter import Axis
 
 Version = Literal["hybrid_a", "hybrid_b", "hybrid_c"]
-# part of an encoder step by which a capture moves the body, where Stribeck's velocity does not ask
-# for more
+# travel of a capture in encoder steps, unless Stribeck's velocity needs a larger Sigma
 TRACE = 0.01
-ABOVE_STRIBECK = 4.0  # Sigma in units of v_s; 3.2 asks for more than 3
+ABOVE_STRIBECK = 4.0  # Sigma in units of v_s; section 3.2 requires more than 3
 WITHIN_STEP = 0.8  # T_e in units of its bound (3.11)
 
 
 @dataclass(frozen=True)
 class HybridBench:
-    """What the bench gives, SI, linear | rotary."""
+    """Bench data for the hybrid versions, in SI, linear | rotary."""
 
     sample_period: float  # T_s [s]
     encoder_step: float  # delta_x [m | rad]
     inertia: float  # m [kg | kg m^2]
     effort_limit: float  # u_max [N | N m]
-    stribeck_velocity: float = 0.0  # v_s [m/s | rad/s]; 0 where the friction falls at once
+    stribeck_velocity: float = 0.0  # v_s [m/s | rad/s]; 0 if the friction drops at once
 
 
 @dataclass(frozen=True)
 class HybridSettings:
-    """Parameters of the simulation, SI."""
+    """Simulation parameters of a hybrid version, in SI."""
 
     convergence_rate: float  # p0 [1/s]
     capture_velocity: float  # Sigma [m/s | rad/s]
@@ -54,12 +54,11 @@ def _positive(owner: HybridBench | HybridSettings, may_be_zero: tuple[str, ...])
 
 
 def settings_from_bench(bench: HybridBench) -> HybridSettings:
-    """p0 by (3.8), the smallest useful Sigma, T_e by (3.11). Raises ValueError where a value of the
-    bench is out of range.
+    """Return p0 by (3.8), the smallest useful Sigma, and T_e by (3.11).
 
-    A smaller Sigma is closer to the exact stop and asks for a smaller step; below 1 % of an encoder
-    step nobody sees the difference. Where the encoder is too fine for v_s the result breaks (3.10):
-    ask `violations`.
+    A smaller Sigma is closer to the exact stop but requires a smaller step; below 1 % of an encoder
+    step the difference is not visible. If the encoder is too fine for v_s, the result violates
+    (3.10): check it with `violations`. Raises ValueError if a bench value is out of range.
     """
     _positive(bench, ("stribeck_velocity",))
     rate = 5.0 / bench.sample_period
@@ -70,10 +69,9 @@ def settings_from_bench(bench: HybridBench) -> HybridSettings:
 def violations(
     version: Version, bench: HybridBench, settings: HybridSettings, axis: Axis = "linear"
 ) -> list[str]:
-    """The inequalities that the settings break, one line each with its numbers; empty where all
-    hold.
+    """Return the inequalities that the settings violate, one line each with its numbers.
 
-    Raises ValueError where a value is not finite or out of range.
+    Raises ValueError if a value is not finite or out of range.
     """
     _positive(bench, ("stribeck_velocity",))
     _positive(settings, ("shortest_step", "hold_time"))
@@ -86,19 +84,29 @@ def violations(
     if version == "hybrid_a":
         if s.convergence_rate < 5.0 / b.sample_period:
             broken.append(
-                f"(3.8) p0 >= 5/T_s: p0 = {s.convergence_rate:g} 1/s, 5/T_s = {5.0 / b.sample_period:g} 1/s (T_s = {b.sample_period:g} s)"
+                f"(3.8) p0 >= 5/T_s: p0 = {s.convergence_rate:g} 1/s, 5/T_s = "
+                f"{5.0 / b.sample_period:g} 1/s (T_s = {b.sample_period:g} s)"
             )
         if s.capture_velocity >= b.encoder_step * s.convergence_rate:
             value = b.encoder_step * s.convergence_rate
-            bound = f"delta_x p0 = {b.encoder_step:g} {length} x {s.convergence_rate:g} 1/s = {value:g} {speed}"
+            bound = (
+                f"delta_x p0 = {b.encoder_step:g} {length} x {s.convergence_rate:g} 1/s = "
+                f"{value:g} {speed}"
+            )
             broken.append(f"(3.10) Sigma < delta_x p0: {sigma}, {bound}")
         if s.hold_time < s.shortest_step:
             broken.append(
                 f"(3.31) T_0 >= T_e_min: T_0 = {s.hold_time:g} s, T_e_min = {s.shortest_step:g} s"
             )
     if b.inertia * s.capture_velocity <= b.effort_limit * s.step:
-        left = f"m Sigma = {b.inertia:g} {mass} x {s.capture_velocity:g} {speed} = {b.inertia * s.capture_velocity:g} {effort} s"
-        right = f"u_max T_e = {b.effort_limit:g} {effort} x {s.step:g} s = {b.effort_limit * s.step:g} {effort} s"
+        left = (
+            f"m Sigma = {b.inertia:g} {mass} x {s.capture_velocity:g} {speed} = "
+            f"{b.inertia * s.capture_velocity:g} {effort} s"
+        )
+        right = (
+            f"u_max T_e = {b.effort_limit:g} {effort} x {s.step:g} s = "
+            f"{b.effort_limit * s.step:g} {effort} s"
+        )
         broken.append(f"(3.11) m Sigma > u_max T_e: {left}, {right}")
     if s.capture_velocity <= 3.0 * b.stribeck_velocity:
         broken.append(

@@ -1,4 +1,4 @@
-"""Coulomb friction alone, (2.30): F = F_c sign(v) in slip, F = u up to F_c at rest."""
+"""Coulomb friction alone (2.30): F = F_c sign(v) in slip, F = u up to F_c at rest."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Vector = NDArray[np.float64]
 
 @kernel
 def slip_force(v: float, direction: float, p: Vector) -> float:
-    """Friction [N | N m] that opposes a motion in `direction`."""
+    """Return the friction [N | N m] against a motion in `direction`."""
     return coulomb_viscous.slip_force(v, direction, p[0], 0.0)
 
 
 @kernel
 def slip_slope(v: float, direction: float, p: Vector) -> float:
-    """Derivative of `slip_force` by v: 0."""
+    """Return the derivative of `slip_force` by v: 0."""
     return 0.0
 
 

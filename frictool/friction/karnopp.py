@@ -1,8 +1,8 @@
-"""Karnopp's law (2.35)-(2.36): SVC with a band in which the velocity that is reported, v_m, is
-zero.
+"""Karnopp's law (2.35)-(2.36): SVC with a velocity band in which the position stands still.
 
-Inside the band m v' = u - held_force(u): the momentum goes on being integrated while v_m = 0 stops
-the position, hence no drift. Outside, m v' = u - F_c sign(v) - sigma_0 v: (2.36) prints + sigma_0
+SVC is static, viscous and Coulomb friction (friction/svc.py). Inside the band m
+v' = u - sticking_force(u): the momentum is still integrated, but v_m = 0 stops the position, so
+that the body does not drift. Outside, m v' = u - F_c sign(v) - sigma_0 v; (2.36) prints + sigma_0
 v, which would drive the body.
 """
 
@@ -23,7 +23,7 @@ Vector = NDArray[np.float64]
 
 @kernel
 def seen_velocity(v: float, p: Vector) -> float:
-    """v_m of (2.35): the velocity that moves the body, 0 inside the band."""
+    """Return v_m of (2.35) [m/s | rad/s], the velocity that moves the body: 0 inside the band."""
     return 0.0 if abs(v) <= p[3] else v
 
 

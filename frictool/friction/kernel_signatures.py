@@ -1,9 +1,9 @@
-"""Types of the kernels of each kind, for drivers that take them as arguments.
+"""Types of the kernels of each kind, for drivers that take kernels as arguments.
 
-A driver that takes `kernels.pointer(kernel, SLIP_FORCE)` is compiled once, kept on disk, and runs
-every law of the kind; one that takes the kernels themselves is compiled anew for every law in every
-process. Never hand a kernel itself to a driver that is declared with these types: numba would keep
-it under the pointer's key, and load the pointer, which Python cannot call, in its place.
+A driver that takes `kernels.pointer(kernel, SLIP_FORCE)` is compiled once, is cached on disk, and
+runs every law of the kind. A driver that takes the kernels themselves is compiled again for every
+law in every process. Never pass a kernel itself to a driver declared with these types: numba would
+cache it under the key of the pointer, and later load a pointer, which Python cannot call.
 """
 
 from __future__ import annotations

@@ -1,18 +1,16 @@
-"""What a friction law is: its parameters, and the kernels that one driver per kind runs.
+"""Friction laws: the parameters of a law and the kernels that a driver runs.
 
-    kind     state                            driver
-    static   none                             engine: slips with a fixed direction, sticks up to the
-             breakaway
-    dynamic  z, integrated, and a memory      integrates `rate`, calls `commit` after each accepted
-                                              step
-    hybrid   mode, z and a memory             the same, and asks `mode_after` at each step, `enter`
-             at each switch
+    kind     state                     driver
+    static   none                      slips in a fixed direction, sticks up to the breakaway
+    dynamic  z and a memory            integrates `rate`; calls `commit` after each accepted step
+    hybrid   mode, z and a memory      as dynamic; also calls `mode_after` at each step and `enter`
+                                       at each switch
 
-Kernels of a kind have one signature (friction/kernel_signatures.py), so that a compiled driver
-takes them as arguments. In the parameter array p the fixed parameters come first, in the order of
-`parameters`, then the law's tail where it has one (elements of a Maxwell bank, Everett table), in
-units of breakaway and presliding limit. p[0] is the Coulomb force in every law; p[1] the breakaway
-in every law that has one.
+All kernels of a kind have the same signature (friction/kernel_signatures.py), so that a compiled
+driver takes them as arguments. The parameter array p holds the fixed parameters in the order of
+`parameters`, then the tail of the law if it has one (elements of a Maxwell bank, Everett table).
+The tail is in units of the breakaway and the presliding limit. p[0] is the Coulomb force in every
+law; p[1] is the breakaway in every law that has one.
 """
 
 from __future__ import annotations
@@ -32,42 +30,52 @@ Kernel = Callable[..., Any]
 
 
 class StaticKernels(NamedTuple):
-    """Friction as a function of velocity; `direction` is +1 or -1, fixed by the driver's mode."""
+    """Kernels of a law in which friction is a function of velocity.
+
+    `direction` is +1 or -1; the mode of the driver fixes it.
+    """
 
     slip_force: Kernel  # (v, direction, p) -> force [N | N m]
     slip_slope: Kernel  # (v, direction, p) -> its derivative by v
-    breakaway: Kernel  # (direction, p) -> force that a body at rest bears in that direction
+    breakaway: Kernel  # (direction, p) -> largest friction on a body at rest, in that direction
     band: Kernel  # (p) -> half width of the velocities that count as rest; 0 for exact laws
-    seen_velocity: Kernel  # (v, p) -> velocity that the law reports: v, or v_m of (2.35)
+    seen_velocity: Kernel  # (v, p) -> velocity that moves the position: v, or v_m of (2.35)
 
 
 class DynamicKernels(NamedTuple):
-    """Friction with internal state; z (n,) and its rate out (n,) are float64 arrays."""
+    """Kernels of a law with an internal state.
 
-    rate: Kernel  # (z, v, p, out) -> status; fills out
+    The state z (n,) and its rate out (n,) are float64 arrays.
+    """
+
+    rate: Kernel  # (z, v, p, out) -> status; writes z' to out
     force: Kernel  # (z, zdot, v, p) -> force [N | N m]
-    commit: Kernel  # (z, v, p) -> status; takes an accepted step into the memory, in place
-    reset: Kernel  # (p) -> z at rest, never moved
+    commit: Kernel  # (z, v, p) -> status; records an accepted step in the memory, in place
+    reset: Kernel  # (p) -> z of a body that has never moved
 
 
 class HybridKernels(NamedTuple):
-    """Two modes (friction/hybrid_kernels.py) that see the effort u as well as the velocity."""
+    """Kernels of a law with two modes (friction/hybrid_kernels.py).
+
+    They take the effort u [N | N m] as well as the velocity v.
+    """
 
     mode_after: Kernel  # (mode, v, u, z, p) -> mode
-    enter: Kernel  # (mode, v, u, z, p) -> status; prepares z, in place, for the mode just entered
+    enter: Kernel  # (mode, v, u, z, p) -> status; prepares z, in place, for the new mode
     force: Kernel  # (mode, v, u, z, p) -> force [N | N m]
     acceleration: Kernel  # (mode, v, u, z, p) -> v' [m/s^2 | rad/s^2]
-    rate: Kernel  # (mode, v, z, p, out) -> status; fills out
-    commit: Kernel  # (mode, z, p) -> status; takes an accepted step into the memory, in place
-    reset: Kernel  # (p) -> z at rest, never moved
+    rate: Kernel  # (mode, v, z, p, out) -> status; writes z' to out
+    commit: Kernel  # (mode, z, p) -> status; records an accepted step in the memory, in place
+    reset: Kernel  # (p) -> z of a body that has never moved
 
 
 @dataclass(frozen=True)
 class Law:
-    """A friction law. `equations`: numbers in the thesis. `approximation`: it replaces another law
-    and does not stick.
+    """A friction law: its name, its parameters and its kernels.
 
-    `tail`: the default of what follows the fixed parameters in p; None where nothing follows.
+    `equations` are equation numbers of the thesis. `approximation` marks a regularised law, which
+    never sticks. `tail` returns the default values behind the fixed parameters in p; it is None if
+    p holds the fixed parameters only.
     """
 
     name: str
@@ -80,12 +88,16 @@ class Law:
 
     @property
     def kind(self) -> Literal["static", "dynamic", "hybrid"]:
+        """Kind of the law, which decides the driver."""
         if isinstance(self.kernels, StaticKernels):
             return "static"
         return "dynamic" if isinstance(self.kernels, DynamicKernels) else "hybrid"
 
     def index(self, name: str) -> int:
-        """Where a parameter lies in p. Raises ValueError with the nearest name."""
+        """Return the index of a parameter in p.
+
+        Raises ValueError with the nearest name if the name is unknown.
+        """
         names = [parameter.name for parameter in self.parameters]
         if name in names:
             return names.index(name)
@@ -96,11 +108,11 @@ class Law:
     def pack(
         self, values: Mapping[str, float], axis: Axis = "linear", tail: Vector | None = None
     ) -> Vector:
-        """The kernels' array p from SI values by name. Raises ValueError, one line: unknown,
-        missing or out of range.
+        """Return the kernels' parameter array p from SI values by name.
 
-        `tail` replaces the default tail: `maxwell_bank.bank_tail` or `preisach_cycles.everett_tail`
-        make one from measurements.
+        `tail` replaces the default tail; `maxwell_bank.bank_tail` and
+        `preisach_cycles.everett_tail` compute one from measurements. A one-line ValueError reports
+        a parameter that is unknown, missing or out of range.
         """
         for name in values:
             self.index(name)
@@ -113,13 +125,16 @@ class Law:
         table = self.tail() if tail is None else np.asarray(tail, dtype=np.float64)
         if table.ndim != 1 or not np.all(np.isfinite(table)):
             raise ValueError(
-                f"the table of {self.name} has shape {table.shape}; allowed: one row of finite numbers"
+                f"the table of {self.name} has shape {table.shape}; allowed: one row of "
+                "finite numbers"
             )
         return np.concatenate([fixed, table])
 
     def changed(self, p: Vector, values: Mapping[str, float], axis: Axis = "linear") -> Vector:
-        """A copy of p with these parameters, SI values by name, in place of its own. Raises
-        ValueError as `pack` does."""
+        """Return a copy of p in which these parameters have new SI values.
+
+        Raises ValueError as `pack` does.
+        """
         out = np.array(p, dtype=np.float64)
         for name, value in values.items():
             place = self.index(name)
@@ -141,5 +156,6 @@ class Law:
             if value < bound:
                 unit = f" {parameter.unit(axis)}".rstrip()
                 raise ValueError(
-                    f"{parameter.name} is {value:g}{unit}; allowed: >= {parameter.at_least}, {bound:g}{unit}"
+                    f"{parameter.name} is {value:g}{unit}; allowed: >= {parameter.at_least}, "
+                    f"{bound:g}{unit}"
                 )

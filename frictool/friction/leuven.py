@@ -2,9 +2,9 @@
 
     z' = v (1 - sign(a) |a|^i),  a = F_h(z) sign(v)/g(v)        F = F_h(z) + sigma_1 z' + sigma_v v
 
-(2.49) prints a without sign(v): z would then run away for v < 0. In [8], [9] g carries the sign of
-the velocity, and so it is here. State: [z, z at the last accepted step, deflections of the
-elements]; within a step the bank is evaluated from its last accepted place.
+(2.49) prints a without sign(v); z would then grow without bound for v < 0. In [8] and [9], g has
+the sign of the velocity, as here. The state is [z, z at the last accepted step, deflections of the
+elements]; within a step the bank is evaluated from the last accepted z.
 """
 
 from __future__ import annotations
@@ -29,21 +29,23 @@ Z, ACCEPTED, DEFLECTIONS = 0, 1, 2
 
 @kernel
 def presliding_rate(hysteresis: float, v: float, p: Vector) -> float:
-    """z' [m/s | rad/s] of (2.49) where the hysteresis force is `hysteresis`."""
+    """Return z' [m/s | rad/s] of (2.49) for a hysteresis force [N | N m]."""
     a = math.copysign(1.0, v) * hysteresis / curve(v, p)
     return v * (1.0 - math.copysign(abs(a) ** p[POWER], a))
 
 
 @kernel
 def hysteresis_force(z: Vector, p: Vector) -> float:
-    """F_h at the state's z [N | N m]."""
+    """Return F_h [N | N m] at z."""
     return bank_force(z[DEFLECTIONS:], z[Z] - z[ACCEPTED], p[FIXED:], p[BREAKAWAY], p[LIMIT])
 
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Fills out with z' [m/s | rad/s] in its first place and 0 behind: the memory moves in
-    `commit`. Returns friction/status.py."""
+    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a code of friction/status.py.
+
+    The memory moves in `commit`.
+    """
     slipped = presliding_rate(hysteresis_force(z, p), v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE
@@ -54,13 +56,13 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @kernel
 def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
-    """Friction [N | N m], (2.51)."""
+    """Return the friction [N | N m], (2.51)."""
     return float(hysteresis_force(z, p) + p[SIGMA_1] * zdot[Z] + p[VISCOUS] * v)
 
 
 @kernel
 def commit(z: Vector, v: float, p: Vector) -> int:
-    """Moves the bank to the accepted z. Returns friction/status.py."""
+    """Move the bank to the accepted z; return a code of friction/status.py."""
     if not math.isfinite(z[Z]):
         return NOT_FINITE
     bank_move(z[DEFLECTIONS:], z[Z] - z[ACCEPTED], p[FIXED:], p[LIMIT])
@@ -70,7 +72,7 @@ def commit(z: Vector, v: float, p: Vector) -> int:
 
 @kernel
 def reset(p: Vector) -> Vector:
-    """State (2 + N,) of a contact that never moved."""
+    """Return the state (2 + N,) of a contact that has never moved."""
     return np.zeros(DEFLECTIONS + (p.shape[0] - FIXED) // 2)
 
 

@@ -1,7 +1,7 @@
-"""The Leuven law (2.49)-(2.51) with Masing's hysteresis as its force F_h: friction/leuven.py with
-another memory.
+"""The Leuven law (2.49)-(2.51) with Masing's hysteresis as its force F_h.
 
-State: [z, memory of friction/reversal_memory.py].
+The equations are those of friction/leuven.py. The state is
+[z, memory of friction/reversal_memory.py].
 """
 
 from __future__ import annotations
@@ -26,8 +26,10 @@ Z, MEMORY = 0, 1
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Fills out with z' [m/s | rad/s] in its first place and 0 behind: the memory moves in
-    `commit`. Returns friction/status.py."""
+    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a code of friction/status.py.
+
+    The memory moves in `commit`.
+    """
     slipped = presliding_rate(masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT]), v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE
@@ -38,7 +40,7 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @kernel
 def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
-    """Friction [N | N m], (2.51)."""
+    """Return the friction [N | N m], (2.51)."""
     return float(
         masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT])
         + p[SIGMA_1] * zdot[Z]
@@ -48,7 +50,7 @@ def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
 
 @kernel
 def commit(z: Vector, v: float, p: Vector) -> int:
-    """Moves the hysteresis to the accepted z. Returns friction/status.py."""
+    """Move the hysteresis to the accepted z; return a code of friction/status.py."""
     if not math.isfinite(z[Z]):
         return NOT_FINITE
     return masing_move(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT])
@@ -56,7 +58,7 @@ def commit(z: Vector, v: float, p: Vector) -> int:
 
 @kernel
 def reset(p: Vector) -> Vector:
-    """State of a contact that never moved, with room for DEPTH nested reversals."""
+    """Return the state of a contact that has never moved, for up to DEPTH nested reversals."""
     return np.zeros(MEMORY + FIRST + 2 * DEPTH)
 
 

@@ -1,23 +1,23 @@
-"""The lubricant film between velocity and friction: frictional memory (3.4.2.3) and the regimes of
-figure 2.16.
+"""The lubricant film between velocity and friction: frictional memory and lubrication regimes.
 
-The dry part of a law is taken at the film's velocity w, its viscous part at the body's:    F =
-                                                                                            F_law(w)
-                                                                                            +
-                                                                                            sigma_v
-                                                                                            (v - w)
+The film has a velocity w (3.4.2.3). The dry part of a law is evaluated at w, the viscous part at
+the velocity v of the body:
+
+    F = F_law(w) + sigma_v (v - w)
 
     frictional memory     w follows v through a lag, w' = (v - w)/tau, or through a pure delay
     boundary lubrication  no film forms below v_b:  w = sign(v) max(0, |v| - v_b)
 
-regime  name      where                                  friction
-======  ========  =====================================  =======================================
-1       STATIC    v = 0                                  holds, up to the breakaway
-2       BOUNDARY  0 < |v| <= v_b                         as if dry, independent of the velocity but
-        for sigma_v
-3       PARTIAL   up to the minimum of the curve         falls: Stribeck's effect
-4       FULL      beyond                                 rises: viscous
-======  ========  =====================================  =======================================
+The regimes of figure 2.16 are:
+
+======  ========  =========================  ======================================
+regime  name      velocity                   friction
+======  ========  =========================  ======================================
+1       STATIC    v = 0                      equals the effort, up to the breakaway
+2       BOUNDARY  0 < |v| <= v_b             constant, except for sigma_v
+3       PARTIAL   up to the curve's minimum  falls: Stribeck's effect
+4       FULL      above                      rises: viscous
+======  ========  =========================  ======================================
 """
 
 from __future__ import annotations
@@ -36,21 +36,25 @@ STATIC, BOUNDARY, PARTIAL, FULL = 1, 2, 3, 4
 
 @kernel
 def film_force(at_film: float, v: float, film: float, viscous: float) -> float:
-    """Friction [N | N m] at v where the law gives `at_film` at the film's velocity; `viscous`: the
-    law's sigma_v."""
+    """Return the friction [N | N m] at v from the law's force `at_film` at the film's velocity.
+
+    `viscous` is the law's sigma_v.
+    """
     return at_film + viscous * (v - film)
 
 
 @kernel
 def boundary_film(v: float, boundary: float) -> float:
-    """Film velocity above boundary lubrication [m/s | rad/s]."""
+    """Return the film velocity above boundary lubrication [m/s | rad/s]."""
     return math.copysign(max(0.0, abs(v) - boundary), v)
 
 
 @kernel
 def lagged_film(film: float, v_start: float, v_end: float, lag: float, step: float) -> float:
-    """Film velocity after `step` [s] in which v goes straight from v_start to v_end: the exact
-    response of the lag [s]."""
+    """Return the film velocity after `step` [s] in which v changes linearly from v_start to v_end.
+
+    This is the exact response of a first-order lag [s].
+    """
     if lag == 0.0:
         return v_end
     slope = (v_end - v_start) / step
@@ -59,8 +63,10 @@ def lagged_film(film: float, v_start: float, v_end: float, lag: float, step: flo
 
 @kernel
 def delayed_film(history: Vector, v: float) -> float:
-    """Film velocity of n samples ago; history (n + 1,) is [place, the last n velocities], in place.
-    An empty one does not delay."""
+    """Return the film velocity of n samples ago and store v in history (n + 1,), in place.
+
+    history is [index of the oldest velocity, the last n velocities]; with n = 0 there is no delay.
+    """
     count = history.shape[0] - 1
     if count == 0:
         return v
@@ -73,8 +79,10 @@ def delayed_film(history: Vector, v: float) -> float:
 
 @kernel
 def full_film_velocity(p: Vector) -> float:
-    """Where Stribeck's curve (friction/stribeck.py) has its minimum [m/s | rad/s]: 0 if it never
-    falls, inf if it never rises again."""
+    """Return the velocity [m/s | rad/s] at the minimum of Stribeck's curve (friction/stribeck.py).
+
+    The result is 0 if the curve never falls and inf if it never rises again.
+    """
     exponent, scale = p[STRIBECK_EXPONENT], p[STRIBECK_VELOCITY]
     steepest = scale * ((exponent - 1.0) / exponent) ** (1.0 / exponent) if exponent > 1.0 else 0.0
     if slip_slope(steepest, 1.0, p) >= 0.0:
@@ -96,7 +104,7 @@ def full_film_velocity(p: Vector) -> float:
 
 @kernel
 def regime(v: float, boundary: float, p: Vector) -> int:
-    """The lubrication regime at v: the table above."""
+    """Return the lubrication regime at v, as numbered in the table above."""
     if v == 0.0:
         return STATIC
     if abs(v) <= boundary:

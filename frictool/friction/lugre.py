@@ -2,8 +2,8 @@
 
     z' = v - sigma_0 |v| z/g(v)        F = sigma_0 z + sigma_1 z' + sigma_v v
 
-g is the curve of friction/stribeck.py: steady slip follows Stribeck's law. Dissipates, with the
-storage sigma_0 z^2/2, as long as sigma_1 |v| <= 4 g(v); drifts under any effort (table 3.2).
+g is the curve of friction/stribeck.py: steady slip follows Stribeck's law. The law dissipates with
+the storage sigma_0 z^2/2 as long as sigma_1 |v| <= 4 g(v). It drifts under any effort (table 3.2).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SIGMA_0, SIGMA_1 = 5, 6
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Fills out (1,) with z' [m/s | rad/s], (2.40). Returns friction/status.py."""
+    """Write z' [m/s | rad/s] to out (1,), (2.40); return a code of friction/status.py."""
     slipped = v - p[SIGMA_0] * abs(v) * z[0] / curve(v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE
@@ -36,7 +36,7 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @kernel
 def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
-    """Friction [N | N m], (2.42)."""
+    """Return the friction [N | N m], (2.42)."""
     return float(p[SIGMA_0] * z[0] + p[SIGMA_1] * zdot[0] + p[VISCOUS] * v)
 
 

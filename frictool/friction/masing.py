@@ -1,11 +1,9 @@
-"""Masing's hysteresis with non-local memory (annex A, rules I and II) on the virgin curve of
-friction/virgin_curve.py.
+"""Masing's hysteresis with non-local memory (annex A) on the curve of friction/virgin_curve.py.
 
     rule I    F = f(z)                              no reversal in memory
-    rule II   F = F_m + 2 f((z - z_m)/2)            on the branch that leaves the reversal (z_m,
-              F_m)
+    rule II   F = F_m + 2 f((z - z_m)/2)            after the reversal (z_m, F_m)
 
-The memory is that of friction/reversal_memory.py. Inner loops close where they were opened.
+The memory is that of friction/reversal_memory.py. An inner loop closes at its starting point.
 """
 
 from __future__ import annotations
@@ -22,7 +20,10 @@ Vector = NDArray[np.float64]
 
 @kernel
 def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> float:
-    """Force [N | N m] after a straight movement to z [m | rad]; the memory stays as it is."""
+    """Return the force [N | N m] after a monotonic movement to z [m | rad].
+
+    The memory is not changed.
+    """
     virgin, start, start_force = branch_start(memory, z)
     if virgin:
         return virgin_force(z, breakaway, limit)
@@ -31,6 +32,8 @@ def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> fl
 
 @kernel
 def masing_move(memory: Vector, z: float, breakaway: float, limit: float) -> int:
-    """Moves straight to z: the memory takes it in, its second entry is the force. Returns
-    friction/status.py."""
+    """Move monotonically to z and update the memory; return a code of friction/status.py.
+
+    The force is then memory[1].
+    """
     return remember(memory, z, masing_force(memory, z, breakaway, limit))

@@ -1,12 +1,11 @@
-"""A bank of Maxwell-slip elements: massless springs in parallel, each of which slips at its own
-force (annex A, [9]).
+"""A bank of Maxwell-slip elements: massless springs in parallel, each with its own slip force.
 
-    F = sum_i w_i F_s clip(delta_i/d_i, -1, 1)        delta_i follows the body and stops at +-d_i
-                                                      z_max
+    F = sum_i w_i F_s clip(delta_i/(d_i z_max), -1, 1)
 
-tail = [d_1 .. d_N, w_1 .. w_N]: yield displacement in units of z_max, force in units of F_s, sum w
-= 1. The bank is the Masing hysteresis of its own piecewise linear virgin curve: N points of memory,
-no overflow, for a loss of precision.
+The deflection delta_i follows the body and stops at +-d_i z_max (annex A, [9]). The tail is
+[d_1 .. d_N, w_1 .. w_N]: yield displacements in units of z_max, forces in units of F_s, with sum
+w = 1. The bank is the Masing hysteresis of its own piecewise linear virgin curve. Its memory of N
+deflections cannot overflow, unlike a list of reversals, but is less precise.
 """
 
 from __future__ import annotations
@@ -22,11 +21,10 @@ ELEMENTS = 10
 
 
 def bank_tail(displacements: Vector, forces: Vector) -> Vector:
-    """Elements (2 N,) whose virgin curve runs through (0, 0) and the points (displacements (N,),
-    forces (N,)), in any units.
+    """Return the elements (2 N,) whose virgin curve runs through (0, 0) and N points, in any units.
 
-    Raises ValueError where displacements do not increase from 0, or the curve is not increasing and
-    concave up to its last point.
+    `displacements` and `forces` have shape (N,). Raises ValueError if the displacements do not
+    increase from 0, or if the curve is not increasing and concave up to its last point.
     """
     z = np.concatenate([[0.0], np.asarray(displacements, dtype=np.float64)])
     f = np.concatenate([[0.0], np.asarray(forces, dtype=np.float64)])
@@ -37,21 +35,23 @@ def bank_tail(displacements: Vector, forces: Vector) -> Vector:
         or np.any(np.diff(z) <= 0.0)
     ):
         raise ValueError(
-            "a virgin curve needs as many finite forces as displacements, and displacements that increase from 0"
+            "a virgin curve needs as many finite forces as displacements, and displacements "
+            "that increase from 0"
         )
     slopes = np.append(np.diff(f) / np.diff(z), 0.0)
     stiffness = -np.diff(slopes)
     if slopes[0] <= 0.0 or np.any(slopes < 0.0) or np.any(stiffness < -1e-12 * slopes[0]):
         steps = ", ".join(f"{slope:g}" for slope in slopes[:-1])
         raise ValueError(
-            f"slopes of the virgin curve are {steps}; allowed: none negative, and falling from point to point"
+            f"slopes of the virgin curve are {steps}; allowed: none negative, and falling "
+            "from point to point"
         )
     weights = np.maximum(stiffness, 0.0) * z[1:]
     return np.concatenate([z[1:] / z[-1], weights / weights.sum()])
 
 
 def parabolic_bank() -> Vector:
-    """The bank of ELEMENTS elements through the parabola of friction/virgin_curve.py."""
+    """Return a bank of ELEMENTS elements on the parabola of friction/virgin_curve.py."""
     z = np.arange(1, ELEMENTS + 1) / ELEMENTS
     return bank_tail(z, np.array([virgin_force(point, 1.0, 1.0) for point in z]))
 
@@ -60,8 +60,10 @@ def parabolic_bank() -> Vector:
 def bank_force(
     deflections: Vector, moved: float, tail: Vector, breakaway: float, limit: float
 ) -> float:
-    """Force [N | N m] after a straight movement by `moved` [m | rad]; the deflections (N,) stay as
-    they are."""
+    """Return the force [N | N m] after a monotonic movement by `moved` [m | rad].
+
+    The deflections (N,) are not changed.
+    """
     count = deflections.shape[0]
     total = 0.0
     for i in range(count):
@@ -72,8 +74,7 @@ def bank_force(
 
 @kernel
 def bank_move(deflections: Vector, moved: float, tail: Vector, limit: float) -> None:
-    """Moves straight by `moved`: the deflections (N,) follow, in place, as far as each element
-    holds."""
+    """Move the deflections (N,) by `moved` [m | rad], in place, each within its yield limit."""
     for i in range(deflections.shape[0]):
         bound = tail[i] * limit
         deflections[i] = min(max(deflections[i] + moved, -bound), bound)

@@ -1,14 +1,16 @@
-"""The generalised Maxwell-slip law ([29] of the thesis, named in 2.4.3.1): elements in parallel,
-each sticking or slipping.
+"""The generalised Maxwell-slip law ([29] of the thesis, named in 2.4.3.1).
+
+Parallel elements stick or slip independently:
 
     sticking   F_i' = k_i v                                       until |F_i| reaches w_i g(v)
     slipping   F_i' = C (w_i sign(v) - F_i/g(v))                  until the velocity changes sign
     F = sum F_i + sigma_v v
 
-C [N/s] is how fast slipping friction follows Stribeck's curve g: frictional memory, with the time
-constant g/C. State: [F_1 .. F_N, mode_1 .. mode_N], mode 0 sticking, +-1 slipping in that
-direction; `commit` remembers them. Within a step an element slips as soon as it is loaded enough.
-Elements as in friction/maxwell_bank.py: k_i = w_i F_s/(d_i z_max).
+C [N/s | N m/s] is the rate at which slipping friction follows Stribeck's curve g: frictional memory
+with the time constant g/C. The state is [F_1 .. F_N, mode_1 .. mode_N] with mode 0 for sticking and
++-1 for slipping in that direction; `commit` updates the modes. Within a step an element slips as
+soon as its force reaches the limit. The elements are those of friction/maxwell_bank.py: k_i = w_i
+F_s/(d_i z_max).
 """
 
 from __future__ import annotations
@@ -32,13 +34,16 @@ LIMIT, PULL, FIXED = 5, 6, 7
 
 @kernel
 def _loaded(force: float, v: float, limit: float) -> bool:
-    """Whether an element has reached the force [N | N m] at which it slips."""
+    """Return True if the force on an element [N | N m] has reached the limit at which it slips."""
     return v != 0.0 and math.copysign(force, force * v) >= limit
 
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Fills out (2 N,) with F_i' [N/s | N m/s], and 0 for the modes. Returns friction/status.py."""
+    """Write F_i' [N/s | N m/s] and the modes' rate 0 to out (2 N,).
+
+    Returns a code of friction/status.py.
+    """
     count = z.shape[0] // 2
     level, towards = curve(v, p), math.copysign(1.0, v)
     total = 0.0
@@ -55,7 +60,7 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @kernel
 def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
-    """Friction [N | N m]."""
+    """Return the friction [N | N m]."""
     total = p[VISCOUS] * v
     for i in range(z.shape[0] // 2):
         total += z[i]
@@ -64,7 +69,7 @@ def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
 
 @kernel
 def commit(z: Vector, v: float, p: Vector) -> int:
-    """Decides which elements stick and which slip from here on. Returns friction/status.py."""
+    """Update which elements stick and which slip; return a code of friction/status.py."""
     if not math.isfinite(v):
         return NOT_FINITE
     count = z.shape[0] // 2
@@ -77,7 +82,7 @@ def commit(z: Vector, v: float, p: Vector) -> int:
 
 @kernel
 def reset(p: Vector) -> Vector:
-    """State (2 N,) of a contact that never moved: no force, all elements stick."""
+    """Return the state (2 N,) of a contact that has never moved: no force, all elements stick."""
     return np.zeros(p.shape[0] - FIXED)
 
 

@@ -1,7 +1,7 @@
-"""Parameters of friction laws: name, units and bounds; those that several laws share.
+"""Parameters of friction laws with their units and bounds, and those that several laws share.
 
-SI throughout, linear | rotary. What opposes the motion is a force on a linear axis and a torque on
-a rotary one.
+All values are in SI. Two units are written "linear | rotary": friction is a force on a linear axis
+and a torque on a rotary one.
 """
 
 from __future__ import annotations
@@ -15,8 +15,11 @@ Axis = Literal["linear", "rotary"]
 
 @dataclass(frozen=True)
 class LawParameter:
-    """One parameter. `exclusive`: the minimum itself is refused. `at_least`: another parameter that
-    this one may not fall below."""
+    """Name, units and bounds of one parameter.
+
+    `exclusive`: the minimum itself is not allowed. `at_least`: name of another parameter that is a
+    lower bound of this one.
+    """
 
     name: str
     unit_linear: str
@@ -28,11 +31,11 @@ class LawParameter:
     at_least: str | None = None
 
     def unit(self, axis: Axis) -> str:
-        """The SI unit for this kind of axis; empty where it has none."""
+        """Return the SI unit for this kind of axis; empty if the parameter has no unit."""
         return self.unit_linear if axis == "linear" else self.unit_rotary
 
     def checked(self, value: float, axis: Axis) -> float:
-        """The value. Raises ValueError saying what was found and what is allowed."""
+        """Return the value; raise ValueError with the allowed range if it is outside."""
         low = value > self.minimum if self.exclusive else value >= self.minimum
         if math.isfinite(value) and low and value <= self.maximum:
             return float(value)
@@ -49,15 +52,13 @@ STRIBECK_VELOCITY = LawParameter("stribeck_velocity", "m/s", "rad/s", exclusive=
 STRIBECK_EXPONENT = LawParameter(
     "stribeck_exponent", "", "", exclusive=True, maximum=100.0, default=2.0
 )  # delta_s
-POSITIVE_COULOMB = LawParameter(
-    "coulomb", "N", "N m", exclusive=True
-)  # where a state is measured against it
+POSITIVE_COULOMB = LawParameter("coulomb", "N", "N m", exclusive=True)  # of laws that divide by it
 STIFFNESS = LawParameter(
     "stiffness", "N/m", "N m/rad", exclusive=True
 )  # sigma_0 of the dynamic laws
 DAMPING = LawParameter("damping", "N s/m", "N m s/rad")  # sigma_1
 PRESLIDING_LIMIT = LawParameter("presliding_limit", "m", "rad", exclusive=True)  # z_max
 
-# the curve of Stribeck, in the order of friction/stribeck.py
+# parameters of Stribeck's curve, in the order of friction/stribeck.py
 STRIBECK = (COULOMB, BREAKAWAY, STRIBECK_VELOCITY, STRIBECK_EXPONENT, VISCOUS)
 POSITIVE_STRIBECK = (POSITIVE_COULOMB, *STRIBECK[1:])

@@ -1,9 +1,10 @@
-"""Where over a travel a polynomial is least: at an end, or where its derivative changes sign.
+"""The minimum of a polynomial over an interval.
 
-The zeros of a derivative of up to the second degree are written down; those of a higher one lie one
-each between the zeros of its own derivative, and so on down. Scalars: a campaign asks it of every
-plant that it draws. Eigenvalues of a companion matrix, beside taking twenty times as long, lose all
-digits where the highest coefficient is next to nothing.
+The minimum lies at an end or at a zero of the derivative. The zeros of a derivative up to the
+second degree have a closed form. A derivative of a higher degree has at most one zero between
+neighbouring zeros of its own derivative; the code finds them recursively. It uses scalars because a
+campaign evaluates it for every plant sample. The eigenvalues of a companion matrix take twenty
+times as long, and lose all digits if the highest coefficient is nearly zero.
 """
 
 from __future__ import annotations
@@ -16,16 +17,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
-# Newton's, halving where they leave the bracket: some six, and a zero of the sixth order gains a
-# bit in four
+# largest number of Newton steps, bisecting outside the bracket; about six suffice, but at a zero of
+# the sixth order four steps gain one bit
 STEPS = 200
 
 
 def minimum(coefficients: Sequence[float] | Vector, low: float, high: float) -> tuple[float, float]:
-    """The place in [low, high] and the value there; coefficients finite, lowest power first."""
+    """Return the position of the minimum in [low, high] and the value there.
+
+    The coefficients are finite, lowest power first.
+    """
     b = [float(one) for one in coefficients]
     place, smallest = float(low), _at(b, low)
-    for x in (float(high), *sign_changes(_derivative(b), low, high)):
+    for x in (float(high), *_crossings(_derivative(b), low, high)):
         value = _at(b, x)
         if value < smallest:
             place, smallest = x, value
@@ -43,17 +47,14 @@ def _derivative(b: list[float]) -> list[float]:
     return [power * one for power, one in enumerate(b)][1:]
 
 
-def sign_changes(b: list[float], low: float, high: float) -> list[float]:
-    """Return the zeros in [low, high], rising, at which a polynomial changes sign.
-
-    A zero at which it only touches zero may be among them. Coefficients: lowest power first.
-    """
+def _crossings(b: list[float], low: float, high: float) -> list[float]:
+    """Return the sign changes in [low, high] in rising order; a double zero may be among them."""
     while b and b[-1] == 0.0:
         b = b[:-1]
     if len(b) <= 3:
         return sorted(x for x in _zeros(b) if low <= x <= high)
     slope = _derivative(b)
-    places = [low, *sign_changes(slope, low, high), high]
+    places = [low, *_crossings(slope, low, high), high]
     return [
         _between(b, slope, *ends)
         for ends in pairwise(places)
@@ -62,8 +63,7 @@ def sign_changes(b: list[float], low: float, high: float) -> list[float]:
 
 
 def _zeros(b: list[float]) -> list[float]:
-    """The real zeros of a polynomial of up to the second degree, whose highest coefficient is not
-    zero."""
+    """Return the real zeros of a polynomial of degree 2 or less with a leading coefficient != 0."""
     if len(b) < 3:
         return [-b[0] / b[1]] if len(b) == 2 else []
     most = max(map(abs, b))
@@ -73,13 +73,12 @@ def _zeros(b: list[float]) -> list[float]:
         return []
     q = -(
         half + math.copysign(math.sqrt(inside), half)
-    )  # no difference of near numbers: both zeros to full precision
+    )  # avoids cancellation: both zeros have full precision
     return [one / other for one, other in ((q, a), (c, q)) if other != 0.0]
 
 
 def _between(b: list[float], slope: list[float], first: float, last: float) -> float:
-    """The zero in [first, last], over which the polynomial rises or falls throughout and changes
-    sign."""
+    """Return the zero in [first, last], in which the polynomial is monotonic and changes sign."""
     below = _at(b, first) < 0.0
     x = 0.5 * (first + last)
     for _ in range(STEPS):

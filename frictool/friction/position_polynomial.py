@@ -3,8 +3,8 @@
     C_s(x, direction) = b_n x^n + .. + b_0          C_r = (mean C_r/mean C_s) C_s
 
 A law keeps its mean values; the polynomial, divided by its mean, is a factor of F_c and F_s.
-Outside the travel the factor is that of its end: a cubic fitted on 0..63 rad says nothing beyond.
-coefficients: lowest power first.
+Outside the travel the factor keeps its value at the nearer end, since a cubic fitted on 0..63 rad
+says nothing beyond. Coefficients are in order of rising powers.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Vector = NDArray[np.float64]
 
 @kernel
 def polynomial(coefficients: Vector, x: float) -> float:
-    """sum_i coefficients[i] x^i, by Horner's rule."""
+    """Return sum_i coefficients[i] x^i, by Horner's rule."""
     total = 0.0
     for i in range(coefficients.shape[0] - 1, -1, -1):
         total = total * x + coefficients[i]
@@ -32,13 +32,15 @@ def polynomial(coefficients: Vector, x: float) -> float:
 
 @kernel
 def position_factor(coefficients: Vector, low: float, high: float, x: float) -> float:
-    """Factor >= 0 of F_c and F_s at x [m | rad] within the travel [low, high]."""
+    """Return the factor >= 0 of F_c and F_s at x [m | rad], limited to the travel [low, high]."""
     return max(0.0, polynomial(coefficients, min(max(x, low), high)))
 
 
 def normalise(coefficients: Vector, low: float, high: float) -> tuple[Vector, float]:
-    """The polynomial divided by its mean over [low, high], and that mean. Raises ValueError where
-    the mean is not positive."""
+    """Return the polynomial divided by its mean over [low, high], and that mean.
+
+    Raises ValueError if the mean is not positive.
+    """
     b = np.asarray(coefficients, dtype=np.float64)
     if (
         b.ndim != 1
@@ -48,7 +50,8 @@ def normalise(coefficients: Vector, low: float, high: float) -> tuple[Vector, fl
         or low >= high
     ):
         raise ValueError(
-            f"a polynomial of position needs finite coefficients and a travel low < high, found [{low:g}, {high:g}]"
+            "a polynomial of position needs finite coefficients and a travel low < high, "
+            f"found [{low:g}, {high:g}]"
         )
     powers = np.arange(1, b.size + 1)
     mean = float(np.sum(b * (high**powers - low**powers) / powers) / (high - low))
@@ -63,16 +66,20 @@ def normalise(coefficients: Vector, low: float, high: float) -> tuple[Vector, fl
 def normalised_coefficients(
     coefficients: tuple[float, ...], low: float, high: float
 ) -> tuple[float, ...]:
-    """The first of `normalised`, found once: every plant that is drawn from a model has its map.
-    Raises ValueError as that."""
+    """Return the coefficients of `normalise`, cached: all plant samples of a model share one map.
+
+    Raises ValueError as `normalise` does.
+    """
     return tuple(map(float, normalise(np.array(coefficients), low, high)[0]))
 
 
 def mean_over(
     coefficients: Sequence[float] | Vector, low: float, high: float, first: float, last: float
 ) -> float:
-    """The mean over [first, last] of a polynomial that outside [low, high] is what it is at the
-    end; first < last."""
+    """Return the mean over [first, last] of a polynomial that is constant outside [low, high].
+
+    Outside, the polynomial keeps its value at the nearer end. first < last.
+    """
     curve = np.polynomial.Polynomial(coefficients)
     whole = curve.integ()
     start, end = min(max(first, low), high), min(max(last, low), high)
@@ -84,5 +91,5 @@ def mean_over(
 
 @lru_cache(maxsize=64)
 def least_factor(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, float]:
-    """Where in [low, high] `factors` are least, and their value there; found once."""
+    """Return the position of the least factor in [low, high] and its value there, cached."""
     return minimum(normalised_coefficients(coefficients, low, high), low, high)

@@ -1,19 +1,18 @@
 """The Preisach operator in Everett form (3.18), on a triangle of n x n cells (3.4.3, 3.7.1).
 
-    F = int_S+ mu - int_S- mu          S+, S-: relays (alpha, beta), alpha >= beta, that are up,
-                                       down
-    E(alpha, beta) = int of mu over the triangle between beta and alpha: half the change of F from a
-    reversal at beta to alpha
+    F = int_S+ mu - int_S- mu          S+, S-: sets of relays (alpha, beta), alpha >= beta, that
+                                       are up and down
+    E(alpha, beta)                     integral of mu over the triangle between beta and alpha:
+                                       half the change of F from a reversal at beta to alpha
+    virgin (demagnetised)              F = sign(z) E(|z|, -|z|)
+    after a reversal (z_m, F_m)        F = F_m +- 2 E(max(z, z_m), min(z, z_m))
 
-    virgin (demagnetised)     F = sign(z) E(|z|, -|z|)
-    after a reversal (z_m)    F = F_m +- 2 E(max(z, z_m), min(z, z_m))
-
-The integral needs the reversals that are not wiped out (friction/reversal_memory.py) and not the
-relays. table: E at the nodes -1, -1 + 2/n .. 1, shape ((n+1)^2,), row alpha, column beta;
-displacement in units of z_max, force in units of F_s. Between nodes E is bilinear, and linear in
-alpha - beta in the cells on the diagonal: a density mu uniform in each cell off the diagonal, and
-on the diagonal relays of no width, the elastic part. Friction loops run clockwise: off the diagonal
-mu is negative.
+The evaluation needs only the reversals that are not wiped out (friction/reversal_memory.py), not
+the relays. The table holds E at the nodes -1, -1 + 2/n .. 1, shape ((n+1)^2,), row alpha, column
+beta, with displacements in units of z_max and forces in units of F_s. E is bilinear between nodes,
+and linear in alpha - beta in the cells on the diagonal. The density mu is therefore uniform in each
+cell off the diagonal; on the diagonal it is concentrated in relays of zero width, the elastic part.
+Friction loops run clockwise, so that mu is negative off the diagonal.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ Vector = NDArray[np.float64]
 
 @kernel
 def everett(table: Vector, upper: float, lower: float) -> float:
-    """E(upper, lower) for -1 <= lower <= upper <= 1, in units of F_s."""
+    """Return E(upper, lower) for -1 <= lower <= upper <= 1, in units of F_s."""
     nodes = round(math.sqrt(table.shape[0]))
     cells = nodes - 1
     a, b = 0.5 * cells * (upper + 1.0), 0.5 * cells * (lower + 1.0)
@@ -48,7 +47,10 @@ def everett(table: Vector, upper: float, lower: float) -> float:
 def preisach_force(
     memory: Vector, z: float, table: Vector, breakaway: float, limit: float
 ) -> float:
-    """Force [N | N m] after a straight movement to z [m | rad]; the memory stays as it is."""
+    """Return the force [N | N m] after a monotonic movement to z [m | rad].
+
+    The memory is not changed.
+    """
     return breakaway * _unit_force(memory, min(max(z / limit, -1.0), 1.0), table)
 
 
@@ -66,7 +68,9 @@ def _unit_force(memory: Vector, z: float, table: Vector) -> float:
 
 @kernel
 def preisach_move(memory: Vector, z: float, table: Vector, limit: float) -> int:
-    """Moves straight to z: the memory, in units of z_max and F_s, takes it in. Returns
-    friction/status.py."""
+    """Move monotonically to z and update the memory; return a code of friction/status.py.
+
+    The memory is in units of z_max and F_s.
+    """
     place = min(max(z / limit, -1.0), 1.0)
     return remember(memory, place, _unit_force(memory, place, table))

@@ -1,9 +1,9 @@
 """The distribution of a Preisach operator from centred cycles (3.4.3, 3.7.1, figure 3.8).
 
-A centred cycle of amplitude a runs from a down to -a and back. Its descending branch gives E(a,
-beta) = (F(a) - F(beta))/2 for every beta in [-a, a]; the hysteresis being odd, E(alpha, -a) = E(a,
--alpha) gives the rest. n/2 cycles whose amplitudes lie on the grid's nodes fill the triangle of n x
-n cells: n = 20 and 10 cycles in 3.7.1.
+A centred cycle of amplitude a runs from a down to -a and back. Its descending branch gives
+E(a, beta) = (F(a) - F(beta))/2 for every beta in [-a, a]. Since the hysteresis is odd,
+E(alpha, -a) = E(a, -alpha) gives the rest. n/2 cycles with amplitudes on the grid's nodes fill the
+triangle of n x n cells; 3.7.1 has n = 20 and 10 cycles.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from frictool.friction.virgin_curve import virgin_force
 
 Vector = NDArray[np.float64]
 CELLS = 20  # n of 3.7.1
-PLACED = 1e-6  # how far from its amplitude a cycle may end, relative
+PLACED = 1e-6  # relative tolerance of a cycle's ends
 
 
 def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
-    """The table of friction/preisach.py, shape ((n+1)^2,) with n = 2 len(cycles).
+    """Return the table of friction/preisach.py, shape ((n+1)^2,) with n = 2 len(cycles).
 
-    cycles: descending branches, one per amplitude k z_max/len(cycles), k = 1, 2 ..: (positions
-    falling from a to -a, forces), in any units; between the positions forces are interpolated.
-    Raises ValueError where a branch does not cover its amplitude.
+    `cycles` holds one descending branch per amplitude k z_max/len(cycles), k = 1, 2 ..: (positions
+    falling from a to -a, forces), in any units. Forces are interpolated between positions. Raises
+    ValueError if a branch does not cover its amplitude.
     """
     count = len(cycles)
     if count == 0:
@@ -39,7 +39,8 @@ def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
         amplitude = k * limit / count
         if max(abs(positions[0] - amplitude), abs(positions[-1] + amplitude)) > PLACED * amplitude:
             raise ValueError(
-                f"cycle {k} runs from {positions[0]:g} to {positions[-1]:g}; allowed: +-{amplitude:g}"
+                f"cycle {k} runs from {positions[0]:g} to {positions[-1]:g}; allowed: "
+                f"+-{amplitude:g}"
             )
         nodes = np.arange(-k, k + 1)
         halves = 0.5 * (forces[0] - np.interp(nodes * limit / count, positions[::-1], forces[::-1]))
@@ -48,7 +49,8 @@ def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     saturation = table[-1, 0]
     if saturation <= 0.0:
         raise ValueError(
-            f"the largest cycle falls by {2 * saturation:g}; allowed: a force that falls with the position"
+            f"the largest cycle falls by {2 * saturation:g}; allowed: a force that falls with "
+            "the position"
         )
     normal: Vector = (table / saturation).ravel()
     return normal
@@ -70,8 +72,10 @@ def _checked(positions: Vector, forces: Vector) -> tuple[Vector, Vector]:
 
 
 def masing_cycles(cells: int = CELLS) -> list[tuple[Vector, Vector]]:
-    """Centred cycles of the Masing hysteresis on the unit virgin curve: the numerical data of
-    figure 3.8. `cells` is even."""
+    """Return centred cycles of the Masing hysteresis on the unit virgin curve (data of figure 3.8).
+
+    `cells` is even.
+    """
     if cells < 2 or cells % 2:
         raise ValueError(f"cells is {cells}; allowed: an even number >= 2")
     count = cells // 2
@@ -86,13 +90,15 @@ def masing_cycles(cells: int = CELLS) -> list[tuple[Vector, Vector]]:
 
 
 def masing_everett() -> Vector:
-    """The table of 3.7.1: n = 20, 10 centred cycles of the Masing hysteresis."""
+    """Return the table of 3.7.1: n = 20, 10 centred cycles of the Masing hysteresis."""
     return everett_tail(masing_cycles())
 
 
 def cell_weights(table: Vector) -> NDArray[np.float64]:
-    """Integral of mu over each cell, shape (n, n), row alpha, column beta: figure 3.9. Sums to 1;
-    on the diagonal the elastic part."""
+    """Return the integral of mu over each cell (figure 3.9), shape (n, n), row alpha, column beta.
+
+    The weights sum to 1; the diagonal holds the elastic part.
+    """
     nodes = round(float(np.sqrt(table.size)))
     e = np.tril(table.reshape(nodes, nodes))
     weights = e[1:, :-1] - e[:-1, :-1] - e[1:, 1:] + e[:-1, 1:]

@@ -1,23 +1,23 @@
-"""The memory of a hysteresis with wiping-out: the reversals that are not yet forgotten (annex A,
-figure 1).
+"""The memory of a hysteresis with wiping-out: the reversals that still count (annex A, figure 1).
 
-    memory = [z, F, count, forgotten, z_1, F_1, z_2, F_2, ...]     where it is now; then the
-                                                                   reversals' positions and forces,
-                                                                   oldest first
+    memory = [z, F, count, forgotten, z_1, F_1, z_2, F_2, ...]
 
-Rules, for an odd hysteresis that starts virgin at z = 0, F = 0:
-    no reversal           the virgin curve, outwards
-                          rule I
-    last reversal (z_k)   the branch that leaves it
-                          rule II
-    an inner loop closes  where z passes z_{k-1} again, z_k and z_{k-1} are forgotten and the older
-    branch goes on
-    the outer loop        where z passes -z_1 the virgin curve goes on
-Seen from outside, nothing but the position decides: the operator is rate independent and wiped out
-by larger movements. The annex calls the memory a FIFO; it is a stack. It overflows where more
-reversals are nested than it holds, as in a slow ringing: then the pair of neighbours that differ
-least from the pairs around them is given up, and `forgotten` counts it. The force stays as it is;
-later, where a loop closes on the branch of that pair, it is off by what the neighbours differ.
+z and F are the present position and force. The reversals (z_k, F_k) follow, oldest first. An odd
+hysteresis starts virgin at z = 0, F = 0 and follows these rules:
+
+    no reversal            the virgin curve, outwards (rule I)
+    last reversal (z_k)    the branch that starts there (rule II)
+    an inner loop closes   when z passes z_{k-1} again: z_k and z_{k-1} are forgotten, and the
+                           older branch continues
+    the outer loop closes  when z passes -z_1: the virgin curve continues
+
+The result depends on the sequence of positions only: the operator is rate independent, and larger
+movements wipe out smaller ones. The annex calls the memory a FIFO; it is a stack.
+
+The memory overflows if more reversals are nested than it holds, as in a slow ringing. Then two
+neighbouring reversals are removed, those without which the adjacent ones change least; `forgotten`
+counts these pairs. The force does not change at once. When a loop later closes on the branch of a
+removed pair, the force is wrong by the difference between the neighbours.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ from frictool.runtime.kernels import kernel
 Vector = NDArray[np.float64]
 
 POSITION, FORCE, COUNT, FORGOTTEN, FIRST = 0, 1, 2, 3, 4
-FEWEST = 4  # reversals without which there is no inner pair to give up
-DEPTH = 64  # nested reversals that a law's memory holds
+FEWEST = 4  # least number of reversals that contain an inner pair to remove
+DEPTH = 64  # largest number of nested reversals in the memory of a law
 
 
 @kernel
 def new_memory(depth: int) -> Vector:
-    """The memory of a virgin contact that holds `depth` nested reversals, shape (4 + 2 depth,)."""
+    """Return the memory (4 + 2 depth,) of a virgin contact for `depth` nested reversals."""
     return np.zeros(FIRST + 2 * depth)
 
 
 @kernel
 def surviving(memory: Vector, z: float) -> tuple[int, bool]:
-    """After a straight movement to z: how many of the stored reversals remain, and whether the
-    present place is one more.
+    """Return how many stored reversals remain after a monotonic movement to z, and if it turned.
 
-    Read-only: a solver may try any z before `remember` accepts one.
+    The second value is True if the present position becomes one more reversal. The memory is not
+    changed: a solver may try any z before `remember` accepts one.
     """
     here, count = memory[POSITION], int(memory[COUNT])
     moved = z - here
@@ -70,8 +70,10 @@ def surviving(memory: Vector, z: float) -> tuple[int, bool]:
 
 @kernel
 def branch_start(memory: Vector, z: float) -> tuple[bool, float, float]:
-    """What a straight movement to z follows: (virgin?, position, force) of the reversal that its
-    branch leaves."""
+    """Return the reversal (virgin, position, force) from which a movement to z starts its branch.
+
+    virgin: True on the virgin curve, which starts at (0, 0).
+    """
     count, turned = surviving(memory, z)
     if turned:
         return False, memory[POSITION], memory[FORCE]
@@ -83,8 +85,7 @@ def branch_start(memory: Vector, z: float) -> tuple[bool, float, float]:
 
 @kernel
 def _forget_a_pair(memory: Vector, count: int) -> None:
-    """Gives up the two neighbours, neither oldest nor newest, without which the reversals around
-    them change least."""
+    """Remove the inner pair of reversals without which the adjacent ones change least."""
     chosen, least = 1, math.inf
     for j in range(1, count - 2):
         at = FIRST + 2 * j
@@ -98,8 +99,7 @@ def _forget_a_pair(memory: Vector, count: int) -> None:
 
 @kernel
 def remember(memory: Vector, z: float, force: float) -> int:
-    """Takes a straight movement to z, where the operator's force is `force`, into the memory.
-    Returns friction/status.py."""
+    """Store a monotonic movement to z and the force there; return a code of friction/status.py."""
     if not (math.isfinite(z) and math.isfinite(force)):
         return NOT_FINITE
     count, turned = surviving(memory, z)

@@ -1,10 +1,9 @@
 """Rising static friction: the breakaway grows with the time at rest (2.3.2.1, 3.4.2.3).
 
-    F_s(t) = F_s (1 - (1 - fresh) tau/(tau + t))         from fresh F_s just after a stop towards
-                                                         F_s
+    F_s(t) = F_s (1 - (1 - fresh) tau/(tau + t))
 
-The thesis leaves the function open; this is the hyperbola of Armstrong's seven-parameter law [1].
-F_s is what a long rest gives.
+It rises from fresh F_s just after a stop to F_s after a long rest. The thesis does not specify the
+function; this is the hyperbola of Armstrong's seven-parameter law [1].
 """
 
 from __future__ import annotations
@@ -14,5 +13,8 @@ from frictool.runtime.kernels import kernel
 
 @kernel
 def dwell_factor(dwell: float, fresh: float, rise_time: float) -> float:
-    """Factor of F_s after `dwell` [s] at rest, in [fresh, 1); 1 where rise_time [s] is 0."""
+    """Return the factor of F_s after `dwell` [s] at rest, in [fresh, 1).
+
+    The factor is 1 if rise_time [s] is 0.
+    """
     return 1.0 - (1.0 - fresh) * rise_time / (rise_time + dwell) if rise_time > 0.0 else 1.0

@@ -1,9 +1,9 @@
-"""Speed regimes: viscous friction that sets in above a knee, such as 260 rad/s in figure 4.10.
+"""Speed regimes: viscous friction that starts above a knee, such as 260 rad/s in figure 4.10.
 
-    F = slope (|v| - knee) sign(v)    where |v| > knee, 0 below: continuous, its derivative jumps at
-                                      the knee
+    F = slope (|v| - knee) sign(v)    if |v| > knee, else 0
 
-regimes = [knee_1, slope_1, knee_2, slope_2, ...], knees rising; their forces add to those of any
+The force is continuous; its derivative jumps at the knee.
+regimes = [knee_1, slope_1, knee_2, slope_2, ...] with rising knees; the forces add to those of any
 law.
 """
 
@@ -19,15 +19,18 @@ Vector = NDArray[np.float64]
 
 @kernel
 def knee_force(v: float, regimes: Vector) -> float:
-    """Additional friction [N | N m] at v [m/s | rad/s]."""
+    """Return the additional friction [N | N m] at v [m/s | rad/s]."""
     total: float = regime_force(abs(v), regimes, count_passed_knees(abs(v), regimes))
     return total if v >= 0.0 else -total
 
 
 @kernel
 def regime_force(speed: float, regimes: Vector, passed: int) -> float:
-    """Additional friction at a speed >= 0 with so many knees passed: smooth, where a driver holds
-    the regime between two knees."""
+    """Return the additional friction [N | N m] at a speed >= 0 with `passed` knees below it.
+
+    With a fixed `passed` the force is smooth, so that a driver can hold the regime between two
+    knees.
+    """
     total = 0.0
     for i in range(0, 2 * passed, 2):
         total += regimes[i + 1] * (speed - regimes[i])
@@ -36,7 +39,7 @@ def regime_force(speed: float, regimes: Vector, passed: int) -> float:
 
 @kernel
 def count_passed_knees(speed: float, regimes: Vector) -> int:
-    """How many knees lie below a speed."""
+    """Return the number of knees below a speed."""
     count = 0
     while 2 * count < regimes.shape[0] and regimes[2 * count] < speed:
         count += 1
@@ -45,7 +48,7 @@ def count_passed_knees(speed: float, regimes: Vector) -> int:
 
 @kernel
 def knee_slope(v: float, regimes: Vector) -> float:
-    """Derivative of `knee_force` by v; at a knee that from below."""
+    """Return the derivative of `knee_force` by v; at a knee, the derivative from below."""
     total, speed = 0.0, abs(v)
     for i in range(0, regimes.shape[0] - 1, 2):
         if speed > regimes[i]:
@@ -54,14 +57,17 @@ def knee_slope(v: float, regimes: Vector) -> float:
 
 
 def regimes_from(points: list[tuple[float, float]]) -> Vector:
-    """The kernels' array from (knee, slope) pairs in SI. Raises ValueError where a knee does not
-    rise or the friction would fall."""
+    """Return the kernels' array from (knee, slope) pairs in SI.
+
+    Raises ValueError if the knees do not rise or the friction would fall with speed.
+    """
     last, total = 0.0, 0.0
     for knee, slope in points:
         total += slope
         if not np.isfinite([knee, slope]).all() or knee <= last or total < 0.0:
             raise ValueError(
-                f"speed regime at {knee:g} of slope {slope:g}; allowed: knees > 0 that rise, slopes that sum to >= 0"
+                f"speed regime at {knee:g} of slope {slope:g}; allowed: knees > 0 that rise, "
+                "slopes that sum to >= 0"
             )
         last = knee
     return np.array(points, dtype=np.float64).ravel()

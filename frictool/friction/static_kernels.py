@@ -1,7 +1,6 @@
-"""What static laws share: the rest, the band of velocities that count as rest, the breakaway.
+"""Kernels that static laws share: force at rest, breakaway, and velocity band of rest.
 
-at rest   F = u   within [-F_s(-), F_s(+)], the nearer end outside          (2.30)-(2.35), first
-          lines
+At rest F = u, limited to [-F_s(-), F_s(+)]: first lines of (2.30)-(2.35).
 """
 
 from __future__ import annotations
@@ -16,36 +15,38 @@ Vector = NDArray[np.float64]
 
 @kernel
 def sticking_force(effort: float, forward: float, backward: float) -> float:
-    """Friction [N | N m] on a body at rest under `effort`: sign(u) min(|u|, F_s), the breakaway of
-    each direction >= 0."""
+    """Return the friction [N | N m] on a body at rest under `effort`, limited to the breakaway.
+
+    `forward` and `backward` are the breakaway in each direction, >= 0.
+    """
     return min(max(effort, -backward), forward)
 
 
 @kernel
 def coulomb_breakaway(direction: float, p: Vector) -> float:
-    """Breakaway of a law in which F_s = F_c."""
+    """Return the breakaway of a law with F_s = F_c."""
     return float(p[0])
 
 
 @kernel
 def breakaway_level(direction: float, p: Vector) -> float:
-    """Breakaway F_s, the second parameter of the laws that have one."""
+    """Return the breakaway F_s, the second parameter of the laws that have one."""
     return float(p[1])
 
 
 @kernel
 def never_sticks(direction: float, p: Vector) -> float:
-    """Breakaway of a regularised law: 0, any effort moves the body."""
+    """Return 0, the breakaway of a regularised law: any effort moves the body."""
     return 0.0
 
 
 @kernel
 def no_band(p: Vector) -> float:
-    """Half width of the velocities that count as rest in an exact law."""
+    """Return 0, the half width of the velocity band of rest in an exact law."""
     return 0.0
 
 
 @kernel
 def true_velocity(v: float, p: Vector) -> float:
-    """Velocity that a law reports where it has none of its own."""
+    """Return v: the law does not modify the velocity."""
     return v

@@ -1,16 +1,13 @@
-"""What the kernels of this room return beside their values.
+"""Status codes of the kernels of frictool/friction.
 
-======  ===========
-================================================================================
+======  ===========  =======================================================================
 status  name         meaning
-======  ===========
-================================================================================
+======  ===========  =======================================================================
 0       OK           done
 1       NOT_FINITE   a state, velocity or parameter is NaN or infinite; nothing was changed
-2       MEMORY_FULL  more nested reversals than the memory holds, and it holds fewer than 4; nothing
-        was changed
-======  ===========
-================================================================================
+2       MEMORY_FULL  the memory of nested reversals is full and holds fewer than 4 reversals;
+                     nothing was changed
+======  ===========  =======================================================================
 """
 
 from __future__ import annotations

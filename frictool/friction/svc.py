@@ -1,5 +1,7 @@
-"""Static, viscous and Coulomb friction (2.31): F = F_c sign(v) + sigma_v v in slip, F = u up to F_s
-at rest."""
+"""Static, viscous and Coulomb friction (2.31).
+
+In slip F = F_c sign(v) + sigma_v v, at rest F = u up to F_s.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +19,13 @@ Vector = NDArray[np.float64]
 
 @kernel
 def slip_force(v: float, direction: float, p: Vector) -> float:
-    """Friction [N | N m] that opposes a motion at v in `direction`."""
+    """Return the friction [N | N m] against a motion at v in `direction`."""
     return coulomb_viscous.slip_force(v, direction, p[0], p[2])
 
 
 @kernel
 def slip_slope(v: float, direction: float, p: Vector) -> float:
-    """Derivative of `slip_force` by v: the viscous coefficient."""
+    """Return the derivative of `slip_force` by v: the viscous coefficient."""
     return float(p[2])
 
 

@@ -1,5 +1,7 @@
-"""SVC with a band (2.32): velocities of at most dv count as rest, so that the body drifts in it by
-up to dv."""
+"""Static, viscous and Coulomb friction with a velocity band (2.32): speeds up to dv count as rest.
+
+Inside the band the body drifts at up to dv.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,7 @@ BAND = LawParameter("band", "m/s", "rad/s", exclusive=True)  # dv
 
 @kernel
 def band(p: Vector) -> float:
-    """Half width dv [m/s | rad/s] of the velocities that count as rest."""
+    """Return the half width dv [m/s | rad/s] of the velocity band of rest."""
     return float(p[3])
 
 

@@ -1,9 +1,9 @@
-"""The virgin curve of presliding: force over displacement of a contact that never moved (annex A,
-rule I; figure 3.8).
+"""The virgin curve of presliding: force over displacement of a contact that has never moved.
 
     f(z) = F_s (1 - (1 - z/z_max)^2)    for 0 <= z <= z_max,  F_s beyond,  f(-z) = -f(z)
 
-Concave, so that the hysteresis it generates dissipates in every movement (annex A: y'' <= 0).
+(Annex A, rule I; figure 3.8.) The curve is concave, so that the hysteresis that it generates
+dissipates in every movement (annex A: y'' <= 0).
 """
 
 from __future__ import annotations
@@ -15,6 +15,6 @@ from frictool.runtime.kernels import kernel
 
 @kernel
 def virgin_force(z: float, breakaway: float, limit: float) -> float:
-    """f(z) [N | N m] with f(limit) = breakaway."""
+    """Return f(z) [N | N m] with f(limit) = breakaway."""
     left = 1.0 - min(abs(z) / limit, 1.0)
     return math.copysign(breakaway * (1.0 - left * left), z)

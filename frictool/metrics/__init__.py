@@ -1,6 +1,6 @@
-"""Metrics of a step test: response time, overshoot, reversals, energy, one per file.
+"""Metrics of a step test, one per file: response time, overshoot, reversals, energy and others.
 
-Each takes the samples of one hold of the reference (`reference_holds.py`) as arrays in SI. `origin`
-and `target` are the reference before and after the step; `resolution` is the position sensor's
-step, 0 where none is known. The definitions are in docs/metrics.md.
+Each function takes the samples of one hold of the reference (`reference_holds.py`) as arrays in SI.
+`origin` and `target` are the reference before and after the step. `resolution` is the step of the
+position sensor, 0 if it is not known. docs/metrics.md has the definitions.
 """

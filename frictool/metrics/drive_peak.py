@@ -1,4 +1,4 @@
-"""Largest drive."""
+"""Largest drive of a hold."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from frictool.metrics.white_noise import noise_floor
 
 
 def drive_peak(measured: NDArray[np.float64]) -> float:
-    """Largest |drive| of a measured signal (n,), A or V, less its noise floor; without noise it is
-    the largest |drive|."""
+    """Return the largest |drive| [A | V] of a measured signal (n,) minus its noise floor.
+
+    The result is at least 0; without noise it is the largest |drive|.
+    """
     return max(0.0, float(np.max(np.abs(measured))) - noise_floor(measured))
 
 
 def command_peak(command: NDArray[np.float64]) -> float:
-    """Largest |command| (n,), A or V: it carries no noise."""
+    """Return the largest |command| [A | V] of a signal (n,) without noise."""
     return float(np.max(np.abs(command)))

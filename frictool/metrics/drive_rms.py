@@ -1,4 +1,4 @@
-"""Root mean square of the drive: what heats the motor."""
+"""Root mean square of the drive, a measure of the motor's heating."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ from frictool.metrics.sample_durations import sample_durations
 
 
 def drive_rms(time: NDArray[np.float64], drive: NDArray[np.float64]) -> float:
-    """sqrt(sum i^2 dt / sum dt) of a drive (n,), A or V, with its noise; each sample holds until
-    the next, `time` (n,) [s]."""
+    """Return sqrt(sum i^2 dt / sum dt) of a drive (n,) [A | V], noise included.
+
+    Each sample holds until the next, `time` (n,) [s].
+    """
     weight, largest = sample_durations(time), float(np.max(np.abs(drive)))
     if largest == 0.0:
         return 0.0
-    share = drive / largest  # whose square is a number whatever a broken sensor shows
+    share = drive / largest  # scaled, so that the square cannot overflow
     return largest * float(np.sqrt(np.sum(share**2 * weight) / np.sum(weight)))

@@ -1,4 +1,4 @@
-"""Energy as table 5.3 counts it."""
+"""Energy of a step as defined for table 5.3."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from frictool.metrics.median import median
 
 
 def energy(time: NDArray[np.float64], drive: NDArray[np.float64], window: float) -> float | None:
-    """(T_e / t_int) sum i^2 over the first `window` = t_int [s] of a step: the mean square of the
-    drive (n,), A^2 or V^2.
+    """Return the mean square of the drive (n,) [A^2 | V^2] over the first `window` [s] of a step.
 
-    Each sample holds until the next, so that an uneven rate does not weigh. None where the hold is
-    shorter than the window.
+    This is (T_e/t_int) sum i^2 with t_int = `window`. Each sample holds until the next, so that an
+    uneven sample rate does not matter. The result is None if the hold is shorter than the window.
     """
     period = median(np.diff(time))
     if float(time[-1] - time[0]) + 1.5 * period < window:

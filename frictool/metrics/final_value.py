@@ -1,19 +1,18 @@
-"""Where a hold ends."""
+"""Final value of the position in a hold."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-LEAST_SAMPLES = 10
+LEAST_SAMPLES = 10  # least number of samples in the mean
 
 
 def tail_samples(count: int) -> int:
-    """How many of a hold's `count` samples are its end: the last tenth, at least ten."""
+    """Return the number of samples at the end of a hold: the last tenth, at least ten."""
     return min(count, max(LEAST_SAMPLES, count // 10))
 
 
 def final_value(position: NDArray[np.float64]) -> float:
-    """Mean position [rad or m] over the last tenth of a hold (n,), at least its last ten
-    samples."""
+    """Return the mean position [rad or m] over the end of a hold (n,), see `tail_samples`."""
     return float(np.mean(position[-tail_samples(position.size) :]))

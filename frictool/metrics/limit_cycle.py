@@ -1,17 +1,14 @@
-"""Limit cycle: an oscillation that is kept up while the reference is held (5.2.1).
+"""Limit cycle: an oscillation that continues while the reference is held (5.2.1).
 
-Friction that sticks lets the integral wait for seconds before the axis jumps, so that a hold of a
-second shows none where there is one. What is watched is the hold behind its first third, where the
-answer to the step has died out. A turn counts where the way back is more than one sensor step,
-between two of which a resting axis may flicker, and more than the position's noise reaches from
-peak to peak.
+With dry friction the integrator may wait for seconds before the axis jumps, so that a hold of one
+second may show no motion of an existing limit cycle. The first third of the hold is ignored, since
+it contains the response to the step. A turn counts if the return is larger than one sensor step,
+between two of which a resting axis may flicker, and larger than the noise from peak to peak.
 
-    kept up        at least two turns; the last swings are at least 0.8 of the first; the time since
-                   the last turn is at most twice
-                   the longest between two
-    stands still   no motion beyond that threshold, or turns that have ended: the last third is
-                   still, for more than twice as long as
-                   the longest time between two turns
+    sustained      at least two turns; the last swings are at least 0.8 of the first; the time since
+                   the last turn is at most twice the longest time between two turns
+    at rest        no motion above that threshold; or the last third of the hold is still, for more
+                   than twice the longest time between two turns
 """
 
 from __future__ import annotations
@@ -25,19 +22,20 @@ from frictool.metrics.reversals import turning_points
 from frictool.metrics.sample_durations import sample_durations
 from frictool.metrics.white_noise import noise_floor
 
-LEAST_HOLD = 15.0  # s, before a limit cycle is told absent
+LEAST_HOLD = 15.0  # s, shortest hold in which a limit cycle can be ruled out
 LEAST_TURNS = 2
-MANY_TURNS = 6  # three periods: told present in a hold of any length
-KEPT_UP = 0.8  # of the first swings
-OVERDUE = 2.0  # times the longest time between two turns
+MANY_TURNS = 6  # turns (three periods) that show a limit cycle in a hold of any length
+KEPT_UP = 0.8  # least ratio of the last swings to the first ones
+OVERDUE = 2.0  # longest time since the last turn, in longest times between two turns
 
 
 @dataclass(frozen=True)
 class LimitCycle:
-    """amplitude: half the peak to peak over the last period [rad or m], 0 where there is no cycle,
-    None where the hold cannot tell.
+    """Result of the limit-cycle test of one hold.
 
-    period: mean time between turns of one side [s]. reason: why it cannot be told.
+    amplitude: half the peak-to-peak value over the last period [rad or m]; 0 without a limit cycle,
+    None if the hold does not decide. period: mean time between turns of one side [s]. reason: why
+    the hold does not decide.
     """
 
     amplitude: float | None
@@ -48,12 +46,14 @@ class LimitCycle:
 def limit_cycle(
     time: NDArray[np.float64], position: NDArray[np.float64], resolution: float = 0.0
 ) -> LimitCycle:
-    """The limit cycle of a hold: `time` [s] and `position` (n,) [rad or m], with the sensor's
-    step."""
+    """Return the limit cycle of a hold.
+
+    `time` [s] and `position` [rad or m] have shape (n,); `resolution` is the sensor's step.
+    """
     held = float(np.sum(sample_durations(time)))
     least = (
         LEAST_HOLD - 0.5 * held / time.size
-    )  # a hold of 15 s, whatever the rounding of its times
+    )  # half a sample of tolerance for the rounding of the times
     first = int(np.searchsorted(time, time[0] + held / 3.0))
     t, x = time[first:], position[first:]
     threshold = max(resolution * (1.0 + 1e-6), 2.0 * noise_floor(x))
@@ -63,12 +63,16 @@ def limit_cycle(
     if held <= least:
         return LimitCycle(
             None,
-            reason=f"held for {held:.3g} s only; a limit cycle is told absent behind {LEAST_HOLD:g} s",
+            reason=f"held for {held:.3g} s only; a limit cycle is told absent behind "
+            f"{LEAST_HOLD:g} s",
         )
     if float(np.ptp(x)) <= threshold or _has_ended(t, x, turns, threshold):
         return LimitCycle(0.0)
     still = "turns less and less" if len(turns) >= LEAST_TURNS else "does not turn twice"
-    moved = f"moves by {float(np.ptp(x)):.3g} behind the first {held / 3.0:.3g} s of the hold and {still}"
+    moved = (
+        f"moves by {float(np.ptp(x)):.3g} behind the first {held / 3.0:.3g} s of the hold and "
+        f"{still}"
+    )
     return LimitCycle(None, reason=f"{moved}; a longer hold tells whether it cycles")
 
 
@@ -96,8 +100,7 @@ def _has_ended(
 
 
 def _period(times: NDArray[np.float64]) -> float:
-    """Mean time between turns of one side; twice the time between two turns where there are no
-    more."""
+    """Return the mean time between turns of one side; of two turns, twice the time between them."""
     if times.size == 2:
         return 2.0 * float(times[1] - times[0])
     return float(np.mean(times[2:] - times[:-2]))

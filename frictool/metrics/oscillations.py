@@ -1,7 +1,7 @@
-"""Oscillations before the axis stands still: thesis 5.4.1 allows one.
+"""Number of oscillations before the axis stands still; thesis 5.4.1 allows one.
 
-Two reversals make one oscillation: an overshoot and its return (one reversal, or two with the
-undershoot that follows) is one oscillation; three and four reversals are two.
+Two reversals count as one oscillation. An overshoot with its return is one oscillation (one
+reversal, or two with the undershoot that follows); three or four reversals are two.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from frictool.metrics.reversals import reversals
 def oscillations(
     position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0
 ) -> int:
-    """Number of oscillations of `position` (n,) after a step; 0 where the 95 % zone around the
-    final value is not reached."""
+    """Return the number of oscillations of `position` (n,) after a step.
+
+    It is 0 if the position does not reach the 95 % zone around its final value.
+    """
     return math.ceil(reversals(position, origin, target, resolution) / 2)

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 def overshoot_percent(
     position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0
 ) -> float:
-    """How far `position` (n,) passes the reference in the step's direction, in % of the step's
-    amplitude; 0 where it does not.
+    """Return the overshoot of `position` (n,) in % of the step's amplitude; 0 if there is none.
 
-    An excess of at most one sensor step counts as none: the sensor rounds to one side by as much.
+    An excess of at most one sensor step counts as none, since the sensor rounds by as much.
     """
     amplitude = target - origin
     excess = float(np.max((position - target) * np.sign(amplitude)))

@@ -1,12 +1,13 @@
-"""Where the reference is held, and which holds begin with a step.
+"""Holds of the reference, and the steps that begin them.
 
 A *hold* is a run of at least 20 samples of constant reference. A *step* is a hold that follows
-another at once, or with at most three samples between (a reference that was resampled); it starts
-at the first sample at which the reference has left the hold before. The record's first hold is a
-step from the initial position where the axis then moves at least half of the way to the reference:
-a test that begins with its step. A jump of no more than the sensor's step is no step: it is what a
-replayed encoder makes of a slow motion, and no sensor could tell how the axis answers to it. A
-smooth reference has neither holds nor steps.
+another one at once, or with at most three samples between them (a resampled reference). It starts
+at the first sample at which the reference has left the previous hold.
+
+A test may begin with its step. The record's first hold counts as a step from the initial position
+if the axis then moves at least half of the distance to the reference. A jump of at most one sensor
+step is not a step. A replayed encoder turns slow motion into such jumps, and no sensor could show
+the response of the axis. A smooth reference has neither holds nor steps.
 """
 
 from __future__ import annotations
@@ -17,14 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-MIN_SAMPLES = 20
-TRANSITION_SAMPLES = 3
+MIN_SAMPLES = 20  # shortest hold
+TRANSITION_SAMPLES = 3  # most samples between two holds of a step
 
 
 @dataclass(frozen=True)
 class Hold:
-    """Samples start <= k < stop, held at `target`; `origin` is what the step left [rad or m], None
-    where no step led here."""
+    """Samples start <= k < stop with the reference at `target` [rad or m].
+
+    origin: the reference before the step [rad or m]; None if no step precedes the hold.
+    """
 
     start: int
     stop: int
@@ -32,16 +35,17 @@ class Hold:
     origin: float | None
 
     def of(self, signal: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The samples of `signal` (n,) that belong to this hold."""
+        """Return the samples of `signal` (n,) in this hold."""
         return signal[self.start : self.stop]
 
 
 def find_holds(
     reference: NDArray[np.float64], position: NDArray[np.float64], resolution: float = 0.0
 ) -> tuple[Hold, ...]:
-    """The holds of `reference` (n,), with `position` (n,) for the first one, in the order of time.
+    """Return the holds of `reference` (n,) in order of time.
 
-    `resolution` is the sensor's step [rad or m], 0 where it is not known.
+    `position` (n,) decides if the first hold is a step. `resolution` is the sensor's step
+    [rad or m], 0 if it is not known.
     """
     if reference.size < MIN_SAMPLES:
         return ()
@@ -71,8 +75,7 @@ def find_holds(
 
 
 def _initial_origin(position: NDArray[np.float64], target: float) -> float | None:
-    """The initial position, where the record begins with a step that the axis follows at least half
-    of the way."""
+    """Return the initial position if the axis follows at least half of a first step, else None."""
     distance = abs(target - float(position[0]))
     moves = distance > 0.0 and float(np.ptp(position)) >= 0.5 * distance
     return float(position[0]) if moves else None

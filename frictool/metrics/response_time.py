@@ -1,4 +1,4 @@
-"""Response time at 95 %."""
+"""Response time to 95 % of a step."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from frictool.metrics.final_value import final_value, tail_samples
 
-ZONE = 0.05  # of the step's amplitude
+ZONE = 0.05  # half width of the zone, relative to the step's amplitude
 
 
 def zone_half_width(origin: float, target: float, resolution: float) -> float:
-    """5 % of the step, rad or m; never below the sensor's step, within which a final value cannot
-    be told."""
+    """Return 5 % of the step [rad or m], at least the sensor's step."""
     return max(ZONE * abs(target - origin), resolution)
 
 
@@ -25,11 +24,10 @@ def response_time_95(
     target: float,
     resolution: float = 0.0,
 ) -> float:
-    """Time [s] from the step to the first sample from which `position` stays within 5 % of the
-    step's amplitude around its final value.
+    """Return the time [s] after which `position` stays within 5 % of the step at its final value.
 
-    `time`, `position` (n,): the hold, from the step's sample on. Infinite where the axis does not
-    settle (it still leaves the zone in the last tenth of the hold) or stops short of half of the
+    `time` and `position` (n,) are the hold, from the step's sample on. The result is infinite if
+    the position still leaves the zone in the last tenth of the hold, or stops short of half of the
     step.
     """
     final = final_value(position)

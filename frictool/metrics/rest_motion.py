@@ -1,5 +1,7 @@
-"""Rest at the end of a long hold: thesis 5.4.1 asks for neither motion nor current, and a limit
-cycle shows late."""
+"""Motion at the end of a long hold.
+
+Thesis 5.4.1 requires neither motion nor current there; a limit cycle may appear late.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +10,14 @@ from numpy.typing import NDArray
 
 
 def late_samples(time: NDArray[np.float64], after: float) -> slice | None:
-    """The samples of a hold `time` (n,) [s] that lie at least `after` [s] behind its start; None
-    where there are fewer than ten."""
+    """Return the samples of a hold `time` (n,) [s] from `after` [s] on; None if fewer than ten."""
     first = int(np.searchsorted(time, time[0] + after))
     return slice(first, time.size) if time.size - first >= 10 else None
 
 
 def peak_to_peak(position: NDArray[np.float64]) -> float:
-    """Peak to peak of the position (n,), rad or m. Still is: at most one sensor step, between two
-    of which a resting axis may flicker."""
+    """Return the peak-to-peak value of the position (n,) [rad or m].
+
+    A resting axis may flicker between two sensor steps: at most one step counts as rest.
+    """
     return float(np.ptp(position))

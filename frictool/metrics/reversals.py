@@ -1,7 +1,7 @@
-"""Reversals of the motion after a step has arrived.
+"""Reversals of the motion after a step.
 
-A *reversal* is a turn of the motion, after the position has first entered the 95 % zone, from which
-it moves back by more than two sensor steps and more than 1 % of the step.
+A *reversal* is a turn of the motion after the position has first entered the 95 % zone. After the
+turn the position must move back by more than two sensor steps and more than 1 % of the step.
 """
 
 from __future__ import annotations
@@ -14,18 +14,17 @@ from numpy.typing import NDArray
 from frictool.metrics.final_value import final_value
 from frictool.metrics.response_time import zone_half_width
 
-LEAST_RETURN = 0.01  # of the step
-LEAST_SENSOR_STEPS = 2.0
+LEAST_RETURN = 0.01  # least return of a reversal, relative to the step
+LEAST_SENSOR_STEPS = 2.0  # least return of a reversal, in sensor steps
 
 
 def turning_points(
     position: NDArray[np.float64], threshold: float, direction: float = 0.0
 ) -> list[int]:
-    """The samples at which `position` (n,) turns, each followed by a way back of more than
-    `threshold` [rad or m].
+    """Return the samples at which `position` (n,) turns and then returns by more than `threshold`.
 
-    direction: 1 or -1 where it is known which way the motion starts; 0 where its first move beyond
-    the threshold tells.
+    threshold [rad or m]. direction: 1 or -1 if the initial direction of motion is known; with 0 the
+    first motion beyond the threshold defines it.
     """
     increments = np.diff(position)
     moving = np.flatnonzero(increments)
@@ -52,8 +51,10 @@ def turning_points(
 def reversals(
     position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0
 ) -> int:
-    """Number of reversals of `position` (n,) after a step; 0 where the 95 % zone around the final
-    value is not reached."""
+    """Return the number of reversals of `position` (n,) after a step.
+
+    It is 0 if the position does not reach the 95 % zone around its final value.
+    """
     inside = np.flatnonzero(
         np.abs(position - final_value(position)) <= zone_half_width(origin, target, resolution)
     )

@@ -1,4 +1,4 @@
-"""Rise time, 10 to 90 %."""
+"""Rise time from 10 to 90 %."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 
 from frictool.metrics.final_value import final_value
 
-FROM, TO = 0.1, 0.9  # of the way that the axis goes
-LEAST_WAY = 0.01  # of the step: an axis that goes less stood there already
+FROM, TO = 0.1, 0.9  # levels, relative to the distance that the axis moves
+LEAST_WAY = 0.01  # least distance relative to the step; an axis that moves less was already there
 
 
 def rise_time(
     time: NDArray[np.float64], position: NDArray[np.float64], origin: float, target: float
 ) -> float:
-    """Time [s] between the first passages through 10 and 90 % of the way from where the axis stood
-    at the step to its final value.
+    """Return the time [s] between the first passages through 10 and 90 % of the distance moved.
 
-    `time`, `position` (n,): the hold, from the step's sample on; between samples the passage is
-    interpolated. Infinite where the axis stops short of half of the step, 0 where it stood there
+    The distance is that from the position at the step to the final value. `time` and `position`
+    (n,) are the hold, from the step's sample on; passages are interpolated between samples. The
+    result is infinite if the axis stops short of half of the step, 0 if it was at its final value
     before.
     """
     final, start, step = final_value(position), float(position[0]), abs(target - origin)
@@ -33,7 +33,7 @@ def rise_time(
 
 
 def _passage(time: NDArray[np.float64], share: NDArray[np.float64], level: float) -> float:
-    """When `share`, which begins at 0, first reaches `level`."""
+    """Return the time at which `share`, which begins at 0, first reaches `level`."""
     k = int(np.argmax(share >= level))
     part = (level - share[k - 1]) / (share[k] - share[k - 1])
     return float(time[k - 1] + part * (time[k] - time[k - 1]))

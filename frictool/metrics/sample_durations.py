@@ -1,4 +1,4 @@
-"""For how long each sample stands: until the next."""
+"""Durations of samples, each of which holds until the next."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from frictool.metrics.median import median
 
 
 def sample_durations(time: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n,) [s] from each sample of `time` (n,) [s] to the next; the last stands for the median
-    period. A single sample stands for 1 s."""
+    """Return the time (n,) [s] from each sample of `time` (n,) [s] to the next.
+
+    The last sample holds for the median period; a single sample holds for 1 s.
+    """
     if time.size < 2:
         return np.ones_like(time)
     intervals = np.diff(time)

@@ -7,25 +7,29 @@ from numpy.typing import NDArray
 
 from frictool.metrics.sample_durations import sample_durations
 
-# relative: a command that is limited is the limit itself but for the rounding of a target's or a
-# log's numbers
+# relative tolerance of a limited command, for rounding on the target or in the log
 AT_LIMIT = 1e-3
-NEAR_LIMIT = 0.01  # relative: what a drive's own lag and gain leave of it
+NEAR_LIMIT = 0.01  # relative tolerance of a measured drive, for its lag and gain error
 
 
 def commanded_saturation(
     time: NDArray[np.float64], command: NDArray[np.float64], limit: float
 ) -> float:
-    """Time [s] for which |command| (n,), A or V, is at its `limit`; each sample stands until the
-    next, `time` (n,) [s]."""
+    """Return the time [s] for which |command| (n,) [A | V] is at its `limit`.
+
+    Each sample holds until the next, `time` (n,) [s].
+    """
     return _total(time, command, limit * (1.0 - AT_LIMIT))
 
 
 def measured_saturation(
     time: NDArray[np.float64], drive: NDArray[np.float64], limit: float, deviation: float
 ) -> float:
-    """The same of a measured drive (n,) with white noise of standard `deviation`: within 1 % of the
-    limit, or two deviations."""
+    """Return the time [s] for which a measured |drive| (n,) [A | V] is at its `limit`.
+
+    The tolerance is 1 % of the limit or two standard deviations of the drive's white noise,
+    whichever is larger; `deviation` is one standard deviation.
+    """
     return _total(time, drive, limit - max(NEAR_LIMIT * limit, 2.0 * deviation))
 
 

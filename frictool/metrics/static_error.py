@@ -1,4 +1,4 @@
-"""Static error."""
+"""Static error of a hold."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from frictool.metrics.final_value import final_value
 
 
 def static_error(position: NDArray[np.float64], target: float) -> float:
-    """|reference - final position| of a hold (n,), rad or m. Signed offsets left and right of the
-    reference count alike."""
+    """Return |reference - final position| [rad or m] of a hold (n,).
+
+    The sign does not count: offsets left and right of the reference are treated alike.
+    """
     return abs(target - final_value(position))

@@ -1,4 +1,4 @@
-"""How closely a moving reference is followed."""
+"""Tracking error of a moving reference."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 
 def tracking_error_peak(reference: NDArray[np.float64], position: NDArray[np.float64]) -> float:
-    """Largest |reference - position| (n,), rad or m."""
+    """Return the largest |reference - position| (n,) [rad or m]."""
     return float(np.max(np.abs(reference - position)))
 
 
 def tracking_error_rms(reference: NDArray[np.float64], position: NDArray[np.float64]) -> float:
-    """Root mean square of reference - position (n,), rad or m."""
+    """Return the root mean square of reference - position (n,) [rad or m]."""
     largest = tracking_error_peak(reference, position)
     if largest == 0.0:
         return 0.0

@@ -1,4 +1,4 @@
-"""How far a velocity is from the true one."""
+"""Error of an estimated velocity."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 
 def velocity_error_rms(estimated: NDArray[np.float64], velocity: NDArray[np.float64]) -> float:
-    """Root mean square of estimated - velocity (n,), rad/s or m/s."""
+    """Return the root mean square of estimated - velocity (n,) [rad/s or m/s]."""
     error = estimated - velocity
     largest = float(np.max(np.abs(error)))
     return 0.0 if largest == 0.0 else largest * float(np.sqrt(np.mean((error / largest) ** 2)))
 
 
 def velocity_error_peak(estimated: NDArray[np.float64], velocity: NDArray[np.float64]) -> float:
-    """Largest |estimated - velocity| (n,), rad/s or m/s."""
+    """Return the largest |estimated - velocity| (n,) [rad/s or m/s]."""
     return float(np.max(np.abs(estimated - velocity)))

@@ -1,4 +1,4 @@
-"""Noise of a measured drive: what of its largest value is not the drive's."""
+"""White noise of a measured drive and its share in the largest value."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 from frictool.metrics.median import median
 
-# standard deviations beyond the expected largest of n: exceeded by chance in fewer than 1 of 1000
-# records
+# standard deviations above the expected maximum of n samples; fewer than 1 of 1000 records exceed
+# it by chance
 MARGIN = 2.0
 
 
 def noise_deviation(signal: NDArray[np.float64]) -> float:
-    """Standard deviation of the white noise on `signal` (n,): median of |second difference| /
-    (0.6745 sqrt 6); 0 for n < 3.
+    """Return the standard deviation of the white noise on `signal` (n,); 0 for n < 3.
 
-    A signal that is smooth from sample to sample, or quantised and still, does not count.
+    It is the median of |second difference|/(0.6745 sqrt 6). A signal that is smooth from sample to
+    sample, or quantised and still, adds nothing to it.
     """
     if signal.size < 3:
         return 0.0
@@ -26,5 +26,5 @@ def noise_deviation(signal: NDArray[np.float64]) -> float:
 
 
 def noise_floor(signal: NDArray[np.float64]) -> float:
-    """The value that n samples of this noise alone reach: deviation (sqrt(2 ln n) + 2)."""
+    """Return the value that n samples of this noise alone reach: deviation (sqrt(2 ln n) + 2)."""
     return noise_deviation(signal) * (math.sqrt(2.0 * math.log(max(signal.size, 2))) + MARGIN)

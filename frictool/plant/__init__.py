@@ -1,2 +1,1 @@
-"""What surrounds the friction: drive, encoder, backlash; and the plant in the forms that synthesis
-needs."""
+"""Drive, encoder and backlash around the friction, and the plant in forms for synthesis."""

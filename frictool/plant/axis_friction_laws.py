@@ -1,17 +1,15 @@
-"""What an axis's friction may do beyond plant/axis.py: by direction, speed, position and time at
-rest; and where its travel ends.
+"""Further friction of an axis, by direction, speed, position and time at rest, and its end stops.
 
     slipping   friction = (F_c + (F_s - F_c) exp(-|v/v_s|^delta)) sign(v) + viscous v
-               (2.33)-(2.34); beyond a knee another viscous
-    at rest    v = 0 as long as |e| <= F_s (1 - (1 - fresh) tau/(tau + t))
-               friction/rising_breakaway.py, never below F_c
+               (2.33)-(2.34); above a knee another viscous coefficient
+    at rest    v = 0 as long as |e| <= F_s (1 - (1 - fresh) tau/(tau + t)), never below F_c
+               (friction/rising_breakaway.py)
     position   F_c and F_s of each direction follow polynomials of the motor's position
                (4.41)-(4.44)
-    end stops  the motor stays in [low, high]; it comes back from a stop at `restitution` times its
-    speed
+    end stops  the motor stays in [low, high]; it rebounds at `restitution` times its speed
 
-Friction is continuous at a knee (figure 4.10). Inside the backlash none of this acts but the end
-stops. In slip the Stribeck curve starts from the breakaway that the rest before it has built up.
+Friction is continuous at a knee (figure 4.10). Inside the backlash only the end stops act. In slip
+the Stribeck curve starts from the breakaway reached in the preceding rest.
 """
 
 from __future__ import annotations
@@ -30,11 +28,10 @@ Vector = NDArray[np.float64]
 Coefficients = tuple[float, ...]  # lowest power first
 Sides = tuple[Coefficients, Coefficients]  # forward, backward
 
-PLAIN_SIZE = 14  # an axis that needs none of this
+PLAIN_SIZE = 14  # number of parameters of an axis without these laws
 MAX_REGIMES, MAX_TERMS = 4, 8
 
-# where things lie behind the plain parameters; of a pair the negative direction is first: base +
-# (direction > 0)
+# indices behind the plain parameters; pairs are (backward, forward): base + (direction > 0)
 VISCOUS_PAIR, COULOMB_PAIR, BREAKAWAY_PAIR, STOP_PAIR = range(PLAIN_SIZE, PLAIN_SIZE + 8, 2)
 RESTITUTION, STRIBECK_VELOCITY, STRIBECK_EXPONENT, LAYER, FRESH, RISE_TIME = range(
     PLAIN_SIZE + 8, PLAIN_SIZE + 14
@@ -51,8 +48,7 @@ ROUNDING = 1e-12
 
 
 class ViscousRegime(NamedTuple):
-    """From `knee` [rad/s | m/s] on, the friction goes on with this viscous coefficient [N m s/rad |
-    N s/m] in each direction."""
+    """Viscous coefficients [N m s/rad | N s/m] of each direction above `knee` [rad/s | m/s]."""
 
     knee: float
     forward: float
@@ -60,7 +56,7 @@ class ViscousRegime(NamedTuple):
 
 
 class AxisFrictionLevels(NamedTuple):
-    """Friction in one direction: N m s/rad, N m | N s/m, N."""
+    """Friction in one direction: viscous [N m s/rad | N s/m], coulomb and breakaway [N m | N]."""
 
     viscous: float
     coulomb: float
@@ -68,11 +64,10 @@ class AxisFrictionLevels(NamedTuple):
 
 
 class FrictionPositionShape(NamedTuple):
-    """How Coulomb friction and breakaway vary over positions [low, high] [rad | m]; beyond them as
-    at the ends.
+    """Variation of Coulomb friction and breakaway over positions [low, high] [rad | m].
 
-    Polynomials (forward, backward) in any unit of effort: divided by their means they are factors
-    of the levels of their direction.
+    Beyond the range the values at its ends hold. The polynomials (forward, backward) may have any
+    unit of effort: divided by their means they are factors of the levels of their direction.
     """
 
     low: float
@@ -82,21 +77,24 @@ class FrictionPositionShape(NamedTuple):
 
 
 class AxisLaws(NamedTuple):
-    """SI; the default changes nothing."""
+    """Further friction and end stops of an axis, SI; the default changes nothing."""
 
     backward: AxisFrictionLevels | None = None  # None: as forward
     regimes: tuple[ViscousRegime, ...] = ()
-    stribeck_velocity: float = 0.0  # rad/s | m/s; 0: none
+    stribeck_velocity: float = 0.0  # rad/s | m/s; 0: no Stribeck effect
     stribeck_exponent: float = 2.0
-    fresh: float = 1.0  # breakaway just after a stop over that of a long rest
-    rise_time: float = 0.0  # s; 0: at once
+    fresh: float = 1.0  # ratio of the breakaway just after a stop to that after a long rest
+    rise_time: float = 0.0  # s; 0: the breakaway does not depend on the time at rest
     shape: FrictionPositionShape | None = None
     stops: tuple[float, float] = (-math.inf, math.inf)  # rad | m
     restitution: float = 0.0
 
     def pack(self, forward: AxisFrictionLevels) -> Vector:
-        """What follows the plain parameters in the kernels' array, empty where nothing is changed.
-        Raises ValueError naming what is out of range."""
+        """Return the part of the kernels' array behind the plain parameters.
+
+        It is empty if the laws change nothing. Raises ValueError with the name of a value that is
+        out of range.
+        """
         if self == AxisLaws():
             return np.empty(0)
         sides = (self.backward or forward, forward)
@@ -129,7 +127,7 @@ class AxisLaws(NamedTuple):
         return out[PLAIN_SIZE:]
 
     def _check(self, sides: tuple[AxisFrictionLevels, AxisFrictionLevels]) -> None:
-        """ValueError with the first value that is out of range."""
+        """Raise ValueError for the first value that is out of range."""
         for side in sides:
             for name, value in side._asdict().items():
                 _within(f"backward {name}", value, 0.0, math.inf)
@@ -160,22 +158,25 @@ def _within(name: str, value: float, low: float, high: float) -> None:
 
 
 def _lifted(side: AxisFrictionLevels) -> AxisFrictionLevels:
-    """A breakaway below the Coulomb friction counts as equal to it."""
+    """Return the levels with a breakaway of at least the Coulomb friction."""
     return side._replace(breakaway=max(side.coulomb, side.breakaway))
 
 
 def _maps(
     shape: FrictionPositionShape, sides: tuple[AxisFrictionLevels, AxisFrictionLevels]
 ) -> Vector:
-    """Coefficients of F_c backward, forward, F_s backward, forward, MAX_TERMS each. ValueError
-    where 0 <= F_c <= F_s does not hold."""
+    """Return coefficients of F_c backward, forward, F_s backward, forward, MAX_TERMS each.
+
+    Raises ValueError if 0 <= F_c <= F_s does not hold.
+    """
     out, over = np.zeros((4, MAX_TERMS)), (shape.low, shape.high)
     for index, level in enumerate(sides):
         slip, rest = shape.coulomb[1 - index], shape.breakaway[1 - index]
         for row, terms, value in ((index, slip, level.coulomb), (2 + index, rest, level.breakaway)):
             if len(terms) > MAX_TERMS:
                 raise ValueError(
-                    f"a polynomial of position has {len(terms)} coefficients; allowed: at most {MAX_TERMS}"
+                    f"a polynomial of position has {len(terms)} coefficients; allowed: at "
+                    f"most {MAX_TERMS}"
                 )
             out[row, : len(terms)] = [value * one for one in normalised_coefficients(terms, *over)]
         place, part = least_factor(slip, *over)

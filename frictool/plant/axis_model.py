@@ -1,4 +1,4 @@
-"""The axis that a model.yaml describes, as the engine takes it."""
+"""The axis of a model.yaml in the form that the engine takes."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from frictool.plant.position_load import LoadHarmonic, PositionLoad
 
 
 def axis_of(model: Model, **overrides: float) -> AxisParameters:
-    """The model's axis in SI, its end stops those of the bench's travel; `overrides` replaces
-    fields of AxisParameters.
+    """Return the model's axis in SI, with end stops at the bench's travel.
 
-    A Coulomb or viscous friction that is overridden multiplies the model's friction as
-    plant/friction_levels.py says; a breakaway that is given too stays as given. Friction inside the
-    backlash is a part of the axis's friction (motor and brushes, thesis 4.4.4) and never above it;
-    where the bench does not say, it is all of it. Raises ValueError naming what is out of range.
+    `overrides` replaces fields of AxisParameters. An overridden Coulomb or viscous friction scales
+    the model's friction as plant/friction_levels.py says; an overridden breakaway is not scaled.
+    Friction inside the backlash is a part of the axis's friction (motor and brushes, thesis 4.4.4)
+    and never above it; without a value in the bench it is all of it. Raises ValueError with the
+    name of a parameter that is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {
@@ -61,19 +61,19 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     values.setdefault("backlash_coulomb", min(dry * loose.value, least) if loose else least)
     values.setdefault("backlash_breakaway", BACKLASH_BREAKAWAY_RATIO * values["backlash_coulomb"])
     axis = AxisParameters(**values, laws=laws)
-    axis.as_array()  # checks the laws too
+    axis.as_array()  # also checks the laws
     return axis.checked()
 
 
 def _dry(model: Model, overrides: dict[str, float]) -> float:
-    """What all dry friction is multiplied by."""
+    """Return the factor of all dry friction."""
     if "coulomb" not in overrides or (model.laws is None and model.parameters.coulomb.value == 0.0):
         return 1.0
     return coulomb_factor(model, overrides["coulomb"])
 
 
 def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float]:
-    """What becomes of a viscous friction of the model, of any regime and direction."""
+    """Return a function that scales a viscous friction, of any regime and direction."""
     if "viscous" not in overrides:
         return lambda value: value
     wanted, factor = overrides["viscous"], viscous_factor(model, overrides["viscous"])
@@ -81,7 +81,7 @@ def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float
 
 
 def load_of(model: Model) -> PositionLoad:
-    """What loads the model's axis beside friction; `axis_of` does not hold it."""
+    """Return the position-dependent load of the model's axis, which `axis_of` does not include."""
     return (
         PositionLoad()
         if model.laws is None or model.laws.load is None
@@ -90,7 +90,7 @@ def load_of(model: Model) -> PositionLoad:
 
 
 def load_law(document: LoadDocument) -> PositionLoad:
-    """The same from the document's laws."""
+    """Return the load of a document."""
     gravity, ripple, harmonics = document.gravity, document.ripple, []
     if gravity is not None:
         harmonics.append(LoadHarmonic(1.0, gravity.sine.value, gravity.cosine.value))
@@ -110,7 +110,7 @@ def load_law(document: LoadDocument) -> PositionLoad:
 def _backward(
     model: Model, dry: float, slope: Callable[[float], float]
 ) -> AxisFrictionLevels | None:
-    """The levels of the negative direction, where the model has its own, scaled."""
+    """Return the scaled levels of the negative direction; None if the model has none."""
     given = model.laws.backward if model.laws else None
     if given is None:
         return None

@@ -1,12 +1,14 @@
-"""A block diagram as a table: systems whose inputs and outputs are named signals, and sums of
-signals.
+"""A block diagram as a table: systems with named inputs and outputs, and sums of signals.
 
-    blocks = {"axis": Block(axis, ("drive", "friction"), ("speed",)), "W2": Block(w2, ("error",),
-    ("z",))} sums = {"error": {"reference": 1.0, "speed": -1.0}} connect(blocks, sums,
-    inputs=("reference", "friction", "drive"), outputs=("z", "speed"))
+    blocks = {
+        "axis": DiagramBlock(axis, ("drive", "friction"), ("speed",)),
+        "W2": DiagramBlock(w2, ("error",), ("z",)),
+    }
+    sums = {"error": {"reference": 1.0, "speed": -1.0}}
+    connect(blocks, sums, inputs=("reference", "friction", "drive"), outputs=("z", "speed"))
 
-A signal is an input of the diagram, an output of exactly one block, or one of the sums; a sum may
-use sums named before it, and a sum of nothing is zero.
+A signal is an input of the diagram, an output of exactly one block, or one of the sums. A sum may
+use sums named before it; an empty sum is zero.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class DiagramBlock:
-    """A system and the names of the signals that enter and leave it."""
+    """A system and the names of its input and output signals."""
 
     system: Lti
     inputs: tuple[str, ...]
@@ -38,10 +40,10 @@ def connect(
     inputs: Sequence[str],
     outputs: Sequence[str],
 ) -> Lti:
-    """The system from `inputs` to `outputs`; its states are those of the blocks in their order.
+    """Return the system from `inputs` to `outputs`; its states are those of the blocks in order.
 
-    Raises ValueError for a signal that nothing gives or that two things give, for blocks of
-    different periods, and for an algebraic loop that has no solution.
+    Raises ValueError for a signal without a source or with two, for blocks of different periods,
+    and for an algebraic loop without a solution.
     """
     periods = {block.system.period for block in blocks.values()}
     if len(periods) > 1:

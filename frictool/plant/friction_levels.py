@@ -1,15 +1,15 @@
-"""What the four numbers of a vertex, or of a plant that is drawn, mean for a model that says more
-of its friction than two numbers.
+"""Scalar friction levels of a model whose friction depends on direction, speed or position.
 
-coulomb   the mean of F_c over the bench's travel and both directions. Another value multiplies all
-          dry friction by one factor: F_c and
-          breakaway of both directions, their maps over position, and the friction inside the
-          backlash
-viscous   the steepest slope over the regimes of speed, the mean of both directions. Another value
-          multiplies every slope; knees stay. Where
-          the model has no viscous friction at all, the value holds at every speed
+A vertex or a sampled plant has one Coulomb and one viscous friction. For such a model they are:
 
-So the map keeps its shape, and a vertex with the model's own numbers is the model itself.
+    coulomb   mean of F_c over the bench's travel and both directions. Another value multiplies all
+              dry friction by one factor: F_c and breakaway of both directions, their maps over
+              position, and the friction inside the backlash
+    viscous   steepest slope over the speed regimes, mean of both directions. Another value
+              multiplies every slope; knees stay. If the model has no viscous friction at all, the
+              value holds at every speed
+
+The map therefore keeps its shape, and a vertex with the model's own numbers is the model itself.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Ends = tuple[float, float]
 
 
 def coulomb_level(model: Model) -> Ends:
-    """(low, high) of F_c as above [N m | N]; equal where the model gives no interval."""
+    """Return (low, high) of the Coulomb level [N m | N]; equal if the model has no interval."""
     forward, backward = _mean_factors(model)
     own, opposite = model.parameters.coulomb, _opposite(model, "coulomb")
     low, high = (
@@ -36,8 +36,10 @@ def coulomb_level(model: Model) -> Ends:
 
 
 def coulomb_factor(model: Model, wanted: float) -> float:
-    """What all dry friction is multiplied by, so that its level is `wanted`. Raises ValueError
-    where there is none to multiply."""
+    """Return the factor of all dry friction that gives the level `wanted` [N m | N].
+
+    Raises ValueError if the model has no dry friction.
+    """
     forward, backward = _mean_factors(model)
     mean = 0.5 * (
         forward * model.parameters.coulomb.value + backward * _opposite(model, "coulomb").value
@@ -48,8 +50,7 @@ def coulomb_factor(model: Model, wanted: float) -> float:
 
 
 def viscous_level(model: Model) -> Ends:
-    """(low, high) of the viscous friction as above [N m s/rad | N s/m]; equal where the model gives
-    no interval."""
+    """Return (low, high) of the viscous level [N m s/rad | N s/m]; equal without an interval."""
     steepest = [max(slopes, key=lambda slope: slope.value) for slopes in _slopes(model)]
     low, high = (
         0.5 * sum(ends) for ends in zip(*(slope.interval for slope in steepest), strict=True)
@@ -58,14 +59,13 @@ def viscous_level(model: Model) -> Ends:
 
 
 def viscous_factor(model: Model, wanted: float) -> float | None:
-    """What every slope is multiplied by, so that the level is `wanted`; None where there is no
-    slope to multiply."""
+    """Return the factor of every slope that gives the level `wanted`; None without any slope."""
     level = 0.5 * sum(max(slope.value for slope in slopes) for slopes in _slopes(model))
     return wanted / level if level > 0.0 else None
 
 
 def _slopes(model: Model) -> tuple[list[Quantity], list[Quantity]]:
-    """Forward, backward: the viscous friction of every regime of speed."""
+    """Return the viscous friction of every speed regime, forward and backward."""
     regimes = model.laws.regimes if model.laws is not None else ()
     forward: list[Quantity] = [model.parameters.viscous, *(regime.viscous for regime in regimes)]
     backward: list[Quantity] = [
@@ -76,7 +76,7 @@ def _slopes(model: Model) -> tuple[list[Quantity], list[Quantity]]:
 
 
 def _opposite(model: Model, name: str) -> Quantity:
-    """The parameter `name` of the negative direction."""
+    """Return the parameter `name` of the negative direction."""
     backward = model.laws.backward if model.laws is not None else None
     own: Quantity | None = getattr(backward, name) if backward is not None else None
     common: Quantity = getattr(model.parameters, name)
@@ -84,8 +84,7 @@ def _opposite(model: Model, name: str) -> Quantity:
 
 
 def _mean_factors(model: Model) -> Ends:
-    """Forward, backward: the mean over the travel of what the map multiplies the Coulomb level of
-    the direction by."""
+    """Return the mean factor of the Coulomb map over the travel, forward and backward."""
     travel, law = model.bench.mechanics.travel, None if model.laws is None else model.laws.position
     if travel is None or law is None or not travel.low < travel.high:
         return 1.0, 1.0
@@ -102,5 +101,5 @@ def _mean_factors(model: Model) -> Ends:
 def _mean_factor(
     powers: tuple[float, ...], low: float, high: float, first: float, last: float
 ) -> float:
-    """Kept, as it is the same for every plant that is drawn from a model."""
+    """Return the mean factor, cached: it is the same for every plant sampled from a model."""
     return mean_over(normalised_coefficients(powers, low, high), low, high, first, last)

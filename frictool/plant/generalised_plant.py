@@ -1,20 +1,16 @@
-"""The generalised plants of figures 5.11 and 5.25 and of annex C's figure 5, continuous or sampled
-with the computational delay inside.
+"""The generalised plants of figures 5.11 and 5.25 and of annex C's figure 5, continuous or sampled.
 
-    position (5.11)      error e = s - x,        s the position reference          measured  s - x +
-                         noise
-    speed    (5.25)      error e = v_c - v,      s the integral of v_c             measured  s - x +
-             noise
+    structure        error e         reference                     measured
+    position (5.11)  s - x           s                             s - x + noise
+    speed (5.25)     v_c - v         v_c, with s its integral      s - x + noise
 
-    inputs w   reference; friction, times W1; noise, through W4; w_Delta where the plant has an
-               uncertainty channel
-    outputs z  W2 e; W3 i; W_u u; W_eta eta; W5 z_Delta               (each present where its weight
-                                                                      is)
+    inputs w   reference; friction times W1; noise through W4; w_Delta of an uncertainty channel
+    outputs z  W2 e; W3 i; W_u u; W_eta eta; W5 z_Delta     (the last three if they have a weight)
 
-Both measure eta = s - x, so that what closes the loop on the target is the same system in both
-structures. The weights are sampled by Tustin. A weight on the commanded drive is not in the text:
-without one D12 = 0, the optimum is not attained, and one encoder count asks for hundreds of times
-the drive's limit.
+A sampled plant includes the computational delay. Both structures measure eta = s - x, so that the
+controller on the target is the same system in both. The weights are sampled by Tustin. The weight
+W_u on the commanded drive is not in the text. Without it D12 = 0, the optimum is not attained, and
+one encoder count causes a drive of hundreds of times its limit.
 """
 
 from __future__ import annotations
@@ -35,15 +31,17 @@ Controlled = Literal["position", "speed"]
 
 @dataclass(frozen=True)
 class FirstOrderWeight:
-    """gain (s/zero + 1)/(s/pole + 1), both in rad/s; infinite ones are absent."""
+    """Weight gain (s/zero + 1)/(s/pole + 1), zero and pole in rad/s; an infinite one is absent."""
 
     gain: float
     zero: float = np.inf
     pole: float = np.inf
 
     def system(self, period: float) -> Lti:
-        """Continuous (period 0), or its Tustin equivalent. Raises ValueError for a zero without a
-        pole, which is not proper."""
+        """Return the weight in continuous time (period 0) or its Tustin equivalent.
+
+        Raises ValueError for a zero without a pole, which is not proper.
+        """
         if np.isinf(self.pole):
             if np.isfinite(self.zero):
                 raise ValueError("a weight with a zero and no pole is not proper")
@@ -58,11 +56,11 @@ class FirstOrderWeight:
 
 @dataclass(frozen=True)
 class PlantWeights:
-    """What the closed loop is judged by.
+    """Weights of the closed loop's signals.
 
-    error: W2 (5.56). disturbance: W1. drive: W3 (5.58). command: on the commanded drive. noise: W4,
-    the measurement noise [rad or m]. eta: on the measured signal. uncertainty: W5, where the plant
-    has an uncertainty channel.
+    error: W2 (5.56). disturbance: W1. drive: W3 (5.58). command: W_u, of the commanded drive.
+    noise: W4, the measurement noise [rad or m]. eta: of the measured signal. uncertainty: W5, used
+    if the plant has an uncertainty channel.
     """
 
     error: FirstOrderWeight
@@ -75,16 +73,20 @@ class PlantWeights:
 
 
 def template(bandwidth: float, modulus_margin: float, static_error: float) -> FirstOrderWeight:
-    """W2 of (5.56) with G2 = M_mod z2/p2 and p2 = z2 M_mod e_stat (5.57), read with M_mod > G2
-    p2/(gamma z2). bandwidth: z2 [rad/s]."""
+    """Return W2 of (5.56) with G2 = M_mod z2/p2 and p2 = z2 M_mod e_stat (5.57).
+
+    (5.57) is read as M_mod > G2 p2/(gamma z2). bandwidth: z2 [rad/s].
+    """
     pole = bandwidth * modulus_margin * static_error
     return FirstOrderWeight(modulus_margin * bandwidth / pole, bandwidth, pole)
 
 
 @dataclass(frozen=True)
 class UncertaintyChannel:
-    """z_Delta = (drive i + viscous v + friction w)/d of one real uncertainty |Delta| <= 1, annex
-    (22), (29); w_Delta = Delta z_Delta."""
+    """Channel z_Delta = (drive i + viscous v + friction w)/d of one real |Delta| <= 1.
+
+    w_Delta = Delta z_Delta, annex (22), (29); d is the unit of the channel.
+    """
 
     drive: float
     viscous: float
@@ -93,13 +95,16 @@ class UncertaintyChannel:
 
 @dataclass(frozen=True)
 class GeneralisedPlant:
-    """x' | x+ = a x + b1 w + b2 u;  z = c1 x + d11 w + d12 u;  y = c2 x + d21 w.       period 0:
-    continuous
+    """Matrices of a generalised plant.
 
-       w ──▶┌─────┐──▶ z
-            │  P  │
-    ┌─ u ──▶└─────┘──▶ y ─┐
-    └──────[  K  ]◀───────┘
+        x' | x+ = a x + b1 w + b2 u;  z = c1 x + d11 w + d12 u;  y = c2 x + d21 w
+
+           w ──▶┌─────┐──▶ z
+                │  P  │
+        ┌─ u ──▶└─────┘──▶ y ─┐
+        └──────[  K  ]◀───────┘
+
+    The period [s] is 0 in continuous time.
     """
 
     a: Matrix
@@ -114,8 +119,10 @@ class GeneralisedPlant:
 
     @staticmethod
     def of(system: Lti, measured: int = 1, controls: int = 1) -> GeneralisedPlant:
-        """The last outputs are measured, the last inputs controls. Raises ValueError where a
-        control is measured at once (D22 not zero)."""
+        """Return the plant whose last outputs are measured and whose last inputs are controls.
+
+        Raises ValueError if a control acts on a measurement without delay (D22 not zero).
+        """
         w, z = system.b.shape[1] - controls, system.c.shape[0] - measured
         if np.any(system.d[z:, w:]):
             raise ValueError("the measurement sees the control without delay: D22 must be zero")
@@ -132,7 +139,7 @@ class GeneralisedPlant:
         )
 
     def transformed(self, t: Matrix) -> GeneralisedPlant:
-        """The same plant in coordinates x = t x_new."""
+        """Return the same plant in coordinates x = t x_new."""
         inverse = np.linalg.inv(t)
         return replace(
             self,
@@ -144,7 +151,10 @@ class GeneralisedPlant:
         )
 
     def closed(self, k: Lti) -> Lti:
-        """From w to z with u = k y; states: the plant's, then the controller's."""
+        """Return the system from w to z with u = k y.
+
+        Its states are those of the plant, then those of k.
+        """
         direct = self.b2 @ k.d
         a = np.block([[self.a + direct @ self.c2, self.b2 @ k.c], [k.b @ self.c2, k.a]])
         b = np.vstack([self.b1 + direct @ self.d21, k.b @ self.d21])
@@ -162,11 +172,10 @@ def generalised_plant(
     uncertainty: UncertaintyChannel | None = None,
     axis: DiagramBlock | None = None,
 ) -> GeneralisedPlant:
-    """The plant of one vertex, `lag` and `period` in s. Raises ValueError for a delay in continuous
-    time.
+    """Return the plant of one vertex; `lag` and `period` in s.
 
-    `axis` takes the place of linear_axis(rates, lag, period); ports that it has beyond those become
-    the plant's first inputs and outputs.
+    `axis` replaces linear_axis(rates, lag, period); its additional ports become the first inputs
+    and outputs of the plant. Raises ValueError for a delay in continuous time.
     """
     if delay_samples and not period:
         raise ValueError("a delay in samples needs a sampled plant")

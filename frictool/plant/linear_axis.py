@@ -1,5 +1,4 @@
-"""The axis (5.48) as a linear system: drive lag, inertia and viscous friction; what is not linear
-of the friction enters as an effort.
+"""The axis (5.48) as a linear system: drive lag, inertia and viscous friction.
 
     tau i' = u - i          v' = k i - s v - f w + p w_D          x' = v          eta' = v_c - v
 
@@ -7,9 +6,10 @@ of the friction enters as an effort.
              the uncertainty channel
     outputs  i drive, v speed, eta = integral of v_c - position
 
-k = K/J, s = sigma_v/J, f = F_c/J and p = d/J are the axis's rates, so that the linearised plant
-(5.49) is the same system with other numbers. Without a lag the drive is the command itself.
-Sampled, the inputs are held (exact zero-order hold).
+The nonlinear part of the friction enters as an effort. k = K/J, s = sigma_v/J, f = F_c/J and
+p = d/J are the rates of the axis, so that the linearised plant (5.49) is the same system with other
+numbers. Without a lag the drive equals the command. A sampled axis has exact zero-order holds at
+its inputs.
 """
 
 from __future__ import annotations
@@ -27,8 +27,10 @@ OUTPUTS = ("drive", "speed", "eta")
 
 @dataclass(frozen=True)
 class AxisRates:
-    """k [rad/s^2 or m/s^2 per A or V], s [1/s], f [rad/s^2 or m/s^2], p [rad/s^2 or m/s^2 per unit
-    of the uncertainty channel]."""
+    """Rates k [rad/s^2 or m/s^2 per A or V], s [1/s], f [rad/s^2 or m/s^2] and p of an axis.
+
+    p, named `push`, is in rad/s^2 or m/s^2 per unit of the uncertainty channel.
+    """
 
     drive: float
     viscous: float
@@ -39,11 +41,11 @@ class AxisRates:
 def linear_axis(
     rates: AxisRates, lag: float, period: float, resonance: Lti | None = None
 ) -> DiagramBlock:
-    """The axis with the drive's time constant `lag` [s], held at `period` [s] or continuous (0).
+    """Return the axis with the drive's time constant `lag` [s], continuous or sampled.
 
-    resonance: a continuous filter of gain 1 at rest between the drive's effort and the axis
-    (plant/resonance_filter.py). States: [drive,] [those of the filter,] speed, eta. Ports: INPUTS,
-    OUTPUTS.
+    period: sample period [s], 0 for continuous time. resonance: a continuous filter of static gain
+    1 between the drive's effort and the axis (plant/resonance_filter.py). States: [drive,]
+    [those of the filter,] speed, eta. Ports: INPUTS, OUTPUTS.
     """
     k, s, f, p = rates.drive, rates.viscous, rates.friction, rates.push
     if lag > 0.0:
@@ -62,9 +64,8 @@ def linear_axis(
 
 
 def _resonant(axis: Lti, rates: AxisRates, resonance: Lti) -> Lti:
-    """The continuous axis whose speed answers to the filtered drive; the filter's states before
-    speed and eta."""
-    head, m = axis.order - 2, resonance.order  # 1 with a lag
+    """Return the continuous axis driven through the filter; its states precede speed and eta."""
+    head, m = axis.order - 2, resonance.order  # head: 1 with a lag, else 0
     a, b = np.zeros((head + m + 2, head + m + 2)), np.zeros((head + m + 2, len(INPUTS)))
     old = [*range(head), head + m, head + m + 1]
     a[np.ix_(old, old)], b[old] = axis.a, axis.b

@@ -1,16 +1,17 @@
-"""The vertices as the text linearises them, beside the exact ones.
+"""Vertices of the polytope, exact or linearised as in the text.
 
-    exact         k = K/J, s = sigma_v/J, f = F_c/J
-                  (5.48)
-    inertia       the same with 1/J replaced by (1 - dJ/J0)/J0, its tangent at the centre; products
-                  stay    (5.49), read with its 1/m
-    first_order   (p0 + dp - p0 dJ/J0)/J0 for p = K, sigma_v, F_c: affine in the parameters
-                  (5.50), with the 1 of A_m in A_0
+    exact         k = K/J, s = sigma_v/J, f = F_c/J                                       (5.48)
+    inertia       the same with 1/J replaced by its tangent at the centre,
+                  (1 - dJ/J0)/J0; products stay                                           (5.49)
+    first_order   (p0 + dp - p0 dJ/J0)/J0 for p = K, sigma_v, F_c                         (5.50)
 
-p0 = centre, dp = p - p0. `first_order` is affine in the parameters. `exact` is affine in the rates
-(k, s, f), and every plant of the box is in the hull of its vertices' rates (for one J they fill a
-box, and between two J they lie on lines): nothing is lost without the linearisation. The linearised
-forms miss 1/J by (dJ/J0)^2 of it: 2.5 % at the ends of table 5.2. What is verified is always the
+p0 is the centre and dp = p - p0. Two misprints are corrected: (5.49) lacks a factor 1/m, and the 1
+in A_m of (5.50) belongs in A_0.
+
+`first_order` is affine in the parameters, `exact` in the rates (k, s, f). For a fixed J the rates
+fill a box, and as J varies they move along straight lines. Every plant of the box is therefore in
+the hull of its vertices' rates, and the exact vertices lose nothing. The linearised forms have a
+relative error of (dJ/J0)^2 in 1/J, 2.5 % at the ends of table 5.2. Verification always uses the
 exact plant.
 """
 
@@ -26,10 +27,10 @@ Form = Literal["exact", "inertia", "first_order"]
 
 
 def rates_of(point: PlantPoint, centre: PlantPoint, form: Form = "exact") -> AxisRates:
-    """The plant at `point` as a polytope around `centre` has it.
+    """Return the rates of the plant at `point` in a polytope around `centre`.
 
-    Raises NoSolutionError where the linearisation leaves no positive inertia or drive: its interval
-    is too wide to be linearised.
+    Raises NoSolutionError if the linearisation has no positive inertia or drive, because the
+    interval is too wide.
     """
     if form == "exact":
         return point.rates
@@ -48,12 +49,13 @@ def rates_of(point: PlantPoint, centre: PlantPoint, form: Form = "exact") -> Axi
     )
     if found.drive <= 0.0:
         raise NoSolutionError(
-            f"the plant linearised at {point.name} (inertia {point.inertia:.4g}, constant {point.constant:.4g}) has no positive gain: the "
+            f"the plant linearised at {point.name} (inertia {point.inertia:.4g}, "
+            f"constant {point.constant:.4g}) has no positive gain: the "
             "intervals are too wide for (5.49)-(5.50); take the exact vertices"
         )
     return found
 
 
 def vertex_rates(box: Polytope, form: Form = "exact") -> tuple[AxisRates, ...]:
-    """`rates_of` every vertex, in their order."""
+    """Return `rates_of` for every vertex, in order."""
     return tuple(rates_of(point, box.centre, form) for point in box.vertices)

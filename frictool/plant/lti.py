@@ -1,7 +1,9 @@
-"""Linear time-invariant systems in memory, and how they become sampled ones.
+"""Linear time-invariant systems and their discretisation.
 
-x' = a x + b u      (period 0: continuous time)          y = c x + d u
-x+ = a x + b u      (period T > 0: one step every T s)
+The period of a system distinguishes continuous and discrete time:
+
+    x' = a x + b u      (period 0: continuous time)          y = c x + d u
+    x+ = a x + b u      (period T > 0: one step every T s)
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Lti:
-    """Shapes: a (n, n), b (n, m), c (p, n), d (p, m). period [s], 0 for continuous time."""
+    """Matrices a (n, n), b (n, m), c (p, n), d (p, m) and the period [s], 0 for continuous time."""
 
     a: Matrix
     b: Matrix
@@ -29,7 +31,7 @@ class Lti:
 
     @staticmethod
     def of(document: StateSpace, period: float) -> Lti:
-        """A stored state space, one input and one output."""
+        """Return a stored state space with one input and one output."""
         n = len(document.a)
         a, b, c, d = (
             np.array(rows, dtype=np.float64)
@@ -38,7 +40,7 @@ class Lti:
         return Lti(a.reshape(n, n), b.reshape(n, 1), c.reshape(1, n), d, period)
 
     def document(self) -> StateSpace:
-        """As it is stored."""
+        """Return the state space in its stored form."""
         a, b, c, d = (
             tuple(tuple(float(value) for value in row) for row in matrix)
             for matrix in (self.a, self.b, self.c, self.d)
@@ -47,15 +49,16 @@ class Lti:
 
     @property
     def order(self) -> int:
+        """Number of states."""
         return len(self.a)
 
     def transformed(self, t: Matrix) -> Lti:
-        """The same system in the coordinates x = t x_new."""
+        """Return the same system in the coordinates x = t x_new."""
         inverse = np.linalg.inv(t)
         return replace(self, a=inverse @ self.a @ t, b=inverse @ self.b, c=self.c @ t)
 
     def response(self, frequencies: ArrayLike) -> NDArray[np.complex128]:
-        """(k, p, m) responses at the angular frequencies (k,) [rad/s]."""
+        """Return the responses (k, p, m) at the angular frequencies (k,) [rad/s]."""
         w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
         point = np.exp(1j * w * self.period) if self.period else 1j * w
         inner = point[:, None, None] * np.eye(self.order) - self.a
@@ -66,19 +69,19 @@ class Lti:
 
     @property
     def stable(self) -> bool:
-        """Whether every pole is inside the region of stability of its domain."""
+        """True if every pole is inside the stability region of its time domain."""
         poles = np.linalg.eigvals(self.a)
         return bool(np.all(np.abs(poles) < 1.0) if self.period else np.all(poles.real < 0.0))
 
 
 def gain(value: ArrayLike, period: float) -> Lti:
-    """A constant matrix (p, m), or a number."""
+    """Return a constant matrix (p, m), or a number, as a system."""
     d = np.atleast_2d(np.asarray(value, dtype=np.float64))
     return Lti(np.zeros((0, 0)), np.zeros((0, d.shape[1])), np.zeros((d.shape[0], 0)), d, period)
 
 
 def parallel_sum(first: Lti, second: Lti) -> Lti:
-    """The sum of two systems of one domain; the states of `first` come first."""
+    """Return the sum of two systems of one time domain; the states of `first` come first."""
     return Lti(
         block_diag(first.a, second.a),
         np.vstack([first.b, second.b]),
@@ -89,21 +92,21 @@ def parallel_sum(first: Lti, second: Lti) -> Lti:
 
 
 def zero_order_hold(system: Lti, period: float) -> Lti:
-    """The zero-order-hold equivalent of a continuous system at `period` [s], exact."""
+    """Return the exact zero-order-hold equivalent of a continuous system at `period` [s]."""
     n, m = system.b.shape
     whole = expm(np.block([[system.a, system.b], [np.zeros((m, n + m))]]) * period)
     return Lti(whole[:n, :n], whole[:n, n:], system.c, system.d, period)
 
 
 def tustin(system: Lti, period: float, prewarp: float = 0.0) -> Lti:
-    """The bilinear equivalent at `period` [s]; exact at the angular frequency `prewarp` [rad/s], or
-    at 0.
+    """Return the bilinear equivalent at `period` [s], exact at `prewarp` [rad/s] or at 0.
 
-    Raises ValueError where the prewarping frequency is not below half the sampling frequency.
+    Raises ValueError if the prewarping frequency is not below half the sampling frequency.
     """
     if prewarp * period >= np.pi:
         raise ValueError(
-            f"the prewarping frequency {prewarp:g} rad/s is not below half the sampling frequency, {np.pi / period:g} rad/s"
+            f"the prewarping frequency {prewarp:g} rad/s is not below half the sampling "
+            f"frequency, {np.pi / period:g} rad/s"
         )
     half = np.tan(0.5 * prewarp * period) / prewarp if prewarp else 0.5 * period
     identity = np.eye(system.order)
@@ -119,8 +122,10 @@ def tustin(system: Lti, period: float, prewarp: float = 0.0) -> Lti:
 
 
 def inverse_tustin(system: Lti) -> Lti:
-    """The continuous system whose Tustin equivalent without prewarping is `system`: z = (1 + s
-    T/2)/(1 - s T/2)."""
+    """Return the continuous system whose Tustin equivalent without prewarping is `system`.
+
+    The substitution is z = (1 + s T/2)/(1 - s T/2).
+    """
     identity = np.eye(system.order)
     inverse = np.linalg.inv(system.a + identity)
     period = system.period
@@ -134,7 +139,7 @@ def inverse_tustin(system: Lti) -> Lti:
 
 
 def delay(samples: int, period: float) -> Lti:
-    """`samples` steps of delay of one signal; the first state is the newest."""
+    """Return a delay of one signal by `samples` steps; the first state is the newest sample."""
     a = np.eye(samples, k=-1)
     b, c = np.zeros((samples, 1)), np.zeros((1, samples))
     if samples:

@@ -1,7 +1,7 @@
-"""A box of physical parameters around given plants, and its corners, as the 16 of (5.68).
+"""A box of physical parameters around given plants, and its corners, such as the 16 of (5.68).
 
-The Coulomb friction only scales the friction input w: a norm grows with its magnitude, whether
-constant or not, so that bounds over a box take it at its largest.
+The Coulomb friction only scales the friction input w. Any norm grows with its magnitude, constant
+or not, so that bounds over a box use its largest value.
 """
 
 from __future__ import annotations
@@ -12,12 +12,11 @@ from itertools import product
 from frictool.plant.polytope import PlantPoint
 
 Box = Mapping[str, tuple[float, float]]
-DYNAMIC = ("inertia", "constant", "viscous")  # what changes the axis's own dynamics
+DYNAMIC = ("inertia", "constant", "viscous")  # parameters that change the axis's dynamics
 
 
 def enclosing_box(points: Sequence[PlantPoint]) -> dict[str, tuple[float, float]]:
-    """The smallest box (low, high) of inertia, constant, viscous and coulomb that holds all
-    points."""
+    """Return the smallest box (low, high) of the four parameters that contains all points."""
     return {
         name: (min(getattr(p, name) for p in points), max(getattr(p, name) for p in points))
         for name in (*DYNAMIC, "coulomb")
@@ -25,22 +24,23 @@ def enclosing_box(points: Sequence[PlantPoint]) -> dict[str, tuple[float, float]
 
 
 def largest_coulomb(box: Box) -> float:
-    """The largest magnitude of the Coulomb friction; the tangent of a regime may have a negative
-    one."""
+    """Return the largest magnitude of the Coulomb friction [N m or N].
+
+    The tangent of a speed regime may have a negative one.
+    """
     return max(abs(value) for value in box["coulomb"])
 
 
 def moving(box: Box) -> tuple[str, ...]:
-    """The parameters of DYNAMIC whose interval has a width."""
+    """Return the parameters of DYNAMIC whose interval is wider than 0."""
     return tuple(name for name in DYNAMIC if box[name][1] > box[name][0])
 
 
 def corners(box: Box) -> tuple[PlantPoint, ...]:
-    """The 2^r corners over the r parameters of `moving`, in the order of itertools.product, with
-    the largest Coulomb friction.
+    """Return the 2^r corners over the r parameters of `moving`, with the largest Coulomb friction.
 
-    The axis is multi-affine in the constant, the viscous coefficient and the inverse of the
-    inertia.
+    They are in the order of itertools.product. The axis is multi-affine in the constant, the
+    viscous coefficient and the inverse of the inertia.
     """
     ends = [box[name] if name in moving(box) else box[name][:1] for name in DYNAMIC]
     return tuple(

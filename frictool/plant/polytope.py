@@ -1,14 +1,13 @@
-"""The polytope of plants (5.51), (5.68): the corners of the intervals of the parameters that are
-scheduled.
+"""The polytope of plants (5.51), (5.68): the corners of the intervals of the scheduled parameters.
 
-p0 = (J, viscous, coulomb, K)      centre: the middle of each interval; a parameter that is not
-                                   scheduled stays there
-vertices: 2^l corners in the order of itertools.product, J slowest; equal corners (an interval of no
-width) are listed once
+    p0 = (J, viscous, coulomb, K)   centre: the middle of each interval, also for a parameter that
+                                    is not scheduled
+    vertices                        2^l corners in the order of itertools.product, J slowest;
+                                    equal corners (an interval of width 0) are listed once
 
-With the regimes of speed scheduled, annex (30)-(32), viscous and coulomb are the tangent of each
-regime (plant/regime_tangents.py): two vertices for one knee, times those of the other parameters,
-2^5 = 32 with all of them. The centre is then the middle of the tangents.
+If the speed regimes are scheduled, annex (30)-(32), viscous and coulomb are those of the tangent of
+each regime (plant/regime_tangents.py): two vertices for one knee, times those of the other
+parameters, 2^5 = 32 with all of them. The centre is then the middle of the tangents.
 """
 
 from __future__ import annotations
@@ -30,13 +29,16 @@ from frictool.plant.regime_tangents import regime_levels, tangents
 
 Parameter = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 PARAMETERS: tuple[Parameter, ...] = ("inertia", "viscous", "coulomb", "constant")
-PLACES = 1001  # over the travel, where a polynomial of position is looked at
+PLACES = 1001  # number of positions at which a polynomial is evaluated over the travel
 
 
 @dataclass(frozen=True)
 class PlantPoint:
-    """One constant plant: inertia [kg m^2 or kg], viscous [N m s/rad or N s/m], coulomb [N m or N],
-    constant [N m or N per A or V]."""
+    """One constant plant, SI.
+
+    inertia [kg m^2 or kg], viscous [N m s/rad or N s/m], coulomb [N m or N], constant
+    [N m or N per A or V].
+    """
 
     name: str
     inertia: float
@@ -46,7 +48,7 @@ class PlantPoint:
 
     @property
     def rates(self) -> AxisRates:
-        """Of this plant, exactly (5.48)."""
+        """The exact rates of this plant (5.48)."""
         return AxisRates(
             self.constant / self.inertia, self.viscous / self.inertia, self.coulomb / self.inertia
         )
@@ -54,7 +56,7 @@ class PlantPoint:
 
 @dataclass(frozen=True)
 class Polytope:
-    """The centre and the vertices, and the parameters that change from vertex to vertex."""
+    """Centre and vertices, and the parameters that change from vertex to vertex."""
 
     centre: PlantPoint
     vertices: tuple[PlantPoint, ...]
@@ -62,8 +64,10 @@ class Polytope:
 
 
 def intervals(model: Model) -> dict[str, tuple[float, float]]:
-    """Return the intervals for which `synth` designs and `verify` compares: `ranges`, and the local
-    Coulomb friction over the travel."""
+    """Return the intervals for which `synth` designs and `verify` compares.
+
+    They are `ranges`, extended by the local Coulomb friction over the travel.
+    """
     found = ranges(model)
     if model.laws is not None and model.laws.position is not None:
         local = _over_position(model.laws.position, model.parameters.coulomb, model.laws.backward)
@@ -72,12 +76,12 @@ def intervals(model: Model) -> dict[str, tuple[float, float]]:
 
 
 def ranges(model: Model) -> dict[str, tuple[float, float]]:
-    """Return the hull of the model's intervals, in each direction and regime, and of the bench's
-    range over the product's life.
+    """Return the hull of the model's intervals and of the bench's range over the product's life.
 
-    `simulate` and `campaign` draw from it; friction that varies with position has its mean there. A
-    bench's value without a range counts as a range of no width. The hull and not the intersection:
-    the log gives the parameter of this bench today, the bench its future range.
+    The hull includes every direction and regime. `simulate` and `campaign` draw from it; friction
+    that varies with position has its mean there. A bench value without a range has the width 0. The
+    hull is used, not the intersection: the log gives the parameter of this bench today, the bench
+    its future range.
     """
     known, today = model.bench.mechanics, model.parameters
     pairs: dict[str, tuple[Quantity, ...]] = {
@@ -96,14 +100,14 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
 
 
 def hull(*quantities: Quantity) -> tuple[float, float]:
-    """Return the smallest interval that holds the intervals of all quantities."""
+    """Return the smallest interval that contains the intervals of all quantities."""
     return min(one.interval[0] for one in quantities), max(one.interval[1] for one in quantities)
 
 
 def _over_position(
     law: FrictionOverPosition, forward: Quantity, opposite: Backward | None
 ) -> tuple[float, float]:
-    """The least and the largest Coulomb friction over the travel and both directions."""
+    """Return the least and the largest Coulomb friction over the travel and both directions."""
     backward = (opposite.coulomb if opposite else None) or forward
     lows, highs = [], []
     for level, powers in (
@@ -120,16 +124,17 @@ def _over_position(
 
 
 def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polytope:
-    """The polytope spanned by `scheduled`: 1 to 5 parameters, 2 to 32 vertices (more where the
-    model has more than one knee).
+    """Return the polytope spanned by `scheduled`: 1 to 5 parameters, 2 to 32 vertices.
 
-    Without regimes it is `intervals(model)` in the scheduled parameters. The documents refuse an
-    inertia or constant that may be zero. Raises FrictoolError where regimes are to be scheduled and
-    the model has none, ValueError for an empty or doubled list.
+    A model with several knees has more vertices. Without regimes the polytope is `intervals(model)`
+    in the scheduled parameters. The documents do not allow an inertia or constant that may be zero.
+    Raises FrictoolError if regimes are scheduled and the model has none, ValueError for an empty
+    list or a repeated parameter.
     """
     if not scheduled or len(set(scheduled)) != len(scheduled):
         raise ValueError(
-            f"scheduled: found {list(scheduled)}; allowed: 1 to 5 different ones of {', '.join((*PARAMETERS, 'regime'))}"
+            f"scheduled: found {list(scheduled)}; allowed: 1 to 5 different ones of "
+            f"{', '.join((*PARAMETERS, 'regime'))}"
         )
     box, names = intervals(model), set(scheduled)
 
@@ -148,8 +153,10 @@ def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polyt
 
 
 def bench_intervals(bench: Bench) -> dict[str, tuple[float, float]]:
-    """Return the interval of each parameter over the product's life, from the bench alone; every
-    `intervals` holds it."""
+    """Return the interval of each parameter over the product's life, from the bench alone.
+
+    The intervals of `intervals` contain these.
+    """
     known = {name: getattr(bench.mechanics, name) for name in ("inertia", "viscous", "coulomb")}
     return {
         name: quantity.interval
@@ -158,7 +165,7 @@ def bench_intervals(bench: Bench) -> dict[str, tuple[float, float]]:
 
 
 def corner_points(box: Mapping[str, tuple[float, float]]) -> tuple[PlantPoint, ...]:
-    """Return the named corners of the four intervals, as those of `polytope`."""
+    """Return the corners of the four intervals, named like those of `polytope`."""
     corners = itertools.product(box["inertia"], box["viscous"], box["coulomb"], box["constant"])
     return _named(list(corners), PARAMETERS).vertices
 
@@ -166,7 +173,7 @@ def corner_points(box: Mapping[str, tuple[float, float]]) -> tuple[PlantPoint, .
 def _named(
     corners: list[tuple[float, float, float, float]], scheduled: tuple[Parameter, ...]
 ) -> Polytope:
-    """Equal corners once; the centre is the middle of the smallest box around them."""
+    """Return the polytope of the corners without repetition, centred in their enclosing box."""
     corners = list(dict.fromkeys(corners))
     centre = PlantPoint(
         "centre", *(0.5 * (min(values) + max(values)) for values in zip(*corners, strict=True))

@@ -1,14 +1,12 @@
-"""What loads an axis beside friction, as a function of its position: a spring, and harmonics
-(gravity on an arm, torque ripple).
+"""Loads of an axis that depend on its position: a spring, and harmonics (gravity, torque ripple).
 
     load(x) = stiffness x + sum_j (sine_j sin(number_j x) + cosine_j cos(number_j x))
 
-It opposes a positive effort, as the offset does, which holds its constant part. Gravity is the
-harmonic of number 1 on a rotary axis (per rad; per m on a linear one, where `number` is a wave
-number). The kernels' array: [stiffness, number, sine, cosine, ...].
-
-The engine integrates the load with the motion: `under_load` puts it behind the parameters of an
-axis with laws (plant/axis_friction_laws.py).
+The load opposes a positive effort, like the offset. The offset includes the constant part of the
+load. Gravity on an arm is the harmonic of number 1 on a rotary axis; on a linear axis `number` is a
+wave number [1/m]. The kernels' array is [stiffness, number, sine, cosine, ...]. The engine
+integrates the load with the motion: `with_load` appends it to the parameters of an axis with laws
+(plant/axis_friction_laws.py).
 """
 
 from __future__ import annotations
@@ -40,7 +38,7 @@ TERM_SIZE = 3
 
 
 class LoadHarmonic(NamedTuple):
-    """`number` in 1/rad | 1/m, `sine` and `cosine` in N m | N."""
+    """One harmonic: `number` in 1/rad | 1/m, `sine` and `cosine` in N m | N."""
 
     number: float
     sine: float
@@ -48,13 +46,13 @@ class LoadHarmonic(NamedTuple):
 
 
 class PositionLoad(NamedTuple):
-    """SI; `stiffness` in N m/rad | N/m. The default is no load."""
+    """Load of an axis in SI, `stiffness` in N m/rad | N/m; the default is no load."""
 
     stiffness: float = 0.0
     harmonics: tuple[LoadHarmonic, ...] = ()
 
     def as_array(self) -> Vector:
-        """For the kernels: (1 + 3 h,), empty where there is no load."""
+        """Return the kernels' array (1 + 3 h,), empty without a load."""
         if self == PositionLoad():
             return np.empty(0)
         return np.array(
@@ -63,7 +61,7 @@ class PositionLoad(NamedTuple):
         )
 
     def at(self, positions: Vector) -> Vector:
-        """The load (n,) [N m | N] at positions (n,) [rad | m]."""
+        """Return the load (n,) [N m | N] at positions (n,) [rad | m]."""
         total: Vector = self.stiffness * positions
         for number, sine, cosine in self.harmonics:
             total = total + sine * np.sin(number * positions) + cosine * np.cos(number * positions)
@@ -72,7 +70,7 @@ class PositionLoad(NamedTuple):
 
 @kernel
 def load_effort(load: Vector, x: float) -> float:
-    """The load [N m | N] at x [rad | m]; `load` (1 + 3 h,) or empty."""
+    """Return the load [N m | N] at x [rad | m]; `load` has shape (1 + 3 h,) or is empty."""
     if load.shape[0] == 0:
         return 0.0
     total = float(load[0]) * x
@@ -84,8 +82,10 @@ def load_effort(load: Vector, x: float) -> float:
 
 @kernel
 def with_load(axis: Vector, load: Vector) -> Vector:
-    """Return a copy of the parameters `axis` with `load` behind them; a plain axis gets laws that
-    change nothing in between."""
+    """Return a copy of the parameters `axis` with `load` appended.
+
+    A plain axis is first extended by laws that change nothing.
+    """
     if load.shape[0] == 0:
         return axis.copy()
     out = np.zeros(EXTENDED_SIZE + load.shape[0])
@@ -103,13 +103,13 @@ def with_load(axis: Vector, load: Vector) -> Vector:
 
 @inner_kernel
 def is_loaded(p: Vector) -> bool:
-    """Return whether a load stands behind the parameters."""
+    """Return True if the parameters include a load."""
     return bool(p.shape[0] > EXTENDED_SIZE)
 
 
 @inner_kernel
 def opposing_effort(p: Vector, x: float) -> float:
-    """Offset and load [N m | N] of an axis with laws at x [rad | m]."""
+    """Return offset plus load [N m | N] of an axis with laws at x [rad | m]."""
     return (
         float(p[OFFSET]) + load_effort(p[EXTENDED_SIZE:], x) if is_loaded(p) else float(p[OFFSET])
     )
@@ -117,7 +117,7 @@ def opposing_effort(p: Vector, x: float) -> float:
 
 @inner_kernel
 def load_size(p: Vector, x: float) -> float:
-    """Sum of the magnitudes of the load's terms at x [N m | N]."""
+    """Return the sum of the magnitudes of the load's terms at x [N m | N]."""
     if not is_loaded(p):
         return 0.0
     total = abs(p[EXTENDED_SIZE] * x)

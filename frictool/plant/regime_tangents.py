@@ -1,13 +1,12 @@
-"""Friction that changes its slope with speed as a scheduled parameter, annex (30)-(32).
+"""Friction whose slope changes with speed, as a scheduled parameter, annex (30)-(32).
 
-    |F(v)| = F_c + s_0 |v| below the first knee; beyond knee k the slope is s_k, and F is continuous
-    there (figure 4.10).
-    regime k is its tangent F_c(k) + s_k |v|:     s_k,     F_c(k) = F_c - sum over the knees i <= k
-                                                  of (s_i - s_(i-1)) v_i
+    |F(v)| = F_c + s_0 |v| below the first knee; above knee k the slope is s_k, F is continuous
+    regime k has the tangent F_c(k) + s_k |v|
+    F_c(k) = F_c - sum over the knees i <= k of (s_i - s_(i-1)) v_i
 
-With one knee and s_0 = 0 that is (31): F_c(rho) = F_c - s v_lim rho, s(rho) = s rho, rho in {0, 1};
-the polytope holds every rho between. F_c(k) may be negative: it then keeps F continuous and is no
-friction of its own (5.4.2).
+Figure 4.10 shows such a curve. With one knee and s_0 = 0 this is (31): F_c(rho) = F_c - s v_lim
+rho, s(rho) = s rho, rho in {0, 1}; the polytope contains every rho between. F_c(k) may be negative:
+it only keeps F continuous and is not a friction by itself (5.4.2).
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ Ends = tuple[float, float]
 
 @dataclass(frozen=True)
 class RegimeTangent:
-    """viscous [N m s/rad or N s/m] and coulomb [N m or N] of one regime."""
+    """viscous [N m s/rad or N s/m] and coulomb [N m or N] of the tangent of one regime."""
 
     viscous: float
     coulomb: float
@@ -32,28 +31,31 @@ class RegimeTangent:
 
 @dataclass(frozen=True)
 class RegimeLevels:
-    """(low, high) of F_c; for each regime the speed where it begins [rad/s or m/s] (the first: 0)
-    and (low, high) of its slope."""
+    """Intervals (low, high) of F_c and of the slope of each regime.
+
+    above: speed at which each regime begins [rad/s or m/s], 0 for the first.
+    """
 
     coulomb: Ends
     above: tuple[float, ...]
     viscous: tuple[Ends, ...]
 
     def tangent(self, level: int, coulomb: float, slopes: tuple[float, ...]) -> RegimeTangent:
-        """Of regime `level` for one F_c and one slope for each regime."""
+        """Return the tangent of regime `level` for one F_c and one slope per regime."""
         lost = sum((slopes[i] - slopes[i - 1]) * self.above[i] for i in range(1, level + 1))
         return RegimeTangent(slopes[level], coulomb - lost)
 
 
 def regime_levels(model: Model, coulomb: Ends) -> RegimeLevels:
-    """The model's regimes in both directions; `coulomb`: the interval of F_c at low speed.
+    """Return the model's regimes in both directions; `coulomb` is the interval of F_c at low speed.
 
     The bench's range of the viscous coefficient is that of the steepest regime, so that the slope
-    below the first knee is the model's own. Raises FrictoolError where the model has no regimes.
+    below the first knee is that of the model. Raises FrictoolError if the model has no regimes.
     """
     if model.laws is None or not model.laws.regimes:
         raise FrictoolError(
-            "regime: found a model without laws.regimes; allowed: to schedule regimes that the model has; "
+            "regime: found a model without laws.regimes; allowed: to schedule regimes that "
+            "the model has; "
             "schedule viscous and coulomb instead, or identify from a log that goes beyond the knee"
         ).at("design", "schedule")
     own = model.laws.backward
@@ -74,12 +76,12 @@ def _hull(found: tuple[Quantity, ...]) -> Ends:
 
 
 def tangents(levels: RegimeLevels, *, viscous: bool, coulomb: bool) -> tuple[RegimeTangent, ...]:
-    """The tangents at the corners: every regime, with both ends of F_c and of the slopes (all low,
-    all high) where those are scheduled too.
+    """Return the tangents at the corners: every regime, with both ends of scheduled parameters.
 
-    Where they are not, the upper ends: between its regimes the polytope then holds what is below,
-    which is how the annex covers the uncertainty of both ("bounded by the variations of F_c(rho)
-    and sigma_v(rho)", after (32)).
+    viscous, coulomb: True if the slopes (all low or all high) or F_c are scheduled too. A parameter
+    that is not scheduled has its upper end. The polytope between the regimes then contains the
+    lower values. The annex covers the uncertainty of both parameters in this way ("bounded by the
+    variations of F_c(rho) and sigma_v(rho)", after (32)).
     """
     lows, highs = zip(*levels.viscous, strict=True)
     slopes = (lows, highs) if viscous else (highs,)

@@ -1,5 +1,7 @@
-"""Resonances of a model as a filter between the drive's effort and the axis: H(s) with H(0) = 1
-(documents/resonances.py)."""
+"""Resonances of a model as a filter H(s), H(0) = 1, between the drive's effort and the axis.
+
+documents/resonances.py defines the document.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +12,10 @@ from frictool.plant.lti import Lti, gain
 
 
 def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
-    """H in continuous time, with every frequency as it is, at the low and at the high ends of the
-    intervals."""
+    """Return H in continuous time: nominal, and at the low and high ends of frequency intervals.
+
+    Without intervals there is the nominal filter only.
+    """
     found = [_filter(resonances, None)]
     if any(one.interval_rad_s is not None for one in (*resonances.poles, *resonances.zeros)):
         found += [_filter(resonances, 0), _filter(resonances, 1)]
@@ -19,7 +23,7 @@ def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
 
 
 def _filter(resonances: Resonances, end: int | None) -> Lti:
-    """Sections of second order, each with as many zeros as there are left, in series."""
+    """Return second-order sections in series, each with as many zeros as remain."""
     below = [_pair(one, end) for one in resonances.poles] + _reals(resonances.real_poles_rad_s)
     above = [_pair(one, end) for one in resonances.zeros] + _reals(resonances.real_zeros_rad_s)
     whole = gain(1.0, 0.0)
@@ -30,19 +34,19 @@ def _filter(resonances: Resonances, end: int | None) -> Lti:
         whole = _series(
             whole, _section(np.ones(1) if fitting is None else above.pop(fitting), denominator)
         )
-    if above:  # numerators that no single denominator takes: zeros in pairs over real poles
+    if above:  # a pair of zeros needs a section with a pair of poles
         raise ValueError("resonances: zeros in pairs need poles in pairs")
     return whole
 
 
 def _pair(one: Oscillation, end: int | None) -> np.ndarray:
-    """1 + 2 d s/w + s^2/w^2, highest power first."""
+    """Return 1 + 2 d s/w + s^2/w^2, highest power first."""
     w = one.rad_s if end is None or one.interval_rad_s is None else one.interval_rad_s[end]
     return np.array([1.0 / w**2, 2.0 * one.damping / w, 1.0])
 
 
 def _reals(frequencies: tuple[float, ...]) -> list[np.ndarray]:
-    """1 + s/w, two of them to a section."""
+    """Return the factors 1 + s/w, two of them to a section."""
     factors = [np.array([1.0 / w, 1.0]) for w in frequencies]
     return [
         np.polymul(*factors[k : k + 2]) if len(factors[k : k + 2]) == 2 else factors[k]
@@ -51,7 +55,7 @@ def _reals(frequencies: tuple[float, ...]) -> list[np.ndarray]:
 
 
 def _section(numerator: np.ndarray, denominator: np.ndarray) -> Lti:
-    """A proper transfer as a controllable form in states of like size."""
+    """Return a proper transfer function in controllable form, with states of similar size."""
     n = len(denominator) - 1
     top = np.concatenate([np.zeros(n + 1 - len(numerator)), numerator]) / denominator[0]
     below = denominator / denominator[0]
@@ -67,7 +71,7 @@ def _section(numerator: np.ndarray, denominator: np.ndarray) -> Lti:
 
 
 def _series(first: Lti, second: Lti) -> Lti:
-    """What leaves `first` enters `second`."""
+    """Return the series connection: the output of `first` is the input of `second`."""
     n, m = first.order, second.order
     a = np.block([[first.a, np.zeros((n, m))], [second.b @ first.c, second.a]])
     b = np.vstack([first.b, second.b @ first.d])

@@ -1,23 +1,22 @@
-"""The axis (5.48) with its physical parameters pulled out as real uncertainties: a linear
-fractional form that is exact, or that encloses.
+"""The axis (5.48) as a linear fractional form, with its physical parameters as real uncertainties.
 
-    J v' = K i - s v - F w      J = J0 + rJ dJ,  K = K0 + rK dK,  s = s0 + rs ds,      dJ, dK, ds
-                                real, constant, in [-1, 1]
+    J v' = K i - s v - F w      J = J0 + rJ dJ,  K = K0 + rK dK,  s = s0 + rs ds
+                                dJ, dK, ds real, constant, in [-1, 1]
+    continuous (exact)          v' = (q - w_J)/J0,  q = K0 i + w_K - s0 v - w_s - F w
+                                z_J = rJ v', z_K = rK i, z_s = rs v;  w = d z
 
-    continuous   v' = (q - w_J)/J0,  q = K0 i + w_K - s0 v - w_s - F w;  z_J = rJ v', z_K = rK i,
-                 z_s = rs v;  w = d z      (exact)
+The sampled form encloses the axis, since its zero-order hold is an exponential of s/J. It uses the
+moments Y_j = int_0^T (T - t)^(j-1)/(j-1)! v dt of one period, with Y_0 = v(T). Momentum is
+conserved exactly at each level:
 
-Sampled, the zero-order hold is an exponential of s/J. With the moments Y_j = int_0^T (T -
-t)^(j-1)/(j-1)! v dt, Y_0 = v(T), of one period, momentum is conserved at each level, exactly:
+    Y_j = T^j/j! v + V_j,   J V_j = K (a_j i + b_j u) - s Y_(j+1) - F w T^(j+1)/(j+1)!
+    v+ = Y_0,  eta+ = eta + T v_c - Y_1
 
-    Y_j = T^j/j! v + V_j,   J V_j = K (a_j i + b_j u) - s Y_(j+1) - F w T^(j+1)/(j+1)!        v+ =
-                            Y_0,  eta+ = eta + T v_c - Y_1
-
-Each level has the three parameters once. The last moment Y_N is replaced by the middle of its range
-over the box, plus a block |Delta| <= 1 that holds all of that range: what is true for every Delta
-is true of every plant of the box (not the reverse; the excess falls by the factor s T/(J N) a
-level). The Coulomb friction only scales the input w, so that its largest value is the worst: it is
-taken at that.
+Each level contains the three parameters once. The last moment Y_N is replaced by the middle of its
+range over the box, plus a block |Delta| <= 1 that covers the rest of that range. A property that
+holds for every Delta therefore holds for every plant of the box, but not the reverse; each further
+level reduces the excess by the factor s T/(J N). The Coulomb friction only scales the input w, so
+that its largest value is the worst case and is used.
 """
 
 from __future__ import annotations
@@ -41,26 +40,27 @@ from frictool.plant.lti import Lti
 from frictool.plant.parameter_box import DYNAMIC, Box, largest_coulomb
 
 Matrix = NDArray[np.float64]
-# moments of one period; for the clutch at 1 ms the replaced part is then below 1e-4 of every
+# number of moments of one period; for the clutch at 1 ms the replaced part is below 1e-4 of every
 # coefficient
 LEVELS = 2
 
 
 @dataclass(frozen=True)
 class RealBlock:
-    """delta I of `size`, delta real in [-1, 1]."""
+    """Uncertainty delta I of `size`, delta real in [-1, 1]."""
 
     name: str
     size: int
 
     @property
     def entering(self) -> int:
+        """Number of inputs, equal to `size`."""
         return self.size
 
 
 @dataclass(frozen=True)
 class FullBlock:
-    """Any matrix (size, entering) of norm at most 1, complex or real."""
+    """Uncertainty that may be any real or complex matrix (size, entering) of norm at most 1."""
 
     name: str
     size: int
@@ -72,8 +72,10 @@ Uncertain = RealBlock | FullBlock
 
 @dataclass(frozen=True)
 class UncertainAxis:
-    """The axis's block, whose ports beyond INPUTS, OUTPUTS are those of the uncertainty, block
-    after block of `blocks`."""
+    """The axis and its uncertainty blocks.
+
+    The ports of `block` beyond INPUTS and OUTPUTS are those of `blocks`, in order.
+    """
 
     block: DiagramBlock
     blocks: tuple[Uncertain, ...]
@@ -82,15 +84,15 @@ class UncertainAxis:
 def uncertain_axis(
     box: Box, lag: float, period: float = 0.0, levels: int = LEVELS
 ) -> UncertainAxis:
-    """The axis over a box of inertia, constant, viscous, coulomb (low, high); `lag`, `period` [s],
-    0 for continuous time.
+    """Return the axis over a box (low, high) of inertia, constant, viscous and coulomb.
 
-    Raises ValueError for an inertia that is not positive, a parameter that may be negative, or no
-    level.
+    lag, period [s]; a period of 0 is continuous time. Raises ValueError if the inertia is not
+    positive, a parameter may be negative, or `levels` is below 1.
     """
     if box["inertia"][0] <= 0.0 or min(box[name][0] for name in DYNAMIC) < 0.0 or levels < 1:
         raise ValueError(
-            "a box needs a positive inertia, a constant and a viscous coefficient that are not negative, and a level or more"
+            "a box needs a positive inertia, a constant and a viscous coefficient that are "
+            "not negative, and a level or more"
         )
     rows = _sampled(box, lag, period, levels) if period else _continuous(box, lag)
     kept = [b for b in rows.blocks if isinstance(b, FullBlock) or box[b.name][1] > box[b.name][0]]
@@ -118,8 +120,11 @@ def uncertain_plant(
     period: float = 0.0,
     delay_samples: int = 0,
 ) -> tuple[GeneralisedPlant, tuple[Uncertain, ...]]:
-    """The generalised plant around `uncertain_axis`: the uncertainty's inputs and outputs are its
-    first. Raises as that does."""
+    """Return the generalised plant of `uncertain_axis` and its uncertainty blocks.
+
+    The inputs and outputs of the uncertainty come first. Raises ValueError as `uncertain_axis`
+    does.
+    """
     axis = uncertain_axis(box, lag, period)
     middle = {name: 0.5 * (low + high) for name, (low, high) in box.items()}
     rates = AxisRates(
@@ -135,8 +140,7 @@ Row = dict[str, float]  # signal -> factor
 
 @dataclass(frozen=True)
 class _AxisRows:
-    """Each state's next value ("v+") and each output as a combination of states, inputs and
-    uncertain signals."""
+    """Each next state ("v+") and output as a sum over states, inputs and uncertain signals."""
 
     states: tuple[str, ...]
     table: dict[str, Row]
@@ -151,8 +155,10 @@ def _sum(*terms: tuple[float, Row]) -> Row:
 def _momentum(
     box: Box, drive: Row, speed: Row, effort: Row, level: int, table: dict[str, Row]
 ) -> Row:
-    """V with J V = K drive - s speed + effort; the uncertain outputs of this level are added to the
-    table."""
+    """Return V with J V = K drive - s speed + effort.
+
+    The uncertain outputs of this level are added to the table.
+    """
     (j0, rj), (k0, rk), (s0, rs) = (
         (0.5 * (box[name][0] + box[name][1]), 0.5 * (box[name][1] - box[name][0]))
         for name in DYNAMIC
@@ -207,9 +213,7 @@ def _sampled(box: Box, lag: float, period: float, levels: int) -> _AxisRows:
     moments: dict[int, Row] = {
         levels: {**{name: 0.5 * (low[name] + high[name]) for name in signals}, "rest.w0": 1.0}
     }
-    for k, name in enumerate(
-        signals
-    ):  # each factor below 1 in its unit: together a row of norm at most sqrt(count)
+    for k, name in enumerate(signals):  # factors below 1 form a row of norm at most sqrt(count)
         table[f"rest.z{k}"] = {name: math.sqrt(len(signals)) * 0.5 * (high[name] - low[name])}
     from_drive, from_command = _drive_moments(lag, period, levels)
     for j in reversed(range(levels)):
@@ -224,14 +228,16 @@ def _sampled(box: Box, lag: float, period: float, levels: int) -> _AxisRows:
         [FullBlock("rest", 1, len(signals))]
         if any(high[name] != low[name] for name in signals)
         else []
-    )  # a box of one plant has none
+    )  # empty for a box of one plant
     blocks: tuple[Uncertain, ...] = (*(RealBlock(name, levels) for name in DYNAMIC), *rest)
     return _AxisRows(("i", "v", "e") if lag > 0.0 else ("v", "e"), table, blocks)
 
 
 def _drive_moments(lag: float, period: float, count: int) -> tuple[Matrix, Matrix]:
-    """int_0^T (T - t)^j/j! i dt = a_j i(0) + b_j u for j < count, where i goes from i(0) to u with
-    the lag (at once without one)."""
+    """Return a_j, b_j (count,) with int_0^T (T - t)^j/j! i dt = a_j i(0) + b_j u.
+
+    i goes from i(0) to u with the lag, at once if the lag is 0.
+    """
     shares = np.array([period ** (j + 1) / math.factorial(j + 1) for j in range(count)])
     if lag == 0.0:
         return np.zeros(count), shares
@@ -243,7 +249,7 @@ def _drive_moments(lag: float, period: float, count: int) -> tuple[Matrix, Matri
 
 
 def _last_moment(box: Box, lag: float, period: float, levels: int) -> tuple[Row, Row]:
-    """The range of Y_N over the box as factors of v, i, command, friction and uncertain effort.
+    """Return the range of Y_N over the box as factors of v, i, command, friction, uncertain effort.
 
     Each factor is the integral of a positive kernel times exp(-s t): it falls with s, and is
     proportional to K/J, F/J or 1/J.
@@ -268,7 +274,7 @@ def _last_moment(box: Box, lag: float, period: float, levels: int) -> tuple[Row,
 
 
 def _coefficients(s: float, lag: float, period: float, levels: int) -> Row:
-    """Y_N of v' = i - s v + d, i' = (u - i)/lag, for a unit of v, i, u or d."""
+    """Return Y_N of v' = i - s v + d, i' = (u - i)/lag, for a unit of v, i, u or d."""
     n = 4 + levels  # i, v, u, d, then the moments
     flow = np.zeros((n, n))
     flow[1, 0], flow[1, 1], flow[1, 3] = 1.0, -s, 1.0

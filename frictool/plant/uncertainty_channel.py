@@ -1,21 +1,17 @@
-"""Parametric uncertainty as one real channel: the LFT form, annex (20)-(23), and the mixed one,
-(28)-(29).
+"""Parametric uncertainty as one real channel: the LFT form, annex (20)-(23), and the mixed form.
 
     v' = (K i - sigma_v v - F_c w + w_D)/J          w_D = Delta z_D, |Delta| < 1
-    z_D = (dJ sigma_v/J - dsigma_v) v + (dJ F_c/J - dF_c) w + (dK - dJ K/J) i          first order
-                                                                                       in the
-                                                                                       half-widths
-                                                                                       dJ, dsigma_v,
-                                                                                       dF_c, dK
+    z_D = (dJ sigma_v/J - dsigma_v) v + (dJ F_c/J - dF_c) w + (dK - dJ K/J) i
 
-A parameter that is scheduled has no share in z_D: its half-width counts as 0, and the other terms
-are taken at each vertex (29). The channel may have any unit d [N m or N] (w_D = d w_d, z_d =
-z_D/d): Delta does not change, the norm of the whole does. The text names none; with d = the
-half-width of the Coulomb friction the friction's own term has the gain 1.
+z_D is of first order in the half-widths dJ, dsigma_v, dF_c, dK. In the mixed form, annex (28)-(29),
+a scheduled parameter has the half-width 0 in z_D, and the other terms are computed at each vertex.
+The channel may have any unit d [N m or N], with w_D = d w_d and z_d = z_D/d. The unit does not
+change Delta, but it changes the norm of the closed loop. The text names no unit; with d equal to
+the half-width of the Coulomb friction, the term of the friction has the gain 1.
 
 One Delta moves all parameters together, along the diagonal of their box on which J, sigma_v, F_c
-and K grow at once: a bound on this channel says nothing of the other corners. The loop is verified
-at those afterwards.
+and K grow at once. A bound on this channel therefore proves nothing at the other corners; the loop
+is verified there afterwards.
 """
 
 from __future__ import annotations
@@ -31,7 +27,7 @@ from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint, Polytope,
 
 @dataclass(frozen=True)
 class UncertainPlant:
-    """One plant with its channel; `rates.push` is d/J, `unit` d."""
+    """One plant with its uncertainty channel; `rates.push` is d/J and `unit` is d [N m or N]."""
 
     point: PlantPoint
     rates: AxisRates
@@ -42,10 +38,9 @@ class UncertainPlant:
 def with_channel(
     point: PlantPoint, half_widths: Mapping[Parameter, float], unit: float
 ) -> UncertainPlant:
-    """The plant at `point` with the half-widths [SI] of the parameters that are uncertain; absent
-    ones are certain.
+    """Return the plant at `point` with the half-widths [SI] of its uncertain parameters.
 
-    Raises ValueError for a unit that is not positive.
+    A parameter without a half-width is certain. Raises ValueError for a unit that is not positive.
     """
     if not unit > 0.0:
         raise ValueError(f"the unit of the uncertainty channel: found {unit:g}; allowed: > 0")
@@ -62,14 +57,16 @@ def with_channel(
 
 
 def half_widths(model: Model) -> dict[Parameter, float]:
-    """Of every parameter's interval."""
+    """Return the half-width of every parameter's interval."""
     box = intervals(model)
     return {name: 0.5 * (box[name][1] - box[name][0]) for name in PARAMETERS}
 
 
 def default_unit(model: Model) -> float:
-    """The half-width of the Coulomb friction, or where that is none the effort that the other
-    uncertainties make at the drive's limit."""
+    """Return the half-width of the Coulomb friction [N m or N].
+
+    If it is 0, the unit is the effort of the other uncertainties at the drive's limit.
+    """
     widths = half_widths(model)
     if widths["coulomb"] > 0.0:
         return widths["coulomb"]
@@ -81,18 +78,18 @@ def default_unit(model: Model) -> float:
 
 
 def uncertain_centre(model: Model, unit: float | None = None) -> UncertainPlant:
-    """The LFT form (22): the centre of all intervals, every parameter in the channel."""
+    """Return the LFT form (22): the centre of all intervals, all parameters in the channel."""
     return with_channel(polytope(model).centre, half_widths(model), unit or default_unit(model))
 
 
 def uncertain_polytope(
     model: Model, scheduled: Sequence[Parameter], unit: float | None = None
 ) -> tuple[Polytope, tuple[UncertainPlant, ...]]:
-    """The mixed form (28)-(29): the polytope of the scheduled parameters, and each vertex with the
-    others in its channel.
+    """Return the mixed form (28)-(29): the polytope, and each vertex with its channel.
 
-    Regimes hold viscous and Coulomb friction between them (annex 5.1), so that scheduling them
-    takes both out of the channel. Raises what `polytope` raises.
+    The polytope spans the scheduled parameters; the others are in the channel. Speed regimes
+    contain the viscous and Coulomb friction between them (annex 5.1), so that scheduling regimes
+    removes both from the channel. Raises the errors of `polytope`.
     """
     box, left, chosen = (
         polytope(model, scheduled),
@@ -103,6 +100,6 @@ def uncertain_polytope(
 
 
 def unscheduled_half_widths(model: Model, scheduled: Sequence[Parameter]) -> dict[Parameter, float]:
-    """The half-widths of the parameters that are not scheduled."""
+    """Return the half-widths of the parameters that are not scheduled."""
     covered = {*scheduled, *(("viscous", "coulomb") if "regime" in scheduled else ())}
     return {name: width for name, width in half_widths(model).items() if name not in covered}

@@ -1,7 +1,6 @@
-"""The weak form of the equation of motion: its test function, and the effort that goes with a
-second difference.
+"""The weak form of the equation of motion: test function and effort of a second difference.
 
-phi = (1 - s^2)^3 over a window, zero with its slope and curvature at either end.
+The test function is phi = (1 - s^2)^3 over a window; value, slope and curvature are 0 at both ends.
 """
 
 from __future__ import annotations
@@ -15,18 +14,18 @@ Vector = NDArray[np.float64]
 
 
 def bell(window: int) -> Vector:
-    """phi (window - 2,), sum 1, whose second difference has `window` values."""
+    """Return phi (window - 2,), sum 1, whose second difference has `window` values."""
     inner = np.linspace(-1.0, 1.0, window)[1:-1]
     phi = (1.0 - inner**2) ** 3
     return np.asarray(phi / phi.sum())
 
 
 def effort_weights(period: float, lag: float) -> tuple[float, float, float]:
-    """What u[k-1], u[k], u[k+1] weigh in the effort that acts over the triangle from sample k-1 to
-    k+1; their sum is 1.
+    """Return the weights of u[k-1], u[k], u[k+1] in the effort under a triangular window.
 
-    Between two samples u = u0 + (u1 - u0) f(s), s = 0..1, f = (1 - e^(-r s))/(1 - e^-r), r =
-    period/lag: weights int s f and int (1-s) f.
+    The window runs from sample k-1 to k+1; the sum of the weights is 1. Between two samples
+    u = u0 + (u1 - u0) f(s), s = 0..1, with f = (1 - e^(-r s))/(1 - e^-r) and r = period/lag; the
+    weights are int s f and int (1-s) f.
     """
     if lag == 0.0:
         return 0.5, 0.5, 0.0

@@ -1,5 +1,4 @@
-"""Models and controllers as linear systems, for python-control and scipy, and theirs for
-frictool."""
+"""Conversion between frictool's documents and systems of python-control and scipy."""
 
 from typing import TYPE_CHECKING
 

@@ -1,11 +1,9 @@
-"""Documents as linear systems (`plant.lti.Lti`): a controller, the axis around it, and the loop
-that both close.
+"""Linear systems of a model or a controller document.
 
-    eta ──▶ controller ──▶ drive ──▶ delay ──▶ axis ──▶ position            loop gain L: from eta to
-                                                                            the position
+    eta ──▶ controller ──▶ drive ──▶ delay ──▶ axis ──▶ position
 
-The friction is left out but for its viscous part, as in the loops that are verified
-(verify/feedback_loops.py).
+The loop gain L is the transfer from eta to the position. Of the friction, only the viscous part is
+included, as in the loops that are verified (verify/feedback_loops.py).
 """
 
 from __future__ import annotations
@@ -22,12 +20,14 @@ from frictool.plant.resonance_filter import resonance_filters
 from frictool.verify.feedback_loops import running_form
 
 ETA, DRIVE, POSITION = "eta", "drive", "position"
-ASKED = "asked"  # the drive that the controller asks for; DRIVE is what flows, behind delay and lag
+ASKED = "asked"  # drive commanded by the controller; DRIVE is the drive behind delay and lag
 
 
 def as_linear_system(given: Lti | Model | Controller) -> Lti:
-    """A controller as it runs, a model's axis, or the system that is given. Raises FrictoolError
-    where it is none of the three."""
+    """Return the linear system of a controller or model, or the system itself.
+
+    Raises FrictoolError for any other type.
+    """
     _require(given, Model, Controller, Lti)
     if isinstance(given, Lti):
         return given
@@ -35,10 +35,23 @@ def as_linear_system(given: Lti | Model | Controller) -> Lti:
 
 
 def controller_system(controller: Controller) -> Lti:
-    """The linear controller as it runs on the target, sampled: from eta (or the speed's error,
-    linear.input) to the drive [A | V].
+    """Return the linear controller as it runs on the target, sampled.
 
-    Raises FrictoolError where it is none.
+    Parameters
+    ----------
+    controller : Controller
+        Controller document.
+
+    Returns
+    -------
+    Lti
+        System from eta (or the speed error, see `linear.input`) to the drive [A | V]; one input,
+        one output, sampled at `sample_period_s`.
+
+    Raises
+    ------
+    FrictoolError
+        If `controller` is not a controller document.
     """
     _require(controller, Controller)
     return running_form(controller.linear, controller.sample_period_s)
@@ -47,12 +60,29 @@ def controller_system(controller: Controller) -> Lti:
 def plant_system(
     document: Model | Controller, vertex: str | None = None, *, sampled: bool = False
 ) -> Lti:
-    """The axis from the commanded drive [A | V] to the position [rad | m], with the drive's lag and
-    a model's resonances.
+    """Return the axis from the commanded drive [A | V] to the position [rad | m].
 
-    Of a model: its nominal parameters. Of a controller: one of the vertices at which it was
-    verified, by name. sampled: held at the bench's period, behind its delay; else in continuous
-    time, without. Raises FrictoolError where there is no such vertex, or the document is neither.
+    The system includes the lag of the drive and the resonances of the document.
+
+    Parameters
+    ----------
+    document : Model or Controller
+        A model gives its nominal parameters, a controller one of the vertices of its verification.
+    vertex : str, optional
+        Name of the vertex; required for a controller, not allowed for a model.
+    sampled : bool
+        True: sampled by zero-order hold at the bench's period [s], with the bench's delay. False:
+        continuous time, without the delay.
+
+    Returns
+    -------
+    Lti
+        System with one input and one output.
+
+    Raises
+    ------
+    FrictoolError
+        If the vertex does not exist, or `document` is neither a model nor a controller.
     """
     _require(document, Model, Controller)
     bench = document.bench
@@ -71,16 +101,33 @@ def plant_system(
 
 
 def loop_system(controller: Controller, vertex: str) -> Lti:
-    """L(z), from eta to the position, at one vertex with the bench's delay, closed by -1; of a
-    controller that is fed by eta.
+    """Return the loop gain L(z) from eta to the position at one vertex, with the bench's delay.
 
-    1/max |1/(1 + L)| is the vertex's modulus margin. Raises FrictoolError where there is no such
-    vertex, the controller sees a speed, or it is none.
+    The loop is closed by -1; 1/max |1/(1 + L)| is the modulus margin of the vertex.
+
+    Parameters
+    ----------
+    controller : Controller
+        Controller document whose linear controller takes eta.
+    vertex : str
+        Name of a vertex of its verification.
+
+    Returns
+    -------
+    Lti
+        System with one input and one output, sampled at the controller's period [s].
+
+    Raises
+    ------
+    FrictoolError
+        If the vertex does not exist, the linear controller takes a speed, or `controller` is not a
+        controller document.
     """
     _require(controller, Controller)
     if controller.linear.input != "eta":
         raise FrictoolError(
-            f"{controller.name}: its linear controller sees the speed and not eta; its loops are those of verify/effective.py"
+            f"{controller.name}: its linear controller sees the speed and not eta; its loops "
+            "are those of verify/effective.py"
         )
     blocks = {
         "controller": DiagramBlock(controller_system(controller), (ETA,), (ASKED,)),
@@ -92,14 +139,17 @@ def loop_system(controller: Controller, vertex: str) -> Lti:
 
 
 def _require(given: object, *kinds: type) -> None:
-    """Raises FrictoolError where `given` is of none of the kinds: names are all that Python itself
-    would tell."""
+    """Raise FrictoolError if `given` has none of the types.
+
+    Python alone would only name a missing attribute.
+    """
     if not isinstance(given, kinds):
         hint = (
             "; reduce it to a model first (frictool.reduce)" if isinstance(given, Mechanism) else ""
         )
         raise FrictoolError(
-            f"found {type(given).__name__}; allowed: {', '.join(kind.__name__ for kind in kinds)}{hint}"
+            f"found {type(given).__name__}; allowed: "
+            f"{', '.join(kind.__name__ for kind in kinds)}{hint}"
         )
 
 

@@ -1,4 +1,4 @@
-"""The systems of python-control and scipy as frictool's own."""
+"""Systems of python-control and scipy as frictool systems."""
 
 from __future__ import annotations
 
@@ -11,15 +11,30 @@ from scipy import signal
 from frictool.errors import FrictoolError
 from frictool.plant.lti import Lti, tustin
 
-SAME_PERIOD = 1e-9  # relative
+SAME_PERIOD = 1e-9  # relative tolerance of equal sample periods
 
 
 def as_lti(system: Any, period: float) -> Lti:
-    """A system of one input and one output at `period` [s]: of python-control (StateSpace,
-    TransferFunction), of scipy.signal, or an Lti.
+    """Return a system of one input and one output as an `Lti` at a sample period.
 
-    A continuous one is discretised by Tustin. Raises FrictoolError where it has more inputs or
-    outputs, another period, or is improper.
+    Parameters
+    ----------
+    system : Any
+        System of python-control (StateSpace, TransferFunction), of scipy.signal, or an `Lti`. A
+        continuous one is discretised by Tustin.
+    period : float
+        Sample period [s].
+
+    Returns
+    -------
+    Lti
+        The sampled system, a (n, n), b (n, 1), c (1, n), d (1, 1).
+
+    Raises
+    ------
+    FrictoolError
+        If the system has more inputs or outputs, another sample period, coefficients that are not
+        finite, or is improper, or `system` is not a linear system.
     """
     a, b, c, d, dt = _matrices(system)
     n = len(a)
@@ -33,28 +48,31 @@ def as_lti(system: Any, period: float) -> Lti:
         return tustin(Lti(a.reshape(n, n), b.reshape(n, 1), c.reshape(1, n), d, 0.0), period)
     if dt is not True and abs(dt / period - 1.0) > SAME_PERIOD:
         raise FrictoolError(
-            f"the system is sampled at {dt:g} s; allowed: continuous, or the bench's period of {period:g} s"
+            f"the system is sampled at {dt:g} s; allowed: continuous, or the bench's period "
+            f"of {period:g} s"
         )
     return Lti(a.reshape(n, n), b.reshape(n, 1), c.reshape(1, n), d, period)
 
 
 def _matrices(system: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Any]:
-    """a, b, c, d and the period, None or 0 for continuous time."""
+    """Return a, b, c, d and the period, which is None or 0 for continuous time."""
     if isinstance(system, Lti):
         return system.a, system.b, system.c, system.d, system.period
-    if hasattr(system, "num_list"):  # a TransferFunction of python-control, read without it
+    if hasattr(system, "num_list"):  # TransferFunction of python-control, without its import
         if (system.ninputs, system.noutputs) != (1, 1):
             raise FrictoolError(
-                f"the system has {system.ninputs} inputs and {system.noutputs} outputs; allowed: one of each"
+                f"the system has {system.ninputs} inputs and {system.noutputs} outputs; "
+                "allowed: one of each"
             )
         return (*_space(system.num_list[0][0], system.den_list[0][0]), system.dt)
-    if hasattr(system, "to_tf") and not hasattr(system, "A"):  # scipy's in another form
+    if hasattr(system, "to_tf") and not hasattr(system, "A"):  # scipy system without matrices
         transfer = system.to_tf()
         return (*_space(np.atleast_2d(transfer.num)[0], transfer.den), system.dt)
     missing = [name for name in "ABCD" if not hasattr(system, name)]
     if missing:
         raise FrictoolError(
-            f"a {type(system).__name__} is no linear system; allowed: those of python-control and scipy.signal, or an Lti"
+            f"a {type(system).__name__} is no linear system; allowed: those of python-control "
+            "and scipy.signal, or an Lti"
         )
     a, b, c, d = (
         np.atleast_2d(np.asarray(getattr(system, name), dtype=np.float64)) for name in "ABCD"
@@ -65,14 +83,15 @@ def _matrices(system: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
 def _space(
     numerator: ArrayLike, denominator: ArrayLike
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """A transfer function's state space. Raises FrictoolError where it is improper."""
+    """Return the state space of a transfer function; raise FrictoolError if it is improper."""
     above, below = (
         np.trim_zeros(np.asarray(numerator), "f"),
         np.trim_zeros(np.asarray(denominator), "f"),
     )
     if len(above) > len(below):
         raise FrictoolError(
-            "the system is improper: its numerator is of a higher order than its denominator; filter its derivative"
+            "the system is improper: its numerator is of a higher order than its "
+            "denominator; filter its derivative"
         )
     a, b, c, d = signal.tf2ss(above if len(above) else [0.0], below)
     return a, b, c, d

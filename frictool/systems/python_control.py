@@ -1,4 +1,4 @@
-"""Systems for python-control, which frictool does not need by itself and imports here only."""
+"""Conversion to python-control, an optional dependency that is imported only here."""
 
 from __future__ import annotations
 
@@ -11,11 +11,25 @@ from frictool.systems.document_systems import DRIVE, ETA, POSITION, as_linear_sy
 
 
 def to_control(system: Lti | Model | Controller) -> Any:
-    """A `control.StateSpace`: of a controller what runs (sampled, eta to drive), of a model its
-    axis (continuous, drive to position).
+    """Return a `control.StateSpace` of a controller, a model or a system.
 
-    Raises FrictoolError where it is none of these, ImportError that says how to install
-    python-control where it is missing.
+    Parameters
+    ----------
+    system : Lti, Model or Controller
+        A controller gives its sampled linear controller (eta to drive [A | V]), a model its axis in
+        continuous time (drive [A | V] to position [rad | m]).
+
+    Returns
+    -------
+    control.StateSpace
+        The system; inputs and outputs of a document are named.
+
+    Raises
+    ------
+    FrictoolError
+        If `system` has another type.
+    ImportError
+        If python-control is not installed; the message says how to install it.
     """
     try:
         import control

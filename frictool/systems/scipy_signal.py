@@ -1,4 +1,4 @@
-"""Systems for scipy."""
+"""Conversion to scipy.signal."""
 
 from __future__ import annotations
 
@@ -13,10 +13,23 @@ from frictool.systems.document_systems import as_linear_system
 
 
 def to_scipy(system: Lti | Model | Controller) -> Any:
-    """A `scipy.signal.StateSpace`, with `dt` where it is sampled: of a controller what runs, of a
-    model its axis, as in `to_control`.
+    """Return a `scipy.signal.StateSpace` of a controller, a model or a system.
 
-    Raises FrictoolError where it is none of these.
+    Parameters
+    ----------
+    system : Lti, Model or Controller
+        A controller gives its sampled linear controller, a model its axis in continuous time, as in
+        `to_control`.
+
+    Returns
+    -------
+    scipy.signal.StateSpace
+        The system, with `dt` [s] if it is sampled.
+
+    Raises
+    ------
+    FrictoolError
+        If `system` has another type.
     """
     found = as_linear_system(system)
     matrices = (found.a, found.b, found.c, found.d)

@@ -1,7 +1,6 @@
-"""A mechanism put together from its document: what fits with what is checked, and everything
-becomes arrays (plant/mechanism/packed_mechanism.py).
+"""Assembly of a mechanism from its document: checks and arrays (mechanism/packed_mechanism.py).
 
-What is wrong is a WrongElement with the key of the element; what is left out or assumed is a note.
+An error is an ElementError with the key of the element; an omission or assumption is a note.
 """
 
 from __future__ import annotations
@@ -31,12 +30,12 @@ from frictool.plant.mechanism.travel_notes import room_notes
 
 @dataclass(frozen=True)
 class AssembledMechanism:
-    """The arrays, and the name of what stands at each place in them.
+    """Arrays of a mechanism, and the names of their elements.
 
-    blocks, kinds, start (n,): names, turning or sliding, positions [rad | m] at which every rigid
+    blocks, kinds, start (n,): names, rotary or linear, and positions [rad | m] at which every rigid
     link fits. joints ... sources: names of the elements in the order of the arrays. sensors: names;
-    sensor_blocks, measures: of each. groups: what moves as one. notes: what was left out or
-    assumed, one line each.
+    sensor_blocks, measures: block and quantity of each. groups: blocks that move together. notes:
+    one line for each omission or assumption.
     """
 
     blocks: tuple[str, ...]
@@ -57,15 +56,19 @@ class AssembledMechanism:
     packed: PackedMechanism
 
     def controlled(self, document: Mechanism) -> tuple[int, int]:
-        """Places of the source that a controller commands and of the sensor that it sees. Raises
-        ElementError where they are not clear."""
+        """Return the indices of the source and the sensor that a controller uses.
+
+        Raises ElementError if they are ambiguous.
+        """
         source, sensor = controlled_names(document)
         return self.sources.index(source), self.sensors.index(sensor)
 
 
 def assemble(document: Mechanism) -> AssembledMechanism:
-    """The mechanism that the document describes. Raises ElementError, of the first element that
-    does not fit."""
+    """Return the mechanism that the document describes.
+
+    Raises ElementError for the first element that does not fit.
+    """
     check_sizes(document)
     blocks = BlockNames(document)
     start = _starts(document, blocks)
@@ -134,7 +137,7 @@ def _gathered(
     links: list[Transmission],
     groups: tuple[RigidGroup, ...],
 ) -> ElementArrays:
-    """With everything that acts on blocks beside rigid links and sources."""
+    """Add everything that acts on blocks, except rigid links and sources, to `collected`."""
     for link in links:
         if not link.rigid:
             collected.coupling(link)
@@ -176,7 +179,7 @@ def _starts(document: Mechanism, blocks: BlockNames) -> Vector:
 
 
 def _carried(block: int, groups: tuple[RigidGroup, ...]) -> float:
-    """The inertia of the block's rigid group, seen at the block."""
+    """Return the inertia of the block's rigid group, referred to the block."""
     group = next(group for group in groups if block in group.blocks)
     return group.inertia / group.ratios[group.blocks.index(block)] ** 2
 
@@ -198,8 +201,7 @@ def _packed_joints(joints: list[Transmission], start: Vector) -> Joints:
 def _refuse_loose(
     links: list[Transmission], collected: ElementArrays, blocks: BlockNames, held: set[int]
 ) -> None:
-    """Raises ElementError for a part of the mechanism that no source, sensor or frame has to do
-    with."""
+    """Raise ElementError for a part that is tied to no source, sensor or frame."""
     pairs = [(link.a, link.b) for link in links]
     pairs += [
         (a, b) for a, b in zip(collected.coupled_a, collected.coupled_b, strict=True) if a != FRAME
@@ -208,7 +210,8 @@ def _refuse_loose(
         told = ", ".join(blocks.names[block] for block in part)
         raise ElementError(
             f"blocks.{blocks.names[part[0]]}",
-            f"no link, source or sensor ties {told} to the rest, and nothing to the ground: it would have no part in anything; "
+            f"no link, source or sensor ties {told} to the rest, and nothing to the ground: "
+            "it would have no part in anything; "
             "link it, ground it by a spring, friction or stop, or leave it out",
         )
 

@@ -1,5 +1,4 @@
-"""The friction of a bearing or slideway: its law and parameters, by their names and in their units,
-as the kernels take them."""
+"""Friction of a bearing or slideway: law and parameters of a document as arrays for kernels."""
 
 from __future__ import annotations
 
@@ -14,15 +13,16 @@ from frictool.plant.mechanism.packed_mechanism import Vector
 
 
 def law_row(law: Law) -> int:
-    """Where it lies in friction/law_registry.py."""
+    """Return the index of the law in friction/law_registry.py."""
     return ROWS.index(law)
 
 
 def pack_law(key: str, friction: FrictionOf, kind: Axis, inertia: float) -> tuple[Law, Vector]:
-    """The law and its array p, SI of a block that turns or slides.
+    """Return the law and its array p, in SI, for a block that turns or slides.
 
-    inertia: what the block carries, for the laws that need it and are not told. Raises
-    WrongElement: law or parameter unknown, missing, in another unit, out of range.
+    inertia: inertia that the block carries, for laws that need it and whose document has none.
+    Raises ElementError if the law or a parameter is unknown, missing, in a wrong unit or out of
+    range.
     """
     law = LAWS.get(friction.law)
     if law is None:
@@ -44,7 +44,10 @@ def pack_law(key: str, friction: FrictionOf, kind: Axis, inertia: float) -> tupl
 
 
 def si_parameters(key: str, friction: FrictionOf, kind: Axis) -> dict[str, Quantity]:
-    """The parameters as given, with their intervals, in SI. Raises WrongElement as `packed_law`."""
+    """Return the parameters of the document, with their intervals, in SI.
+
+    Raises ElementError as `pack_law` does.
+    """
     law = LAWS[friction.law]
     out = {}
     for name, quantity in friction.parameters.items():

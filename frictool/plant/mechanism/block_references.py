@@ -1,4 +1,4 @@
-"""Which blocks an element names, whether they turn or slide, and whether its units are theirs."""
+"""References of elements to blocks: names, kinds of motion, and units."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOTION = {"rotary": "turns", "linear": "slides"}
 
 
 def axis_kind(block: Block) -> Axis:
-    """Of a block that turns or slides."""
+    """Return "rotary" or "linear"."""
     return "rotary" if block.inertia is not None else "linear"
 
 
@@ -22,7 +22,7 @@ class BlockNames:
     """The blocks of a mechanism by name, in the document's order."""
 
     def __init__(self, document: Mechanism) -> None:
-        """Raises ElementError where a name cannot be used."""
+        """Read the blocks; raise ElementError for a name that is not allowed."""
         if not document.blocks:
             raise ElementError(
                 "blocks", "found none; allowed: at least one, with its inertia or mass"
@@ -34,8 +34,10 @@ class BlockNames:
         self.kinds = tuple(axis_kind(block) for block in document.blocks.values())
 
     def place(self, key: str, name: str) -> int:
-        """Where the block called `name` lies. Raises WrongElement where there is none, or where it
-        is the frame."""
+        """Return the index of the block called `name`.
+
+        Raises ElementError if there is none, or if it is the frame.
+        """
         if name == GROUND:
             raise ElementError(
                 key,
@@ -47,24 +49,25 @@ class BlockNames:
         hint = f", did you mean {near[0]!r}?" if near else ""
         raise ElementError(
             key,
-            f"found {name!r}, which is no block{hint}; allowed: {', '.join(self.names)}, and {GROUND}, the frame",
+            f"found {name!r}, which is no block{hint}; allowed: {', '.join(self.names)}, and "
+            f"{GROUND}, the frame",
         )
 
     def kind(self, key: str, name: str) -> Axis:
-        """Whether the block called `name` turns or slides."""
+        """Return the kind of motion of the block called `name`."""
         return self.kinds[self.place(key, name)]
 
     def two(self, key: str, between: tuple[str, ...]) -> tuple[str, str]:
-        """Both ends of an element, of which the first is a block and the second a block or the
-        frame.
+        """Return both ends of an element: first a block, then a block or the frame.
 
-        Raises WrongElement where an end is missing or unknown, or where both are one.
+        Raises ElementError if an end is missing or unknown, or if both are the same.
         """
         where = f"{key}.between"
         if len(between) < 2:
             raise ElementError(
                 where,
-                f"found one end, [{between[0]}]; allowed: two; the frame is an end too: [{between[0]}, {GROUND}]",
+                f"found one end, [{between[0]}]; allowed: two; the frame is an end too: "
+                f"[{between[0]}, {GROUND}]",
             )
         first, second = between
         if first == second:
@@ -80,22 +83,24 @@ class BlockNames:
         return first, second
 
     def moving(self, key: str, between: tuple[str, ...], hint: str) -> tuple[str, str]:
-        """Both ends of an element that links two blocks. Raises WrongElement as `two`, and where
-        one is the frame."""
+        """Return both ends of an element that links two blocks.
+
+        Raises ElementError as `two` does, and if an end is the frame.
+        """
         where = f"{key}.between"
         if GROUND in between:
             other = next((name for name in between if name != GROUND), between[0])
             raise ElementError(
                 where,
-                f"found {GROUND} as an end: it would hold {other} for good; allowed: two blocks; {hint}",
+                f"found {GROUND} as an end: it would hold {other} for good; allowed: two "
+                f"blocks; {hint}",
             )
         return self.two(key, between)
 
     def sequence(
         self, key: str, what: str, ends: tuple[str, str], kinds: tuple[Axis, Axis]
     ) -> None:
-        """Raises WrongElement where the ends do not turn or slide as the element called `what`
-        asks."""
+        """Raise ElementError if the ends do not have the kinds of motion that the element needs."""
         where = f"{key}.between"
         found = (self.kind(where, ends[0]), self.kind(where, ends[1]))
         if found == kinds:
@@ -116,20 +121,19 @@ class BlockNames:
 def check_unit(
     key: str, quantity: Quantity | Series | Span | None, dimension: str, kind: Axis, whose: str
 ) -> None:
-    """Raises ElementError where the quantity, already in SI, is not of this dimension for a block
-    that turns or slides."""
+    """Raise ElementError if a quantity in SI is not of this dimension for a block of this kind."""
     wanted = si_unit(dimension, kind)
     if quantity is not None and quantity.unit != wanted:
         hint = f"{whose} {MOTION[kind]}" if whose else f"of what {MOTION[kind]}"
         raise ElementError(
             f"{key}.unit",
-            f"found a multiple of {quantity.unit}; allowed: {wanted} and its multiples, since {hint}",
+            f"found a multiple of {quantity.unit}; allowed: {wanted} and its multiples, since "
+            f"{hint}",
         )
 
 
 def check_compliance(key: str, compliance: Compliance | None, kind: Axis, whose: str) -> None:
-    """Raises WrongElement where stiffness or damping are not of what turns or slides, as `kind`
-    says."""
+    """Raise ElementError if stiffness or damping do not have the units of this kind of motion."""
     if compliance is not None:
         check_unit(f"{key}.stiffness", compliance.stiffness, "stiffness", kind, whose)
         check_unit(f"{key}.damping", compliance.damping, "viscous", kind, whose)

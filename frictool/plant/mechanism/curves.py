@@ -1,9 +1,8 @@
-"""Curves of a mechanism.yaml as piecewise cubics: through the points, monotone where they are,
-constant beyond the ends.
+"""Curves of a mechanism.yaml as piecewise cubics through the points, constant beyond the ends.
 
-Slopes by Fritsch and Butland's weighted harmonic mean (SIAM J. Sci. Stat. Comput. 5, 1984), with
-which a cubic between two points never leaves what they span; at the ends the three-point formula,
-held to the same condition.
+A curve is monotone wherever its points are. The slopes are Fritsch and Butland's weighted harmonic
+mean (SIAM J. Sci. Stat. Comput. 5, 1984), with which a cubic between two points never leaves the
+range of their values; the three-point formula at the ends is limited to the same condition.
 """
 
 from __future__ import annotations
@@ -17,25 +16,27 @@ import numpy as np
 
 from frictool.plant.mechanism.packed_mechanism import Curves, Vector
 
-PRODUCT_ERROR = 1e-7  # of the curve that a function is replaced by, relative to its largest value
-MOST_HALVINGS = 14
-INSIDE = np.linspace(0.0, 1.0, 9)[1:-1]  # where a piece is compared with the function
+PRODUCT_ERROR = 1e-7  # error of a curve that replaces a function, relative to its largest value
+MOST_HALVINGS = 14  # largest number of successive halvings of a piece
+INSIDE = np.linspace(0.0, 1.0, 9)[1:-1]  # relative positions of the comparison with the function
 
 
 @dataclass(frozen=True)
 class PiecewiseCubic:
-    """One curve: breaks (k + 1,), cubic (k, 4) lowest power first, of the distance from the piece's
-    left break."""
+    """One curve: breaks (k + 1,) and cubic (k, 4), lowest power first.
+
+    The powers are of the distance from the left break of the piece.
+    """
 
     breaks: Vector
     cubic: Vector
 
     def value(self, x: Vector) -> Vector:
-        """The curve at x (any shape), as at its ends beyond them."""
+        """Return the curve at x (any shape), constant beyond its ends."""
         return self._at(x)[0]
 
     def slope(self, x: Vector) -> Vector:
-        """Its derivative; 0 beyond the ends."""
+        """Return the derivative at x; 0 beyond the ends."""
         value = self._at(x)[1]
         return np.where(
             (np.asarray(x) < self.breaks[0]) | (np.asarray(x) > self.breaks[-1]), 0.0, value
@@ -52,13 +53,13 @@ class PiecewiseCubic:
 
 
 def monotone_cubic(positions: Sequence[float], values: Sequence[float]) -> PiecewiseCubic:
-    """The curve through at least two points of rising position."""
+    """Return the curve through at least two points of rising position."""
     x, y = np.asarray(positions, dtype=np.float64), np.asarray(values, dtype=np.float64)
     return _hermite(x, y, _slopes(x, y))
 
 
 def _slopes(x: Vector, y: Vector) -> Vector:
-    """Slopes at the points: 0 where the secants change sign."""
+    """Return the slopes at the points, 0 if the secants change sign there."""
     step = np.diff(x)
     secant = np.diff(y) / step
     if len(x) == 2:
@@ -101,10 +102,10 @@ def _hermite(x: Vector, y: Vector, slope: Vector) -> PiecewiseCubic:
 def fitted(
     value: Callable[[Vector], Vector], slope: Callable[[Vector], Vector], breaks: Vector
 ) -> PiecewiseCubic:
-    """The function as cubics with its own values and slopes, halved until they are within
-    PRODUCT_ERROR of it; smooth between `breaks`.
+    """Return cubics with the values and slopes of a function that is smooth between `breaks`.
 
-    `slope` is asked just inside each piece, so that it may jump at a break.
+    Pieces are halved until they are within PRODUCT_ERROR of the function. `slope` is evaluated just
+    inside each piece, so that it may jump at a break.
     """
     pieces: list[tuple[float, float, Vector]] = []
     largest = float(np.max(np.abs(value(np.linspace(breaks[0], breaks[-1], 1001))))) or 1.0
@@ -134,8 +135,8 @@ def fitted(
 
 
 def cam_push(force: PiecewiseCubic, angle: PiecewiseCubic) -> PiecewiseCubic:
-    """force tan(angle), what a cam's spring pushes the block with (2.23)."""
-    if not np.any(angle.cubic):  # a level profile pushes nothing
+    """Return force tan(angle), the effort of a cam's spring on the block (2.23)."""
+    if not np.any(angle.cubic):  # a flat profile: no effort
         return PiecewiseCubic(angle.breaks[[0, -1]], np.zeros((1, 4)))
     return _pushed(
         force.breaks.tobytes(), force.cubic.tobytes(), angle.breaks.tobytes(), angle.cubic.tobytes()
@@ -144,8 +145,10 @@ def cam_push(force: PiecewiseCubic, angle: PiecewiseCubic) -> PiecewiseCubic:
 
 @functools.lru_cache(maxsize=8)
 def _pushed(*numbers: bytes) -> PiecewiseCubic:
-    """The same of curves whose breaks and cubics have these bytes, kept: plants that differ in a
-    mass or a friction share their cams."""
+    """Return force tan(angle) of curves given as bytes, cached.
+
+    Plants that differ in a mass or a friction share their cams.
+    """
     breaks_of, cubic_of, breaks_at, cubic_at = (np.frombuffer(one) for one in numbers)
     force, angle = (
         PiecewiseCubic(breaks_of, cubic_of.reshape(-1, 4)),
@@ -166,18 +169,18 @@ def _pushed(*numbers: bytes) -> PiecewiseCubic:
 
 
 class CurveList:
-    """Curves in the order in which they are added, to be packed."""
+    """Curves in the order in which they are added, ready for packing."""
 
     def __init__(self) -> None:
         self._curves: list[PiecewiseCubic] = []
 
     def add(self, curve: PiecewiseCubic) -> int:
-        """Its number."""
+        """Add a curve and return its index."""
         self._curves.append(curve)
         return len(self._curves) - 1
 
     def packed(self) -> Curves:
-        """All of them, as kernels take them."""
+        """Return all curves as arrays for kernels."""
         start = np.cumsum([0, *(len(curve.cubic) for curve in self._curves)]).astype(np.int64)
         breaks = (
             np.concatenate([curve.breaks for curve in self._curves])
@@ -201,14 +204,14 @@ def _piece(curves: Curves, curve: int, x: float) -> tuple[int, float, bool]:
 
 
 def curve_value(curves: Curves, curve: int, x: float) -> float:
-    """A packed curve at x."""
+    """Return a packed curve at x."""
     piece, way, _ = _piece(curves, curve, x)
     c0, c1, c2, c3 = curves.cubic[piece].tolist()
     return float(((c3 * way + c2) * way + c1) * way + c0)
 
 
 def curve_slope(curves: Curves, curve: int, x: float) -> float:
-    """The derivative of a packed curve at x; 0 beyond its ends."""
+    """Return the derivative of a packed curve at x; 0 beyond its ends."""
     piece, way, within = _piece(curves, curve, x)
     _, c1, c2, c3 = curves.cubic[piece].tolist()
     return float((3.0 * c3 * way + 2.0 * c2) * way + c1) if within else 0.0

@@ -1,12 +1,13 @@
-"""What is wrong with an element of a mechanism; the command that knows the file adds it and the
-line."""
+"""Error of an element of a mechanism; the command that knows the file adds name and line."""
 
 from __future__ import annotations
 
 
 class ElementError(ValueError):
-    """An element that cannot be part of the mechanism. key: where it stands in the document,
-    `links.rack.radius`."""
+    """An element that cannot be part of the mechanism.
+
+    key: path of the element in the document, for example `links.rack.radius`.
+    """
 
     def __init__(self, key: str, message: str) -> None:
         self.key = key

@@ -1,5 +1,4 @@
-"""What acts on blocks beside rigid links, gathered element by element and packed in the order
-gathered."""
+"""Collection of all elements that act on blocks, except rigid links, as arrays."""
 
 from __future__ import annotations
 
@@ -35,16 +34,18 @@ from frictool.plant.mechanism.packed_mechanism import (
 )
 from frictool.plant.mechanism.transmissions import Transmission
 
-STEEPEST = math.radians(80.0)  # of a cam's profile
+STEEPEST = math.radians(80.0)  # rad, largest angle of a cam's profile
 FAR: dict[Axis, float] = {
     "rotary": 1e5,
     "linear": 1e3,
-}  # rad, m: where a compliant stop of one side has its other
+}  # rad, m: distance of the second side of a compliant stop that has one side
 
 
 class ElementArrays:
-    """Rows of every array but the rigid links'. grounded: blocks that an element ties to the
-    frame."""
+    """Rows of every array except that of the rigid links.
+
+    grounded: blocks that an element ties to the frame.
+    """
 
     def __init__(
         self, document: Mechanism, blocks: BlockNames, start: Vector, notes: list[str]
@@ -69,8 +70,11 @@ class ElementArrays:
         self._ranges: list[tuple[str, int, PiecewiseCubic]] = []
 
     def coupling(self, link: Transmission) -> None:
-        """A link that yields. Raises WrongElement where it is a screw with the thesis's friction,
-        which wants a rigid one."""
+        """Add a compliant link.
+
+        Raises ElementError for a screw with the thesis's friction, which applies to a rigid one
+        only.
+        """
         assert link.stiffness is not None
         if link.thread:
             raise ElementError(
@@ -93,8 +97,10 @@ class ElementArrays:
         )
 
     def spring(self, name: str, spring: Spring) -> None:
-        """Between two blocks or a block and the frame. Raises ElementError where ends or units do
-        not fit."""
+        """Add a spring between two blocks or a block and the frame.
+
+        Raises ElementError if ends or units do not fit.
+        """
         key = f"links.{name}"
         first, second = self.blocks.two(key, spring.between)
         kind = self.blocks.kind(f"{key}.between", first)
@@ -109,7 +115,8 @@ class ElementArrays:
         if spring.preload is not None and spring.stiffness is None:
             raise ElementError(
                 f"{key}.preload",
-                "found without stiffness; allowed: stiffness beside it; a constant effort is a source",
+                "found without stiffness; allowed: stiffness beside it; a constant effort is "
+                "a source",
             )
         stiffness = 0.0 if spring.stiffness is None else spring.stiffness.value
         free = (
@@ -130,8 +137,10 @@ class ElementArrays:
         self.spring_b.append(b)
 
     def cam(self, name: str, cam: Cam) -> None:
-        """Its push and its friction (2.23). Raises WrongElement where units or angles do not
-        fit."""
+        """Add the effort and the friction of a cam (2.23).
+
+        Raises ElementError if units or angles do not fit.
+        """
         key = f"links.{name}"
         block = self.blocks.place(f"{key}.on", cam.on)
         kind = self.blocks.kinds[block]
@@ -139,7 +148,8 @@ class ElementArrays:
         if min(cam.force.value.values) < 0.0:
             raise ElementError(
                 f"{key}.force.value",
-                f"found {min(cam.force.value.values):g}; allowed: >= 0, since the spring only presses",
+                f"found {min(cam.force.value.values):g}; allowed: >= 0, since the spring only "
+                "presses",
             )
         check_unit(f"{key}.angle.position", cam.angle.position, "position", kind, cam.on)
         if cam.angle.value.unit != "rad":
@@ -161,8 +171,10 @@ class ElementArrays:
             self._pressings.append((block, force, cam.friction_coefficient, cam.breakaway_ratio))
 
     def stop(self, name: str, stop: Stop) -> None:
-        """Rigid, or a coupling with play to the frame. Raises ElementError where units do not fit
-        or the start lies beyond."""
+        """Add a rigid stop, or a compliant one as a coupling with play to the frame.
+
+        Raises ElementError if units do not fit or the block starts outside.
+        """
         key = f"links.{name}"
         block = self.blocks.place(f"{key}.on", stop.on)
         kind = self.blocks.kinds[block]
@@ -176,7 +188,8 @@ class ElementArrays:
             unit = {"rotary": "rad", "linear": "m"}[kind]
             raise ElementError(
                 key,
-                f"{stop.on} starts at {self.start[block]:g} {unit}; allowed: {low:g} to {high:g} {unit}, between the stops",
+                f"{stop.on} starts at {self.start[block]:g} {unit}; allowed: {low:g} to "
+                f"{high:g} {unit}, between the stops",
             )
         self.grounded.add(block)
         if stop.compliance is None:
@@ -187,7 +200,8 @@ class ElementArrays:
         stiffness, damping = stop.compliance.stiffness.value, stop.compliance.damping.value
         if not (math.isfinite(low) and math.isfinite(high)):
             self.notes.append(
-                f"{name} has one side: {stop.on} meets the like of it {FAR[kind]:g} {si_unit('position', kind)} away on the other"
+                f"{name} has one side: {stop.on} meets the like of it {FAR[kind]:g} "
+                f"{si_unit('position', kind)} away on the other"
             )
         low, high = (
             (low if math.isfinite(low) else high - FAR[kind]),
@@ -207,8 +221,10 @@ class ElementArrays:
         )
 
     def friction(self, name: str, friction: FrictionOf, inertia: float) -> None:
-        """Of a bearing or slideway. Raises ElementError where law, parameters or units do not
-        fit."""
+        """Add the friction of a bearing or slideway.
+
+        Raises ElementError if law, parameters or units do not fit.
+        """
         key = f"links.{name}"
         block = self.blocks.place(f"{key}.on", friction.on)
         kind = self.blocks.kinds[block]
@@ -223,13 +239,15 @@ class ElementArrays:
         self._frictions.append((block, law_row(law), values, level))
 
     def constant_push(self, name: str, block: int, effort: float) -> None:
-        """A source's constant effort."""
+        """Add the constant effort of a source."""
         self.push_names.append(name)
         self._pushes.append((block, effort, -1))
 
     def note_short_curves(self, groups: tuple[RigidGroup, ...]) -> None:
-        """A note of each curve that ends before the stops of its block do, or those of one that
-        moves with it."""
+        """Note each curve that ends before the stops of its block.
+
+        The stops of another block in the same rigid group count, too.
+        """
         for element in self.document.links.values():
             if not isinstance(element, Stop):
                 continue
@@ -247,17 +265,27 @@ class ElementArrays:
                     if side is not None
                 ]
                 places = [float(self.start[block] + over * way) for way in ways]
-                slack = 1e-6 * (curve.breaks[-1] - curve.breaks[0])  # of rounded points
+                slack = 1e-6 * (curve.breaks[-1] - curve.breaks[0])  # tolerance for rounded points
                 if min(places) < curve.breaks[0] - slack or max(places) > curve.breaks[-1] + slack:
                     self.notes.append(
-                        f"{key.partition('.')[2]} ends before the stops of {element.on} do, at {curve.breaks[0]:g} and "
+                        f"{key.partition('.')[2]} ends before the stops of {element.on} do, "
+                        f"at {curve.breaks[0]:g} and "
                         f"{curve.breaks[-1]:g}: beyond, it stays as it is there"
                     )
 
     def _couple(
-        self, name: str, a: int, b: int, ratio: float, offset: float, gap: float, stiffness: float, damping: float, curve: int,
+        self,
+        name: str,
+        a: int,
+        b: int,
+        ratio: float,
+        offset: float,
+        gap: float,
+        stiffness: float,
+        damping: float,
+        curve: int,
         losses: tuple[float, float],
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.coupling_names.append(name)
         self.coupled_a.append(a)
         self.coupled_b.append(b)
@@ -280,7 +308,7 @@ class ElementArrays:
         return self.curves.add(cubics)
 
     def packed_couplings(self) -> Couplings:
-        """As kernels take them."""
+        """Return the couplings as arrays for kernels."""
         columns = np.array(self._couplings, dtype=np.float64).reshape(-1, 10).T
         whole = {0, 1, 7}
         arrays: list[Any] = [
@@ -290,7 +318,7 @@ class ElementArrays:
         return Couplings(*arrays)
 
     def packed_frictions(self) -> Frictions:
-        """As kernels take them."""
+        """Return the frictions as arrays for kernels."""
         block, law, values, level = (
             zip(*self._frictions, strict=True) if self._frictions else ((), (), (), ())
         )
@@ -299,7 +327,7 @@ class ElementArrays:
         return Frictions(_places(block), _places(law), _places(starts), joined, _places(level))
 
     def packed_pressings(self) -> Pressings:
-        """As kernels take them."""
+        """Return the cam frictions as arrays for kernels."""
         block, force, coefficient, ratio = (
             zip(*self._pressings, strict=True) if self._pressings else ((), (), (), ())
         )
@@ -311,12 +339,12 @@ class ElementArrays:
         )
 
     def packed_pushes(self) -> Pushes:
-        """As kernels take them."""
+        """Return the position-dependent and constant efforts as arrays for kernels."""
         block, constant, curve = zip(*self._pushes, strict=True) if self._pushes else ((), (), ())
         return Pushes(_places(block), np.array(constant, dtype=np.float64), _places(curve))
 
     def packed_stops(self) -> Stops:
-        """As kernels take them."""
+        """Return the rigid stops as arrays for kernels."""
         block, low, high, restitution = (
             zip(*self._stops, strict=True) if self._stops else ((), (), (), ())
         )

@@ -1,5 +1,4 @@
-"""How fast a mechanism's compliant links let its blocks ring or settle: what the length of a
-simulation's steps follows."""
+"""Rate of the fastest oscillation or decay at a compliant link, for the simulation's step size."""
 
 from __future__ import annotations
 
@@ -13,16 +12,21 @@ from frictool.plant.mechanism.packed_mechanism import FRAME
 
 
 class FastestLink(NamedTuple):
-    """The fastest compliant link by itself between what it ties: sqrt(k/m) or d/m [1/s], whichever
-    is more; 0 without any."""
+    """The compliant link with the highest rate sqrt(k/m) or d/m [1/s]; 0 without compliant links.
+
+    The rate is that of the link alone between the inertias at its ends.
+    """
 
     rate: float
     link: str
 
 
 def fastest_link(assembled: AssembledMechanism) -> FastestLink:
-    """Of the whole mechanism. 1/m is the sum of what both ends have of 1/inertia, rigid links
-    included, seen at the link's second end."""
+    """Return the fastest link of the mechanism.
+
+    1/m is the sum of 1/inertia of both ends, rigid links included, referred to the link's second
+    end.
+    """
     mobility = np.zeros(len(assembled.blocks))
     for group in assembled.groups:
         for block, ratio in zip(group.blocks, group.ratios, strict=True):

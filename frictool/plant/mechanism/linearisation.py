@@ -1,15 +1,15 @@
-"""A mechanism linearised: state space from its sources to its sensors, and its modes.
+"""Linearised mechanism: state space from sources to sensors, and vibration modes.
 
-Dry friction, impacts and stops are left out; viscous parts of friction, damping, stiffness and the
-slopes of curves stay. What moves as one is one coordinate: q = R p with rigid links, and play that
-is taken as closed. Virtual work of the constraints gives
+Dry friction, impacts and stops are neglected; the viscous part of friction, damping, stiffness and
+the slopes of curves are kept. Blocks that move together are one coordinate, q = R p: they are tied
+by rigid links, or by play that is assumed closed. The virtual work of the constraints gives
 
     L' M R p'' + L' D R p' + L' K R p = L' u
 
-L = R where links lose nothing. Where power is taken to flow along the links (efficiency "driving")
-each passes ratio/eta of its effort back, as (2.3)-(2.5) have it; L carries these in place of the
-ratios, and so do the couplings' efforts. Two pulleys and a belt are (2.6) with the transfer (2.7);
-without damping it is (2.8), with a rigid belt (2.9).
+with L = R if the links have no losses. If power is assumed to flow along the links
+(efficiency "driving"), each link returns ratio/eta of its effort (2.3)-(2.5). L and the efforts of
+the couplings then contain these values in place of the ratios. Two pulleys and a belt give (2.6)
+with the transfer function (2.7); without damping (2.8), with a rigid belt (2.9).
 """
 
 from __future__ import annotations
@@ -28,13 +28,16 @@ from frictool.plant.mechanism.curves import curve_slope, curve_value
 from frictool.plant.mechanism.packed_mechanism import FRAME, Places, Vector
 
 Efficiency = Literal["none", "driving"]
-STILL = 1e-7  # of the fastest eigenvalue: below, a mode is the motion of the whole
+STILL = 1e-7  # relative to the fastest eigenvalue: a slower mode is a rigid-body motion
 
 
 @dataclass(frozen=True)
 class VibrationMode:
-    """An oscillation: angular frequency [rad/s] without damping, damping ratio; shares of kinetic
-    energy by block, of strain by link."""
+    """A vibration mode.
+
+    frequency: undamped angular frequency [rad/s]. damping: ratio. blocks: shares of the kinetic
+    energy. links: shares of the strain energy.
+    """
 
     frequency: float
     damping: float
@@ -44,10 +47,11 @@ class VibrationMode:
 
 @dataclass(frozen=True)
 class LinearMechanism:
-    """Coordinates p (g,), of the blocks `roots`; q = moves @ p (n, g). mass, damping, stiffness (g,
-    g), input (g, u): of the equation.
+    """Matrices of a linearised mechanism in the coordinates p (g,) of the blocks `roots`.
 
-    sources, sensors: names of inputs [unit of the drive] and outputs [rad | m | rad/s | m/s].
+    moves: q = moves @ p (n, g). mass, damping, stiffness (g, g), input (g, u): of the equation of
+    motion. sources, sensors: names of inputs [unit of the drive] and outputs
+    [rad | m | rad/s | m/s].
     """
 
     blocks: tuple[str, ...]
@@ -61,12 +65,15 @@ class LinearMechanism:
     sources: tuple[str, ...]
     sensors: tuple[str, ...]
     couplings: tuple[str, ...]
-    stretches: Matrix  # (k, g): the stretch of each coupling by p
-    springs: Vector  # (k,) its stiffness there
+    stretches: Matrix  # (k, g): stretch of each coupling per unit of p
+    springs: Vector  # (k,) stiffness of each coupling at the operating point
     inertia: Vector  # (n,)
 
     def state_space(self) -> Lti:
-        """x = [p | p'], inputs in the order of `sources`, outputs of `sensors`; continuous time."""
+        """Return the continuous system with the states x = [p | p'].
+
+        Its inputs and outputs are in the order of `sources` and `sensors`.
+        """
         count = len(self.mass)
         solved = np.linalg.solve(self.mass, np.hstack([-self.stiffness, -self.damping, self.input]))
         a = np.block([[np.zeros((count, count)), np.eye(count)], [solved[:, : 2 * count]]])
@@ -74,16 +81,18 @@ class LinearMechanism:
         return Lti(a, b, self.output, np.zeros((len(self.output), self.input.shape[1])), 0.0)
 
     def transfer(self, source: str, sensor: str) -> Lti:
-        """From one source to one sensor. Raises ValueError where a name is unknown."""
+        """Return the system from one source to one sensor; raise ValueError for an unknown name."""
         whole = self.state_space()
         i, o = self.sources.index(source), self.sensors.index(sensor)
         return Lti(whole.a, whole.b[:, [i]], whole.c[[o]], whole.d[[o]][:, [i]], 0.0)
 
     def modes(self) -> tuple[VibrationMode, ...]:
-        """The oscillations, slowest first: one of each pair of complex eigenvalues that is not the
-        motion of the whole."""
+        """Return the vibration modes, slowest first.
+
+        Each is one of a pair of complex eigenvalues; rigid-body motions are left out.
+        """
         count = len(self.mass)
-        scale = np.sqrt(np.abs(np.diag(self.mass)))  # states of like size: eigenvalues to rounding
+        scale = np.sqrt(np.abs(np.diag(self.mass)))  # balances the states for the eigenvalues
         system = self.state_space()
         grown = np.concatenate([scale, scale])
         values, vectors = np.linalg.eig(grown[:, None] * system.a / grown)
@@ -111,10 +120,10 @@ def linearise(
     closed: Collection[str] | None = None,
     efficiency: Efficiency = "none",
 ) -> LinearMechanism:
-    """The mechanism around `position` (n,) [rad | m] of its blocks (the start), with the play of
-    the links `closed` taken up (all of them).
+    """Return the mechanism linearised at `position` (n,) [rad | m], by default at the start.
 
-    Raises ValueError where `closed` names a link without play.
+    The play of the links `closed` is taken up, by default that of all links. Raises ValueError if
+    `closed` names a link without play.
     """
     packed = assembled.packed
     at = assembled.start if position is None else np.asarray(position, dtype=np.float64)
@@ -160,7 +169,8 @@ def _closed(
     taken = playing if closed is None else set(closed)
     if taken - playing:
         raise ValueError(
-            f"found {', '.join(sorted(taken - playing))}; allowed: links with play, {', '.join(sorted(playing)) or 'none here'}"
+            f"found {', '.join(sorted(taken - playing))}; allowed: links with play, "
+            f"{', '.join(sorted(playing)) or 'none here'}"
         )
     return (
         [
@@ -177,8 +187,10 @@ def _closed(
 def _moves(
     a: Places, b: Places, ratio: Vector, active: list[bool], count: int
 ) -> tuple[Matrix, tuple[int, ...]]:
-    """(n, g): the ratio of each block to the root of its group, for the links that are active; the
-    roots, the first block of each group."""
+    """Return the ratio of each block to the root of its group (n, g), and the roots.
+
+    Groups are formed by the active links; the root is the first block of each.
+    """
     neighbours: list[list[tuple[int, float]]] = [[] for _ in range(count)]
     for first, second, step, on in zip(a.tolist(), b.tolist(), ratio.tolist(), active, strict=True):
         if on:
@@ -204,8 +216,11 @@ def _moves(
 def _couplings(
     assembled: AssembledMechanism, at: Vector, active: list[bool], driving: float
 ) -> tuple[Matrix, Matrix, Vector, Vector]:
-    """Stretch (k, n) by q, pull (k, n): efforts by the coupling's force, negative; stiffness and
-    damping (k,), 0 where play is open."""
+    """Return stretch and pull (k, n), stiffness and damping (k,) of the couplings.
+
+    stretch: per unit of q. pull: a coupling's force acts on the blocks as -pull times the force.
+    Stiffness and damping are 0 while the play is open.
+    """
     couplings, curves = assembled.packed.couplings, assembled.packed.curves
     count = len(couplings.a)
     stretch, pull = np.zeros((count, len(at))), np.zeros((count, len(at)))
@@ -236,7 +251,7 @@ def _push_slopes(assembled: AssembledMechanism, at: Vector) -> Vector:
 
 
 def _viscous(assembled: AssembledMechanism, at: Vector) -> Vector:
-    """The viscous part of every friction that has one, at its level there."""
+    """Return the viscous coefficient of the friction on each block, at its present level."""
     frictions, curves = assembled.packed.frictions, assembled.packed.curves
     out = np.zeros(len(at))
     for k, (block, row) in enumerate(

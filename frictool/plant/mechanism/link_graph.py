@@ -1,8 +1,8 @@
-"""How links tie blocks together: rigid groups, loops, parts that nothing holds.
+"""The graph of blocks and links: rigid groups, loops, and parts that are not tied to anything.
 
-A rigid group is the blocks that move as one, q_i = ratio_i q_root + constant. Rigid links form no
-loop among themselves: one that closes a loop whose ratios multiply to 1 says nothing new and is
-dropped where no link of the loop has a loss; any other is refused.
+A rigid group is a set of blocks that move together, q_i = ratio_i q_root + constant. Rigid links
+form no loop. A link that closes a loop whose ratios multiply to 1 is redundant, and is dropped if
+no link of the loop has a loss; any other loop is an error.
 """
 
 from __future__ import annotations
@@ -16,13 +16,16 @@ from frictool.plant.mechanism.element_error import ElementError
 from frictool.plant.mechanism.magnitude_limits import check_speeds
 from frictool.plant.mechanism.transmissions import Transmission
 
-CLOSED = 1e-9  # relative deviation from 1 of what the ratios of a loop multiply to
+CLOSED = 1e-9  # tolerance of the product of the ratios around a loop, which is 1
 
 
 @dataclass(frozen=True)
 class RigidGroup:
-    """Blocks that move as one: `ratios`, the speed of each over that of `root`, itself among them.
-    inertia: of all, seen at the root."""
+    """Blocks that move together.
+
+    ratios: speed of each block, root included, relative to that of `root`. inertia: of all blocks,
+    referred to the root.
+    """
 
     root: int
     blocks: tuple[int, ...]
@@ -37,12 +40,15 @@ class LinkForest:
         self.neighbours: list[list[tuple[int, float, Transmission]]] = [[] for _ in range(count)]
 
     def add(self, link: Transmission) -> None:
+        """Add a link between two blocks that are not tied yet."""
         self.neighbours[link.a].append((link.b, link.ratio, link))
         self.neighbours[link.b].append((link.a, 1.0 / link.ratio, link))
 
     def way(self, start: int, end: int) -> list[tuple[int, float, Transmission]] | None:
-        """From block to block: (block reached, ratio of the step, link); None where they are not
-        tied."""
+        """Return the path between two blocks as steps; None if they are not tied.
+
+        Each step is (block reached, ratio of the step, link).
+        """
         before: dict[int, tuple[int, tuple[int, float, Transmission]] | None] = {start: None}
         queue = deque([start])
         while queue and end not in before:
@@ -61,7 +67,7 @@ class LinkForest:
         return steps[::-1]
 
     def reached(self, root: int) -> dict[int, float]:
-        """Every block tied to `root`, with the ratio of its speed to the root's."""
+        """Return every block tied to `root` and the ratio of its speed to that of the root."""
         ratio = {root: 1.0}
         queue = deque([root])
         while queue:
@@ -76,14 +82,16 @@ class LinkForest:
 def without_loops(
     links: Sequence[Transmission], names: Sequence[str]
 ) -> tuple[list[Transmission], list[str]]:
-    """The rigid links that matter, in the order given, and notes of those dropped. Raises
-    ElementError for any other loop."""
+    """Return the rigid links that are not redundant, in order, and notes of those dropped.
+
+    Raises ElementError for any other loop.
+    """
     forest = LinkForest(len(names))
     kept: set[str] = set()
     notes = []
     for link in sorted(
         links, key=lambda link: link.gap > 0.0
-    ):  # stable: a play that closes a loop is named, and not what it would ease
+    ):  # links with play last: the error of a loop then names the link with play
         way = forest.way(link.a, link.b)
         if way is None:
             forest.add(link)
@@ -97,13 +105,12 @@ def without_loops(
 
 
 def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Sequence[str]) -> None:
-    """Raises ElementError for two links that can be driven from one end, which is the far one of
-    both."""
+    """Raise ElementError for two self-locking links that both drive the same rigid group."""
     for one, other in itertools.combinations(links, 2):
         way = forest.way(one.a, other.a)
         if (
             way and way[0][2] is one and way[-1][2] is other
-        ):  # empty where one block drives both links
+        ):  # way is empty if one block drives both links
             driven = (
                 names[one.b]
                 if one.b == other.b
@@ -111,32 +118,38 @@ def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Seq
             )
             raise ElementError(
                 f"links.{other.name}",
-                f"is irreversible, as {one.name} is: {names[one.a]} and {names[other.a]} both drive {driven} and neither can be driven "
-                "back, so that nothing moves; allowed: one of the two, or a compliant link between them",
+                f"is irreversible, as {one.name} is: {names[one.a]} and {names[other.a]} both "
+                f"drive {driven} and neither can be driven "
+                "back, so that nothing moves; allowed: one of the two, or a compliant link "
+                "between them",
             )
 
 
 def _redundant(
     link: Transmission, way: list[tuple[int, float, Transmission]], names: Sequence[str]
 ) -> str:
-    """A note of a link that says nothing new. Raises ElementError for any other that closes a
-    loop."""
+    """Return a note for a redundant link; raise ElementError for any other that closes a loop."""
     key = f"links.{link.name}"
     round_trip = 1.0 / link.ratio
     for _, step, _ in way:
         round_trip *= step
-    loop = f"{names[link.a]} - {' - '.join(f'{other.name} - {names[there]}' for there, _, other in way)} - {link.name}"
+    loop = (
+        f"{names[link.a]} - "
+        f"{' - '.join(f'{other.name} - {names[there]}' for there, _, other in way)} - {link.name}"
+    )
     if len(way) == 1 and abs(round_trip - 1.0) > CLOSED:
         first, second, other = names[link.a], names[link.b], way[0][2].name
         raise ElementError(
             key,
-            f"moves {second} {link.ratio:.6g} as far as {first}, and {other} moves it {way[0][1]:.6g} as far: no motion solves both; "
+            f"moves {second} {link.ratio:.6g} as far as {first}, and {other} moves it "
+            f"{way[0][1]:.6g} as far: no motion solves both; "
             "allowed: the same ratio and direction, or one rigid link between two blocks",
         )
     if abs(round_trip - 1.0) > CLOSED:
         raise ElementError(
             key,
-            f"closes the loop {loop}, whose ratios multiply to {round_trip:.10g}: no motion solves it; allowed: 1; "
+            f"closes the loop {loop}, whose ratios multiply to {round_trip:.10g}: "
+            "no motion solves it; allowed: 1; "
             "correct a ratio or a direction, or make a link compliant",
         )
     playing = next(
@@ -145,7 +158,8 @@ def _redundant(
     if playing is not None:
         raise ElementError(
             key,
-            f"closes the loop {loop}, in which {playing} has rigid play; allowed: in a loop, play with compliance; give it one",
+            f"closes the loop {loop}, in which {playing} has rigid play; allowed: in a loop, "
+            "play with compliance; give it one",
         )
     lossy = next(
         (other.name for other in (link, *(step[2] for step in way)) if not other.lossless), None
@@ -153,7 +167,8 @@ def _redundant(
     if lossy is not None:
         raise ElementError(
             key,
-            f"closes the loop {loop}, in which {lossy} has a loss: how the force is shared is not determined; "
+            f"closes the loop {loop}, in which {lossy} has a loss: "
+            "how the force is shared is not determined; "
             f"allowed: a rigid loop without loss; leave {link.name} out or make it compliant",
         )
     return f"{link.name} is left out: it closes the loop {loop} and says nothing new"
@@ -162,10 +177,10 @@ def _redundant(
 def groups_of(
     links: Sequence[Transmission], inertia: Sequence[float], names: Sequence[str]
 ) -> tuple[RigidGroup, ...]:
-    """The rigid groups, by their first block. `links`: without loops, those with play among them,
-    which tie nothing.
+    """Return the rigid groups in the order of their first blocks.
 
-    Raises WrongElement where a group has no inertia.
+    `links` form no loop; those with play do not tie blocks together. Raises ElementError for a
+    group without inertia.
     """
     forest = LinkForest(len(names))
     for link in links:
@@ -185,15 +200,18 @@ def groups_of(
             told = ", ".join(names[block] for block in blocks)
             raise ElementError(
                 f"blocks.{names[root]}",
-                f"{told} has no inertia and no rigid link without play to a block that has; give it some, or such a link",
+                f"{told} has no inertia and no rigid link without play to a block that has; "
+                "give it some, or such a link",
             )
         groups.append(RigidGroup(root, blocks, tuple(ratio[block] for block in blocks), total))
     return tuple(groups)
 
 
 def loose_parts(links: Sequence[tuple[int, int]], held: set[int], count: int) -> list[list[int]]:
-    """The parts of the mechanism of which no block is in `held`; `links`: pairs that any element
-    ties."""
+    """Return the parts of the mechanism without a block in `held`.
+
+    `links` are pairs of blocks that any element ties.
+    """
     neighbours: list[list[int]] = [[] for _ in range(count)]
     for a, b in links:
         neighbours[a].append(b)

@@ -1,5 +1,4 @@
-"""Numbers that no machine has, which would overflow when they are multiplied: refused where they
-stand."""
+"""Limits of numbers in a mechanism, against overflow when they are multiplied."""
 
 from __future__ import annotations
 
@@ -11,13 +10,12 @@ import msgspec
 from frictool.documents.quantity import Quantity, Series, Span
 from frictool.plant.mechanism.element_error import ElementError
 
-SMALLEST, LARGEST = 1e-30, 1e30  # SI
-SLOWEST, FASTEST = 1e-12, 1e12  # speeds of blocks that links tie, over one another
+SMALLEST, LARGEST = 1e-30, 1e30  # SI, magnitudes that a document may contain
+SLOWEST, FASTEST = 1e-12, 1e12  # ratio of the speeds of two blocks tied by links
 
 
 def check_sizes(value: Any, key: str = "") -> None:
-    """Raises ElementError with its key for the first number of the document, at any depth, that is
-    beyond all machines."""
+    """Raise ElementError with its key for the first number, at any depth, outside the limits."""
     if isinstance(value, Quantity | Span):
         for name in ("value", "low", "high"):
             _check(f"{key}.{name}", getattr(value, name, None), value.unit)
@@ -42,13 +40,13 @@ def _check(key: str, number: float | None, unit: str) -> None:
         return
     raise ElementError(
         key,
-        f"found {number:g}{' ' + unit if unit else ''}; allowed: 0, or {SMALLEST:g} to {LARGEST:g} in size",
+        f"found {number:g}{' ' + unit if unit else ''}; allowed: 0, or {SMALLEST:g} to "
+        f"{LARGEST:g} in size",
     )
 
 
 def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> None:
-    """Raises ElementError where a block moves so much faster or slower than another that links tie
-    it to that numbers lose sense."""
+    """Raise ElementError if the ratio of two tied blocks' speeds is outside the limits."""
     for block, ratio in ratios.items():
         if not SLOWEST <= abs(ratio) <= FASTEST:
             told = f"links give it {abs(ratio):g} times the speed of {names[root]}"

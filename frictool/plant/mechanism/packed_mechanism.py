@@ -1,35 +1,35 @@
-"""A mechanism as the flat arrays that kernels take. SI; one coordinate q per block, an angle or a
-way.
+"""A mechanism as flat arrays for kernels, in SI; one coordinate q per block (angle or distance).
 
-    m_i q_i'' = sum of what links, friction, stops and sources put on block i                                     (2.1)-(2.2)
+    m_i q_i'' = sum of the efforts of links, friction, stops and sources on block i   (2.1)-(2.2)
 
-Joints are rigid, or rigid with a gap. Joint j carries block b along with block a; e = q_b - ratio
-q_a - offset:
+*Joints* are rigid links, with or without a gap. Joint j ties block b to block a, with
+e = q_b - ratio q_a - offset:
 
     rigid          e = 0
-    with a gap     -gap <= e <= gap; it touches at e = -gap, where it can only push b forward
-                   (lambda >= 0), and at e = gap (lambda <= 0)
+    with a gap     -gap <= e <= gap; contact at e = -gap can only push b forward (lambda >= 0),
+                   contact at e = gap only backward (lambda <= 0)
     on block b     lambda
-    on block a     -(ratio lambda + loss)     loss = sign(v_a) (drive_loss |lambda| where lambda v_b
-                   > 0, back_loss |lambda| where < 0)
-                                              or, thesis_screw > 0, loss = sign(v_a) |thread lambda - thesis_screw u_a|        (2.12)
+    on block a     -(ratio lambda + loss)
+    loss           sign(v_a) drive_loss |lambda| if lambda v_b > 0
+                   sign(v_a) back_loss |lambda| if lambda v_b < 0
+                   sign(v_a) |thread lambda - thesis_screw u_a| if thesis_screw > 0       (2.12)
 
-ratio - back_loss sign(ratio) < 0 is a link that its load cannot drive. Joints form no loop among
-themselves (an anchored block ends none).
+If back_loss >= |ratio|, the load cannot drive the link. Joints form no loop among themselves, and
+none ends at the frame.
 
-Couplings yield: block a = second end -1 is the frame. e = q_b - ratio q_a - offset, stretch s = e
-beyond +-gap (0 between):
+*Couplings* are compliant links; block a = -1 is the frame. With e = q_b - ratio q_a - offset, the
+stretch s is the part of e outside +-gap (0 inside):
 
-    on block b     -(stiffness s + damping e' + curve(e))    damping acts only where stretched,
-                   where gap > 0; no flank pulls
-    on block a     as of a joint, with that force for lambda
+    on block b     -(stiffness s + damping e' + curve(e))    with gap > 0, damping acts only in
+                   contact, and no flank pulls
+    on block a     as for a joint, with that force for lambda
 
-Frictions act on one block against the frame: a law of friction/law_registry.py by its row, its
-parameters p from `law_start` on in `law_values`, times the curve `level` (-1: none). Pressings are
-Coulomb friction `coefficient` times the curve `force` of the block's position, and breakaway
-`breakaway_ratio` times that (2.23). Pushes are efforts that are functions of one block's position
-(a cam's), or constants. Stops are rigid and hold one block. Sources put effort on a block: drive i
-follows the command with `lag`, effort = constant i.
+*Frictions* act on one block against the frame. Each has a law (row of friction/law_registry.py),
+its parameters p from `law_start` on in `law_values`, and a factor, the curve `level` (-1: none).
+*Pressings* are Coulomb friction `coefficient` times the curve `force` of the block's position, with
+the breakaway `breakaway_ratio` times that (2.23). *Pushes* are efforts that depend on one block's
+position (those of a cam), or constants. *Stops* are rigid and limit one block. *Sources* act on a
+block: the drive i follows the command with `lag`, effort = constant i.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ FRAME = -1
 class Curves(NamedTuple):
     """Piecewise cubics, constant beyond their ends.
 
-    Curve c has the pieces k = start[c] .. start[c+1] - 1; piece k goes from breaks[k + c] to
-    breaks[k + c + 1] and is sum_m cubic[k, m] (x - breaks[k + c])^m.
+    Curve c has the pieces k = start[c] .. start[c+1] - 1. Piece k is sum_m cubic[k, m]
+    (x - breaks[k + c])^m from breaks[k + c] to breaks[k + c + 1].
     """
 
     start: Places  # (c + 1,)
@@ -57,22 +57,22 @@ class Curves(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """Rigid links (j,), and rigid flanks with a gap."""
+    """Rigid links (j,), with or without a gap."""
 
     a: Places
     b: Places
     ratio: Vector
     offset: Vector
-    gap: Vector  # half of the full width at b; 0: none
+    gap: Vector  # half of the full width, at b; 0: no gap
     restitution: Vector
     drive_loss: Vector  # at a, per unit of lambda
     back_loss: Vector
-    thread: Vector  # the thesis's screw: mu radius
-    thesis_screw: Vector  # mu tan(alpha); 0 with thread 0: not that screw
+    thread: Vector  # mu radius of the thesis's screw (2.12)
+    thesis_screw: Vector  # mu tan(alpha) of that screw; thread and this are 0 for other links
 
 
 class Couplings(NamedTuple):
-    """Links that yield (k,); a may be FRAME."""
+    """Compliant links (k,); a may be FRAME."""
 
     a: Places
     b: Places
@@ -87,7 +87,7 @@ class Couplings(NamedTuple):
 
 
 class Frictions(NamedTuple):
-    """(f,)"""
+    """Frictions of bearings and slideways (f,)."""
 
     block: Places
     law: Places  # row of friction/law_registry.py
@@ -97,7 +97,7 @@ class Frictions(NamedTuple):
 
 
 class Pressings(NamedTuple):
-    """(p,)"""
+    """Frictions of cams (p,)."""
 
     block: Places
     force: Places  # curve
@@ -106,7 +106,7 @@ class Pressings(NamedTuple):
 
 
 class Pushes(NamedTuple):
-    """(q,) effort constant + curve(q of the block) in its positive direction."""
+    """Efforts (q,), constant + curve(position), in the positive direction of the block."""
 
     block: Places
     constant: Vector
@@ -114,7 +114,7 @@ class Pushes(NamedTuple):
 
 
 class Stops(NamedTuple):
-    """Rigid ones (s,); without one side: infinite."""
+    """Rigid stops (s,); a missing side is infinite."""
 
     block: Places
     low: Vector
@@ -123,19 +123,22 @@ class Stops(NamedTuple):
 
 
 class PackedDrives(NamedTuple):
-    """(u,)"""
+    """Sources (u,)."""
 
     block: Places
-    constant: Vector  # effort per unit of the drive; 1 of an effort
-    limit: Vector  # of the drive
+    constant: Vector  # effort per unit of the drive; 1 if the drive is an effort
+    limit: Vector  # largest |drive|
     lag: Vector  # s
     resistance: Vector  # ohm; 0: no winding
     supply: Vector  # V
 
 
 class PackedMechanism(NamedTuple):
-    """The whole mechanism. inertia (n,): kg m2 of a block that turns, kg of one that slides. scale
-    (n,): a speed of each block that counts, rad/s | m/s, which tolerances are relative to."""
+    """The whole mechanism as arrays.
+
+    inertia (n,): kg m2 | kg. scale (n,): typical speed of each block [rad/s | m/s], to which
+    tolerances are relative.
+    """
 
     inertia: Vector
     scale: Vector

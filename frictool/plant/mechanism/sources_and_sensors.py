@@ -1,5 +1,4 @@
-"""Sources and sensors: what drives a block, what is seen of it, and which of them a controller
-has."""
+"""Sources and sensors of a mechanism, and those that a controller uses."""
 
 from __future__ import annotations
 
@@ -17,8 +16,10 @@ DRIVE_UNITS = {"current": "A", "voltage": "V"}
 
 
 def pack_sources(document: Mechanism, blocks: BlockNames, collected: ElementArrays) -> PackedDrives:
-    """The sources in the document's order; constant efforts join the pushes. Raises WrongElement
-    where block or units do not fit."""
+    """Return the sources in the document's order; constant efforts are added to the pushes.
+
+    Raises ElementError if a block or units do not fit.
+    """
     rows = []
     for name, source in document.sources.items():
         key = f"sources.{name}"
@@ -57,12 +58,13 @@ def _check_source(key: str, source: Source, blocks: BlockNames) -> None:
     if source.limit is not None and source.limit.unit != wanted:
         raise ElementError(
             f"{key}.limit.unit",
-            f"found a multiple of {source.limit.unit}; allowed: {wanted} and its multiples, since drive is {source.drive}",
+            f"found a multiple of {source.limit.unit}; allowed: {wanted} and its multiples, "
+            f"since drive is {source.drive}",
         )
 
 
 def check_sensor(name: str, sensor: Sensor, blocks: BlockNames) -> None:
-    """Raises ElementError where block or step do not fit."""
+    """Raise ElementError if the block or the step of a sensor do not fit."""
     key = f"sensors.{name}"
     kind = blocks.kind(f"{key}.on", sensor.on)
     if kind == "linear" and sensor.counts_per_revolution is not None:
@@ -74,11 +76,10 @@ def check_sensor(name: str, sensor: Sensor, blocks: BlockNames) -> None:
 
 
 def controlled_names(document: Mechanism) -> tuple[str, str]:
-    """The source that a controller commands and the sensor that it sees: those of `control`, or the
-    only ones.
+    """Return the source and the sensor of the controller: those of `control`, or the only ones.
 
-    A source that is a constant effort is counted only where there is no other. Raises WrongElement
-    where they are not determined.
+    A source with a constant effort counts only if there is no other. Raises ElementError if the
+    choice is ambiguous.
     """
     if document.control is not None:
         for what, name, known in (
@@ -88,7 +89,8 @@ def controlled_names(document: Mechanism) -> tuple[str, str]:
             if name not in known:
                 raise ElementError(
                     f"control.{what}",
-                    f"found {name!r}; allowed: {', '.join(known) or f'none, since there is no {what}'}",
+                    f"found {name!r}; allowed: "
+                    f"{', '.join(known) or f'none, since there is no {what}'}",
                 )
         return document.control.source, document.control.sensor
     driven = [name for name, source in document.sources.items() if source.effort is None] or list(
@@ -98,11 +100,13 @@ def controlled_names(document: Mechanism) -> tuple[str, str]:
         if not found:
             raise ElementError(
                 f"{what}s",
-                f"found none; allowed: at least one {what}, which a controller and a reduced model need",
+                f"found none; allowed: at least one {what}, which a controller and a reduced "
+                "model need",
             )
         if len(found) > 1:
             raise ElementError(
                 f"{what}s",
-                f"found {', '.join(found)}; which one a controller has is said by control: {{source: ..., sensor: ...}}",
+                f"found {', '.join(found)}; which one a controller has is said by control: "
+                f"{{source: ..., sensor: ...}}",
             )
     return driven[0], next(iter(document.sensors))

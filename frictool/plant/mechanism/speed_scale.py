@@ -1,4 +1,4 @@
-"""A speed of each block that counts: what the tolerances of a simulation are relative to."""
+"""Typical speed of each block, to which the tolerances of a simulation are relative."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from frictool.documents.quantity import Axis
 from frictool.plant.mechanism.magnitude_limits import check_speeds
 from frictool.plant.mechanism.packed_mechanism import Vector
 
-RISE_S = 0.01  # a speed that the largest effort of the sources gives in this time counts
+RISE_S = 0.01  # s, time in which the largest effort of the sources reaches the typical speed
 DEFAULT: dict[Axis, float] = {
     "rotary": 1.0,
     "linear": 0.1,
-}  # rad/s, m/s: where neither a top speed nor a limit is known
+}  # rad/s, m/s: typical speed if neither a top speed nor a limit is known
 
 
 def speed_scale(
@@ -26,12 +26,12 @@ def speed_scale(
     known: tuple[int, float] | None,
     names: Sequence[str],
 ) -> Vector:
-    """(n,) rad/s | m/s. ratios: (a, b, q_b/q_a) of every link; pushed: (block, largest effort);
-    known: a block's top speed.
+    """Return the typical speeds (n,) [rad/s | m/s].
 
-    One speed is spread over the ratios of the links; the top speed where that is known, else what
-    the largest effort gives within RISE_S. Raises WrongElement where links tie speeds that lie too
-    far apart.
+    ratios: (a, b, q_b/q_a) of every link. pushed: (block, largest effort). known: a block and its
+    top speed. Each connected part of the mechanism has one speed: the top speed if it is known,
+    else the speed that the largest effort reaches within RISE_S. The ratios of the links convert it
+    to the speeds of the blocks. Raises ElementError if the speeds of tied blocks differ too much.
     """
     count = len(inertia)
     neighbours: list[list[tuple[int, float]]] = [[] for _ in range(count)]
@@ -68,7 +68,7 @@ def _spread(root: int, neighbours: list[list[tuple[int, float]]]) -> dict[int, f
 def _reached(
     part: dict[int, float], inertia: Sequence[float], pushed: Sequence[tuple[int, float]]
 ) -> float:
-    """The root's speed after RISE_S of the largest effort that any source of the part has."""
+    """Return the root's speed after RISE_S of the largest effort of a source of the part."""
     total = sum(ratio**2 * inertia[block] for block, ratio in part.items())
     effort = max(
         (

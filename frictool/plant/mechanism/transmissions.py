@@ -1,15 +1,13 @@
-"""What a link transmits: its ratio, its loss by the direction of power, what yields in it and what
-it lets play.
+"""Transmission of a link: its ratio, its loss in each direction of power, its compliance and play.
 
     q_b = ratio q_a        effort at a: ratio lambda + loss, with lambda the effort at b
 
-Loss: where power goes from a to b, effort_a = ratio lambda/eta, so that drive_loss = |ratio| (1/eta
-- 1) per unit of lambda; where it comes back, effort_a = ratio lambda eta_back, so that back_loss =
-|ratio| (1 - eta_back). The same friction both ways is eta_back = 2 - 1/eta. A thread with mu = tan
-phi (2.10)-(2.13) takes radius tan(alpha + phi) and gives back radius tan(alpha - phi).
-
-Gear (2.3), with stiffness and damping (2.4)-(2.5); belt (2.6); pistons (2.16); rack (2.19)-(2.20);
-play (2.18).
+If power flows from a to b, effort_a = ratio lambda/eta, so that drive_loss = |ratio| (1/eta - 1)
+per unit of lambda. If it flows back, effort_a = ratio lambda eta_back, so that back_loss = |ratio|
+(1 - eta_back). The same friction in both directions means eta_back = 2 - 1/eta. A thread with mu =
+tan phi (2.10)-(2.13) needs radius tan(alpha + phi) when driven by a, and transmits radius tan(alpha
+- phi) when driven by b. Equations: gear (2.3), with stiffness and damping (2.4)-(2.5); belt (2.6);
+pistons (2.16); play (2.18); rack (2.19)-(2.20).
 """
 
 from __future__ import annotations
@@ -43,8 +41,10 @@ HELD = {
 
 @dataclass(frozen=True)
 class Transmission:
-    """One link between the blocks a and b; SI. gap: half of the play, at b. stiffness, damping: at
-    b; None where rigid."""
+    """One link between the blocks a and b, in SI.
+
+    gap: half of the play, at b. stiffness, damping: at b; a rigid link has the stiffness None.
+    """
 
     name: str
     a: int
@@ -61,22 +61,25 @@ class Transmission:
 
     @property
     def lossless(self) -> bool:
+        """True if no power is lost in the link."""
         return self.drive_loss == self.back_loss == self.thread == self.thesis_screw == 0.0
 
     @property
     def irreversible(self) -> bool:
-        """Whether b cannot drive a."""
+        """True if b cannot drive a."""
         return abs(self.ratio) <= max(self.back_loss, self.thread)
 
     @property
     def rigid(self) -> bool:
-        """Whether nothing yields; it may still let play."""
+        """True if the link has no compliance; it may have play."""
         return self.stiffness is None
 
 
 def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmission:
-    """The link called `name`. Raises WrongElement with its key where ends, units or numbers do not
-    fit."""
+    """Return the link called `name`.
+
+    Raises ElementError with its key if ends, units or numbers do not fit.
+    """
     key = f"links.{name}"
     kind = str(link.__struct_config__.tag)
     ends = blocks.moving(key, link.between, HELD[kind])
@@ -107,8 +110,10 @@ def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmiss
 def _ratio(
     key: str, link: Transmitting, ends: tuple[str, str], blocks: BlockNames
 ) -> tuple[float, float]:
-    """The ratio with its sign, and the way along the link's compliance per unit of q_b: a belt's
-    radius, else 1."""
+    """Return the signed ratio, and the travel of the compliance per unit of q_b.
+
+    The second value is the radius of a belt, 1 for other links.
+    """
     match link:
         case Gear():
             blocks.sequence(key, "a gear", ends, ("rotary", "rotary"))
@@ -141,7 +146,7 @@ def _ratio(
 
 
 def tangent_of_lead(key: str, link: Screw) -> float:
-    """tan(alpha). Raises WrongElement where the angle is not that of a thread."""
+    """Return tan(alpha); raise ElementError if the angle is not that of a thread."""
     if link.lead is not None:
         return link.lead.value / (2.0 * math.pi * link.radius.value)
     assert link.lead_angle is not None
@@ -154,7 +159,7 @@ def tangent_of_lead(key: str, link: Screw) -> float:
 
 
 def _losses(key: str, link: Transmitting, ratio: float) -> tuple[float, float, float, float]:
-    """drive_loss, back_loss, thread, thesis_screw."""
+    """Return drive_loss, back_loss, thread and thesis_screw."""
     if isinstance(link, Screw) and link.friction_coefficient is not None:
         return _thread_losses(key, link, link.friction_coefficient)
     efficiency: float | None = getattr(link, "efficiency", None)
@@ -165,8 +170,11 @@ def _losses(key: str, link: Transmitting, ratio: float) -> tuple[float, float, f
 
 
 def back_efficiency(efficiency: float, efficiency_back: float | None) -> float:
-    """As given, or that of the same friction both ways, 2 - 1/efficiency; below 0 the load cannot
-    drive the link."""
+    """Return the backward efficiency of the document, or 2 - 1/efficiency if it has none.
+
+    The latter is that of the same friction in both directions. Below 0 the load cannot drive the
+    link.
+    """
     return 2.0 - 1.0 / efficiency if efficiency_back is None else efficiency_back
 
 
@@ -179,7 +187,8 @@ def _thread_losses(key: str, link: Screw, coefficient: float) -> tuple[float, fl
         most = 1.0 / steep
         raise ElementError(
             f"{key}.friction_coefficient",
-            f"found {coefficient:g}, with which not even the screw drives; allowed: < {most:.4g} = 1/tan(alpha)",
+            f"found {coefficient:g}, with which not even the screw drives; allowed: < "
+            f"{most:.4g} = 1/tan(alpha)",
         )
     return (
         radius * (math.tan(angle + phi) - steep),
@@ -192,7 +201,7 @@ def _thread_losses(key: str, link: Screw, coefficient: float) -> tuple[float, fl
 def _width_at_b(
     key: str, backlash: Backlash, ends: tuple[str, str], ratio: float, blocks: BlockNames
 ) -> float:
-    """The full play at the second end, in its unit."""
+    """Return the full play at the second end, in its unit."""
     where = f"{key}.backlash"
     kinds = tuple(blocks.kind(where, end) for end in ends)
     units = {"rotary": "rad", "linear": "m"}
@@ -208,19 +217,21 @@ def _width_at_b(
     if backlash.at is not None and backlash.at not in ends:
         raise ElementError(
             f"{where}.at",
-            f"found {backlash.at!r}; allowed: an end of {key.partition('.')[2]}, {' or '.join(ends)}",
+            f"found {backlash.at!r}; allowed: an end of {key.partition('.')[2]}, "
+            f"{' or '.join(ends)}",
         )
     if backlash.at is not None and backlash.at not in fitting:
         raise ElementError(
             f"{where}.at",
-            f"found {backlash.at}, whose position is not in {backlash.width.unit}; allowed: {fitting[0]}",
+            f"found {backlash.at}, whose position is not in {backlash.width.unit}; allowed: "
+            f"{fitting[0]}",
         )
     at = backlash.at or fitting[-1]
     return backlash.width.value * (ratio if at == ends[0] else 1.0)
 
 
 def _compliance(key: str, link: Transmitting, end: str, blocks: BlockNames) -> Compliance | None:
-    """What yields, of the link as a whole or of the flanks of its play."""
+    """Return the compliance of the link as a whole or of the flanks of its play."""
     backlash: Backlash | None = getattr(link, "backlash", None)
     flanks = None if backlash is None else backlash.compliance
     if link.compliance is not None and flanks is not None:

@@ -1,4 +1,4 @@
-"""Ways that do not fit each other: what a file may say, and what is worth a note."""
+"""Notes about travel ranges that do not fit each other, which a file may nevertheless contain."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from frictool.plant.mechanism.packed_mechanism import Vector
 from frictool.plant.mechanism.sources_and_sensors import controlled_names
 from frictool.plant.mechanism.transmissions import Transmission
 
-SAME = 1e-9  # of the travel
+SAME = 1e-9  # tolerance relative to the travel
 
 
 def room_notes(
     document: Mechanism, blocks: BlockNames, start: Vector, joints: Sequence[Transmission]
 ) -> list[str]:
-    """Of a play that is wider than the way between a block's end stops, and of a travel that does
-    not hold the start."""
+    """Return notes of a play wider than the range between stops or a start outside the travel."""
     return [*_wide_plays(document, blocks, joints), *_travel(document, blocks, start)]
 
 
@@ -35,14 +34,17 @@ def _wide_plays(
                     f"{between[0]} leaves it {between[1]:.6g}",
                 )
                 found.append(
-                    f"the play of {link.name}, {play:.6g} {unit} at {blocks.names[block]}, is wider than its way: {stops} {unit}"
+                    f"the play of {link.name}, {play:.6g} {unit} at {blocks.names[block]}, is "
+                    f"wider than its way: {stops} {unit}"
                 )
     return found
 
 
 def way_between_stops(document: Mechanism, block: str) -> tuple[str, float] | None:
-    """The end stop that leaves the block least way, and that [rad | m]; None where none bounds it
-    on both sides."""
+    """Return the stop or stops that limit a block most, and the range between them [rad | m].
+
+    The result is None if the block is not limited on both sides.
+    """
     stops = [
         (name, link)
         for name, link in document.links.items()
@@ -68,5 +70,6 @@ def _travel(document: Mechanism, blocks: BlockNames, start: Vector) -> list[str]
         return []
     unit = si_unit("position", blocks.kind(f"sensors.{sensor}.on", block))
     return [
-        f"travel from {travel.low:.6g} to {travel.high:.6g} {unit} does not hold where {block} starts, {place:.6g} {unit}"
+        f"travel from {travel.low:.6g} to {travel.high:.6g} {unit} does not hold where "
+        f"{block} starts, {place:.6g} {unit}"
     ]
