@@ -1,4 +1,4 @@
-"""Logs to parameters with intervals, one method per file."""
+"""Identify sliding friction, breakaway and inertia of an axis from logs, with intervals."""
 
 from typing import TYPE_CHECKING
 

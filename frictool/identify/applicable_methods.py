@@ -1,5 +1,7 @@
-"""Which methods of identification a log can feed, by what has been seen of it; what it then gives,
-the method itself says."""
+"""List which identification methods a log can be used with, from a survey of its stream.
+
+A method may still refuse a log that passes here; its message then states the reason.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +13,17 @@ from frictool.logs.quality.survey import POSITION, StreamSurvey
 
 BREAKAWAY, VELOCITY = "breakaway", "velocity"
 DRIVES = ("effort", "current", "voltage")
-# of the way in a sample at top speed: one count of an encoder from which plain differences give a
-# velocity's sign
+# largest encoder step relative to the distance per sample at top speed; up to it, plain differences
+# give the sign of the velocity
 COARSEST = 0.1
 
 
 def applicable_methods(seen: StreamSurvey, kind: str | None) -> dict[str, str | None]:
-    """Method -> None where the stream can feed it, else why not; `breakaway` is the evaluation of
-    ramps."""
+    """Return a mapping of method to None if the stream suits it, or to the reason if it does not.
+
+    The key `breakaway` stands for the evaluation of breakaway ramps. `kind` is the kind of test
+    that was detected, such as "ramp" or "rest".
+    """
     why = _nothing_to_use(seen, kind)
     blind = None if POSITION in seen.signals else "there is no position"
     out = {
@@ -36,7 +41,7 @@ def applicable_methods(seen: StreamSurvey, kind: str | None) -> dict[str, str | 
 
 
 def _nothing_to_use(seen: StreamSurvey, kind: str | None) -> str | None:
-    """What every method needs and the stream has not."""
+    """Return why no method can use the stream, or None."""
     if POSITION not in seen.signals and VELOCITY not in seen.signals:
         return "there is no position and no velocity"
     if not any(name in seen.signals for name in DRIVES):
@@ -48,12 +53,15 @@ def _nothing_to_use(seen: StreamSurvey, kind: str | None) -> str | None:
     intervals = np.diff(seen.opening.time) * seen.base.rate_hz
     broken = float(np.mean(np.abs(intervals - 1.0) > JITTER))
     if broken > MOST_BROKEN:
-        return f"{100 * broken:.0f} % of the intervals are off the period (allowed: {100 * MOST_BROKEN:g} %); resample first"
+        return (
+            f"{100 * broken:.0f} % of the intervals are off the period (allowed: "
+            f"{100 * MOST_BROKEN:g} %); resample first"
+        )
     return None
 
 
 def _no_sliding(seen: StreamSurvey, kind: str | None) -> str | None:
-    """Why the motion does not tell the parameters of sliding."""
+    """Return why the motion does not reveal the sliding parameters, or None."""
     if kind == "ramp":
         return "the axis rests for most of the time; sliding needs a log of motion"
     if seen.velocity is not None and not seen.velocity[0] < 0.0 < seen.velocity[1]:
@@ -62,7 +70,7 @@ def _no_sliding(seen: StreamSurvey, kind: str | None) -> str | None:
 
 
 def _too_rough(seen: StreamSurvey) -> str | None:
-    """Why plain differences do not give velocities here."""
+    """Return why plain differences do not give usable velocities, or None."""
     if seen.base.gaps:
         return f"there are {seen.base.gaps} gaps, over which its filters cannot run"
     step = seen.signals[POSITION].step
@@ -71,7 +79,8 @@ def _too_rough(seen: StreamSurvey) -> str | None:
     way = max(map(abs, seen.velocity)) / seen.base.rate_hz
     share = step / way
     return (
-        f"a count is {100 * share:.2g} % of the way in a sample at top speed (allowed: {100 * COARSEST:g} %)"
+        f"a count is {100 * share:.2g} % of the way in a sample at top speed (allowed: "
+        f"{100 * COARSEST:g} %)"
         if share > COARSEST
         else None
     )

@@ -1,7 +1,8 @@
-"""Many actuators, or many records of one: a model for each log, or for the logs of each folder.
+"""Identify many logs in one run: one model for each log, or one for the logs of each folder.
 
-logs ──groups──▶ Group, Group, ... ──shared by workers/──▶ One, One, ... ──▶ model.yaml each, a
-table, population.py
+    logs -> groups() -> LogGroup, ... -> identify_groups(), on several cores -> BatchResult, ...
+
+Each BatchResult with a model becomes one `model.yaml` and one row of the batch's table.
 """
 
 from __future__ import annotations
@@ -34,14 +35,17 @@ from frictool.logs.fleet import FleetLog
 from frictool.logs.origin import LogOrigin, NamePatterns, origin_by_name, origin_of_log
 from frictool.workers.shared_files import Paths, share_files
 
-# bytes of all logs, below which the start of further processes takes longer than they save
+# bytes of all logs together; for fewer, starting more processes takes longer than it saves
 WORTH_SHARING = 10_000_000
 
 
 @dataclass(frozen=True)
 class LogGroup:
-    """The logs of one model. name: of its file, without the ending. words: the command that makes
-    this model alone."""
+    """Logs of one model.
+
+    - name: name of the model file, without its suffix
+    - words: command line that makes this model alone
+    """
 
     name: str
     members: tuple[FleetLog, ...]
@@ -49,14 +53,17 @@ class LogGroup:
 
     @property
     def files(self) -> str:
-        """What its logs are called."""
+        """Return the file names of the logs, separated by semicolons."""
         return "; ".join(member.name.file for member in self.members)
 
 
 @dataclass(frozen=True)
 class BatchModel:
-    """What a group has given. text: the model as YAML. view: what `identify --json` prints of
-    it."""
+    """Identified model of one group.
+
+    - text: model as YAML
+    - view: what `identify --json` prints for this model
+    """
 
     identified: dict[str, Interval]
     method: str
@@ -68,8 +75,10 @@ class BatchModel:
 
 @dataclass(frozen=True)
 class BatchResult:
-    """Result of a group, or the reason why it has no model. code: exit code for that reason, 0 with
-    a model."""
+    """Model of a group, or the reason why it has none.
+
+    - code: exit code that belongs to the reason; 0 if there is a model
+    """
 
     group: LogGroup
     origin: LogOrigin
@@ -84,7 +93,7 @@ class BatchResult:
 
 
 def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
-    """The logs that belong together, in the order given; each group has a name of its own."""
+    """Return the logs grouped by file (`each` = "log") or by folder; group names are unique."""
     together: dict[Path, list[FleetLog]] = {}
     for member in members:
         together.setdefault(member.path if each == "log" else member.path.parent, []).append(member)
@@ -98,7 +107,7 @@ def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
 
 
 def _called(members: list[FleetLog], each: str) -> PurePosixPath:
-    """What a group is called: its log, or the folder that its logs are in."""
+    """Return the path that names a group: its log, or the folder that holds its logs."""
     log = PurePosixPath(members[0].name.file)
     if each == "log":
         return log
@@ -106,8 +115,10 @@ def _called(members: list[FleetLog], each: str) -> PurePosixPath:
 
 
 def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
-    """The same without what may not be in a name below a folder: where a path from the root begins,
-    as far as they agree, and `..`."""
+    """Return the paths as relative paths without `..`, so that they can be created below a folder.
+
+    Absolute paths lose the part that is common to all of them.
+    """
     rooted = [one for one in called if one.is_absolute()]
     top = (
         PurePosixPath(os.path.commonpath([one.parent for one in rooted]))
@@ -119,8 +130,7 @@ def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
 
 
 def _names(called: list[PurePosixPath]) -> list[str]:
-    """The names without an ending where that tells them apart, with it where not, and numbered
-    where nothing does."""
+    """Return unique names: without suffix if that is unique, else with suffix, else numbered."""
     plain = [one.with_suffix("").as_posix() for one in called]
     whole = [
         short if plain.count(short) == 1 else one.as_posix()
@@ -136,9 +146,12 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 
 @dataclass(frozen=True)
 class IdentifyJob:
-    """One group, wherever its logs are read. bench: as YAML, for pickle does not keep which fields
-    were left to their defaults, and a model has its bench verbatim. bench_input: what the
-    provenance of a model says of it.
+    """Callable that identifies one group of logs, in this process or in a worker.
+
+    - bench: the bench as YAML. Pickle does not keep which fields were left at their defaults, and
+      the model has to contain the bench verbatim.
+    - bench_input: entry of the bench in the model's provenance
+    - measure: estimate properties of the bench (backlash, delay), too
     """
 
     bench: str
@@ -149,6 +162,7 @@ class IdentifyJob:
     patterns: NamePatterns = field(default_factory=NamePatterns)
 
     def __call__(self, paths: Paths, group: LogGroup) -> BatchResult:
+        """Return the model of the group, or the reason why it has none."""
         try:
             return self._identified(paths, group)
         except UnusableLogs as error:
@@ -159,8 +173,12 @@ class IdentifyJob:
             return self._without(group, "needs more memory than there is", EXIT_INPUT)
         except OSError as error:
             return self._without(group, f"cannot be read: {error.strerror or error}", EXIT_INPUT)
-        except Exception as error:  # a mistake of ours with one log must not take the others along
-            reason = f"could not be identified ({type(error).__name__}: {error}); identify it alone to see more"
+        except Exception as error:  # a programming error with one log must not stop the other logs
+            reason = (
+                f"could not be identified ({type(error).__name__}: {error}); identify it "
+                "alone "
+                "to see more"
+            )
             return self._without(group, _named(reason, paths, group), EXIT_INPUT)
 
     def _identified(self, paths: Paths, group: LogGroup) -> BatchResult:
@@ -195,7 +213,7 @@ class IdentifyJob:
         return BatchResult(group, origin, found)
 
     def _origin(self, logs: Sequence[IdentificationLog], group: LogGroup) -> LogOrigin:
-        """Of all of them; the earliest date. Raises LogError where they are of several units."""
+        """Return the unit and the earliest date of the logs; raise LogError for several units."""
         origins = [
             origin_of_log(one.log, member.name, self.patterns)
             for one, member in zip(logs, group.members, strict=True)
@@ -204,13 +222,14 @@ class IdentifyJob:
         if len(units) > 1:
             raise LogError(
                 group.name,
-                f"holds logs of several units ({', '.join(units)}), and a model is of one; take --each log",
+                f"holds logs of several units ({', '.join(units)}), and a model is of one; take "
+                "--each log",
             )
         dates = sorted(one.date for one in origins if one.date is not None)
         return LogOrigin(units[0] if units else None, dates[0] if dates else None)
 
     def gone(self, group: LogGroup, reason: str) -> BatchResult:
-        """In place of what it would have given."""
+        """Return the result of a group that could not be run, with the reason."""
         return self._without(group, reason, EXIT_INPUT)
 
     def _without(self, group: LogGroup, reason: str, code: int) -> BatchResult:
@@ -221,14 +240,16 @@ class IdentifyJob:
 
 @functools.lru_cache(maxsize=4)
 def _bench(text: str) -> Bench:
-    """The document of a bench's YAML, which was read before."""
+    """Return the bench of a YAML text that has been validated before."""
     path = Path("bench.yaml")
     return cast(Bench, DocumentReader(path).read(compose(text, path), Bench, ""))
 
 
 def _named(text: str, paths: Paths, group: LogGroup) -> str:
-    """A message with the logs' names in place of where they were read; without, where there is but
-    one."""
+    """Return the message with the logs' names instead of the paths they were read from.
+
+    With a single log, the leading path is removed.
+    """
     if len(paths) == 1:
         text = text.removeprefix(f"{paths[0]}: ")
     for path, member in zip(paths, group.members, strict=True):
@@ -244,10 +265,12 @@ def identify_groups(
     cluster: str | None = None,
     tick: Callable[[float], None] = lambda part: None,
 ) -> Iterator[tuple[int, BatchResult]]:
-    """Place and model of each group, in the order in which they are done. cores, cluster: who does
-    it, as `workers/share.py`; few bytes are identified in this process.
+    """Yield the index and the result of each group, in the order of completion.
 
-    tick: is told the part of them that is done.
+    Batches of less than WORTH_SHARING bytes run in this process unless `cores` is set.
+
+    - cores, cluster: number of processes and address of a cluster (`workers/share.py`)
+    - tick: callback that takes the completed fraction, 0 to 1
     """
     jobs = [(tuple(member.path for member in group.members), group) for group in asked]
     few = (

@@ -1,5 +1,4 @@
-"""The table of a batch: a row a model, as CSV, Parquet, text and for programs; and whether its
-parameters are of one population."""
+"""Table of a batch, one row per model, as CSV, Parquet, text or JSON, with population tests."""
 
 from __future__ import annotations
 
@@ -35,24 +34,27 @@ COLUMNS = (
 )
 PARQUET = (".parquet", ".pq")
 MONTH_DAYS = 30.0
-MOST_NAMED = 5  # units, in a line
+MOST_NAMED = 5  # largest number of units named in one line
 
 
 def model_file(one: BatchResult) -> str | None:
-    """The file of its model, below the folder of all."""
+    """Return the path of the model file relative to the output folder, or None without a model."""
     return None if one.found is None else f"{one.group.name}.yaml"
 
 
 def ordered(batch: Sequence[BatchResult]) -> list[BatchResult]:
-    """By unit, date and file."""
+    """Return the results sorted by unit, date and file."""
     return sorted(
         batch, key=lambda one: (one.origin.unit or "", one.origin.date or "", one.group.files)
     )
 
 
 def cells(one: BatchResult) -> dict[str, Any]:
-    """Column -> value, None where there is none. A parameter that the logs have not given has none,
-    whatever the model carries for it."""
+    """Return a mapping of column to value, None for an empty cell.
+
+    Only parameters that were identified from the logs have values; values of the bench in the model
+    do not count.
+    """
     row: dict[str, Any] = dict.fromkeys(COLUMNS)
     row |= {
         "unit": one.origin.unit,
@@ -74,7 +76,7 @@ def cells(one: BatchResult) -> dict[str, Any]:
 
 
 def as_csv(batch: Sequence[BatchResult]) -> str:
-    """With a line of names first; RFC 4180, but for line ends of one character."""
+    """Return the table as CSV with a header line (RFC 4180, but with LF line ends)."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -91,8 +93,7 @@ def as_csv(batch: Sequence[BatchResult]) -> str:
 def write_parquet(
     batch: Sequence[BatchResult], bench: Bench, target: BinaryIO, provenance: dict[str, str]
 ) -> None:
-    """The same as Parquet: dates as time stamps in UTC, the unit of a parameter in its fields'
-    metadata."""
+    """Write the table as Parquet: dates as UTC time stamps, units in the metadata of the fields."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -115,7 +116,7 @@ def write_parquet(
 
 
 def require_parquet(target: Path) -> None:
-    """Raises LogError about `target` where the library that writes it is not installed."""
+    """Raise LogError about `target` if it is a Parquet file and pyarrow is not installed."""
     if target.suffix.lower() in PARQUET:
         library(target, "pyarrow.parquet", "parquet")
 
@@ -126,7 +127,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Parameter -> its population, where two models at least have it."""
+    """Return the population of each parameter that at least two models have identified."""
     values: dict[str, list[UnitValue]] = {name: [] for name in FOUND}
     for one in batch:
         if one.found is not None:
@@ -137,7 +138,7 @@ def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[s
 
 
 def headline(batch: Sequence[BatchResult]) -> str:
-    """All of it in one line."""
+    """Return a one-line summary: number of models and units, and groups without a model."""
     units = len({one.origin.unit for one in batch if one.origin.unit is not None})
     lost, empty = (
         sum(one.lost for one in batch),
@@ -152,7 +153,7 @@ def headline(batch: Sequence[BatchResult]) -> str:
 
 
 def reasons(batch: Sequence[BatchResult]) -> list[str]:
-    """A line for each that has no model, and for what is odd about one that has."""
+    """Return one line per missing model and one per warning about an identified model."""
     lines = []
     first: dict[tuple[tuple[str, Interval], ...], BatchResult] = {}
     for one in batch:
@@ -165,31 +166,34 @@ def reasons(batch: Sequence[BatchResult]) -> list[str]:
             same = first.setdefault(tuple(one.found.identified.items()), one)
             if same is not one:
                 told.append(
-                    f"warning: gives the same numbers as {same.group.files}; a log that is there twice makes a population look alike"
+                    f"warning: gives the same numbers as {same.group.files}; a log that is there "
+                    "twice makes a population look alike"
                 )
         lines += [f"{one.group.files}: {text}" for text in told]
     return lines
 
 
 def population_lines(found: dict[str, Population], bench: Bench) -> list[str]:
-    """For people: what each parameter scatters, what its intervals let expect, and what follows."""
+    """Return a text table with scatter, expected scatter and conclusion of each parameter."""
     if not found:
         return []
     width = max(map(len, ("parameter", *found))) + 2
     lines = [
-        f"{'parameter':<{width}}{'models':>6}{'mean':>12}{'spread':>12}{'expected':>12}  {'unit':<11} one population?"
+        f"{'parameter':<{width}}{'models':>6}{'mean':>12}{'spread':>12}{'expected':>12}  "
+        f"{'unit':<11} one population?"
     ]
     for name, one in found.items():
         figures = f"{one.count:>6}{one.mean:>12.5g}{one.spread:>12.3g}{one.expected:>12.3g}"
         lines.append(f"{name:<{width}}{figures}  {unit_of(name, bench):<11} {conclusion(one)}")
     lines.append(
-        "spread: standard deviation of the values; expected: what their intervals let expect of one population"
+        "spread: standard deviation of the values; expected: what their intervals let expect of "
+        "one population"
     )
     return lines
 
 
 def conclusion(one: Population) -> str:
-    """What the tests say."""
+    """Return in words if the values come from one population, and if not, which tests reject it."""
     no = []
     if one.between is not None and one.rejects(one.between):
         no.append(f"units differ by {one.between.beyond:.2g} {_p(one.between.p)}")
@@ -198,7 +202,8 @@ def conclusion(one: Population) -> str:
         no.append(f"logs of one unit{which} differ by {one.within.beyond:.2g} {_p(one.within.p)}")
     if one.drift is not None and one.rejects(one.drift):
         no.append(
-            f"it drifts by {MONTH_DAYS * one.drift.slope.value:+.2g} in {MONTH_DAYS:g} days {_p(one.drift.p)}"
+            f"it drifts by {MONTH_DAYS * one.drift.slope.value:+.2g} in {MONTH_DAYS:g} days "
+            f"{_p(one.drift.p)}"
         )
     if not no and one.rejects(one.whole):
         no.append(
@@ -214,7 +219,7 @@ def _p(p: float) -> str:
 def as_json(
     batch: Sequence[BatchResult], found: dict[str, Population], bench: Bench
 ) -> dict[str, Any]:
-    """The machine's view: each as `identify` alone prints it, and the populations."""
+    """Return the batch as JSON: each model as `identify --json` prints it, and the populations."""
     return {
         "models": [
             {

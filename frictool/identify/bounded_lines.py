@@ -1,12 +1,12 @@
-"""Text for people in lines of bounded length."""
+"""Join lines of text, with long lines broken between words."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable
 
-LONGEST = 240  # characters of a line
-INDENT = 4  # characters, of the lines that continue one, beyond its own indent
+LONGEST = 240  # characters, longest line
+INDENT = 4  # characters, extra indent of continuation lines
 
 
 def bounded(lines: Iterable[str]) -> str:

@@ -1,18 +1,19 @@
-"""Find strokes whose logged effort is constant although the motion is not: a saturated sensor, or a
-command in place of a measurement.
+"""Find strokes with constant logged effort and varying speed.
 
-A constant effort is explained by Coulomb friction and an offset of its own size, with next to no
-residual, whatever the axis is. Inertia and viscous friction then come out near zero in narrow
-intervals. A constant effort is evidence of the axis only
+The cause is a saturated sensor, or a command that was logged in place of a measurement.
 
-    at constant speed                 nothing changes that the effort would have to follow
-    at several levels                 an open-loop test: the axis explains what the levels have in
-                                      common
-    at zero                           the axis coasts
+A constant effort is fitted almost exactly by Coulomb friction and an offset, whatever the axis is.
+Inertia and viscous friction then come out near zero in narrow intervals. A constant effort is valid
+data only
 
-A stroke is proved constant if the effort stays within a band for most of its motion although the
-change of acceleration there, with the least inertia of the bench, needs several times the band. If
-the proved strokes of a direction share one level, every stroke at that level is constant.
+- at constant speed, since nothing changes that the effort would have to follow;
+- at several levels (an open-loop test), since the axis explains what the levels have in common;
+- at zero, since the axis coasts.
+
+A stroke is proved constant if two conditions hold. The effort stays within a band for most of the
+motion, and the change of acceleration there, times the least inertia of the bench, needs several
+times the band. If the proved strokes of a direction share one level, every stroke of that direction
+at that level counts as constant.
 """
 
 from __future__ import annotations
@@ -29,25 +30,26 @@ from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.rows.strokes import find_strokes
 
-ENDS = 0.05  # of a stroke's travel at either end, where the axis may rest
-SHORTEST = 20  # samples of a stroke's motion
-NOISE_BAND = 6.0  # width of the band in standard deviations of the effort's noise
-LEAST_BAND = 0.2  # width of the band relative to the level, as wide as the torque ripple of a drive
-IN_BAND = 0.8  # share of a stroke's motion that the band holds
+ENDS = 0.05  # share of a stroke's travel excluded at either end, since the axis may rest there
+SHORTEST = 20  # samples, shortest motion of a stroke that is examined
+NOISE_BAND = 6.0  # width of the band, in standard deviations of the effort's noise
+# least width of the band relative to the level, about the torque ripple of a drive
+LEAST_BAND = 0.2
+IN_BAND = 0.8  # least share of a stroke's motion inside the band
 DEMAND = 2.0  # least effort that the change of acceleration needs, in widths of the band
-SURE = 3.0  # standard deviations of the encoder's counts
-ONE_LEVEL = (
-    0.75  # share of the proved strokes of a direction that lie within a band of their median
-)
+SURE = 3.0  # standard deviations of quantisation noise subtracted from the change of acceleration
+# least share of the proved strokes of a direction that lie within a band of their median
+ONE_LEVEL = 0.75
 MOST = 0.5  # share of the motion above which a record is refused
 
 
 @dataclass(frozen=True)
 class ConstantStretch:
-    """Effort within one band in the samples [start, end) of a stroke: `level` and width of the
-    `band` in N m | N, `direction` +-1.
+    """Effort within one band in the samples [start, end) of a stroke.
 
-    proved: the acceleration needs an effort that changes there.
+    - level, band: level and width of the band, N m | N
+    - direction: +1 or -1
+    - proved: the acceleration needs an effort that changes there
     """
 
     start: int
@@ -61,12 +63,11 @@ class ConstantStretch:
 def without_constant_effort(
     records: list[MotionRecord], bench: Bench
 ) -> tuple[list[MotionRecord], list[str]]:
-    """Return the records without their constant stretches, and a warning for each record that lost
-    some.
+    """Return the records without their constant stretches, and a warning for each shortened record.
 
     Raises
     ------
-    NothingUsable
+    UnusableLogs
         If the effort of a record is constant for more than half of its motion.
     """
     kept, warnings = [], []
@@ -81,12 +82,15 @@ def without_constant_effort(
             si_unit("effort", bench.axis),
         )
         found = (
-            f"{Path(record.name).name}: the effort stays near {first.level:.4g} {unit} for {100.0 * lost / moving:.0f} % of the motion, "
-            f"from {record.time[first.start]:.6g} s on, while the axis changes its speed: a saturated measurement, or a command"
+            f"{Path(record.name).name}: the effort stays near {first.level:.4g} {unit} for "
+            f"{100.0 * lost / moving:.0f} % of the motion, "
+            f"from {record.time[first.start]:.6g} s on, while the axis changes its speed: a "
+            "saturated measurement, or a command"
         )
         if lost > MOST * moving:
             raise UnusableLogs(
-                f"{found}; log the measured current with a range that it does not leave, or more than one level of effort"
+                f"{found}; log the measured current with a range that it does not leave, or more "
+                "than one level of effort"
             )
         warnings.append(f"{found}; these samples are left out")
         kept.append(_without(record, stretches))
@@ -122,8 +126,7 @@ def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[Constan
 
 
 def _noise(effort: Vector) -> float:
-    """Return the standard deviation of the noise of an effort (n,), from its second differences; a
-    few large ones do not count."""
+    """Return the noise (standard deviation) of an effort (n,) from the median second difference."""
     return (
         float(np.median(np.abs(np.diff(effort, 2)))) / (0.6745 * np.sqrt(6.0))
         if effort.size > 2
@@ -134,8 +137,7 @@ def _noise(effort: Vector) -> float:
 def _stretch(
     record: MotionRecord, part: slice, noise: float, inertia: float, direction: float
 ) -> ConstantStretch | None:
-    """Return the part of a stroke whose effort is within one band, if that is most of its
-    motion."""
+    """Return the part of a stroke with effort in one band, or None if it is too short."""
     effort = record.effort[part]
     band = max(noise, LEAST_BAND * abs(float(np.median(effort))))
     level = _densest(effort, band)
@@ -145,12 +147,10 @@ def _stretch(
     first, last = part.start + int(inside[0]), part.start + int(inside[-1]) + 1
     position, duration = record.position[first:last], (last - first) * record.period
     cubic = legfit(np.linspace(-1.0, 1.0, position.size), position, 3)[3]
-    counts = (
-        record.resolution / np.sqrt(12.0) * np.sqrt(7.0 / position.size)
-    )  # standard deviation of the acceleration by the counts
-    change = (
-        120.0 * max(abs(float(cubic)) - SURE * counts, 0.0) / duration**2
-    )  # change of the acceleration over the stretch
+    # standard deviation of the cubic coefficient caused by quantisation
+    counts = record.resolution / np.sqrt(12.0) * np.sqrt(7.0 / position.size)
+    # change of the acceleration over the stretch, rad/s^2 | m/s^2
+    change = 120.0 * max(abs(float(cubic)) - SURE * counts, 0.0) / duration**2
     return ConstantStretch(first, last, level, band, direction, inertia * change > DEMAND * band)
 
 
@@ -163,8 +163,7 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches of a direction at the level that the proved ones share, or none if these
-    have several levels."""
+    """Return the stretches at the level shared by the proved ones, or none if there are several."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []

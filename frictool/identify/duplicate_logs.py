@@ -1,4 +1,4 @@
-"""Two records that are one log, by what they hold and not by their names."""
+"""Detect two records that hold the same log, by their samples and not by their names."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ import numpy as np
 from frictool.errors import LogError
 from frictool.identify.motion_record import MotionRecord
 
-SAME_EFFORT = 1e-9  # relative to the largest: two files of one log may round differently
+# largest difference relative to the largest effort; copies of a log may be rounded differently
+SAME_EFFORT = 1e-9
 
 
 def refuse_duplicates(records: Sequence[MotionRecord]) -> None:
-    """Raises LogError where two records are one log: counted twice, it would narrow every interval
-    and tell nothing more."""
+    """Raise LogError if two records hold the same log.
+
+    A log that is counted twice narrows every interval without adding information.
+    """
     for place, one in enumerate(records):
         for other in records[:place]:
             if _same_log(one, other):

@@ -1,5 +1,4 @@
-"""What identification hands over: values with intervals, what was refused and why, and how well the
-data are explained."""
+"""Result of an identification method: values with intervals, refusals, and quality of the fit."""
 
 from __future__ import annotations
 
@@ -8,14 +7,10 @@ from dataclasses import dataclass, field
 from frictool.documents.laws import Laws
 from frictool.errors import EXIT_NO, FrictoolError
 
-SLIDING = (
-    "inertia",
-    "viscous",
-    "coulomb",
-    "offset",
-)  # effort = inertia a + viscous v + coulomb sign(v) + offset
+# effort = inertia a + viscous v + coulomb sign(v) + offset
+SLIDING = ("inertia", "viscous", "coulomb", "offset")
 PARAMETERS = (*SLIDING, "breakaway")
-CURVE = ("stribeck_velocity",)  # parameters of the law of sliding that not every method looks for
+CURVE = ("stribeck_velocity",)  # parameters of the sliding law that only some methods estimate
 DIMENSIONS = {
     "inertia": "inertia",
     "viscous": "viscous",
@@ -27,14 +22,14 @@ DIMENSIONS |= {"stribeck_velocity": "velocity"}
 
 
 class UnusableLogs(FrictoolError):
-    """A log is in order and yet gives nothing: the message says why."""
+    """Logs that are valid, but from which nothing can be identified; the message says why."""
 
     exit_code = EXIT_NO
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A value in SI and the interval that holds the truth at the stated confidence."""
+    """Estimate in SI units and its confidence interval [low, high]."""
 
     value: float
     low: float
@@ -42,21 +37,26 @@ class Interval:
 
     @property
     def half_width(self) -> float:
+        """Return half of the interval's width."""
         return 0.5 * (self.high - self.low)
 
 
 @dataclass(frozen=True)
 class SlidingFit:
-    """The sliding parameters of one method.
+    """Sliding parameters of one method.
 
-    parameters: name -> interval. refused: name -> reason, with figures. residual,
-    held_out_residual: rms of the residual over rms of the right-hand side in the method's own
-    equations, on the fitted and on unseen strokes; two methods cannot be compared by them.
-    force_error: that of `force_error.py`, by which methods can be compared; `identify` fills it in.
-    details: figures of the method. laws: what the method found of friction beyond the parameters.
-    method, why: which method it is and why, where it was chosen. dropped: parameters taken to be 0,
-    since strokes that the fit did not see are predicted no worse without them. fixed: parameters
-    that were held at the interval of the bench.
+    - parameters: name -> interval
+    - refused: name -> reason, with figures
+    - residual, held_out_residual: rms of the residual over rms of the right-hand side in the
+      method's own equations, on the fitted and on unseen strokes; not comparable between methods
+    - condition: condition number of the regressors
+    - samples: number of rows or samples in the fit
+    - details: figures that are specific to the method
+    - laws: friction and load beyond the sliding parameters
+    - method, why: name of the method, and the reason if it was chosen automatically
+    - dropped: parameters set to 0, since unseen strokes are predicted no worse without them
+    - fixed: parameters that were held at the interval of the bench
+    - force_error: error of `force_error.py`, comparable between methods; set by `identify`
     """
 
     parameters: dict[str, Interval]

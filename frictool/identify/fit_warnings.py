@@ -1,5 +1,8 @@
-"""Warnings about an identified model: it contradicts the bench, bench values make it worse, or it
-leaves much of the effort unexplained."""
+"""Warnings about an identified model.
+
+A model is doubtful if it contradicts the bench, if values of the bench increase its force error, or
+if it leaves much of the effort unexplained.
+"""
 
 from __future__ import annotations
 
@@ -10,24 +13,29 @@ from frictool.documents.quantity import Quantity
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
 
-# above it the effort is noisy, or something in it is not in the model, of which no interval knows
+# force error or relative residual above which the effort is noisy or the model incomplete; the
+# intervals do not include either
 DOUBTFUL_FORCE_ERROR = 0.2
-# force error with values of the bench, relative to that of the log's own values, above which a
-# warning is given
+# force error with values of the bench, relative to that with the log's own values, above which a
+# warning is issued
 WORSE = 1.5
 
 
 def contradiction_warnings(found: Mapping[str, Interval], bench: Bench) -> list[str]:
-    """Return a warning for each identified parameter whose interval has no value in common with the
-    bench's."""
+    """Return a warning for each parameter whose interval does not overlap the bench's interval."""
     out = []
     for name, interval in found.items():
         known: Quantity | None = getattr(bench.mechanics, name, None)
         if known is not None and contradicts(interval, known):
-            shown = f"the log's interval [{interval.low:.4g}, {interval.high:.4g}] lies wholly outside the bench's"
+            shown = (
+                f"the log's interval [{interval.low:.4g}, {interval.high:.4g}] lies wholly "
+                "outside the bench's"
+            )
             out.append(
-                f"{name}: {shown} [{known.low:.4g}, {known.high:.4g}]; the log's value is used, since the bench's does not explain the "
-                f"log: correct mechanics.{name} of the bench, or, if that is certain, leave out the log: it is of another rig, or of a "
+                f"{name}: {shown} [{known.low:.4g}, {known.high:.4g}]; the log's value is used, "
+                "since the bench's does not explain the "
+                f"log: correct mechanics.{name} of the bench, or, if that is certain, leave out "
+                "the log: it is of another rig, or of a "
                 "motion that the model does not describe"
             )
     return out
@@ -36,10 +44,11 @@ def contradiction_warnings(found: Mapping[str, Interval], bench: Bench) -> list[
 def replacement_warnings(
     free: SlidingFit, final: SlidingFit, found: Mapping[str, Interval]
 ) -> list[str]:
-    """Return a warning if values of the bench in place of the log's raise the force error.
+    """Return a warning if values of the bench in place of the log's increase the force error.
 
-    free: the fit in which the log gives all parameters that the method can give. final: the fit
-    behind the model.
+    - free: fit in which every parameter that the method estimates comes from the log
+    - final: fit of the model, with refused parameters fixed at values of the bench
+    - found: identified parameters of the model
     """
     replaced = [name for name in SLIDING if name in free.parameters and name not in found]
     if (
@@ -54,14 +63,15 @@ def replacement_warnings(
         for name in replaced
     )
     return [
-        f"the bench's values replace {values} of the log, and raise the force error from {100 * free.force_error:.3g} % to "
-        f"{100 * final.force_error:.3g} %; correct them in the bench, or record a log that tells them"
+        f"the bench's values replace {values} of the log, and raise the force error from "
+        f"{100 * free.force_error:.3g} % to "
+        f"{100 * final.force_error:.3g} %; correct them in the bench, or record a log that tells "
+        "them"
     ]
 
 
 def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
-    """Return a warning if the model, or the method in its own equations, leaves a large part of the
-    effort unexplained."""
+    """Return a warning if the model or the method leaves a large part of the effort unexplained."""
     shown, left = "force error", fit.force_error or 0.0
     if left <= DOUBTFUL_FORCE_ERROR:
         shown, left = "residual of the method's own equations", fit.residual
@@ -73,6 +83,7 @@ def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
         else "look at frictool validate, or use --method auto"
     )
     return [
-        f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, or something acts that is not in the "
+        f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is "
+        "noisy, or something acts that is not in the "
         f"model, and the intervals do not hold that; {advice}"
     ]

@@ -1,14 +1,15 @@
-"""Force error of a model along a measured motion: one definition for every method, for the gates
-and for `validate`.
+"""Force error of a model along a measured motion, defined alike for every method.
 
-    force error = rms(g * u - (inertia c * x + friction(g * dx, x) + offset + g * load(x))) / rms(g
-    * u)
+    force error = rms(g * u - model) / rms(g * u)
+    model = inertia (g * ddx) + friction(g * dx, g * x) + offset + load(g * x)
 
-The sums run over the single samples that certainly slip (`rows/slip_mask.py`). Every signal is
-smoothed by the same zero-phase kernel (`rows/smoothing.py`), so that only the band of the motion
-counts. The window reduces the encoder's noise to 0.75 % of the acceleration, but is at most a sixth
-of a stroke. It is halved until at least one sample slips over the whole window. The window depends
-on the log alone, not on the method, so that the figures of two methods can be compared.
+Here g * is smoothing by a zero-phase kernel (`rows/smoothing.py`); all signals are smoothed alike,
+so that only the frequency band of the motion counts. The rms is taken over the samples that
+certainly slip (`rows/slip_mask.py`).
+
+The smoothing window reduces the encoder's noise to 0.75 % of the acceleration, but is at most a
+sixth of a stroke. It is shortened until at least one sample slips over the whole window. It depends
+on the log alone, not on the method, so that two methods can be compared.
 """
 
 from __future__ import annotations
@@ -30,17 +31,16 @@ from frictool.identify.rows.smoothing import SHORTEST, bump, choose_window, smoo
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.axis_model import load_law
 
-MOST_SAMPLES, PARTS = 500_000, 20  # number of evenly spaced parts that are used of longer logs
+# largest number of samples evaluated; number of evenly spaced parts taken of longer logs
+MOST_SAMPLES, PARTS = 500_000, 20
 
-Values = Mapping[
-    str, float
-]  # the four sliding parameters in SI, and breakaway and stribeck_velocity where the law has them
+# sliding parameters in SI units, with breakaway and stribeck_velocity if the law has them
+Values = Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class SlipRows:
-    """Smoothed signals (m,) in SI of the samples `index` (m,) of a record that are certain to
-    slip."""
+    """Smoothed signals (m,) in SI units at the samples `index` (m,) that certainly slip."""
 
     index: NDArray[np.int64]
     position: Vector
@@ -49,7 +49,7 @@ class SlipRows:
     effort: Vector
 
     def modelled_effort(self, values: Values, laws: Laws | None) -> Vector:
-        """Return the effort (m,) of a model for the measured motion, N m | N."""
+        """Return the effort (m,) that a model predicts for the measured motion, N m | N."""
         effort = (
             values["inertia"] * self.acceleration
             + values["offset"]
@@ -79,8 +79,10 @@ def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
 
 
 def motion_rows(records: Sequence[MotionRecord], bench: Bench) -> list[SlipRows]:
-    """Return the slipping samples of all records, of evenly spaced parts if they are longer than
-    MOST_SAMPLES together."""
+    """Return the slipping samples of all records.
+
+    Of records that are longer than MOST_SAMPLES together, evenly spaced parts are used.
+    """
     share = MOST_SAMPLES / sum(record.position.size for record in records) if records else 1.0
     parts = (part for record in records for part in _parts(record, share))
     found = (slip_rows(part, bench) for part in parts)
@@ -109,8 +111,10 @@ def force_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> 
 def friction_in_slip(
     values: Values, laws: Laws | None, position: Vector, velocity: Vector
 ) -> Vector:
-    """Return the friction (n,) against the motion, N m | N, at positions and velocities (n,) in
-    slip."""
+    """Return the friction force (n,) at positions and velocities (n,) in slip, N m | N.
+
+    Its sign is that of the velocity.
+    """
     out = np.empty(velocity.size)
     for side, chosen in ((1.0, velocity >= 0.0), (-1.0, velocity < 0.0)):
         out[chosen] = side * _one_way(
@@ -152,7 +156,7 @@ def _one_way(
 def _factor(
     polynomial: Polynomial, side: float, low: float, high: float, position: Vector
 ) -> Vector:
-    """Return the factor (n,) of a level of friction at positions (n,) in rad | m."""
+    """Return the factor (n,) of a friction level at positions (n,) in rad | m, never negative."""
     terms = polynomial.forward if side > 0.0 else polynomial.backward or polynomial.forward
     curve = np.polynomial.polynomial.polyval(
         np.clip(position, low, high), normalised_coefficients(tuple(terms), low, high)

@@ -1,4 +1,4 @@
-"""Logs and a bench to a model: what `frictool identify` does, on values in memory."""
+"""Identify a model document from logs and a bench in memory, as `frictool identify` does."""
 
 from __future__ import annotations
 
@@ -24,8 +24,12 @@ from frictool.logs.log import Log
 
 @dataclass(frozen=True)
 class IdentifiedModel:
-    """model: the document. result: what was found and refused, and why. records: of the `logs` that
-    were given."""
+    """Model of an axis and the identification behind it.
+
+    - model: model document
+    - result: identified and refused parameters, with reasons
+    - records: records of the `logs` argument, without ramps and loops
+    """
 
     model: Model
     result: Identification
@@ -45,16 +49,46 @@ def identify(
     provenance: Provenance | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> IdentifiedModel:
-    """Identify the axis of the bench from logs; return the model, each parameter with its interval.
+    """Identify the axis of a bench from logs.
 
-    logs: logs of motion or of breakaway ramps; the kind is recognised. ramps: logs known to be
-    breakaway ramps. loops: slow loops of the effort below the breakaway, for presliding.
-    measurement: whether to estimate properties of the bench, too. method: a key of METHODS.
-    keep_bench_values: if the logs give neither inertia nor friction, return a model of the bench's
-    values, marked as such, instead of raising NothingIdentified. tell: callback for warnings about
-    the logs. Raises NothingIdentified (a NothingUsable) with the reasons where the logs give
-    neither inertia nor friction; LogError where a log is given twice, or cannot be one of this
-    bench.
+    Parameters
+    ----------
+    logs
+        Logs of motion or of breakaway ramps; the kind of each log is detected.
+    bench
+        Bench that the logs were recorded on.
+    ramps
+        Logs that are known to be breakaway ramps.
+    loops
+        Logs of slow effort loops below the breakaway, for presliding friction.
+    measurement
+        Also estimate properties of the bench, such as backlash and delay.
+    method
+        Key of METHODS.
+    settings
+        Confidence and options of the method; the defaults if None.
+    keep_bench_values
+        If the logs give neither inertia nor friction, return a model of the bench's values, marked
+        as such, instead of raising NothingIdentified.
+    provenance
+        Provenance of the model; by default it names this call.
+    tell
+        Callback for warnings about the logs.
+
+    Returns
+    -------
+    IdentifiedModel
+        Model with an interval for each parameter in SI units, and the identification behind it.
+
+    Raises
+    ------
+    NothingIdentified
+        If the logs give neither inertia nor friction, or if position and drive have opposite signs.
+        The message holds the reasons.
+    UnusableLogs
+        If only `loops` are passed and they do not give presliding friction.
+    LogError
+        If two logs are the same, or a log cannot be of this bench.
     """
     currents: list[Currents] = []
     records, slopes, slow = (
@@ -69,7 +103,7 @@ def identify(
     except NothingIdentified as error:
         result = error.result
         if alone and loops:
-            model = model_of(result, bench, origin)  # the loops give presliding friction
+            model = model_of(result, bench, origin)  # loops give presliding friction only
         elif keep_bench_values:
             model = bench_model(error, bench, origin)
         else:
@@ -87,8 +121,7 @@ def identify(
 def _records(
     logs: Sequence[Log], bench: Bench, currents: list[Currents], tell: Callable[[str], None]
 ) -> list[MotionRecord]:
-    """The logs as records; where one holds commanded and measured current, both are added to
-    `currents`."""
+    """Return the records of the logs; append commanded and measured currents to `currents`."""
     found = []
     for given in logs:
         one = prepare_log(given, bench)

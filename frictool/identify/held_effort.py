@@ -1,16 +1,15 @@
-"""Find a logged effort that is a slow sample: it changes far less often than the position is
-logged, and acted differently in between.
+"""Detect a logged effort that changes far less often than the position is logged.
 
-A current that is read at 20 Hz, or a set point that is held, repeats its value in many rows of a
-log at 1 kHz. On average it is late by half of the time between two updates, so that inertia and
-viscous friction come out wrong by tens of per cent, in narrow intervals.
+A current read at 20 Hz, or a set point that is held, repeats its value in many rows of a log at 1
+kHz. On average it is late by half of the time between two updates. Inertia and viscous friction
+then come out wrong by tens of per cent, in narrow intervals.
 
-A drive may really hold its effort between two updates of a slow controller. Both look alike in the
-effort, and differ in the motion: with y(t) for the effort that the motion needs, y_held(t) for its
-value at the last update, and the residual share b,
+A drive may also really hold its effort between two updates of a slow controller. Both cases look
+alike in the effort, but the motion differs. Let y be the effort that the motion needs, y_held its
+value at the last update, and b the residual share:
 
-    logged effort = (inertia a + viscous v + coulomb sign(v) + offset + declared loads) + b (y_held
-    - y)
+    logged effort = inertia a + viscous v + coulomb sign(v) + offset + declared loads
+                    + b (y_held - y)
 
 b is 1 for a slow sample and 0 for an effort that acted as it was logged.
 """
@@ -37,24 +36,26 @@ from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
 
 FEWEST_UPDATES = 20
-SHORTEST_HOLD = 3  # samples between two updates; shorter ones change little
+SHORTEST_HOLD = 3  # samples, shortest time between two updates; shorter ones change little
 EARLY = 0.1  # share of the updates that may follow each other faster than the hold
-# median change of the effort, in its smallest ones, of a signal that is held and not only coarsely
-# quantised
+# least median change of a held effort relative to its smallest changes (1 % quantile); below it the
+# effort is only coarsely quantised
 COARSE = 3.0
-LEAST_EFFECT = 0.02  # of the parameters: smaller ones do not matter
-MIXED = 1e-9  # weight of rows of another stroke in a smoothed row
+LEAST_EFFECT = 0.02  # relative change of the parameters below which no warning is issued
+MIXED = 1e-9  # largest weight of rows of another stroke in a smoothed row
 SLOW = 0.5  # share b above which the effort is a slow sample
-MOST_SAMPLES = 200_000  # of a record that are looked at
+MOST_SAMPLES = 200_000  # largest number of samples of a record that are examined
 
 
 @dataclass(frozen=True)
 class HeldEffort:
-    """Time between two updates in samples, interval of the share b, and inertia as logged and as
-    interpolated between the updates.
+    """Held effort of a record and its effect on the parameters.
 
-    effect: how much the parameters differ between the two: the inertia relative to itself, the
-    others in effort relative to the whole effort (rms).
+    - hold: samples between two updates
+    - low, high: interval of the share b
+    - logged, interpolated: inertia with the effort as logged, and interpolated between updates
+    - effect: largest change of a parameter between the two. The change of the inertia is relative
+      to the inertia. The change of the others is an effort relative to the rms of the effort.
     """
 
     hold: int
@@ -72,32 +73,41 @@ def slow_effort_warnings(
 
     Raises
     ------
-    NothingUsable
-        If the effort of a record is a slow sample.
+    UnusableLogs
+        If the effort of a record is certainly a slow sample.
     """
     warnings = []
     for record in records:
         found = held_effort(record, bench, settings)
         if found is None or found.high < SLOW or found.effect < LEAST_EFFECT:
             continue
-        rates = f"changes every {1e3 * found.hold * record.period:.3g} ms only, the position every {1e3 * record.period:.3g} ms"
+        rates = (
+            f"changes every {1e3 * found.hold * record.period:.3g} ms only, the position "
+            "every "
+            f"{1e3 * record.period:.3g} ms"
+        )
         unit = si_unit("inertia", bench.axis)
         advice = "log the current as often as the position, and not a set point"
         if found.low > SLOW:
             raise UnusableLogs(
-                f"{Path(record.name).name}: the effort {rates}, and is not what acted in between: the inertia would be "
-                f"{found.logged:.4g} {unit} instead of {found.interpolated:.4g} {unit} or so; {advice}"
+                f"{Path(record.name).name}: the effort {rates}, and is not what acted in "
+                "between: the inertia would be "
+                f"{found.logged:.4g} {unit} instead of {found.interpolated:.4g} {unit} or so; "
+                f"{advice}"
             )
         warnings.append(
-            f"{Path(record.name).name}: the effort {rates}; the log does not tell whether it acted as logged (inertia "
+            f"{Path(record.name).name}: the effort {rates}; the log does not tell whether it "
+            "acted as logged (inertia "
             f"{found.logged:.4g} {unit}) or not (inertia {found.interpolated:.4g} {unit}); {advice}"
         )
     return warnings
 
 
 def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
-    """Return the time between two updates of an effort (n,) in samples, and the indices of the
-    updates; None if it is not held."""
+    """Return the samples between two updates of an effort (n,), and the indices of the updates.
+
+    The result is None if the effort is not held.
+    """
     change = np.diff(effort)
     updates = np.flatnonzero(change) + 1
     if updates.size < FEWEST_UPDATES:
@@ -112,15 +122,14 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
 def held_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> HeldEffort | None:
-    """Return what the motion tells of an effort that is held; None if it is not, or if the motion
-    tells nothing."""
+    """Return the effect of a held effort, or None if it is not held or cannot be assessed."""
     record = record.part(slice(0, MOST_SAMPLES))
     held = hold_of(record.effort)
     if held is None:
         return None
     try:
         logged, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
-        parameters_of(logged)  # raises NothingUsable if there are too few rows
+        parameters_of(logged)  # raises UnusableLogs if there are too few rows
         smooth = replace(record, effort=interpolated(record.effort, *held))
         start = slipping([smooth], bench, SMALLEST_SHARE, settings.window)[0]
         cluster = clusters(logged.stroke, logged.sign, logged.counts, 3 * max(window, held[0]))
@@ -130,9 +139,8 @@ def held_effort(
             np.where(_updated(record.effort.size, *held), np.arange(record.effort.size), 0)
         )
         number = find_strokes(record).number
-        before = (number[last] != number).astype(
-            np.float64
-        )  # the last update was in another stroke, maybe at rest
+        # 1 if the last update was in another stroke, or at rest
+        before = (number[last] != number).astype(np.float64)
         late, mixed = (
             slipping([replace(record, effort=signal)], bench, SMALLEST_SHARE, settings.window)[
                 0
@@ -156,15 +164,19 @@ def held_effort(
 
 
 def interpolated(effort: Vector, hold: int, updates: NDArray[np.int64]) -> Vector:
-    """Return the effort (n,) on straight lines between its updates, as if each value had been read
-    at the first row that shows it."""
+    """Return the effort (n,) interpolated linearly between its updates.
+
+    Each value counts as measured at the first row that shows it.
+    """
     at = np.flatnonzero(_updated(effort.size, hold, updates))
     return np.asarray(np.interp(np.arange(effort.size), at, effort[at]))
 
 
 def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which rows (n,) are updates; a value that stays for longer was read again a hold
-    before it changes."""
+    """Return a mask (n,) of the rows that are updates.
+
+    A value that stays for longer than a hold counts as read again one hold before it changes.
+    """
     out = np.zeros(size, dtype=np.bool_)
     out[[0, *updates.tolist()]] = True
     before = updates - hold

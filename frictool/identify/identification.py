@@ -1,5 +1,7 @@
-"""From logs to what they give: sliding parameters from logs of motion, breakaway from logs of
-ramps, and a reason for all the rest."""
+"""Identify sliding parameters from logs of motion and the breakaway from ramps.
+
+Each parameter that is not identified has a reason.
+"""
 
 from __future__ import annotations
 
@@ -49,25 +51,27 @@ from frictool.identify.refit import CANNOT, fixed_parameters, refit
 from frictool.plant.axis_model import load_law
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
-PHYSICAL = frozenset(
-    NEVER_NEGATIVE
-)  # at least one of them is in every model that `identify` writes
-LARGEST_FORCE_ERROR = (
-    0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
-)
+# parameters of which every model that `identify` writes has at least one
+PHYSICAL = frozenset(NEVER_NEGATIVE)
+LARGEST_FORCE_ERROR = 0.5  # above it more than a quarter of the effort's mean square is unexplained
 POSITION_HIDES_INERTIA = (
-    "friction varies with the position, which goes with the acceleration along a stroke: what one does is taken for the other; "
-    "the bench's value is kept. The weak form (auto, weak) gives friction over the position columns of its own where it shows in slip"
+    "friction varies with the position, which goes with the acceleration along a stroke: what "
+    "one does is taken for the other; "
+    "the bench's value is kept. The weak form (auto, weak) gives friction over the position "
+    "columns of its own where it shows in slip"
 )
 
 
 @dataclass(frozen=True)
 class Identification:
-    """kinds: log -> `sliding` or `ramp`. identified: name -> interval in SI. refused: name ->
-    reason, for every other parameter.
+    """Identified parameters of an axis, and reasons for the others.
 
-    warnings: what is odd about the logs or about what they give, and let pass. laws: friction
-    beyond the parameters.
+    - kinds: log name -> `sliding` or `ramp`
+    - identified: parameter -> interval in SI units
+    - refused: parameter -> reason
+    - fit, ramp: fit of the sliding logs and breakaway of the ramps, None without one
+    - warnings: doubts about the logs or the result
+    - laws: friction and load beyond the parameters
     """
 
     method: str
@@ -82,9 +86,9 @@ class Identification:
 
 
 class NothingIdentified(UnusableLogs):
-    """The logs give neither inertia nor friction; `result` holds the reason for each parameter.
+    """Error: the logs give neither inertia nor friction; `result` holds the reasons.
 
-    exit_code: 1 where no fit was possible; 4 where a fit gave neither, or where position and drive
+    exit_code is 1 if no fit was possible. It is 4 if a fit gave neither, or if position and drive
     have opposite signs.
     """
 
@@ -106,12 +110,17 @@ def identify(
     method: str,
     settings: methods.IdentificationSettings,
 ) -> Identification:
-    """Identify the axis of `bench` from `records`, whose kind is recognised, and `ramps`, known to
-    be breakaway ramps.
+    """Identify the axis of `bench` from `records` and from known breakaway `ramps`.
 
-    Raises NothingIdentified with the reasons where they give neither inertia nor friction, or where
-    position and drive have opposite signs; LogError where a log is given twice, or cannot be one of
-    this axis.
+    The kind of each of `records` is detected: sliding or ramp.
+
+    Raises
+    ------
+    NothingIdentified
+        If the records give neither inertia nor friction, or if position and drive have opposite
+        signs.
+    LogError
+        If a log is passed twice, or cannot be of this axis.
     """
     refuse_duplicates([*records, *ramps])
     given = ramps
@@ -161,7 +170,8 @@ def identify(
         and laws.load is not None
         and bench.load is None
     ):
-        # a load that nobody has named is what friction over the position looks like where it slips
+        # a load that the bench does not declare looks in slip like friction that varies with
+        # position
         return identify(
             records,
             given,
@@ -215,8 +225,10 @@ def identify(
 def _measured(
     records: list[MotionRecord], bench: Bench, settings: methods.IdentificationSettings
 ) -> tuple[list[MotionRecord], list[str]]:
-    """Return the records without samples whose effort was not measured, and warnings. Raises
-    UnusableLogs if a record tells nothing."""
+    """Return the records without constant effort, and warnings.
+
+    Raises UnusableLogs if the effort or position of a record was not measured.
+    """
     refuse_unmeasured(records, bench)
     slow = slow_effort_warnings(records, bench, settings)
     kept, left_out = without_constant_effort(records, bench)
@@ -224,7 +236,7 @@ def _measured(
 
 
 def _any_negative(fit: SlidingFit | None) -> bool:
-    """Return whether a parameter that cannot be negative is."""
+    """Return whether the fit gives a negative value for a parameter that cannot be negative."""
     return fit is not None and any(
         name in NEVER_NEGATIVE and interval.value < 0.0 for name, interval in fit.parameters.items()
     )
@@ -252,8 +264,13 @@ def _slide(
     method: str,
     settings: methods.IdentificationSettings,
 ) -> SlidingFit:
-    """Return the fit of one method with its force error. Raises UnusableLogs without a fit that
-    explains enough."""
+    """Return the fit of one method, with its force error.
+
+    Raises
+    ------
+    UnusableLogs
+        If no fit is possible, or if its force error exceeds LARGEST_FORCE_ERROR.
+    """
     if not records:
         raise UnusableLogs("no log of sliding motion was given")
     fit = methods.run(method, records, bench, settings)
@@ -262,7 +279,8 @@ def _slide(
     if fit.force_error is not None and fit.force_error > LARGEST_FORCE_ERROR:
         allowed = f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
         raise UnusableLogs(
-            f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % {allowed}; is it of this motion?"
+            f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % "
+            f"{allowed}; is it of this motion?"
         )
     return fit
 
@@ -275,8 +293,11 @@ def _settled(
     found: dict[str, Interval],
     refused: dict[str, str],
 ) -> SlidingFit:
-    """Return the fit whose refused parameters are fixed at the bench's values; `found` and
-    `refused` follow it (`refit.py`)."""
+    """Return the fit with refused parameters fixed at the bench's values.
+
+    It is repeated until no further parameter is refused (`refit.py`). `found` and `refused` are
+    updated.
+    """
     if fit.method in CANNOT or _any_negative(fit):
         return fit
     fixed: dict[str, Interval] = {}
@@ -303,8 +324,7 @@ def _settled(
 def with_force_error(
     fit: SlidingFit, rows: Sequence[SlipRows], found: Mapping[str, Interval], bench: Bench
 ) -> SlidingFit:
-    """Return the fit with the force error of a model that has the values `found`, and for the
-    others the bench's."""
+    """Return the fit with the force error of the model: values of `found`, else of the bench."""
     values = {name: (found.get(name) or prior(bench, name)).value for name in SLIDING}
     values |= {name: interval.value for name, interval in found.items()}
     return replace(fit, force_error=force_error(rows, values, fit.laws))
@@ -313,12 +333,18 @@ def with_force_error(
 def _break_away(
     ramps: list[MotionRecord], bench: Bench, found: Mapping[str, Interval], confidence: float
 ) -> Breakaway:
+    """Return the breakaway of the ramps.
+
+    Raises UnusableLogs without ramps, for ramps without a position, or if breakaways in one
+    direction leave the offset unknown.
+    """
     if not ramps:
         raise UnusableLogs("no log of breakaway ramps was given")
     for ramp in ramps:
         if ramp.velocity is not None:
             raise UnusableLogs(
-                f"{ramp.name} has a velocity and no position, whose counts tell when the axis breaks away"
+                f"{ramp.name} has a velocity and no position, whose counts tell when the axis "
+                "breaks away"
             )
     axis = {name: found.get(name) or prior(bench, name) for name in SLIDING}
     onsets = breakaway(ramps, bench, axis, confidence, found.get("stribeck_velocity"))
@@ -328,7 +354,8 @@ def _break_away(
         and bench.mechanics.offset is None
     ):
         raise UnusableLogs(
-            "breakaways in one direction only, which an offset shifts, and neither a log nor the bench gives the offset"
+            "breakaways in one direction only, which an offset shifts, and neither a log nor the "
+            "bench gives the offset"
         )
     return onsets
 
@@ -344,17 +371,16 @@ def _by_position(
     found: dict[str, Interval],
     refused: dict[str, str],
 ) -> tuple[SlidingFit | None, Breakaway, Laws]:
-    """Breakaway varies with position: what friction in slip is of the friction map replaces what a
-    constant friction was fitted to.
+    """Return fit, breakaway and laws if the breakaway varies with position.
 
-    Returns the fit, the breakaway that agrees with it, and the laws; without strokes that tell it,
-    the breakaway alone has laws.
+    The friction map replaces viscous friction, Coulomb friction and offset of a constant friction.
+    If the strokes do not support a map, only the breakaway depends on position. `found` and
+    `refused` are updated.
     """
     from frictool.identify.breakaway.friction_map import breakaway_laws, friction_map
 
-    if (
-        fit is not None and fit.laws is not None and (fit.laws.load or fit.laws.backward)
-    ):  # which the map does not know
+    # a load or friction by direction, which the map does not model
+    if fit is not None and fit.laws is not None and (fit.laws.load or fit.laws.backward):
         return fit, onsets, breakaway_laws(onsets, bench, found, fit.laws)
     why = (
         None
@@ -389,10 +415,10 @@ def _inertia_over_position(
     found: dict[str, Interval],
     refused: dict[str, str],
 ) -> str | None:
-    """Refuses an inertia that was fitted to a constant friction, or takes that of the weak form
-    with friction over the position.
+    """Replace or refuse an inertia that was fitted with a constant friction; return the reason.
 
-    Returns why it is to be had, or None.
+    With method `auto`, the inertia is taken from the weak form with friction over position, if that
+    gives one. `found` and `refused` are updated. The result is None if the inertia is refused.
     """
     if fit.details.get("position_order"):
         return fit.why
@@ -408,21 +434,21 @@ def _inertia_over_position(
 
 
 def _rising(onsets: Breakaway, bench: Bench, found: dict[str, Interval], laws: Laws | None) -> Laws:
-    """The laws with a breakaway that grows with the time at rest."""
+    """Return the laws with a breakaway that grows with the time at rest."""
     from frictool.identify.breakaway.friction_map import breakaway_laws
 
     return breakaway_laws(onsets, bench, found, laws)
 
 
 def without_load(record: MotionRecord, laws: Laws) -> MotionRecord:
-    """The record with the effort that is left for friction: less the load at each position."""
+    """Return the record with the load law subtracted from its effort."""
     if laws.load is None or record.velocity is not None:
         return record
     return replace(record, effort=record.effort - load_law(laws.load).at(record.position))
 
 
 def prior(bench: Bench, name: str) -> Interval:
-    """The bench's own interval of a sliding parameter, 0 for an offset that it does not give."""
+    """Return the bench's interval of a sliding parameter; 0 for an undeclared offset."""
     known: Quantity | None = getattr(bench.mechanics, name)
     return Interval(0.0, 0.0, 0.0) if known is None else Interval(known.value, *known.interval)
 
@@ -434,7 +460,7 @@ def _accept(
     found: dict[str, Interval],
     refused: dict[str, str],
 ) -> None:
-    """Sorts what a method offers into what is identified and what is not."""
+    """Add each parameter to `found` if its interval is informative, else to `refused`."""
     refused.update(reasons)
     for name, given in offered.items():
         known: Quantity | None = getattr(bench.mechanics, name, None)

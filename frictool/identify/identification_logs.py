@@ -1,4 +1,4 @@
-"""From log files to the records that methods start from, and what they tell of the bench itself."""
+"""Read log files into motion records, and add properties of the bench to a model."""
 
 from __future__ import annotations
 
@@ -17,13 +17,12 @@ from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
 from frictool.logs.reading import read_log
 
-Currents = tuple[Vector, Vector, float]  # commanded and measured (n,) A, and the period
+Currents = tuple[Vector, Vector, float]  # commanded and measured current (n,), A, and the period, s
 
 
 @dataclass(frozen=True)
 class IdentificationLog:
-    """A log, its record, and its currents where it holds commanded and measured ones. The log's
-    warnings are of what let pass."""
+    """Log, its record, and its currents if both commanded and measured current are logged."""
 
     log: Log
     record: MotionRecord
@@ -31,13 +30,12 @@ class IdentificationLog:
 
 
 def read_identification_log(path: Path, bench: Bench) -> IdentificationLog:
-    """Raises LogError where it cannot be read, or has not what a record needs."""
+    """Return a log file prepared for identification; raise LogError if it is unusable."""
     return prepare_log(read_log(path, bench), bench)
 
 
 def prepare_log(given: Log, bench: Bench) -> IdentificationLog:
-    """A log in memory. Raises LogError where it is not of this bench, or has not what a record
-    needs."""
+    """Return a log in memory prepared for identification; raise LogError if it does not fit."""
     log = match_bench(given, bench)
     record = record_of(log, bench)
     signals = log.main.signals
@@ -55,7 +53,7 @@ def with_measurement(
     records: Sequence[MotionRecord],
     currents: Sequence[Currents],
 ) -> Model:
-    """The model with what the logs tell of the bench."""
+    """Return the model with backlash, delay and current-loop lag estimated from the logs."""
     sliding = [record for record in records if result.kinds.get(record.name) == SLIDING_LOG]
     return with_fields(
         model, measurement=measurement(sliding, list(currents), model.bench, model.confidence)

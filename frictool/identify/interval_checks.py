@@ -1,5 +1,4 @@
-"""Decide whether an interval is informative: its value is physically possible and known to within a
-factor."""
+"""Decide whether an interval is informative: physically possible and narrow enough."""
 
 from __future__ import annotations
 
@@ -8,30 +7,32 @@ from frictool.identify.fit_result import Interval
 
 POSITIVE = ("inertia", "breakaway", "stribeck_velocity")
 NEVER_NEGATIVE = (*POSITIVE, "viscous", "coulomb")
-LARGEST_FACTOR = 10.0  # upper over lower end of an interval
+LARGEST_FACTOR = 10.0  # largest ratio of the upper to the lower end of an interval
 
 
 def too_vague(name: str, interval: Interval) -> str | None:
-    """Return why an interval is too wide for a parameter that cannot be negative; None if it is
-    not.
+    """Return why an interval is too wide for a parameter that cannot be negative, or None.
 
-    Viscous and Coulomb friction may be 0. If their interval reaches 0, no factor is defined; it is
-    compared with the interval of the bench.
+    Viscous and Coulomb friction may be 0. If their interval reaches 0, the ratio of its ends is
+    undefined; `why_uninformative` then compares it with the bench.
     """
     shown = f"the log's interval [{interval.low:.4g}, {interval.high:.4g}]"
     if name in POSITIVE and interval.low <= 0.0:
         return f"{shown} reaches zero"
     if name in NEVER_NEGATIVE and 0.0 < LARGEST_FACTOR * interval.low < interval.high:
-        return f"{shown} spans a factor of {interval.high / interval.low:.3g}; allowed: {LARGEST_FACTOR:g}"
+        return (
+            f"{shown} spans a factor of {interval.high / interval.low:.3g}; allowed: "
+            f"{LARGEST_FACTOR:g}"
+        )
     return None
 
 
 def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> str | None:
-    """Return why an interval is of no use: impossible, too wide, or no narrower than that of the
-    bench (4.2.1); None if it is of use.
+    """Return why an interval is not usable, or None if it is.
 
-    An interval that contradicts the bench's is of use however narrow the bench's is: the bench's
-    value would not explain the log.
+    An interval is refused if it is impossible, too wide, or no narrower than that of the bench
+    (4.2.1). An interval that contradicts the bench's is kept, however narrow the bench's is: the
+    bench's value would not explain the log.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
@@ -52,16 +53,24 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
             and interval.low <= 0.0
             and interval.high > LARGEST_FACTOR * known.value
         ):
-            return f"the log's interval {shown} reaches zero and {LARGEST_FACTOR:g} times the bench's value, {known.value:.4g}"
+            return (
+                f"the log's interval {shown} reaches zero and {LARGEST_FACTOR:g} times the "
+                f"bench's value, {known.value:.4g}"
+            )
         return None
     if interval.high - interval.low >= known.high - known.low and not contradicts(interval, known):
-        return f"the log's interval {shown} is no narrower than the bench's [{known.low:.4g}, {known.high:.4g}]"
+        return (
+            f"the log's interval {shown} is no narrower than the bench's [{known.low:.4g}, "
+            f"{known.high:.4g}]"
+        )
     return None
 
 
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
-    """Return a friction of 0 instead of a negative one if its interval holds 0 and contradicts the
-    bench's; else the interval."""
+    """Return a friction of 0 for a slightly negative one that contradicts the bench.
+
+    The interval has to hold 0; any other interval is returned unchanged.
+    """
     nearly_none = (
         name in NEVER_NEGATIVE
         and name not in POSITIVE
@@ -75,7 +84,7 @@ def without_negative(name: str, interval: Interval, known: Quantity | None) -> I
 
 
 def contradicts(interval: Interval, known: Quantity | None) -> bool:
-    """Return whether the interval has no value in common with that of the bench."""
+    """Return whether the interval and the bench's interval do not overlap."""
     if known is None or known.low is None or known.high is None:
         return False
     return interval.low > known.high or interval.high < known.low
@@ -86,6 +95,7 @@ def below_coulomb(breakaway: Interval, coulomb: Interval) -> str | None:
     if breakaway.high >= coulomb.low:
         return None
     return (
-        f"the log's interval [{breakaway.low:.4g}, {breakaway.high:.4g}] lies below Coulomb friction, [{coulomb.low:.4g}, "
+        f"the log's interval [{breakaway.low:.4g}, {breakaway.high:.4g}] lies below Coulomb "
+        f"friction, [{coulomb.low:.4g}, "
         f"{coulomb.high:.4g}], and friction at rest is no smaller than in slip"
     )

@@ -1,4 +1,4 @@
-"""An identification as JSON: the keys are part of the format, documented in docs/formats.md."""
+"""JSON view of an identification; its keys are part of the format (docs/formats.md)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from frictool.identify.model_document import unit_of
 
 
 def as_view(result: Identification, bench: Bench, model: Model | None = None) -> dict[str, Any]:
-    """The machine's view of an identification."""
+    """Return the identification as a mapping of built-in types, for JSON."""
     fit, ramp = result.fit, result.ramp
     return {
         "method": result.method,
@@ -53,8 +53,11 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
 
 
 def _ramp_view(ramp: Breakaway) -> dict[str, Any]:
-    """The onsets of breakaway ramps; `fall` is the range of Stribeck velocities that the
-    breakaway's interval holds, null for no bound."""
+    """Return the onsets of breakaway ramps as a mapping.
+
+    The key `fall` is the range of Stribeck velocities that the breakaway's interval includes; null
+    stands for no bound.
+    """
     fall = ramp.fall
     return {
         "forward": ramp.forward,

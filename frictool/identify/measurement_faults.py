@@ -1,16 +1,12 @@
-"""Records that are in order and yet cannot tell friction: their effort, or their position, is not
-what acted on the axis, or moved.
+"""Refuse records whose logged effort or position is not that of the axis.
 
-    saturated effort      flat tops below the actuator's limit: the sensor went no further, the
-                          effort did
-    clipped encoder       the position stops at its extreme within a sample, from a speed that the
-                          effort does not brake
-    commanded effort      the effort follows from the motion alone, without friction: it was
-                          computed from the encoder (by a controller
-                          whose drive is off, or by a model) and not measured
+- saturated effort: flat tops below the actuator's limit, since the sensor saturates first
+- clipped encoder: the position stops at its extreme within a sample, from a speed that the effort
+  does not brake
+- commanded effort: the effort follows from the motion alone, without friction. It was computed from
+  the encoder, by a controller with the drive off or by a model, and not measured.
 
-The last is seen after a fit: a controller's own output explains itself, with next to no friction at
-a tiny residual.
+The last fault is detected after a fit: the residual is tiny and there is next to no friction.
 """
 
 from __future__ import annotations
@@ -23,21 +19,20 @@ from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.logs.quality.saturation import FlatTopDetector
 
-LARGEST_SATURATED_SHARE = 0.01  # of the samples
-AT_THE_LIMIT = (
-    0.99  # of what the actuator gives: flat there, the effort itself is limited, and is known
-)
-STOPPING_SAMPLES = (
-    3  # the speed before the stop is taken over so many, and after it nothing moves for as many
-)
-MARGIN = 2.0  # times what the effort and the friction can brake
-COUNTS = 2.0  # that the encoder may be off over those samples
-SELF_EXPLAINED = 1e-3  # relative residual: smaller than any sensor's noise
-NO_FRICTION = 0.02  # Coulomb friction over the rms effort
+LARGEST_SATURATED_SHARE = 0.01  # largest share of samples at a flat top
+# share of the actuator's limit above which a flat top is the limit itself, and not a saturated
+# sensor
+AT_THE_LIMIT = 0.99
+# samples over which the speed before the stop is averaged, and for which nothing may move after it
+STOPPING_SAMPLES = 3
+MARGIN = 2.0  # factor on the deceleration that effort and friction can cause
+COUNTS = 2.0  # counts by which the encoder may be off over those samples
+SELF_EXPLAINED = 1e-3  # relative residual below the noise of any sensor
+NO_FRICTION = 0.02  # Coulomb friction relative to the rms effort
 
 
 def refuse_unmeasured(records: list[MotionRecord], bench: Bench) -> None:
-    """Raises UnusableLogs where the effort of a record is saturated, or its encoder clipped."""
+    """Raise UnusableLogs if the effort of a record is saturated, or its encoder clipped."""
     for record in records:
         _refuse_saturated(record, bench)
         _refuse_clipped(record, bench)
@@ -52,14 +47,15 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
         if share > LARGEST_SATURATED_SHARE and abs(top.at) < AT_THE_LIMIT * most:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
-                f"{record.name}: the effort stays at {top.at:.4g} {unit} for {100 * share:.2g} % of the samples (allowed: "
-                f"{100 * LARGEST_SATURATED_SHARE:g} %) though the actuator gives {most:.4g}: its measurement is saturated; widen its range"
+                f"{record.name}: the effort stays at {top.at:.4g} {unit} for {100 * share:.2g} % "
+                "of the samples (allowed: "
+                f"{100 * LARGEST_SATURATED_SHARE:g} %) though the actuator gives {most:.4g}: its "
+                "measurement is saturated; widen its range"
             )
 
 
 def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
-    """The position rests at its extreme from one sample to the next, having come too fast for the
-    effort around it to brake it so."""
+    """Raise UnusableLogs if the position stops at its extreme faster than the effort can brake."""
     x, n, unit = record.position, STOPPING_SAMPLES, si_unit("position", bench.axis)
     friction, inertia = bench.mechanics.coulomb.interval[1], bench.mechanics.inertia.interval[0]
     for extreme in (x.max(), x.min()):
@@ -75,21 +71,25 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
             unseen = COUNTS * record.resolution / ((n - 1) * record.period)
             if speed > MARGIN * brake * 0.5 * n * record.period + unseen:
                 raise UnusableLogs(
-                    f"{record.name}: the position stops at its extreme, {extreme:.4g} {unit}, within a sample at {record.time[at]:.6g} s, "
-                    f"from {speed:.3g} {unit}/s, which the effort does not brake: the encoder is clipped, or the axis hit a stop"
+                    f"{record.name}: the position stops at its extreme, {extreme:.4g} {unit}, "
+                    f"within a sample at {record.time[at]:.6g} s, "
+                    f"from {speed:.3g} {unit}/s, which the effort does not brake: the encoder is "
+                    "clipped, or the axis hit a stop"
                 )
 
 
 def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
-    """Raises UnusableLogs where the fit explains the effort to the last digit without friction."""
+    """Raise UnusableLogs if the fit explains the effort almost exactly without friction."""
     coulomb = fit.parameters.get("coulomb")
     if coulomb is None or fit.residual > SELF_EXPLAINED:
         return
     size = _rms([record.effort for record in records])
     if abs(coulomb.value) < NO_FRICTION * size:
         raise UnusableLogs(
-            f"the motion alone explains the effort to {100 * fit.residual:.1g} %, with a friction of {coulomb.value:.2g} beside an "
-            f"effort of {size:.2g} (rms): it was computed from the encoder, by a controller or a model, and not measured; "
+            f"the motion alone explains the effort to {100 * fit.residual:.1g} %, with a "
+            f"friction of {coulomb.value:.2g} beside an "
+            f"effort of {size:.2g} (rms): it was computed from the encoder, by a controller or a "
+            "model, and not measured; "
             "log the measured current"
         )
 

@@ -1,10 +1,9 @@
-"""Warn of a requested method whose model predicts much worse than that of least squares, as `auto`
-would find.
+"""Warn if the requested method predicts much worse than least squares.
 
-Both methods are fitted to each half of the logs and predict the other half (`comparison`): the
-simulated position and the force error. If the logs are too short for halves, or a half does not
-suit the method, they are compared on the logs themselves. Parameters that are fixed in the model
-are fixed for both methods.
+Both methods are fitted to each half of the logs and predict the other half (`method_comparison`).
+The simulated position and the force error are compared. If the logs are too short for halves, or a
+half does not suit the method, the comparison uses the logs that were fitted. Parameters that are
+fixed in the model are fixed for both methods.
 """
 
 from __future__ import annotations
@@ -32,14 +31,14 @@ from frictool.identify.refit import refit, with_held
 from frictool.identify.regression.term_selection import beyond_chance
 
 REFERENCE = "least-squares"
+# methods for runs at constant speed or a single stroke; their inertia is the bench's
 OWN_CURVE = (
     "stribeck-curve",
     "friction-force",
-)  # for runs at constant speed or one stroke, whose inertia is the bench's
-WORSE = 2.0  # error relative to that of least squares above which a warning is given
-NEGLIGIBLE = (
-    0.02  # position error relative to the travel, and force error, below which no warning is given
 )
+WORSE = 2.0  # error relative to that of least squares above which a warning is issued
+# position error relative to the travel, and force error, below which no warning is issued
+NEGLIGIBLE = 0.02
 
 
 def method_warnings(
@@ -51,15 +50,14 @@ def method_warnings(
 ) -> list[str]:
     """Return a warning if least squares predict the logs much better than the method of the fit.
 
-    rows: the slipping samples of the logs (`motion_rows`).
+    `rows` are the slipping samples of the logs (`motion_rows`).
     """
     if fit.method in (None, REFERENCE, *OWN_CURVE) or any(
         record.velocity is not None for record in records
     ):
         return []
-    if (
-        fit.method == "output-error"
-    ):  # it minimises the position error, and a search for each half would take long
+    # output error minimises the position error itself, and a search for each half would take long
+    if fit.method == "output-error":
         return _warning(
             fit,
             "the logs",
@@ -82,7 +80,8 @@ def method_warnings(
     ):
         unit = si_unit("position", bench.axis)
         lines += [
-            f"the simulated position is off by {requested.position:.3g} {unit} (rms), not by {reference.position:.3g} {unit}"
+            f"the simulated position is off by {requested.position:.3g} {unit} (rms), not by "
+            f"{reference.position:.3g} {unit}"
         ]
     return _warning(fit, how, lines)
 
@@ -91,7 +90,8 @@ def _warning(fit: SlidingFit, how: str, lines: list[str]) -> list[str]:
     """Return the warning that holds these lines, or none without lines."""
     return (
         [
-            f"{fit.method} predicts {how} worse than {REFERENCE}: {', and '.join(lines)}; use --method auto"
+            f"{fit.method} predicts {how} worse than {REFERENCE}: {', and '.join(lines)}; use "
+            "--method auto"
         ]
         if lines
         else []
@@ -112,8 +112,7 @@ def _reference_force(
     settings: IdentificationSettings,
     fit: SlidingFit,
 ) -> float | None:
-    """Return the force error of least squares with the load terms of the fit, None if they do not
-    suit the logs."""
+    """Return the force error of least squares with the fit's load terms, or None without a fit."""
     try:
         reference = refit(records, bench, settings, replace(fit, method=REFERENCE), fit.fixed)
     except UnusableLogs:
@@ -128,8 +127,7 @@ def _scores(
     settings: IdentificationSettings,
     fit: SlidingFit,
 ) -> tuple[tuple[PredictionScore, PredictionScore] | None, str]:
-    """Return the scores of the method and of least squares, None if one does not suit the logs, and
-    what was predicted."""
+    """Return the scores of the method and of least squares (or None), and the data predicted."""
     fits, held = [fit, replace(fit, method=REFERENCE)], with_held(settings, fit, fit.fixed)
     sides = halves(records)
     choices: list[tuple[Sides, Rows, str]] = [((records, records), [rows, rows], "the logs")]

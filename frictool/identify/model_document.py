@@ -1,5 +1,8 @@
-"""The model document of an identification: what no log gave carries the bench's interval, or else
-an assumption, and says which."""
+"""Model document of an identification.
+
+A parameter that no log gives carries the bench's interval, or else an assumption; its `source` says
+which.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +18,13 @@ from frictool.documents.quantity import Estimate, Quantity, si_unit
 from frictool.identify.fit_result import CURVE, DIMENSIONS, PARAMETERS
 from frictool.identify.identification import Identification, NothingIdentified
 
-BREAKAWAY_RATIO, LARGEST_BREAKAWAY_RATIO = (
-    1.1,
-    1.5,
-)  # over Coulomb friction where nothing is known: beta of table 4.8; of table 4.1
+# breakaway over Coulomb friction if nothing is known: expected value (beta of table 4.8) and upper
+# bound (table 4.1)
+BREAKAWAY_RATIO, LARGEST_BREAKAWAY_RATIO = (1.1, 1.5)
 
 
 def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Model:
-    """`model.yaml` of `result`, the bench copied verbatim."""
+    """Return the model document of a result, with the bench copied verbatim."""
     estimates = {name: _estimate(name, result, bench) for name in PARAMETERS if name != "breakaway"}
     estimates["breakaway"] = _breakaway(result, bench, estimates["coulomb"])
     estimates |= {
@@ -47,13 +49,13 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
 
 
 def bench_model(refused: NothingIdentified, bench: Bench, provenance: Provenance) -> Model:
-    """Return the model that holds the bench's values only, with the reason."""
+    """Return a model that holds only the bench's values, with the reason why."""
     model = model_of(replace(refused.result, identified={}, laws=None, fit=None), bench, provenance)
     return with_fields(model, bench_values_only=str(refused))
 
 
 def unit_of(name: str, bench: Bench) -> str:
-    """The SI unit of a parameter on this axis."""
+    """Return the SI unit of a parameter on this axis."""
     return si_unit(DIMENSIONS[name], bench.axis)
 
 
@@ -65,15 +67,13 @@ def _estimate(name: str, result: Identification, bench: Bench) -> Estimate:
         )
     known: Quantity | None = getattr(bench.mechanics, name)
     if known is None:
-        return Estimate(
-            0.0, unit=unit_of(name, bench), source="assumed"
-        )  # only the offset: the bench has to give the others
+        # only the offset: the bench always has the others
+        return Estimate(0.0, unit=unit_of(name, bench), source="assumed")
     return Estimate(known.value, known.low, known.high, unit_of(name, bench), source="bench")
 
 
 def _breakaway(result: Identification, bench: Bench, coulomb: Estimate) -> Estimate:
-    """Identified, else the bench's, else what Coulomb friction lets expect: 1 to 1.5 times its
-    interval."""
+    """Return the breakaway: identified, else the bench's, else 1 to 1.5 times Coulomb friction."""
     if "breakaway" in result.identified or bench.mechanics.breakaway is not None:
         return _estimate("breakaway", result, bench)
     low, high = coulomb.interval

@@ -1,14 +1,15 @@
-"""What every method starts from: the position and the effort of one log on a uniform clock.
+"""Position and effort of one log on a uniform clock, the input of every method.
 
-Where the drive has a lag of its own (`loop_time_constant_s` > 0), the logged drive is a continuous
-quantity measured at the instant of its row. Where it has none, the drive of a row is held until the
-next one; half a sample of misalignment between the two readings is an error of viscous T/2 on the
-inertia, so that the record says which it is.
+If the drive has a lag (`loop_time_constant_s` > 0), the logged effort is a continuous quantity
+measured at the instant of its row. Without a lag, the effort of a row is held until the next row.
+The record states which case applies, since half a sample of misalignment between the readings
+causes an error of viscous T/2 in the inertia.
 
-A log with a measured velocity and no position is a record too: its position is the integral of the
-velocity, by trapezoids, from 0 on. Second differences of it are differences of the velocity, so
-that everything that looks at motion only works on it unchanged. Where the axis is, it does not
-tell, and errors of the velocity add up in it: what looks at places refuses it (`methods`).
+A log with a measured velocity and no position becomes a record too: its position is the trapezoidal
+integral of the velocity, starting at 0. Second differences of this position are differences of the
+velocity, so that methods that look only at motion work unchanged. The absolute position is unknown,
+and velocity errors accumulate in it. Methods that depend on the position refuse such a record
+(`methods`).
 """
 
 from __future__ import annotations
@@ -25,22 +26,24 @@ from frictool.logs.log import Log, Stream
 from frictool.logs.quality.time_base import encoder_step
 
 Vector = NDArray[np.float64]
-JITTER = 0.1  # an interval that is off the period by more than this fraction breaks the record
-SMALLEST_COUNT = 1e-9  # of a velocity's range: finer ones are rounding
-MOST_BROKEN = (
-    0.2  # with more broken intervals than this fraction there is no uniform clock to speak of
-)
+JITTER = 0.1  # relative deviation of an interval from the period above which the record is split
+SMALLEST_COUNT = 1e-9  # least count relative to the range of a velocity; finer ones are rounding
+MOST_BROKEN = 0.2  # share of broken intervals above which the clock does not count as uniform
 
 
 @dataclass(frozen=True)
 class MotionRecord:
-    """One log: `position` (n,) in rad | m, `effort` (n,) in N m | N, `piece` (n,) numbers the
-    unbroken pieces from 0.
+    """Uniformly sampled motion and effort of one log.
 
-    period: s. resolution: rad | m of one encoder count. lag: s, of the drive; 0 where the effort of
-    a sample is held until the next. reference (n,): what the bench's controller was asked for, rad
-    | m, where the log holds it. velocity (n,): rad/s | m/s where it was measured and the position
-    was not; a count is then what one of the velocity's adds to the position in a period.
+    - position: (n,), rad | m
+    - effort: (n,), N m | N
+    - piece: (n,), number of the unbroken piece of each sample, from 0
+    - period: s
+    - resolution: one encoder count, rad | m; for a measured velocity, one velocity count times the
+      period
+    - lag: time constant of the drive, s; 0 if the effort of a sample is held until the next
+    - reference: (n,), reference of the bench's controller, rad | m, or None
+    - velocity: (n,), rad/s | m/s, if velocity was measured and position was not; else None
     """
 
     name: str
@@ -56,12 +59,12 @@ class MotionRecord:
 
     @property
     def measured(self) -> Vector:
-        """What was measured of the motion (n,), position or velocity."""
+        """Return the measured motion signal (n,): the position, or else the velocity."""
         return self.position if self.velocity is None else self.velocity
 
     @property
     def count(self) -> float:
-        """One count of what was measured, rad | m, or rad/s | m/s."""
+        """Return one count of the measured motion signal, rad | m, or rad/s | m/s."""
         return self.resolution if self.velocity is None else self.resolution / self.period
 
     def part(self, kept: slice) -> MotionRecord:
@@ -93,8 +96,13 @@ def make_record(
     lag: float,
     reference: Vector | None = None,
 ) -> MotionRecord:
-    """A record of arrays (n,) in SI. Raises LogError where the clock is not uniform or nothing
-    finite is left."""
+    """Return a record of SI arrays (n,); samples that are not finite are dropped.
+
+    Raises
+    ------
+    LogError
+        If the clock is not uniform, or if fewer than 3 samples are finite.
+    """
     good = np.isfinite(time) & np.isfinite(position) & np.isfinite(effort)
     time, position, effort = time[good], position[good], effort[good]
     reference = None if reference is None else reference[good]
@@ -109,7 +117,8 @@ def make_record(
     if period <= 0.0 or np.mean(broken) > MOST_BROKEN:
         raise LogError(
             name,
-            f"{100 * np.mean(broken):.0f} % of the intervals are off the median period {period:g} s; resample the log first",
+            f"{100 * np.mean(broken):.0f} % of the intervals are off the median period "
+            f"{period:g} s; resample the log first",
         )
     piece = np.concatenate(([0], np.cumsum(broken))).astype(np.int64)
     return MotionRecord(name, time, position, effort, piece, period, resolution, lag, reference)
@@ -123,8 +132,13 @@ def velocity_record(
     lag: float,
     reference: Vector | None = None,
 ) -> MotionRecord:
-    """A record of arrays (n,) in SI without a position. Raises LogError as `make_record`, and where
-    the velocity does not change."""
+    """Return a record of SI arrays (n,) with a measured velocity and no position.
+
+    Raises
+    ------
+    LogError
+        As `make_record`, and if the velocity does not change.
+    """
     good = np.isfinite(time) & np.isfinite(velocity) & np.isfinite(effort)
     time, velocity, effort = time[good], velocity[good], effort[good]
     if velocity.size == 0 or np.ptp(velocity) == 0.0:
@@ -138,18 +152,24 @@ def velocity_record(
 
 
 def velocity_count(velocity: Vector) -> float:
-    """The step of the lattice that a velocity (n,) lies on, or that whose noise its fourth
-    differences show."""
+    """Return the step of a quantised velocity (n,), or an equivalent step for its noise.
+
+    The noise is estimated from fourth differences.
+    """
     step = encoder_step(np.unique(velocity))
     noise = float(np.sqrt(np.mean(np.diff(velocity, 4) ** 2) / 70.0)) if velocity.size > 4 else 0.0
     return max(step or np.sqrt(12.0) * noise, SMALLEST_COUNT * float(np.ptp(velocity)))
 
 
 def record_of(log: Log, bench: Bench) -> MotionRecord:
-    """The record of a log's main stream, its effort from the channel `effort`, else drive times
-    constant.
+    """Return the record of a log's main stream.
 
-    Raises LogError where position and velocity, or both of drive and effort, are missing.
+    The effort is taken from the channel `effort`, else it is the drive signal times the constant.
+
+    Raises
+    ------
+    LogError
+        If both position and velocity are missing, or both drive and effort.
     """
     stream, lag = log.main, bench.actuator.loop_time_constant_s
     effort, reference = _effort(log, stream, bench), stream.signals.get("reference")
@@ -164,7 +184,7 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
 
 
 def _effort(log: Log, stream: Stream, bench: Bench) -> Vector:
-    """(n,) N m | N."""
+    """Return the effort (n,) of a stream, N m | N."""
     actuator = bench.actuator
     if "effort" in stream.signals:
         return stream.signals["effort"]
@@ -174,6 +194,7 @@ def _effort(log: Log, stream: Stream, bench: Bench) -> Vector:
                 if name in other.signals:
                     raise LogError(
                         log.source,
-                        f"has its {name} in {other.topic} and not in {stream.topic}; ingest with --resample S",
+                        f"has its {name} in {other.topic} and not in {stream.topic}; ingest with "
+                        "--resample S",
                     )
     return log.require(stream, actuator.drive)[0] * actuator.constant.value

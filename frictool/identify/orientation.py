@@ -1,19 +1,20 @@
 """Check that position and drive have the same positive direction.
 
-Inertia resists acceleration and friction takes energy out of the motion. In a log whose position or
-drive is negated both come out negative. The check fits, to the samples certain to slip of one log,
+Inertia resists acceleration, and friction takes energy out of the motion. If the position or the
+drive of a log is negated, both come out negative. The check fits the following model to the samples
+of a log that certainly slip:
 
     effort = inertia a + friction sign(v) + offset + declared loads
 
-and looks at the larger of the two efforts, inertia rms(a) or friction: the log is reversed where
-that one is negative beyond its uncertainty. The smaller one decides nothing, since a delay between
-position and drive is enough to change its sign.
+The log is reversed if the larger of the two efforts, inertia rms(a) or friction, is negative beyond
+its uncertainty. The smaller one is ignored, since a delay between position and drive can change its
+sign.
 
-A log that gives no such fit, as one of breakaway ramps or of slow motion on a coarse encoder, is
-judged stroke by stroke: the mean effort from the first to the last count of a stroke is friction
-and offset. It is not judged by the work of the samples: a controller's derivative brakes at each
-count, in the sample in which the count shows, so that the sum of effort times count is negative
-while the mean is not.
+Some logs allow no such fit, for example breakaway ramps or slow motion on a coarse encoder. They
+are judged by strokes: the mean effort from the first to the last count of a stroke is friction plus
+offset. The work of single samples is not used. A controller's derivative action brakes at each
+count, in the sample of the count, so that the sum of effort times count can be negative while the
+mean effort is not.
 """
 
 from __future__ import annotations
@@ -40,8 +41,7 @@ from frictool.logs.quality.sign_check import CLEAR, net_work
 def reversed_sign(
     records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> str | None:
-    """Return what is wrong and how to mend it if position and drive of a record have opposite
-    signs, else None."""
+    """Return the message that position and drive have opposite signs in a record, else None."""
     for record in records:
         shown = _negative_effort(record, bench, settings)
         if shown is not None:
@@ -50,19 +50,22 @@ def reversed_sign(
 
 
 def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: float) -> str | None:
-    """Return what is wrong and how to mend it if the effort brakes the strokes of a record, else
-    None.
+    """Return the message that the effort brakes the strokes of a record, else None.
 
-    With strokes in both directions the mean effort along them has to be negative beyond its
-    uncertainty, without the offset. With fewer, every stroke's mean effort and the net work have to
-    be negative.
+    With strokes in both directions, the mean effort along them, without the offset, has to be
+    negative beyond its uncertainty. With too few strokes in a direction, the mean effort of every
+    stroke and the net work have to be negative.
     """
     for record in records:
         direction, effort = stroke_efforts(record)
         friction = stroke_friction(direction, effort, confidence)
         work = net_work(record.position, record.effort)
         if friction is not None and friction.high < 0.0:
-            shown = f"{friction.value:.4g} {si_unit('effort', bench.axis)} in [{friction.low:.4g}, {friction.high:.4g}]"
+            shown = (
+                f"{friction.value:.4g} {si_unit('effort', bench.axis)} in "
+                f"[{friction.low:.4g}, "
+                f"{friction.high:.4g}]"
+            )
             return opposite_signs([record], f"the mean effort along its strokes is {shown}", bench)
         if (
             friction is None
@@ -80,8 +83,7 @@ def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: f
 
 
 def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
-    """Return direction (s,) and mean effort (s,) of each stroke, from its first to its last
-    count."""
+    """Return the direction (s,) and mean effort (s,) of each stroke, from first to last count."""
     strokes = find_strokes(record)
     direction, effort = list[float](), list[float]()
     starts = np.flatnonzero(np.diff(strokes.number, prepend=-1))
@@ -95,8 +97,7 @@ def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
 
 
 def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Interval | None:
-    """Return the mean effort along the strokes without the offset; None if there are too few
-    strokes in one direction."""
+    """Return the mean effort along the strokes without offset; None for too few strokes."""
     if min(np.count_nonzero(direction > 0.0), np.count_nonzero(direction < 0.0)) < FEWEST_STROKES:
         return None
     columns = np.column_stack((direction, np.ones(direction.size)))
@@ -106,23 +107,24 @@ def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Int
 
 
 def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) -> str:
-    """Return the message: which logs, what shows it, what to change."""
+    """Return the message that names the logs, the evidence and the change to make."""
     direction = bench.encoder.direction
     return (
-        f"{', '.join(Path(record.name).name for record in records)}: position and drive have opposite signs: {shown}; set "
-        f"encoder.direction: {-direction} in the bench (found: {direction}) and ingest the log again"
+        f"{', '.join(Path(record.name).name for record in records)}: position and drive have "
+        f"opposite signs: {shown}; set "
+        f"encoder.direction: {-direction} in the bench (found: {direction}) and ingest the log "
+        "again"
     )
 
 
 def _negative_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> str | None:
-    """Return the inertia or the mean friction of one record if it is negative and dominates the
-    effort."""
+    """Describe the inertia or the mean friction if it dominates the effort and is negative."""
     try:
         samples, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
         if "coulomb" in parameters_of(samples)[1]:
-            return None  # one direction, or too few strokes: an offset could be the friction
+            return None  # one direction or too few strokes: the friction could be an offset
     except UnusableLogs:
         return None
     columns = np.column_stack(

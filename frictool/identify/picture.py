@@ -1,13 +1,13 @@
-"""What identification found of friction, as an SVG: over speed, over position, and over both.
+"""SVG picture of the identified friction over speed, over position, and over both.
 
-over speed       mean |effort| of each stroke's middle over its mean speed, less what its places add
-                 to the mean friction where the
-                 friction depends on position, and the law (figures 4.9, 4.10); a stroke that holds
-                 speeds on both sides of a knee lies above the law at its mean speed
-over position    each breakaway, and the polynomials with the intervals of their levels (figure
-                 4.12); where there are ramps
-over both        friction in slip (figure 4.13); where friction depends on position and strokes tell
-                 its level
+- over speed: mean |effort| of the middle of each stroke over its mean speed, and the law (figures
+  4.9, 4.10). If friction depends on position, the deviation of each stroke's positions from the
+  mean friction is subtracted. A stroke with speeds on both sides of a knee lies above the law at
+  its mean speed.
+- over position, with ramps: each breakaway, and the polynomials with the intervals of their levels
+  (figure 4.12)
+- over both, if friction depends on position and strokes give its level: friction in slip (figure
+  4.13)
 """
 
 from __future__ import annotations
@@ -33,32 +33,28 @@ from frictool.presentation.svg import drawing, render
 
 FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
 SIDES = ((1.0, FORWARD, "forward"), (-1.0, BACKWARD, "backward"))
-WIDTH, HEIGHT = 7.0, 3.2  # inches; of each axes
-POINTS, LEVELS, TICKS = (
-    201,
-    15,
-    8,
-)  # of a curve, of colours, of the scale beside them (intervals, at most)
-REACH = 1.1  # of the speeds drawn over the fastest stroke's
+WIDTH, HEIGHT = 7.0, 3.2  # inches, size of each axes
+# points of a curve, colour levels, and most intervals of the colour scale
+POINTS, LEVELS, TICKS = (201, 15, 8)
+REACH = 1.1  # largest speed drawn, relative to the mean speed of the fastest stroke
 
 
 def picture_of(
     model: Model, result: Identification, records: Sequence[MotionRecord], bench: Bench
 ) -> str:
-    """The strokes of the logs that can be averaged and the breakaways, with the laws that were
-    found."""
+    """Return the picture of strokes that can be averaged, of breakaways, and of the laws."""
     sliding = [record for record in records if result.kinds[record.name] != "ramp"]
     if result.laws is not None:
         sliding = [without_load(record, result.laws) for record in sliding]
     try:
         rows = stroke_rows(sliding, bench)
     except UnusableLogs:
-        rows = None  # no stroke is long enough: the law alone is drawn
+        rows = None  # no stroke is long enough: only the law is drawn
     return picture(model, rows, result.ramp)
 
 
 def picture(model: Model, rows: StrokeRows | None, ramp: Breakaway | None) -> str:
-    """The `<svg>` element, the same bytes for the same identification."""
+    """Return the `<svg>` element; equal identifications give identical bytes."""
     mapped = (
         model.laws is not None
         and model.laws.position is not None
@@ -77,8 +73,10 @@ def picture(model: Model, rows: StrokeRows | None, ramp: Breakaway | None) -> st
 
 
 def friction_over_speed(model: Model, speed: Vector, direction: float) -> Vector:
-    """The mean friction in slip (n,), N m | N, at speeds (n,) >= 0 in a direction, +1 or -1; a fall
-    at low speeds left out."""
+    """Return the mean friction in slip (n,), N m | N, at speeds (n,) >= 0 in a direction (+-1).
+
+    The Stribeck fall at low speeds is left out.
+    """
     today, laws = model.parameters, model.laws
     own = None if laws is None or direction > 0.0 else laws.backward
     coulomb = (own.coulomb if own is not None else None) or today.coulomb
@@ -98,7 +96,7 @@ def friction_over_speed(model: Model, speed: Vector, direction: float) -> Vector
 
 
 def _fastest(model: Model, rows: StrokeRows | None) -> float:
-    """The speed that the pictures go to."""
+    """Return the largest speed of the pictures, rad/s | m/s."""
     if rows is not None:
         return REACH * float(rows.means.mean(rows.means.speed).max())
     top = model.bench.mechanics.top_speed
@@ -141,8 +139,7 @@ def _over_speed(ax: Axes, model: Model, rows: StrokeRows | None, ramp: Breakaway
 def _beside_the_mean(
     model: Model, rows: StrokeRows, ramp: Breakaway | None, side: float
 ) -> Vector | float:
-    """By how much friction at the places that each stroke passes (m,) is above its mean over the
-    travel."""
+    """Return the excess (m,) of friction at each stroke's positions over the mean of the travel."""
     if (
         ramp is None
         or ramp.by_position is None
@@ -193,8 +190,7 @@ def _over_position(ax: Axes, model: Model, ramp: Breakaway) -> None:
 
 
 def _over_both(figure: Figure, ax: Axes, model: Model, rows: StrokeRows | None) -> None:
-    """Friction in slip against the motion, over position and signed speed: the level over speed
-    times the shape over position."""
+    """Draw friction in slip over position and signed speed: speed level times position shape."""
     assert model.laws is not None
     assert model.laws.position is not None
     law, fastest = model.laws.position, _fastest(model, rows)

@@ -1,5 +1,8 @@
-"""Warn of logs that disagree: all together give a much wider interval than one alone, and their
-common model fits none of them."""
+"""Warn of logs that disagree.
+
+The interval of all logs together is then much wider than that of one log, and the common model fits
+none of them.
+"""
 
 from __future__ import annotations
 
@@ -16,18 +19,19 @@ WIDER = 4.0  # largest width from all logs, relative to that of one log alone
 OTHERS_DIFFER = (
     "although the logs agree on it: they differ in another parameter, or the method widens it"
 )
-MOST_LOGS = 20  # most logs that are compared; the first ones are taken
+MOST_LOGS = 20  # largest number of logs compared; the first ones are used
 
 
 def pooling_warnings(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, fit: SlidingFit
 ) -> list[str]:
-    """Return a warning for each parameter whose interval from all logs is more than WIDER times
-    that of one log alone.
+    """Return a warning for each parameter with a much wider interval than from a single log.
 
-    fit: the fit of all logs in which no parameter is fixed at a value of the bench; neither is one
-    in the fit of a single log, which has the same method and structure. Least squares replace
-    output error, which needs a search for each log, for all logs together, too.
+    The interval from all logs must be more than WIDER times as wide.
+
+    `fit` is the fit of all logs, without parameters fixed at values of the bench. Each log alone is
+    fitted with the same method and structure. For output error, least squares are used for both
+    sides, since output error needs a search for each log.
     """
     if len(records) < 2:
         return []
@@ -62,7 +66,9 @@ def pooling_warnings(
             apart = max(one.low for one in told.values()) > min(one.high for one in told.values())
             reason = "because the logs disagree" if apart else OTHERS_DIFFER
             out.append(
-                f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of {best} alone, {reason} "
-                f"({values}); identify them one by one (--each log), or leave out the log of another state of the machine"
+                f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of "
+                f"{best} alone, {reason} "
+                f"({values}); identify them one by one (--each log), or leave out the log of "
+                "another state of the machine"
             )
     return out

@@ -1,15 +1,16 @@
-"""Whether many identifications of one parameter are of one population: what they scatter against
-what their intervals let expect.
+"""Test if many estimates of one parameter come from one population.
 
-The standard deviation s of a value is the half width of its interval over the normal quantile. With
-weights w = 1/s^2 about the weighted mean, Q = sum w (x - mean)^2 has the chi-squared distribution
-with n - 1 degrees of freedom where one value is behind them all (Cochran, Biometrics 10, 1954);
-what it exceeds them by is the variance that the intervals do not explain (DerSimonian and Laird,
-Controlled Clinical Trials 7, 1986). Where units are known, Q splits into what is within and what is
-between them; the means of the units are held against each other with what the logs of one unit
-scatter beyond their intervals added to s^2. The drift is one slope over the date about the mean of
-each unit, its error widened where the scatter about it asks for it (Birge, Physical Review 40,
-1932).
+The observed scatter is compared with the scatter that the intervals predict. The standard deviation
+s of a value is the half width of its interval over the normal quantile.
+
+With weights w = 1/s^2, Q = sum w (x - mean)^2 has a chi-squared distribution with n - 1 degrees of
+freedom if all estimates have one true value (Cochran, Biometrics 10, 1954). The excess of Q gives
+the variance that the intervals do not explain (DerSimonian and Laird, Controlled Clinical Trials 7,
+1986).
+
+If units are known, Q splits into parts within and between units. In the test between units, the
+unexplained scatter within units is added to s^2. The drift is one common slope over the date, about
+the mean of each unit; its error is widened by the Birge ratio (Birge, Physical Review 40, 1932).
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ DAY_S = 86400.0
 
 @dataclass(frozen=True)
 class UnitValue:
-    """One identification. unit: of which actuator. day: when, in days; None where nobody knows."""
+    """One estimate of a parameter, with its unit and its date in days; None if unknown."""
 
     found: Interval
     unit: str | None = None
@@ -40,8 +41,11 @@ class UnitValue:
 
 @dataclass(frozen=True)
 class ScatterTest:
-    """p: the probability of a scatter as large where there is none beyond the intervals. beyond:
-    what there is, a standard deviation."""
+    """Result of a chi-squared test of scatter.
+
+    - p: probability of at least this scatter if the intervals explain all of it
+    - beyond: standard deviation of the scatter that the intervals do not explain
+    """
 
     p: float
     beyond: float
@@ -49,7 +53,7 @@ class ScatterTest:
 
 @dataclass(frozen=True)
 class ParameterDrift:
-    """slope [1/day], with its interval, and the probability of one as large where there is none."""
+    """Common slope over time [1/day] with its interval, and the p-value of a slope of zero."""
 
     slope: Interval
     p: float
@@ -57,12 +61,15 @@ class ParameterDrift:
 
 @dataclass(frozen=True)
 class Population:
-    """Of one parameter, in SI. mean: weighted. spread: standard deviation of the values. expected:
-    what their intervals let expect.
+    """Scatter of one parameter over many models, in SI units.
 
-    whole: of all values; within, between: of the values of a unit, and of the units; None where too
-    few are known. alone: the same of each unit by itself. level: the probability that one
-    population is called several, by all tests together.
+    - mean: weighted mean
+    - spread: standard deviation of the values
+    - expected: standard deviation predicted by the intervals
+    - whole: test of all values
+    - within, between: tests within units and between units; None without enough values
+    - alone: test of each unit's own values
+    - level: probability of rejecting a single population, over all tests together
     """
 
     count: int
@@ -79,23 +86,23 @@ class Population:
 
     @property
     def changing(self) -> list[str]:
-        """The units whose own logs differ."""
+        """Return the units with logs that differ from each other."""
         return [unit for unit, test in self.alone.items() if test.p < self.limit / len(self.alone)]
 
     @property
     def limit(self) -> float:
-        """The p below which a test says no."""
+        """Return the p-value below which a single test rejects (Bonferroni)."""
         return self.level / sum(
             test is not None for test in (self.whole, self.within, self.between, self.drift)
         )
 
     def rejects(self, test: ScatterTest | ParameterDrift | None) -> bool:
-        """Whether a test that there is says no."""
+        """Return whether a test exists and rejects."""
         return test is not None and test.p < self.limit
 
     @property
     def one(self) -> bool:
-        """Whether nothing speaks against one value behind all of them."""
+        """Return whether no test rejects a common value."""
         return not any(
             self.rejects(test) for test in (self.whole, self.within, self.between, self.drift)
         )
@@ -104,10 +111,10 @@ class Population:
 def populations(
     values: Mapping[str, Sequence[UnitValue]], confidence: float
 ) -> dict[str, Population]:
-    """Parameter -> its population, of those that two identifications at least have given.
+    """Return the population of each parameter with at least two values.
 
-    confidence: of the intervals; and that no parameter of one population is called several,
-    whichever they are (Bonferroni).
+    `confidence` is that of the intervals. It is also the probability that no parameter of one
+    population is rejected, over all parameters together (Bonferroni).
     """
     told = {name: own for name, own in values.items() if len(own) >= 2}
     return {
@@ -117,7 +124,7 @@ def populations(
 
 
 def population(values: Sequence[UnitValue], confidence: float, level: float) -> Population:
-    """Of one parameter, of two values at least."""
+    """Return the population of one parameter with at least two values."""
     found = np.array([one.found.value for one in values])
     s = _deviations(values, confidence)
     units = np.array(
@@ -146,7 +153,7 @@ def population(values: Sequence[UnitValue], confidence: float, level: float) -> 
 
 
 def _deviations(values: Sequence[UnitValue], confidence: float) -> Vector:
-    """(n,) standard deviations: of the wider side, as an interval may be cut at zero."""
+    """Return standard deviations (n,) from the wider side, since an interval may be cut at zero."""
     reach = [
         max(one.found.high - one.found.value, one.found.value - one.found.low) for one in values
     ]
@@ -160,8 +167,7 @@ def _mean(found: Vector, s: Vector) -> float:
 
 
 def _test(found: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
-    """Of the scatter about the mean of each group (n,), all together; about the mean of all where
-    there are none."""
+    """Return the joint test of the scatter about the mean of each group (n,), or of all values."""
     w = s**-2.0
     group = np.zeros(found.size, dtype=np.int64) if group is None else group
     q, free, reach = 0.0, found.size, 0.0
@@ -179,7 +185,7 @@ def _test(found: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> S
 def _by_unit(
     found: Vector, s: Vector, units: NDArray[np.str_]
 ) -> tuple[ScatterTest | None, ScatterTest | None]:
-    """Within the units, and between them; None where there is but one log of each, or one unit."""
+    """Return the tests within and between units; None if there are too few logs or units."""
     names, group = np.unique(units, return_inverse=True)
     within = _test(found, s, group) if names.size < found.size else None
     if names.size < 2 or within is None:
@@ -199,8 +205,7 @@ def _drift(
     units: NDArray[np.str_],
     confidence: float,
 ) -> ParameterDrift | None:
-    """None where no unit has dates that differ, or nothing is left to tell how far the logs are off
-    the line."""
+    """Return the drift; None if no unit has several dates or no degree of freedom is left."""
     days = [one.day for one in values]
     if any(day is None for day in days):
         return None

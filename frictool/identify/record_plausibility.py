@@ -1,5 +1,4 @@
-"""Whether a record can be one of the bench's axis at all: values that no axis reaches, and counts
-that it cannot have skipped."""
+"""Check a record against the bench: values beyond any axis, and jumps of the counter."""
 
 from __future__ import annotations
 
@@ -11,18 +10,21 @@ from frictool.errors import LogError
 from frictool.identify.motion_record import MotionRecord
 from frictool.logs.quality.jumps import JUMPS, PositionJumps, allowance
 
-MOST_COUNTS = 2.0**53  # from 0: beyond, not even whole numbers are told apart
-MOST_TRAVELS = (
-    10.0  # from the middle: a travel is known roughly, and the zero of an encoder not at all
-)
-MOST_EFFORT = 10.0  # of what the actuator gives at its limit
+MOST_COUNTS = 2.0**53  # largest count; beyond it, doubles do not hold every integer
+# largest distance from the median position, in travels; the travel is known roughly, the encoder's
+# zero not at all
+MOST_TRAVELS = 10.0
+MOST_EFFORT = 10.0  # largest effort, relative to that at the actuator's limit
 
 
 def implausible(record: MotionRecord, bench: Bench) -> list[str]:
-    """What is odd about the record's counts: warnings.
+    """Return warnings about jumps of the record's counts.
 
-    Raises LogError with the time of the first position that no encoder or travel gives, or effort
-    that no actuator gives.
+    Raises
+    ------
+    LogError
+        With the time of the first position that no encoder or travel allows, or of the first effort
+        that no actuator reaches.
     """
     length, effort = si_unit("position", bench.axis), si_unit("effort", bench.axis)
     counts = MOST_COUNTS * record.resolution
@@ -42,7 +44,8 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
             away,
             record.position,
             length,
-            f"within {MOST_TRAVELS:g} times the bench's travel, {reach:.4g} {length}, of the others",
+            f"within {MOST_TRAVELS:g} times the bench's travel, {reach:.4g} {length}, of the "
+            "others",
         )
     most = MOST_EFFORT * bench.actuator.limit.value * bench.actuator.constant.value
     beyond = np.abs(record.effort) > most
@@ -57,8 +60,10 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
 
 
 def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
-    """Return whether `implausible` repeats this warning of a log, which is on jumps, because the
-    bench has a top speed."""
+    """Return whether `implausible` repeats this warning of a log about jumps.
+
+    It does if the bench has a top speed.
+    """
     return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 
 
@@ -74,8 +79,7 @@ def _refuse(
 
 
 def _skipped_counts(record: MotionRecord, bench: Bench) -> list[str]:
-    """A warning where the position jumps by more than top speed covers in a period, as a counter
-    does that wraps."""
+    """Return a warning for position steps that exceed top speed, such as a counter's wrap."""
     top_speed = bench.mechanics.top_speed
     if top_speed is None:
         return []

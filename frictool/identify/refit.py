@@ -1,9 +1,8 @@
-"""Second fit, in which the parameters that the first one could not give are fixed at the bench's
-values.
+"""Second fit, with the refused parameters fixed at the bench's values.
 
 A model carries the bench's value for each refused parameter. The other parameters were fitted
-jointly with another value of it, and would not explain the log together with the bench's. They are
-therefore fitted again with the bench's value fixed. Their intervals are widened by the bench's
+jointly with a different value of it, and would not explain the log together with the bench's. They
+are therefore fitted again with the bench's value fixed. Their intervals are widened by the bench's
 interval of the fixed parameter.
 """
 
@@ -21,24 +20,24 @@ from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.load_terms import bench_with_terms, terms_of
 
+# methods that give no inertia, and either all parameters of their curve or none
 CANNOT = (
     "stribeck-curve",
     "friction-force",
-)  # methods that give no inertia, and either all parameters of their curve or none
+)
 
 
 def fixed_parameters(
     fit: SlidingFit, found: Mapping[str, Interval], bench: Bench
 ) -> dict[str, Interval]:
-    """Return the bench's intervals of the parameters that the fit gave and that were refused.
+    """Return the bench's intervals of the parameters that were fitted and then refused.
 
     An inertia that the encoder's resolution hides stays free: its column is noise and nearly
     orthogonal to the others (4.27). Parameters that the motion cannot distinguish are not fixed
     either.
     """
-    split = (
-        bench.load is not None and "coulomb_by_direction" in bench.load.terms
-    )  # coulomb and offset are then two Coulomb frictions
+    # coulomb and offset are then two Coulomb frictions
+    split = bench.load is not None and "coulomb_by_direction" in bench.load.terms
     out = {}
     for name in SLIDING[:2] if split else SLIDING:
         known: Quantity | None = getattr(bench.mechanics, name)
@@ -59,10 +58,10 @@ def refit(
     fit: SlidingFit,
     fixed: Mapping[str, Interval],
 ) -> SlidingFit:
-    """Return the fit by the same method and structure with these parameters fixed. Raises
-    NothingUsable as the method does.
+    """Return the fit by the same method and structure, with these parameters fixed.
 
-    A parameter that `auto` set to 0 stays 0, and an inertia that it took from another method stays.
+    A parameter that `auto` set to 0 stays 0. An inertia that `auto` took from another method stays.
+    Raises UnusableLogs as the method does.
     """
     assert fit.method is not None
     held = with_held(settings, fit, fixed)
@@ -98,8 +97,7 @@ def refit(
 def with_held(
     settings: methods.IdentificationSettings, fit: SlidingFit, fixed: Mapping[str, Interval]
 ) -> methods.IdentificationSettings:
-    """Return the settings in which these parameters are fixed, and those that the fit dropped stay
-    0."""
+    """Return settings that fix these parameters and keep those dropped by the fit at 0."""
     dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters}
     return replace(settings, fixed={**dropped, **fixed})
 
@@ -110,7 +108,7 @@ def refit_same_structure(
     settings: methods.IdentificationSettings,
     fit: SlidingFit,
 ) -> SlidingFit:
-    """Return the fit of the same method and the same terms."""
+    """Return the fit of the same method and the same load terms."""
     terms = terms_of(fit.laws)
     if fit.method == "output-error":
         from frictool.identify.estimators.output_error import simulation_error

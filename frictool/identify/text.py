@@ -1,4 +1,4 @@
-"""An identification for people: one line a parameter, and what was found or refused beside them."""
+"""Text of an identification: one line per parameter, then laws, measurements and refusals."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from frictool.identify.methods import METHODS
 
 
 def law_lines(model: Model) -> list[str]:
-    """What friction does beyond the parameters."""
+    """Return the lines on friction and load laws beyond the parameters."""
     if model.laws is None:
         return []
     lines, today, laws = [], model.parameters, model.laws
     for regime in laws.regimes:
         speed, viscous = regime.above, regime.viscous
         lines.append(
-            f"from {speed.value:.4g} {speed.unit} [{speed.low:.4g}, {speed.high:.4g}] on, viscous is {viscous.value:.4g} {viscous.unit} "
+            f"from {speed.value:.4g} {speed.unit} [{speed.low:.4g}, {speed.high:.4g}] on, "
+            f"viscous is {viscous.value:.4g} {viscous.unit} "
             f"[{viscous.low:.4g}, {viscous.high:.4g}]"
         )
     if laws.position is not None:
@@ -32,7 +33,8 @@ def law_lines(model: Model) -> list[str]:
             f"{len(curve.forward) - 1} forward, {len(curve.backward or curve.forward) - 1} backward"
         )
         lines.append(
-            f"friction over {over.low:.4g} to {over.high:.4g} {over.unit} as polynomials of order {orders} (4.44)"
+            f"friction over {over.low:.4g} to {over.high:.4g} {over.unit} as polynomials of "
+            f"order {orders} (4.44)"
         )
         for side, powers in (
             ("forward", curve.forward),
@@ -45,25 +47,27 @@ def law_lines(model: Model) -> list[str]:
         own = {name: getattr(laws.backward, name) for name in ("viscous", "coulomb", "breakaway")}
         own = {name: found for name, found in own.items() if found is not None}
         lines.append(
-            f"backward: {', '.join(shown(name, found) for name, found in own.items())}; {', '.join(own)} above: forward"
+            f"backward: {', '.join(shown(name, found) for name, found in own.items())}; "
+            f"{', '.join(own)} above: forward"
         )
     if laws.load is not None:
         lines.append(f"load beside friction: {load_line(laws.load)}")
     if laws.position is not None and today.coulomb.value > 0.0:
         lines.append(
-            f"beta, breakaway over friction in slip (4.42): {today.breakaway.value / today.coulomb.value:.4g}"
+            "beta, breakaway over friction in slip (4.42): "
+            f"{today.breakaway.value / today.coulomb.value:.4g}"
         )
     return lines
 
 
 def shown(name: str, found: Estimate) -> str:
-    """A parameter with its interval."""
+    """Return a parameter with unit and interval as text."""
     low, high = found.interval
     return f"{name} {found.value:.5g} {found.unit} [{low:.5g}, {high:.5g}]"
 
 
 def load_line(load: Load) -> str:
-    """What acts beside friction."""
+    """Return the load laws as text."""
     parts = [] if load.stiffness is None else [shown("spring", load.stiffness)]
     if load.gravity is not None:
         parts += [
@@ -82,7 +86,7 @@ def load_line(load: Load) -> str:
 
 
 def measurement_lines(model: Model) -> list[str]:
-    """The bench itself."""
+    """Return the lines on measured properties of the bench."""
     found = model.measurement
     if found is None:
         return []
@@ -95,12 +99,13 @@ def measurement_lines(model: Model) -> list[str]:
 
 
 def presliding_lines(model: Model) -> list[str]:
-    """What comes before the breakaway."""
+    """Return the lines on presliding friction."""
     found = model.presliding
     if found is None:
         return []
     lines = [
-        f"presliding, by {found.law} which predicts best: {shown('z_max', found.limit)}, {shown('stiffness', found.stiffness)}"
+        f"presliding, by {found.law} which predicts best: {shown('z_max', found.limit)}, "
+        f"{shown('stiffness', found.stiffness)}"
     ]
     for name in ("lugre", "elasto_plastic", "maxwell_slip"):
         law = getattr(found, name)
@@ -113,7 +118,8 @@ def presliding_lines(model: Model) -> list[str]:
     if found.preisach is not None:
         size = found.preisach
         lines.append(
-            f"  preisach: {len(size.table) // 2} amplitudes, {shown('up to', size.limit)}, {shown('saturation', size.saturation)}"
+            f"  preisach: {len(size.table) // 2} amplitudes, {shown('up to', size.limit)}, "
+            f"{shown('saturation', size.saturation)}"
         )
     return lines + [f"  {name}: not told: {reason}" for name, reason in found.refused.items()]
 
@@ -128,20 +134,26 @@ def force_line(error: float | None) -> str:
 
 
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
-    """Return over which speeds friction may fall after the onset, and what would narrow the
-    breakaway's interval."""
+    """Return the line on the range of Stribeck velocities behind the breakaway's interval.
+
+    If only the onsets bound the range, the line also says how to make it narrower.
+    """
     if fall.known:
-        return f"its interval holds the fit's Stribeck velocity, [{fall.low:.3g}, {fall.high:.3g}] {unit}"
+        return (
+            f"its interval holds the fit's Stribeck velocity, [{fall.low:.3g}, "
+            f"{fall.high:.3g}] {unit}"
+        )
     upper = f"up to {fall.high:.2g} {unit}" if isfinite(fall.high) else "of any size"
     lower = f" from {fall.low:.2g}" if fall.low > 0.0 else ""
     return (
-        f"its interval holds Stribeck velocities{lower} {upper}, which the encoder does not tell apart; a finer encoder, a slower ramp, or "
+        f"its interval holds Stribeck velocities{lower} {upper}, which the encoder does not tell "
+        "apart; a finer encoder, a slower ramp, or "
         "constant speeds with --method stribeck-curve narrow it"
     )
 
 
 def table(result: Identification, model: Model) -> str:
-    """The same for people."""
+    """Return the whole identification as text."""
     lines = [f"{Path(name).name}: {kind}" for name, kind in result.kinds.items()]
     lines.append(f"{result.method}: {METHODS[result.method].what}")
     chosen = result.fit is not None and result.fit.why
@@ -149,28 +161,33 @@ def table(result: Identification, model: Model) -> str:
     rows = [name for name in (*PARAMETERS, *CURVE) if getattr(model.parameters, name) is not None]
     width = max(map(len, rows)) + 2
     lines.append(
-        f"{'parameter':<{width}}{'value':>12}  {f'interval at {100 * result.confidence:g} %':<28}{'unit':<12}source"
+        f"{'parameter':<{width}}{'value':>12}  "
+        f"{f'interval at {100 * result.confidence:g} %':<28}{'unit':<12}source"
     )
     for name in rows:
         estimate = getattr(model.parameters, name)
         known = estimate.low is not None and estimate.high is not None
         interval = f"[{estimate.low:.5g}, {estimate.high:.5g}]" if known else "unknown"
         lines.append(
-            f"{name:<{width}}{estimate.value:>12.5g}  {interval:<28}{estimate.unit:<12}{estimate.source}"
+            f"{name:<{width}}{estimate.value:>12.5g}  "
+            f"{interval:<28}{estimate.unit:<12}{estimate.source}"
         )
     if result.fit is not None:
         lines.append(
-            f"{force_line(result.fit.force_error)}; condition {result.fit.condition:.3g}; {result.fit.samples} samples"
+            f"{force_line(result.fit.force_error)}; condition {result.fit.condition:.3g}; "
+            f"{result.fit.samples} samples"
         )
     if result.ramp is not None:
         unit = model.parameters.breakaway.unit
         lines.append(
-            f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)"
+            f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} "
+            f"{unit} late (corrected)"
         )
         lines.append(fall_line(result.ramp.fall, si_unit("velocity", model.axis)))
     if result.fit is not None and result.fit.dropped:
         lines.append(
-            f"taken to be 0, unseen strokes are predicted no worse without: {', '.join(result.fit.dropped)}"
+            "taken to be 0, unseen strokes are predicted no worse without: "
+            f"{', '.join(result.fit.dropped)}"
         )
     lines += law_lines(model) + presliding_lines(model) + measurement_lines(model)
     ordered = dict.fromkeys((*PARAMETERS, *result.refused))

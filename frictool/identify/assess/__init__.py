@@ -1,4 +1,4 @@
-"""What a bench can identify, before anything is measured on it (thesis 4.2.1-4.2.4, annex B)."""
+"""Assess what a bench can identify before any measurement (thesis 4.2.1-4.2.4, annex B)."""
 
 from typing import TYPE_CHECKING
 

@@ -1,5 +1,4 @@
-"""The verdict on each parameter, what another encoder would make of it, and what the sensor tells
-at all."""
+"""Assessment of each parameter, of a finer encoder's effect, and of the sensor's entropy."""
 
 from __future__ import annotations
 
@@ -14,26 +13,31 @@ from frictool.identify.assess.identifiability import PARAMETERS, QUANTILE, Ident
 from frictool.identify.excite.bench_limits import limits_of
 from frictool.identify.excite.cramer_rao import SLIDING, cramer_rao
 
-WANTED = 0.05  # relative half width, where nobody says
-FINEST = 1e-6  # of the step: no finer encoder is looked for
+WANTED = 0.05  # default of the relative half width
+FINEST = 1e-6  # finest encoder tried, relative to the bench's step
 BISECTIONS = 40
 
 
 class NotIdentifiable(FrictoolError):
-    """A wanted precision cannot be reached; the message names the parameters and the encoder that
-    would do."""
+    """Error: a wanted precision cannot be reached.
+
+    The message names the parameters, and the encoder that would suffice.
+    """
 
     exit_code = EXIT_NO
 
 
 @dataclass(frozen=True)
 class ParameterAssessment:
-    """One parameter. target: what had to be reached, of `wanted` and `known` (a priori, None where
-    no interval is known) the smaller.
+    """Assessment of one parameter; precisions are relative half widths.
 
-    least: Cramér-Rao bound of the proposed test as a relative half width, None for what is no
-    parameter of sliding. doubled: the precision with half the step. step: the coarsest encoder step
-    [rad | m] with which it is identifiable, None where none within FINEST is.
+    - wanted: requested precision
+    - known: a-priori precision, None without an interval
+    - target: the smaller one of `wanted` and `known`
+    - least: Cramér-Rao bound of the proposed test, None for other than sliding parameters
+    - doubled: precision with half the encoder step
+    - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if none
+      down to FINEST suffices
     """
 
     parameter: str
@@ -48,8 +52,13 @@ class ParameterAssessment:
 
 @dataclass(frozen=True)
 class Assessment:
-    """rows: of all parameters. entropy: None where the travel has no end. constant: relative half
-    width of the effort constant."""
+    """Verdicts on all parameters of a bench.
+
+    - facts: inputs of the decision
+    - rows: assessment of each parameter
+    - entropy: of the encoder, None on an endless travel
+    - constant: relative half width of the effort constant
+    """
 
     facts: AssessmentInputs
     rows: tuple[ParameterAssessment, ...]
@@ -65,8 +74,33 @@ def assess(
     effort: float | None = None,
     presliding: float | None = None,
 ) -> Assessment:
-    """wanted: parameter -> relative half width, WANTED where it has none; the rest as in
-    `facts_of`. Raises NoSolutionError as it does."""
+    """Return the parameters that a bench can identify, with the precision to expect.
+
+    Parameters
+    ----------
+    bench
+        Bench with its a-priori intervals.
+    wanted
+        Parameter -> relative half width; WANTED for the others.
+    duration
+        Duration of the proposed sines, s.
+    noise
+        Standard deviation of the measured drive, A | V; None for the default.
+    effort
+        Largest effort, N m | N; None for that of the bench.
+    presliding
+        Expected presliding distance z_max, rad | m; None for the default.
+
+    Returns
+    -------
+    Assessment
+        Verdict on each parameter, and the entropy of the encoder.
+
+    Raises
+    ------
+    NoSolutionError
+        If the drive does not overcome the friction, or if nothing limits the speed.
+    """
     facts, limits = facts_of(bench, duration, noise, effort, presliding), limits_of(bench)
     bounds = cramer_rao(list(facts.strokes), facts.axis, facts.sensing)
     least = {name: QUANTILE * float(bound) for name, bound in zip(SLIDING, bounds, strict=True)}
@@ -94,8 +128,10 @@ def _row(
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
-    """The coarsest encoder step below the bench's with which the parameter is identifiable, by
-    bisection of its logarithm."""
+    """Return the coarsest step below the bench's that makes the parameter identifiable.
+
+    The search is a bisection of the step's logarithm; None if no step suffices.
+    """
 
     def fine(step: float) -> bool:
         return verdict(parameter, facts.with_step(step), target).identifiable
@@ -112,8 +148,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(found: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """The rows of `counted` parameters that cannot be had; what is 0 for certain is not looked
-    for."""
+    """Return the rows of `counted` parameters that are not identifiable and not exactly 0."""
     return [
         row
         for row in found.rows

@@ -1,5 +1,7 @@
-"""What the decision starts from: delta_x, T_s, v_max, u_max, a-priori values and the test that is
-proposed, for any step of the encoder."""
+"""Inputs of the decision scheme: encoder step, sample period, top speed, largest effort, priors.
+
+They also hold the proposed test. All can be changed to another encoder step.
+"""
 
 from __future__ import annotations
 
@@ -13,21 +15,28 @@ from frictool.identify.excite.breakaway import SEGMENTS, breakaway_range, effort
 from frictool.identify.excite.cramer_rao import PlannedStroke, PriorAxis, SensorPrecision
 from frictool.identify.excite.sines import plan
 
-# the a-priori time constant inertia/viscous has to be known to this factor for a filter to be tuned
-# by it
+# largest ratio of the a-priori time constants inertia/viscous for which a filter can be tuned
 KNOWN_DYNAMICS = 10.0
 PRESLIDING = {"linear": 1e-5, "rotary": 1e-3}  # m, of table 3.1; rad, the same at a radius of 10 mm
 
 
 @dataclass(frozen=True)
 class AssessmentInputs:
-    """SI. axis: its a-priori values; sensing: period, step, noise of the effort. speed, effort: the
-    largest.
+    """Inputs of the assessment, in SI units.
 
-    strokes: the sines proposed. fastest, slowest: a-priori time constants inertia/viscous, s.
-    known: parameter -> half width of the a-priori interval over its value, for those that have one.
-    Of a test that is yet to come besides: breakaway, rate: expected, and of the ramps [N m/s |
-    N/s]; presliding: distance z_max expected, rad | m.
+    - axis: a-priori axis
+    - sensing: period, encoder step, noise of the effort
+    - speed, effort: largest values
+    - strokes: proposed sines
+    - fastest, slowest: a-priori time constants inertia/viscous, s
+    - known: parameter -> relative half width of its a-priori interval, if it has one
+    - inertia: lower end, value and upper end
+    - breakaway: expected breakaway, N m | N
+    - rate: of the proposed ramps, N m/s | N/s
+    - onsets: number of onsets of the proposed ramps
+    - presliding: expected distance z_max, rad | m
+
+    The last four are 0 for recorded motion.
     """
 
     axis: PriorAxis
@@ -46,14 +55,15 @@ class AssessmentInputs:
 
     @property
     def dynamics_known(self) -> bool:
+        """Return whether the a-priori time constants are known well enough to tune a filter."""
         return math.isfinite(self.slowest) and self.slowest <= KNOWN_DYNAMICS * self.fastest
 
     def with_step(self, step: float) -> AssessmentInputs:
-        """The same bench with another encoder."""
+        """Return the inputs with another encoder step, rad | m."""
         return replace(self, sensing=replace(self.sensing, step=step))
 
     def value(self, parameter: str) -> float:
-        """A-priori, SI."""
+        """Return the a-priori value of a parameter, SI."""
         return {"breakaway": self.breakaway, "presliding": self.presliding}.get(parameter) or float(
             getattr(self.axis, parameter)
         )
@@ -66,10 +76,13 @@ def facts_of(
     effort: float | None,
     presliding: float | None,
 ) -> AssessmentInputs:
-    """duration [s] of the sines; noise [A | V]; effort [N m | N] and presliding [rad | m] where the
-    bench's own are not meant.
+    """Return the inputs for a bench and a proposed test.
 
-    Raises NoSolutionError where the drive does not overcome the friction.
+    - duration: of the sines, s
+    - noise: of the measured drive, A | V
+    - effort, presliding: N m | N and rad | m, in place of the defaults
+
+    Raises NoSolutionError if the drive does not overcome the friction.
     """
     known, limits = bench.mechanics, limits_of(bench)
     low, high = known.inertia.interval
@@ -92,14 +105,14 @@ def facts_of(
 
 
 def time_constants(bench: Bench) -> tuple[float, float]:
-    """The shortest and the longest a-priori inertia/viscous, s."""
+    """Return the shortest and the longest a-priori time constant inertia/viscous, s."""
     low, high = bench.mechanics.inertia.interval
     least, most = bench.mechanics.viscous.interval
     return low / most if most > 0.0 else math.inf, high / least if least > 0.0 else math.inf
 
 
 def known_widths(bench: Bench) -> dict[str, float]:
-    """Parameter -> half width of its a-priori interval over its value, for those that have one."""
+    """Return the relative half width of the a-priori interval of each parameter that has one."""
     names = ("inertia", "viscous", "coulomb", "breakaway")
     return {
         name: width for name in names if (width := _width(getattr(bench.mechanics, name))) > 0.0
@@ -107,7 +120,7 @@ def known_widths(bench: Bench) -> dict[str, float]:
 
 
 def _width(quantity: Quantity | None) -> float:
-    """Half width of the interval over the value; 0 where there is none."""
+    """Return the half width of the interval relative to the value, 0 without one."""
     if quantity is None or quantity.value <= 0.0:
         return 0.0
     low, high = quantity.interval

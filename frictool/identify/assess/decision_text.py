@@ -1,5 +1,4 @@
-"""Figure 4.4 in plain text: the path that this bench takes through the decision, with its
-numbers."""
+"""Decision scheme of figure 4.4 as text, with this bench's path and numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +8,7 @@ from frictool.identify.assess.assessment import Assessment, ParameterAssessment
 from frictool.identify.assess.identifiability import Identifiability, percent, raw_bound, up_to
 from frictool.identify.assess.noise_filter import noise_ratio
 
-ENDS = {  # method -> where the path of a sliding parameter ends
+ENDS = {  # method -> end of the path of a sliding parameter
     "least-squares": "least squares weighted by the speed, conditioned",
     "weak": "weak form over windows of a stroke",
     "sines": "sines on a position loop",
@@ -18,7 +17,7 @@ ENDS = {  # method -> where the path of a sliding parameter ends
 
 
 def scheme(found: Assessment) -> list[str]:
-    """Lines: a question each, the answer behind it."""
+    """Return the lines of the scheme: questions with their answers, and the resulting methods."""
     rows = {row.parameter: row for row in found.rows}
     inertia, viscous = rows["inertia"], rows["viscous"]
     lines = [
@@ -39,20 +38,27 @@ def scheme(found: Assessment) -> list[str]:
             rows["breakaway"].target,
             ramps.identifiable,
         ),
-        f"   breakaway: {'ramps both ways over the travel (figure 4.6)' if ramps.identifiable else ENDS[None]}{_reached(ramps)}",
+        "   breakaway: "
+        f"{'ramps both ways over the travel (figure 4.6)' if ramps.identifiable else ENDS[None]}"
+        f"{_reached(ramps)}",
         _question(
             "one count of the presliding distance",
             up_to(presliding.bound or 0.0),
             rows["presliding"].target,
             presliding.identifiable,
         ),
-        f"   presliding: {'closed loops below the breakaway' if presliding.identifiable else 'not to be seen with this encoder'}",
+        "   presliding: "
+        f"""{
+            "closed loops below the breakaway"
+            if presliding.identifiable
+            else "not to be seen with this encoder"
+        }""",
     ]
     return lines
 
 
 def _differentiated(found: Assessment, row: ParameterAssessment, what: str) -> list[str]:
-    """Return bounds (4.3) of the inertia, (4.4) of the velocity; behind a filter (4.8), (4.9)."""
+    """Return the questions on differencing without (4.3), (4.4) and with a filter (4.8), (4.9)."""
     facts, raw = found.facts, raw_bound(row.parameter, found.facts)
     lines = [
         _question(

@@ -1,7 +1,7 @@
-"""Metric entropy of the sensor (annex B): n equal counts over the travel tell ln n nats, log2 n
-bits, of where the axis is.
+"""Metric entropy of the sensor (annex B).
 
-Twice the resolution adds ln 2 whatever n is; twice the information takes n^2 counts.
+n equal counts over the travel hold ln n nats, or log2 n bits, of information on the position. Twice
+the resolution adds ln 2 for any n; twice the information needs n^2 counts.
 """
 
 from __future__ import annotations
@@ -13,8 +13,13 @@ import numpy as np
 
 
 class SensorEntropy(NamedTuple):
-    """counts: n over the travel. nats: ln n. gain: what doubling n adds, relative to it. squared:
-    n^2, for twice the information."""
+    """Entropy of a position sensor.
+
+    - counts: n over the travel
+    - nats: ln n
+    - gain: relative gain from doubling n
+    - squared: n^2, the counts for twice the information
+    """
 
     counts: float
     nats: float
@@ -23,18 +28,21 @@ class SensorEntropy(NamedTuple):
 
     @property
     def bits(self) -> float:
+        """Return the entropy in bits."""
         return self.nats / math.log(2.0)
 
 
 def metric_entropy(measures: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
-    """(4): -sum mu ln mu over the cells of a partition, their measures (n,) summing to 1; in
-    nats."""
+    """Return the entropy (4) of a partition, -sum mu ln mu, in nats.
+
+    `measures` (n,) are those of its cells, and sum to 1.
+    """
     occupied = measures[measures > 0.0]
     return float(-(occupied * np.log(occupied)).sum())
 
 
 def sensor_entropy(travel: float, step: float) -> SensorEntropy:
-    """Of an encoder of `step` over `travel`, both in rad | m: (5), normalised to a travel of 1."""
+    """Return the entropy (5) of an encoder of `step` over `travel`, both in rad | m."""
     counts = travel / step
     nats = math.log(counts) if counts > 1.0 else 0.0
     return SensorEntropy(counts, nats, math.log(2.0) / nats if nats > 0.0 else math.inf, counts**2)

@@ -1,17 +1,15 @@
-"""The decision of figure 4.4, parameter by parameter: which method gives it to the precision wanted
-with this encoder, and why.
+"""Decide by figure 4.4 which method identifies each parameter to the wanted precision, and why.
 
-    differentiation   the worst case of (4.3) | (4.4) is within what is wanted
-                      least squares
-    filtered          (4.8) | (4.9) is, with the slowest filter that the a-priori time constant of
-                      the axis bears    least squares
-    otherwise         inertia: the weak form, where its standard deviation allows
+    differentiation   least squares, if the worst case of (4.3) | (4.4) is within the target
+    filtered          least squares, if (4.8) | (4.9) is within the target, with the slowest filter
+                      that the a-priori time constant of the axis permits
+    otherwise         inertia: the weak form, if its standard deviation permits
                       viscous, Coulomb: sines on a position loop (4.38), which need no measured
                       velocity
 
-Going on from the thesis: where (4.8) refuses the inertia, the thesis takes the a-priori value. A
-bound adds every count's error up with the worst sign; over windows of a stroke they average, and
-the weak form is judged by what is left.
+This differs from the thesis in one respect. If (4.8) refuses the inertia, the thesis uses the
+a-priori value. But a bound sums the errors of all counts with the worst sign, whereas over windows
+of a stroke they average. The weak form is judged by the remaining error.
 """
 
 from __future__ import annotations
@@ -32,7 +30,7 @@ from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke, PriorAxi
 
 CONFIDENCE = 0.95
 QUANTILE = float(ndtri(0.5 + 0.5 * CONFIDENCE))
-SINES_COUNTS = 20.0  # that a stroke has to have beyond the backlash for its reversals to be seen
+SINES_COUNTS = 20.0  # least counts of a stroke past the backlash, to detect its reversals
 SINES, RAMPS, LOOPS = (
     "excite --kind sines",
     "excite --kind breakaway",
@@ -42,12 +40,15 @@ SINES, RAMPS, LOOPS = (
 
 @dataclass(frozen=True)
 class Identifiability:
-    """All relative to the a-priori value. precision: half width of the interval expected at 95 %,
-    None where nothing is to be expected.
+    """Verdict on one parameter; precisions are relative to the a-priori value.
 
-    bound: the worst case of quantisation by differentiation (behind the filter, where there is one:
-    its time constant in s); of the ramps, by how much an onset is late; of presliding, a count.
-    None where quantisation does not enter.
+    - method, test: proposed method and test, None without one
+    - precision: half width of the expected 95 % interval, None if nothing can be expected
+    - bound: worst case of quantisation by differentiation, behind the filter if there is one; for
+      ramps the largest delay of an onset; for presliding one count. None if quantisation has no
+      influence.
+    - why: reason, as text
+    - filter: time constant of the filter, s
     """
 
     identifiable: bool
@@ -60,7 +61,10 @@ class Identifiability:
 
 
 def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifiability:
-    """Of inertia, viscous, coulomb, breakaway or presliding; wanted: relative half width."""
+    """Return the verdict on a parameter for a wanted relative half width.
+
+    `parameter` is inertia, viscous, coulomb, breakaway or presliding.
+    """
     if facts.value(parameter) <= 0.0:
         return Identifiability(False, None, None, None, None, "the bench says that it is 0")
     return _JUDGES[parameter](facts, wanted)
@@ -69,8 +73,10 @@ def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifia
 def differentiation(
     parameter: str, facts: AssessmentInputs, wanted: float
 ) -> Identifiability | None:
-    """Least squares where the worst case of differentiation, filtered where it has to be, is within
-    what is wanted; else None."""
+    """Return least squares if the worst case of differentiation is within the target, else None.
+
+    A filter is included if it is needed.
+    """
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if max(raw, precision) <= wanted:
@@ -87,14 +93,17 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return why differences sample by sample cannot give `parameter`, and the precision expected
-    from averaging over windows."""
+    """Return why differencing sample by sample fails, and the precision expected of windows."""
     raw, precision = raw_bound(parameter, facts), statistical(facts)[parameter]
     if facts.dynamics_known:
         best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
         behind = f"{up_to(best)} behind the slowest low-pass filter, {facts.fastest:.3g} s"
     else:
-        behind = f"inertia/viscous, {facts.fastest:.3g} to {facts.slowest:.3g} s, is too uncertain to choose a low-pass filter beforehand"
+        behind = (
+            f"inertia/viscous, {facts.fastest:.3g} to {facts.slowest:.3g} s, is too "
+            "uncertain "
+            "to choose a low-pass filter beforehand"
+        )
     averaged = (
         f"; averaged over windows of {best_window(facts)} samples, {percent(precision)} is expected"
         if math.isfinite(precision)
@@ -104,17 +113,17 @@ def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
 
 
 def worst_case(bound: float) -> str:
-    """Return the text of the worst-case error of differencing sample by sample; it is a bound and
-    no expected precision."""
+    """Return the text on the worst-case error of differencing; it is a bound, no expectation."""
     return f"worst case of one encoder count, differencing sample by sample: {up_to(bound)}"
 
 
 def up_to(bound: float) -> str:
+    """Return an upper bound as text, in per cent."""
     return f"up to {100.0 * bound:.3g} %"
 
 
 def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
-    """(4.3) of the inertia, (4.4) of what the velocity carries."""
+    """Return the worst-case relative error: (4.3) of the inertia, (4.4) of the others."""
     if parameter == "inertia":
         return inertia_error(
             facts.axis.inertia, facts.sensing.step, facts.sensing.period, facts.effort
@@ -123,13 +132,12 @@ def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
 
 
 def statistical(facts: AssessmentInputs) -> dict[str, float]:
-    """Relative half widths at 95 % of the sliding parameters by windowed least squares over the
-    proposed sines."""
+    """Return the relative 95 % half widths of windowed least squares over the proposed sines."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[0]
 
 
 def best_window(facts: AssessmentInputs) -> int:
-    """Samples."""
+    """Return the best window in samples."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[1]
 
 
@@ -176,9 +184,8 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
     found = differentiation("viscous", facts, wanted)
     precision = statistical(facts)[parameter]
     if found is not None and precision <= wanted:
-        bound = (
-            found.bound if parameter == "viscous" else None
-        )  # the mean error of sign(v) is nil (4.2.1.1)
+        # the mean error of sign(v) is zero (4.2.1.1)
+        bound = found.bound if parameter == "viscous" else None
         return Identifiability(
             True, "least-squares", SINES, precision, bound, found.why, found.filter
         )
@@ -191,7 +198,8 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
     if not facts.axis.beside.plain:
         fine, why = (
             precision <= wanted,
-            f"{refusal}; least squares over windows, since the method of sines does not know load.terms",
+            f"{refusal}; least squares over windows, since the method of sines does not know "
+            "load.terms",
         )
         return Identifiability(
             fine, "least-squares" if fine else None, SINES, precision, bound, why
@@ -209,7 +217,10 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
     by_sines = float(
         sines_half_width(facts, QUANTILE)[("viscous", "coulomb").index(parameter)]
     ) / facts.value(parameter)
-    why = f"{refusal}; {percent(by_sines)} by means over strokes, which difference nothing, on a position loop that follows to 3 %"
+    why = (
+        f"{refusal}; {percent(by_sines)} by means over strokes, which difference nothing, on a "
+        "position loop that follows to 3 %"
+    )
     fine = by_sines <= wanted
     return Identifiability(fine, "sines" if fine else None, SINES, by_sines, bound, why)
 
@@ -219,7 +230,10 @@ def _breakaway(facts: AssessmentInputs, wanted: float) -> Identifiability:
         facts.rate, facts.sensing.step, facts.sensing.period, facts.inertia, facts.onsets
     )
     late, precision = found.latest / facts.breakaway, QUANTILE * found.deviation / facts.breakaway
-    why = f"the onset under a ramp of {facts.rate:.3g} a second is seen {up_to(late)} late; corrected over {facts.onsets:g} onsets"
+    why = (
+        f"the onset under a ramp of {facts.rate:.3g} a second is seen {up_to(late)} late; "
+        f"corrected over {facts.onsets:g} onsets"
+    )
     fine = precision <= wanted
     return Identifiability(fine, "ramps" if fine else None, RAMPS, precision, late, why)
 
@@ -234,6 +248,7 @@ def _presliding(facts: AssessmentInputs, wanted: float) -> Identifiability:
 
 
 def percent(part: float) -> str:
+    """Return a relative half width as text, in per cent."""
     return f"+-{100.0 * part:.3g} %"
 
 

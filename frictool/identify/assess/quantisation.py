@@ -1,5 +1,4 @@
-"""What an encoder's count can do at worst to a parameter that is identified by differentiation:
-(4.3), (4.4), filtered (4.8), (4.9)."""
+"""Worst-case errors of differentiation by quantisation: (4.3), (4.4), filtered (4.8), (4.9)."""
 
 from __future__ import annotations
 
@@ -10,11 +9,10 @@ from numpy.typing import NDArray
 
 
 def acceleration_error(step: float, response: NDArray[np.float64]) -> float:
-    """rad/s^2 | m/s^2 that counts of `step` can make of an acceleration: half a count each, all
-    with the worst sign.
+    """Return the largest error of an acceleration by counts of `step`, rad/s^2 | m/s^2.
 
-    response (n,): of the filter from what is counted to the acceleration; (1, -2, 1)/T^2 for
-    (4.3)'s double difference.
+    Each sample is off by half a count with the worst sign. response (n,) is the impulse response
+    from the counted signal to the acceleration; (1, -2, 1)/T^2 for the double difference of (4.3).
     """
     return 0.5 * step * float(np.sum(np.abs(response)))
 
@@ -22,8 +20,11 @@ def acceleration_error(step: float, response: NDArray[np.float64]) -> float:
 def inertia_error(
     inertia: float, step: float, period: float, effort: float, ratio: float = 1.0
 ) -> float:
-    """(4.3), (4.8): relative to the inertia. effort: the largest, N m | N; ratio: noise power that
-    a filter leaves, 0..1."""
+    """Return the relative error of the inertia, (4.3) or (4.8).
+
+    - effort: largest effort, N m | N
+    - ratio: share of the noise power that a filter leaves, 0 to 1
+    """
     return (
         inertia
         * math.sqrt(ratio)
@@ -33,5 +34,5 @@ def inertia_error(
 
 
 def viscous_error(step: float, period: float, speed: float, ratio: float = 1.0) -> float:
-    """(4.4), (4.9): relative to the viscous friction. speed: the largest, rad/s | m/s."""
+    """Return the relative error of viscous friction, (4.4) or (4.9); `speed` is the top speed."""
     return math.sqrt(ratio) * step / (period * speed)

@@ -1,9 +1,9 @@
-"""How precisely breakaway ramps give the breakaway (4.3), before they are played.
+"""Precision of the breakaway from ramps (4.3), before they are played.
 
-The encoder shows a motion when the axis has gone on to its next edge: anywhere in a count, t = (6
-inertia s/R)^(1/3) after an onset without any drop of friction, in which the ramp of R [N m/s | N/s]
-went on by R t. `identify` takes the mean lateness off. What is left is its spread over the place in
-the count, which onsets average, and what the range of the inertia makes of it, which they do not.
+The encoder shows a motion when the axis reaches its next edge, at a distance s within a count.
+Without a drop of friction, that takes t = (6 inertia s/R)^(1/3) after the onset, while the ramp of
+R [N m/s | N/s] grows by R t. `identify` subtracts the mean delay. The remaining errors are the
+spread of s, which averages over onsets, and the effect of the inertia's range, which does not.
 """
 
 from __future__ import annotations
@@ -11,12 +11,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-SPREAD = math.sqrt(3.0 / 5.0 - (3.0 / 4.0) ** 2)  # of s^(1/3), s uniform on 0..1
+# standard deviation of s^(1/3) for s uniform in 0 to 1
+SPREAD = math.sqrt(3.0 / 5.0 - (3.0 / 4.0) ** 2)
 
 
 class RampPrecision(NamedTuple):
-    """N m | N. latest: by which an onset is seen late at most. deviation: of the mean of all
-    onsets, corrected."""
+    """Precision of the breakaway, N m | N.
+
+    - latest: largest excess of the ramp at a visible onset
+    - deviation: standard deviation of the corrected mean of all onsets
+    """
 
     latest: float
     deviation: float
@@ -25,7 +29,14 @@ class RampPrecision(NamedTuple):
 def ramp_precision(
     rate: float, step: float, period: float, inertia: tuple[float, float, float], onsets: float
 ) -> RampPrecision:
-    """rate [N m/s | N/s], step [rad | m], period [s], inertia: low, value, high."""
+    """Return the precision of ramps.
+
+    - rate: N m/s | N/s
+    - step: rad | m
+    - period: s
+    - inertia: lower end, value, upper end
+    - onsets: number of onsets
+    """
     low, value, high = inertia
     latest = (6.0 * value * step) ** (1.0 / 3.0) * rate ** (2.0 / 3.0)
     scatter = math.hypot(SPREAD * latest, rate * period / math.sqrt(12.0)) / math.sqrt(onsets)

@@ -1,9 +1,8 @@
-"""What the decision starts from after the bench: the test as the records show it, in place of the
-one that `assess` proposes.
+"""Inputs of the decision scheme from recorded motion, in place of the test that `assess` proposes.
 
-A stroke of a record is taken for the half sine of its distance and duration. A few strokes stand
-for all, evenly over their durations. Where the bench knows no interval of a parameter, anything
-better than a factor of two is of use.
+A stroke of a record counts as the half sine of its distance and duration. A few strokes, evenly
+spaced over the durations, represent all. If the bench has no interval of a parameter, anything
+better than a factor of two is useful.
 """
 
 from __future__ import annotations
@@ -29,11 +28,11 @@ from frictool.identify.rows.smoothing import (
 )
 from frictool.identify.rows.strokes import find_strokes
 
-MOST = 8  # strokes that stand for all
+MOST = 8  # largest number of strokes that represent all
 
 
 def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInputs:
-    """The facts of records of sliding motion. Raises UnusableLogs where nothing moves."""
+    """Return the inputs for records of sliding motion; raise UnusableLogs if nothing moves."""
     found = np.concatenate([_strokes(record) for record in records])
     if found.size == 0:
         raise UnusableLogs(
@@ -60,7 +59,7 @@ def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInput
 
 
 def _strokes(record: MotionRecord) -> Vector:
-    """Duration [s] and distance [rad | m] of each stroke, (m, 2)."""
+    """Return duration [s] and distance [rad | m] of each stroke, (m, 2)."""
     strokes = find_strokes(record)
     moving = strokes.sign != 0.0
     number, advance = strokes.number[moving], strokes.advance[moving]
@@ -72,7 +71,7 @@ def _strokes(record: MotionRecord) -> Vector:
 
 
 def _representatives(found: Vector) -> tuple[PlannedStroke, ...]:
-    """At most MOST of the strokes (m, 2), each as often either way as makes them all."""
+    """Return at most MOST of the strokes (m, 2), with repetitions that add up to all of them."""
     order = found[np.argsort(found[:, 0], kind="stable")]
     count = min(MOST, order.shape[0])
     chosen = order[((np.arange(count) + 0.5) * order.shape[0] / count).astype(np.int64)]

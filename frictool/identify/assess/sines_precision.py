@@ -1,15 +1,14 @@
-"""How precise the method of sines (4.38) is, computed before anything is measured: mean effort over
-mean speed of gated strokes.
+"""Precision of the method of sines (4.38), predicted before a measurement.
 
-A stroke counts where |sin| > 1/2. Its mean effort has the noise of its samples, its mean speed
-comes from the counts at its ends:
+A stroke is averaged over |sin| > 1/2. Its mean effort has the noise of its samples; its mean speed
+follows from the counts at its ends:
 
     variance = noise^2/n + (viscous step)^2/(6 duration^2)
 
-and the inertia, of which only the a-priori range is known, times the mean acceleration, which is 0
-on a sine that is followed. What a position loop is trusted with: the speeds at the ends of the gate
-differ by FOLLOWED of the top speed at most. This part no repetition averages; it is added as a
-bound.
+The a-priori range of the inertia, times the mean acceleration, adds an error. That acceleration is
+0 if the axis follows the sine. The position loop is assumed to keep the speeds at both ends of the
+gate equal to within FOLLOWED of the top speed. Repetition does not average this part; it is added
+as a bound.
 """
 
 from __future__ import annotations
@@ -21,16 +20,17 @@ import numpy as np
 from frictool.identify.assess.assessment_inputs import AssessmentInputs
 from frictool.identify.excite.cramer_rao import Vector
 
-GATE = math.radians(30.0)  # sines count from 30 to 150 degrees
-MEAN = math.cos(GATE) / (0.5 * math.pi - GATE)  # of the sine over the gate
-SPREAD = 1.2  # of the fastest stroke over the slowest: as identify/estimators/sines.py asks
-FOLLOWED = 0.03  # of the top speed
+GATE = math.radians(30.0)  # strokes count from 30 to 150 degrees
+MEAN = math.cos(GATE) / (0.5 * math.pi - GATE)  # mean of the sine over the gate
+SPREAD = 1.2  # least ratio of the fastest to the slowest stroke, as in identify/estimators/sines.py
+FOLLOWED = 0.03  # difference of the speeds at the ends of the gate, relative to the top speed
 
 
 def sines_half_width(facts: AssessmentInputs, quantile: float) -> Vector:
-    """Half widths (2,) of viscous and coulomb in SI, inf where all strokes have one speed (4.37).
+    """Return the half widths (2,) of viscous and coulomb in SI units.
 
-    quantile: how many standard deviations an interval has either way.
+    `quantile` is the number of standard deviations in a half width. The result is inf if all
+    strokes have one speed (4.37).
     """
     rows = np.array([[MEAN * stroke.speed, 1.0] for stroke in facts.strokes])
     duration = np.array([stroke.duration for stroke in facts.strokes]) * (

@@ -1,19 +1,19 @@
-"""How precise least squares over smoothing windows is, computed before anything is measured: the
-weak form of the equation of motion.
+"""Precision of least squares over smoothing windows (weak form), predicted before a measurement.
 
-Convolved with a bell g whose second difference is c (weak_form.py) the equation needs no derivative
-of a measurement:
+Convolved with a bell g whose second difference is c (weak_form.py), the equation of motion needs no
+derivative of a measurement:
 
-    inertia (c*x) + viscous (g*dx) + coulomb (g*sign v) + offset = g*u + n,    n = g*e_u - (inertia
-                                                                               c + viscous g*d) *
-                                                                               e_x
+    inertia (c*x) + viscous (g*dx) + coulomb (g*sign v) + offset = g*u + n
+    n = g*e_u - (inertia c + viscous g*d) * e_x
 
-Ordinary least squares on it has the covariance N^-1 C N^-1: N = G'G, and C that of G'n, in which
-the overlap of the windows is exact. The encoder's noise also stands in the regressor c*x, and pulls
-the inertia down by the share that it has in the regressor's power: too short a window shows there.
-The result is above the Cramér-Rao bound by what equal weights give away, and it is a standard
-deviation where (4.3) and (4.8) are bounds of the worst case: the errors of counts are as good as
-independent once the axis passes about a count a sample.
+Ordinary least squares has the covariance N^-1 C N^-1 with N = G'G, and C the covariance of G'n,
+which treats the overlap of windows exactly. The encoder's noise also enters the regressor c*x. It
+attenuates the inertia by its share of the regressor's power, so that too short a window shows a
+large error.
+
+The result exceeds the Cramér-Rao bound since the weights are equal. It is a standard deviation,
+whereas (4.3) and (4.8) are worst-case bounds: count errors are nearly independent once the axis
+moves about a count per sample.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from frictool.identify.excite.cramer_rao import (
 from frictool.identify.rows.smoothing import SHORTEST
 from frictool.plant.weak_form import bell
 
-STROKE_SHARE = 0.25  # longest window over the median stroke
+STROKE_SHARE = 0.25  # longest window relative to the median stroke
 
 
 def weak_deviation(
@@ -44,11 +44,12 @@ def weak_deviation(
     window: int | None = None,
     own: float = 1.0,
 ) -> tuple[Vector, int]:
-    """Root mean square errors (4,) of inertia, viscous, coulomb, offset in SI over `window`
-    samples, and it: the best for the inertia
+    """Return the rms errors (4,) of SLIDING in SI units over a window, and that window in samples.
 
-    where it is None. own: the share of the acceleration's power that other columns than these four
-    leave to it (1: there are none). inf where no stroke is longer than its window.
+    - window: samples; None selects the best one for the inertia
+    - own: share of the acceleration's power that columns other than SLIDING leave unexplained
+
+    The errors are inf if no stroke is longer than its window.
     """
     best, chosen = np.full(4, np.inf), window or SHORTEST
     longest = max(
@@ -91,14 +92,13 @@ def _deviation(
         return np.full(4, np.inf)
     inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     found = np.sqrt(np.diag(inverse @ covariance @ inverse))
-    pulled = (
-        axis.inertia * sensing.step**2 / 12.0 * float(c @ c) * samples * inverse[0, 0]
-    )  # over the power that is the acceleration's own
+    # relative to the power that only the acceleration explains
+    pulled = axis.inertia * sensing.step**2 / 12.0 * float(c @ c) * samples * inverse[0, 0]
     found[0] = np.hypot(found[0] / np.sqrt(own), pulled / own)
     return of_sliding(found, axis)
 
 
 def _gram(rows: Vector, kernel: Vector) -> Vector:
-    """Covariance (p, p) of rows' n for n = kernel * (white noise of variance 1)."""
+    """Return the covariance (p, p) of rows' n, with n = kernel * (white noise of variance 1)."""
     columns = fftconvolve(rows, kernel[:, None], axes=0)
     return np.asarray(columns.T @ columns)

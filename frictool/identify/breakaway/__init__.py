@@ -1,2 +1,1 @@
-"""From ramps: the breakaway, its dependence on position and on the time at rest, and the friction
-map (4.3, 4.40-4.44)."""
+"""Breakaway from ramps: over position and time at rest, and the friction map (4.3, 4.40-4.44)."""

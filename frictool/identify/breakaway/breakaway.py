@@ -1,33 +1,30 @@
-"""Breakaway from ramps (4.3, figure 4.6): the effort at which rest ends, corrected for the delay
-with which the encoder shows it.
+"""Breakaway from ramps (4.3, figure 4.6), corrected for the delay of the encoder.
 
-The thesis takes the largest effort before each motion is seen. The axis has then been moving for
-some time, in which the ramp went on: the maximum is late by several steps of the ramp, always
-upwards. Here the ramp is a line fitted to the effort at rest, read at the onset that the motion
-after it tells (`onset`), for which the inertia and the friction of slip have to be known: what is
-not known of them widens the interval.
+The thesis takes the largest effort before each visible motion. By then the axis has been moving for
+some time while the ramp continued: the maximum is too high by several steps of the ramp. Here the
+ramp is a line fitted to the effort at rest, evaluated at the onset that the later motion reveals
+(`onset`). This needs the inertia and the friction in slip; their uncertainty widens the interval.
 
-Breakaway is a function of position and direction, which `position_law` finds; a constant is its
-simplest. Friction in slip, which decides how fast the axis is seen to move, is taken to follow it
-(4.42).
+Breakaway is a function of position and direction (`position_law`); a constant is the simplest one.
+Friction in slip determines how fast the visible motion is, and is assumed to be proportional to the
+breakaway (4.42).
 
-    breakaway = mean over the range and both directions, so that an offset of the effort cancels
-    fall      = the Stribeck velocity that another log gives, or those that the changes of the
-              encoder allow (`fall`): the value is that
-                of a fall at once where that is allowed, and the interval holds the breakaways of
-                all that are allowed
-    interval  = the spread from one onset to the next (each left out in turn), and the ranges of the
-    axis's parameters (`unknowns`); half
-                a step of a held ramp besides: the breakaway lies anywhere within the step, at the
-                same place each time; and as motion then begins with a sample, its changes are late
-                by as much each time: anything within half a sample
+- breakaway: mean over the range of positions and over both directions, so that an offset of the
+  effort cancels
+- fall: Stribeck velocity from another log, or the range that the encoder's changes allow
+  (`stribeck_velocity`). The value assumes an immediate fall if that is allowed. The interval
+  includes the breakaways of all allowed velocities.
+- interval: spread between onsets (each left out in turn), and the ranges of the axis's parameters
+  (`combined_interval`). For a held ramp, two errors of half a step are added that do not average
+  out: the breakaway lies anywhere within a step of the ramp, and the encoder's changes are late by
+  up to half a sample.
 
-Where within its count the axis rests follows from its changes too, but for what the timing hides. A
-test that takes the ramp back when the encoder has changed so many times brings the axis to rest at
-much the same place each time: it is the mean of all onsets (`Rest`) that decides what a single one
-leaves open.
+The rest position within a count also follows from the changes, within the limits of their timing. A
+test that takes the ramp back after a fixed number of counts brings the axis to rest at nearly the
+same position each time. Ambiguities of a single onset are therefore resolved by the mean of all
+onsets (`OnsetData.rest`).
 
-Onsets inside the backlash after a reversal are left out: there only the motor moves.
+Onsets inside the backlash after a reversal are left out, since only the motor moves there.
 """
 
 from __future__ import annotations
@@ -61,32 +58,33 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.logs.quality.ramps import STRAIGHT, are_ramps, ramps_among, rests_of
 from frictool.plant.weak_form import effort_weights
 
-MOVED_COUNTS = (
-    0.5  # a motion ends further than this from where it began: one count to and fro is none
-)
-CHANGES_USED = (
-    4  # of the encoder after the onset: later ones tell more of the inertia than of the onset
-)
+MOVED_COUNTS = 0.5  # counts, least distance of a motion; one count to and fro is none
+# encoder changes used after an onset; later ones reveal more of the inertia than of the onset
+CHANGES_USED = 4
 FEWEST_ONSETS = 5
-RELATIVE_NOISE = 1e-3  # of the effort: the least that its noise is taken for
-PRIOR = 12.0  # precision of a place that is anywhere within its count
-UNIFORM = float(np.sqrt(3.0))  # half a range over its standard deviation
-ONSETS_COMPARED = (
-    100  # at most, evenly spaced, when Stribeck velocities are compared: they count as one anyway
-)
-ROUNDS = 3  # of the friction's shape over position and the onsets that it tells
-PLACES = 200  # over the range of the breakaways, at which their law has to be positive
-LEFT_THE_RAMP = 5.0  # standard deviations of the effort: the ramp was taken back
+RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
+PRIOR = 12.0  # precision of a rest position that is uniform within its count, 1/count^2
+UNIFORM = float(np.sqrt(3.0))  # ratio of half a range to its standard deviation
+# largest number of onsets, evenly spaced, in the comparison of Stribeck velocities; all count as
+# one there
+ONSETS_COMPARED = 100
+ROUNDS = 3  # iterations between the friction's shape over position and the onsets
+PLACES = 200  # grid points over the range at which the breakaway law must be positive
+# standard deviations of the effort below the line, after which the ramp counts as taken back
+LEFT_THE_RAMP = 5.0
 
 
 @dataclass(frozen=True)
 class BreakawayOnset:
-    """One breakaway. direction +-1; `level` and `rate`: the line of |effort|, N m | N at time 0 and
-    per s; time 0 is when motion is seen.
+    """One breakaway; its time 0 is when motion is seen.
 
-    `time` (n,) in s of the encoder's changes, `seen` (n,) the distance at each, from the first
-    change. `position`: of the rest, rad | m, the middle of its count; `rested`: s without a count
-    before it. `timing`: see `onset`.
+    - direction: +1 or -1
+    - level, rate: line of |effort|, N m | N at time 0, and its slope per s
+    - time: (n,), s, of the encoder's changes
+    - seen: (n,), distance at each change from the first one, rad | m
+    - position: of the rest, middle of its count, rad | m
+    - rested: s without a count before it
+    - timing: weight of a preferred rest position, see `onset`
     """
 
     direction: float
@@ -101,10 +99,12 @@ class BreakawayOnset:
 
 @dataclass(frozen=True)
 class BreakawayOverPosition:
-    """Breakaway over [low, high], rad | m: its means forward and backward, and powers of the
-    position, lowest first, in N m | N.
+    """Breakaway as a polynomial of the position over [low, high], rad | m.
 
-    unsure: the interval of each power. `common`: the same in both directions.
+    - forward, backward: mean breakaway of each direction, N m | N
+    - powers: coefficients of each direction, lowest power first, N m | N
+    - unsure: interval of each coefficient
+    - common: both directions have the same polynomial
     """
 
     low: float
@@ -118,16 +118,18 @@ class BreakawayOverPosition:
 
 @dataclass(frozen=True)
 class Breakaway:
-    """The mean breakaway; mean |effort| forward and backward (nan where there is none), number of
-    onsets; mean delay corrected, N m | N.
+    """Mean breakaway of ramp logs.
 
-    position, direction, friction (n,): each breakaway's place in rad | m, +-1, and |effort| less
-    the offset.
-
-    fall: Stribeck velocities that the interval holds.
-
-    by_position: None where the breakaway is one constant. rising: None where it does not grow with
-    the time at rest; else `interval` is that after a long rest.
+    - interval: mean breakaway, N m | N; with `rising`, that after a long rest
+    - forward, backward: mean |effort| of each direction, N m | N, NaN without onsets
+    - onsets: number of onsets
+    - delay: mean correction for the encoder's delay, N m | N
+    - position: (n,), of each onset, rad | m
+    - direction: (n,), +-1
+    - friction: (n,), |effort| without the offset
+    - fall: Stribeck velocities included in the interval
+    - by_position: None if the breakaway is constant
+    - rising: None if it does not grow with the time at rest
     """
 
     interval: Interval
@@ -152,20 +154,19 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
 
 
 def _rests(record: MotionRecord) -> list[tuple[int, int]]:
-    """First sample of each rest, and the first sample after it at which the encoder has moved."""
+    """Return the first sample of each rest, and the first after it with a changed position."""
     return rests_of(
         (np.abs(np.diff(record.position)) > 0.5 * record.resolution) | (np.diff(record.piece) > 0)
     )
 
 
 def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
-    """Every breakaway under a growing effort, with the load attached."""
+    """Return every breakaway under a growing effort with the load attached."""
     width = bench.mechanics.backlash
     gap = 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
     strokes, rests = find_strokes(record), _rests(record)
-    following = [start + 1 for start, _ in rests[1:]] + [
-        record.position.size
-    ]  # a rest begins with the place where the motion has ended
+    # a rest begins at the position at which the motion has ended
+    following = [start + 1 for start, _ in rests[1:]] + [record.position.size]
     found = []
     for (start, end), until, ramp in zip(
         rests, following, ramps_among(rests, record.position, record.effort), strict=False
@@ -187,8 +188,10 @@ def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
 def _onset(
     record: MotionRecord, start: int, end: int, until: int, direction: float
 ) -> BreakawayOnset | None:
-    """The breakaway that ends the rest [start, end), seen until `until`, or None where the effort
-    is no ramp or the motion too small."""
+    """Return the breakaway that ends the rest [start, end), with its motion up to `until`.
+
+    The result is None if the effort is no ramp or the motion is too small.
+    """
     ramp = slice(start + (end - start) // 2, end)
     time, effort = record.time[ramp] - record.time[end], direction * record.effort[ramp]
     if float(np.ptp(effort)) == 0.0:
@@ -230,20 +233,19 @@ def _onset(
 
 
 def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
-    """How far the axis moves in a sample, in counts, squared: the mean over its changes."""
+    """Return the mean square of the counts that the axis moves in one sample."""
     if time.size < 2:
-        return 1.0  # any positive number: nothing is left to weigh it against
+        return 1.0  # any positive number: there is nothing to weigh it against
     return float(
         np.mean((np.diff(distance) / np.diff(time) * record.period / record.resolution) ** 2)
     )
 
 
 def _above(record: MotionRecord) -> float:
-    """By how many steps of the ramp the effort between two rows is above the line through them, on
-    average.
+    """Return the mean excess of the effort between two rows over their line, in ramp steps.
 
-    A held effort acts half a sample later than its row says; one that lags behind a held command
-    bulges towards it.
+    A held effort acts half a sample later than its row. An effort that lags behind a held command
+    curves towards the command.
     """
     before, _, after = effort_weights(record.period, record.lag)
     return after - before
@@ -257,16 +259,19 @@ def efforts(
     shape: Vector | None = None,
     velocity: float = 0.0,
 ) -> tuple[Vector, Vector, Vector]:
-    """|effort| (n,) at each onset, place of rest within its count (n,), 0 to 1, and misfit (n,) of
-    the encoder's changes over `timing`.
+    """Return |effort| (n,), rest position within its count (n,), and misfit (n,) of each onset.
 
-    axis: `inertia`, `viscous`, `coulomb` and `offset` in SI. start: the place that is expected.
-    shape (n,): factors of `coulomb` where the onsets are. velocity: Stribeck velocity; 0: friction
-    falls at once; inf: it does not.
+    The rest position is between 0 and 1; the misfit of the encoder's changes is relative to
+    `timing`.
+
+    - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
+    - start: expected rest position, 0 to 1
+    - shape: (n,), factors of `coulomb` at the onsets
+    - velocity: Stribeck velocity; 0: friction falls at once; inf: it does not fall
     """
     out, places, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
     for k, onset in enumerate(onsets):
-        # in the axis's own frame the offset takes its share of the effort before friction does
+        # the offset takes its share of the effort before friction does
         ramp = np.array([onset.level - onset.direction * axis["offset"], onset.rate])
         coulomb = axis["coulomb"] * (1.0 if shape is None else shape[k])
         coefficients = np.array([axis["inertia"], axis["viscous"], coulomb])
@@ -293,19 +298,17 @@ def efforts(
 
 @dataclass(frozen=True)
 class OnsetData:
-    """The onsets that count, where they are, and what is known of their axis."""
+    """Onsets that are used, their positions, and known data of the axis."""
 
     onsets: list[BreakawayOnset]
     places: BreakawayPositions
     resolution: float
-    offset: (
-        float | None
-    )  # N m | N, the bench's; None where one direction only makes it a parameter of the axis
-    velocity: float = 0.0  # rad/s | m/s: the Stribeck velocity that is assumed
+    # N m | N, the bench's; None in one direction, in which the offset is a parameter of the axis
+    offset: float | None
+    velocity: float = 0.0  # assumed Stribeck velocity, rad/s | m/s
 
     def misfit(self, axis: Mapping[str, float], shape: Vector | None, velocity: float) -> float:
-        """Return the mean misfit of an onset (`efforts`) with friction that falls over a Stribeck
-        velocity."""
+        """Return the mean misfit of an onset (`efforts`) for a Stribeck velocity."""
         every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
         factors = None if shape is None else shape[every]
         return float(
@@ -315,8 +318,7 @@ class OnsetData:
     def fall(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
     ) -> StribeckVelocityRange:
-        """Return the Stribeck velocities that the onsets allow with parameters in the intervals of
-        `axis`."""
+        """Return the Stribeck velocities allowed with parameters in the intervals of `axis`."""
         nominal = {name: known.value for name, known in axis.items()}
         ends = [
             {**nominal, name: end}
@@ -331,11 +333,12 @@ class OnsetData:
         return allowed_fall(misfits[0], misfits[1:], scale, confidence)
 
     def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
-        """The mean place of rest within a count, 0 to 1, and its standard deviation.
+        """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
-        What is found leans towards what is expected: found = told + lean expected. Where found is
-        expected, told/(1 - lean), the timing decides alone; as far as it decides nothing, anywhere
-        within the count is as likely.
+        The position fitted to an onset depends linearly on the expected one: fitted = a + lean
+        expected. For expected = fitted = a/(1 - lean) the timing of the changes alone determines
+        the position. This value is combined with a position that is uniform within the count, each
+        weighted by its inverse variance.
         """
         low, high = (
             efforts(self.onsets, axis, self.resolution, expected, shape, self.velocity)[1]
@@ -344,17 +347,18 @@ class OnsetData:
         told, tells = float(np.mean(low)), max(1.0 - float(np.mean(high - low)), 1e-6)
         independent = max(1.0, low.size / FOLLOWING)
         spread = max(float(np.var(0.5 * (low + high))), 1e-9) / (tells**2 * independent)
-        repeated = max(1.0 - tells, 0.0) / (
-            12.0 * tells
-        )  # variance that the timing leaves to one onset; all repeat the same errors
+        # variance left to one onset by the timing; all onsets repeat the same errors
+        repeated = max(1.0 - tells, 0.0) / (12.0 * tells)
         mean = (min(max(told / tells, 0.0), 1.0) / spread + 0.5 * PRIOR) / (1.0 / spread + PRIOR)
         return mean, float(1.0 / np.sqrt(1.0 / (spread + repeated) + PRIOR))
 
     def friction(
         self, axis: Mapping[str, float], shape: Vector | None, beside: float = 0.0
     ) -> Vector:
-        """|effort| less the offset, (n,); with the place of rest so many standard deviations
-        `beside` its mean."""
+        """Return the friction (n,) at the onsets: |effort| without the offset.
+
+        The rest position is `beside` standard deviations from its mean.
+        """
         offset = axis["offset"] if self.offset is None else self.offset
         mean, deviation = self.rest(axis, shape)
         start = mean + beside * deviation
@@ -364,8 +368,10 @@ class OnsetData:
         )
 
     def shape(self, structure: PolynomialOrders, value: Vector) -> Vector:
-        """The factors (n,) of the friction at the onsets over their mean: friction in slip follows
-        the breakaway (4.42)."""
+        """Return the factors (n,) of friction at the onsets relative to their mean.
+
+        Friction in slip is proportional to the breakaway (4.42).
+        """
         curve = self.places.design(structure) @ value
         if structure.common:
             curve = curve - value[-1] * self.places.direction
@@ -379,14 +385,13 @@ def breakaway(
     confidence: float,
     stribeck: Interval | None = None,
 ) -> Breakaway:
-    """The breakaway of ramp logs; `axis` gives `inertia`, `viscous`, `coulomb`, `offset` as far as
-    they are known.
+    """Return the breakaway of ramp logs.
 
-    stribeck: the Stribeck velocity in rad/s | m/s where another log gives it; else the onsets bound
-    it.
+    - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
+    - stribeck: Stribeck velocity of another log, rad/s | m/s; if None, the onsets bound it
 
-    Raises NothingUsable where fewer than five onsets are found in every direction, or where a load
-    starts the axis. With one direction only, the offset is taken off.
+    With one direction only, the offset is subtracted. Raises UnusableLogs if both directions have
+    fewer than five onsets, or if a load starts the axis.
     """
     evidence = _evidence(records, bench)
     nominal = {name: known.value for name, known in axis.items()}
@@ -476,8 +481,10 @@ def breakaway(
 
 
 def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
-    """Raise NothingUsable where the breakaway over position is not positive: a load starts the axis
-    there, and not the effort."""
+    """Raise UnusableLogs if the breakaway over position is not positive.
+
+    A load starts the axis there, and not the effort.
+    """
     place = np.linspace(law.low, law.high, PLACES)
     for side, powers in zip(("forward", "backward"), law.powers, strict=True):
         level = np.polynomial.polynomial.polyval(place, np.array(powers))
@@ -485,15 +492,19 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
         if level[least] <= 0.0:
             length, unit = si_unit("position", bench.axis), si_unit("effort", bench.axis)
             raise UnusableLogs(
-                f"the breakaway {side} is {level[least]:.3g} {unit} at {place[least]:.3g} {length}, where friction is above 0: a load "
-                "such as gravity or a spring starts the axis there; remove it, or name it in load.terms of the bench and add a log of "
+                f"the breakaway {side} is {level[least]:.3g} {unit} at {place[least]:.3g} "
+                f"{length}, where friction is above 0: a load "
+                "such as gravity or a spring starts the axis there; remove it, or name it in "
+                "load.terms of the bench and add a log of "
                 "sliding motion"
             )
 
 
 def _wider(found: Interval, mean: Interval) -> Interval:
-    """Return `found` with the distances of `mean` from its ends, which hold what is not known of
-    the axis, added as squares."""
+    """Return `found`, widened by the half widths of `mean`, added as squares.
+
+    The interval of `mean` includes the uncertainty of the axis.
+    """
     down, up = (
         np.hypot(found.half_width, mean.value - mean.low),
         np.hypot(found.half_width, mean.high - mean.value),
@@ -502,7 +513,7 @@ def _wider(found: Interval, mean: Interval) -> Interval:
 
 
 def _evidence(records: list[MotionRecord], bench: Bench) -> OnsetData:
-    """The onsets of the directions that have enough of them."""
+    """Return the onsets of the directions that have enough of them."""
     found = [onset for record in records for onset in find_onsets(record, bench)]
     used = [
         onset
@@ -511,7 +522,8 @@ def _evidence(records: list[MotionRecord], bench: Bench) -> OnsetData:
     ]
     if not used:
         raise UnusableLogs(
-            f"{len(found)} breakaways under an effort that rises from a low level along a line; at least {FEWEST_ONSETS} in one direction "
+            f"{len(found)} breakaways under an effort that rises from a low level along a line; "
+            f"at least {FEWEST_ONSETS} in one direction "
             "are needed"
         )
     position, direction = (
@@ -532,8 +544,7 @@ def _evidence(records: list[MotionRecord], bench: Bench) -> OnsetData:
 def _settled(
     evidence: OnsetData, nominal: Mapping[str, float]
 ) -> tuple[PolynomialOrders, Vector | None, LeastSquaresSolution, Vector]:
-    """The structure, the shape that friction in slip has with it, the fit, and the friction (n,),
-    in agreement with each other."""
+    """Return structure, shape of friction, fit and friction (n,), iterated to agreement."""
     shape: Vector | None = None
     for _ in range(ROUNDS):
         friction = evidence.friction(nominal, shape)
@@ -546,8 +557,10 @@ def _settled(
 
 
 def _levels(structure: PolynomialOrders) -> list[Vector]:
-    """What the mean in each direction is of the coefficients: (p,) each, forward first; one where
-    there is one direction."""
+    """Return the weights (p,) of the coefficients in the mean of each direction, forward first.
+
+    There is one element if the onsets have one direction.
+    """
     if structure.common:
         unit = np.eye(structure.orders[0] + 2)
         return [unit[0], unit[0]]
@@ -563,8 +576,11 @@ def _moved(
     axis: Mapping[str, Interval],
     fall: StribeckVelocityRange,
 ) -> tuple[list[tuple[Vector, Vector]], list[Vector]]:
-    """Return the shifts of the coefficients (p,) at each end of the axis's parameters and rest
-    position, and at each end of the fall."""
+    """Return the shifts of the coefficients (p,) for each end of an uncertain parameter.
+
+    The first list holds pairs for the axis's parameters and the rest position, the second one
+    shifts for the ends of the fall.
+    """
     nominal, design = (
         {name: known.value for name, known in axis.items()},
         evidence.places.design(structure),
@@ -595,7 +611,7 @@ def _by_position(
     solution: LeastSquaresSolution,
     interval: Callable[[Vector], Interval],
 ) -> BreakawayOverPosition:
-    """`interval`: of any weighted sum (p,) of the coefficients."""
+    """Return the law over position; `interval` maps weights (p,) to the interval of their sum."""
     forward, backward = (places.powers(side) for side in sides_of(structure, solution.value))
     first, second = (
         tuple(map(interval, places.power_weights(rows)))

@@ -1,16 +1,15 @@
-"""The friction map of figure 4.13: over position and speed, from breakaway ramps and sliding logs
-together (4.40)-(4.42).
+"""Friction map over position and speed (figure 4.13), from ramps and sliding logs (4.40)-(4.42).
 
-Sliding alone does not tell how friction varies with position, ramps alone not how large it is in
-slip. The ramps give C_s(x) per direction (`breakaway`); friction in slip has its shape,
+Sliding alone does not reveal how friction varies with position; ramps alone do not reveal its level
+in slip. The ramps give C_s(x) per direction (`breakaway`), and friction in slip has the same shape:
 
-    C_r(x, direction) = level(direction) C_s(x, direction)/mean C_s          beta = mean C_s/mean
-                                                                             C_r
+    C_r(x, direction) = level(direction) C_s(x, direction)/mean C_s
+    beta = mean C_s/mean C_r
 
-and its levels, with the viscous pieces, come from the gated means of the strokes (`sines`): a
-stroke's mean is one of the shape over the places that it passes, so that it does not matter which
-these are. Where the directions have polynomials of their own, an offset of the effort is not told
-from half their difference: the bench's is taken, or none.
+The levels and the viscous pieces come from the gated means of the strokes (`sines`). A stroke's
+mean uses the mean of the shape over the positions that it passes, so that strokes need not pass the
+same positions. If the directions have separate polynomials, an offset of the effort cannot be
+distinguished from half their difference: the bench's offset is used, or none.
 """
 
 from __future__ import annotations
@@ -37,15 +36,20 @@ from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, Vector
 
 OFFSET_REASON = (
-    "friction differs between the directions by more than a constant, and half of their difference and an offset are one number; "
+    "friction differs between the directions by more than a constant, and half of their "
+    "difference and an offset are one number; "
     "give the bench's (mechanics.offset)"
 )
 
 
 @dataclass(frozen=True)
 class IdentifiedFrictionMap:
-    """`fit` of the sliding logs with `laws` of position and speed; `ramp`: the breakaway that
-    agrees with it; beta (4.42)."""
+    """Friction map from sliding logs and ramps.
+
+    - fit: fit of the sliding logs, with laws over position and speed
+    - ramp: breakaway that agrees with the fit
+    - beta: breakaway over friction in slip (4.42)
+    """
 
     fit: SlidingFit
     ramp: Breakaway
@@ -60,11 +64,10 @@ def friction_map(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> IdentifiedFrictionMap:
-    """The map from sliding logs and ramps whose breakaway `first` varies with position; `axis` as
-    of `breakaway`.
+    """Return the map for ramps whose breakaway `first` varies with position; `axis` as `breakaway`.
 
-    The axis's offset is the bench's. The ramps are evaluated again with the Coulomb friction that
-    the map has. Raises NothingUsable as `sines` does.
+    The offset is the bench's. The ramps are evaluated again with the Coulomb friction of the map.
+    Raises UnusableLogs as `sines` does.
     """
     rows, offset = gated_rows(records, bench), axis["offset"].value
     law = first.by_position
@@ -79,7 +82,7 @@ def friction_map(
 
 
 def _mean(levels: list[Interval]) -> Interval:
-    """The mean of the directions, its range that of either error in full."""
+    """Return the mean of the directions; the ends of its interval are the means of the ends."""
     ends = np.mean([[level.value, level.low, level.high] for level in levels], axis=0)
     return Interval(float(ends[0]), float(ends[1]), float(ends[2]))
 
@@ -91,8 +94,10 @@ def _fitted(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> tuple[SlidingFit, list[Interval]]:
-    """The fit of the rows to a shape over position, and the levels of friction in slip: one, or
-    forward and backward."""
+    """Return the fit with a shape over position, and the levels of friction in slip.
+
+    There is one level, or one for each direction, forward first.
+    """
     means = rows.means
     shaped = means.sign * means.mean(shape_along(rows, law))
     forward = (means.sign > 0.0).astype(np.float64)
@@ -126,8 +131,7 @@ def _fitted(
 
 
 def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
-    """C_s over its mean (n,), at each sample of the rows in its direction; beyond the range of the
-    ramps as at its ends."""
+    """Return C_s over its mean (n,) at each sample; constant beyond the range of the ramps."""
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
     forward = np.repeat(rows.means.sign > 0.0, lengths)
     place = np.clip(rows.position, law.low, law.high)
@@ -141,8 +145,10 @@ def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
 def breakaway_laws(
     ramp: Breakaway, bench: Bench, found: dict[str, Interval], sliding: Laws | None = None
 ) -> Laws:
-    """The document's laws of a breakaway that varies, beside those of `sliding`; `found` gets the
-    positive direction's breakaway."""
+    """Return the laws of a varying breakaway added to `sliding`; set `found["breakaway"]`.
+
+    `found` gets the breakaway of the positive direction.
+    """
     law, laws = ramp.by_position, sliding or Laws()
     if ramp.rising is not None:
         fresh, rise = ramp.rising.fresh, ramp.rising.rise_time

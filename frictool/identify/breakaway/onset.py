@@ -1,21 +1,25 @@
-"""When motion began, from what the encoder saw of it afterwards.
+"""Time of the onset of motion, from the encoder's changes after it.
 
-Under an effort that grows at a rate r, an axis that breaks away at t0 and whose friction falls at
-once to Coulomb friction moves by (viscous/J = l, excess = |effort(t0)| - coulomb)
+Under an effort that grows at a rate r, an axis breaks away at t0 and its friction falls at once to
+Coulomb friction. With l = viscous/J and excess = |effort(t0)| - coulomb, it moves by
 
-    s(t) = excess/J t^2 phi2(-l t) + r/J t^3 phi3(-l t)        phi2(x) = (e^x - 1 - x)/x^2, phi3(x)
-                                                               = (phi2(x) - 1/2)/x
+    s(t) = excess/J t^2 phi2(-l t) + r/J t^3 phi3(-l t)
+    phi2(x) = (e^x - 1 - x)/x^2
+    phi3(x) = (phi2(x) - 1/2)/x
 
-What a coarse encoder tells well is when it changes: half a sample before the change was seen, s =
-start + (counts before), where `start`, from the place of rest to the first change, is unknown
-between 0 and one count. t0 minimises the squares of the differences in s, `start` eliminated; the
-excess follows t0 along the ramp. A preference for the `expected` start, worth `timing` squares,
-decides what the changes leave open: `timing` is the variance of s at a change (half a sample of
-motion) over that of a uniform start, 1/12 count^2. A single change cannot tell t0 from `start`, and
-there the preference decides alone.
+A coarse encoder reveals the times of its changes well. Half a sample before a change was seen, s =
+start + (counts before); `start` is the unknown distance from the rest position to the first change,
+between 0 and one count. t0 minimises the squared differences in s, with `start` eliminated. The
+excess follows from t0 along the ramp.
+
+A preference for the `expected` start, with the weight `timing`, decides what the changes leave
+open. `timing` is the variance of s at a change, due to sampling, relative to that of a uniform
+start, 1/12 count^2. With a single change, t0 and `start` cannot be separated, and only the
+preference decides.
 
 If friction falls over a Stribeck velocity v_s, by excess (1 - exp(-(v/v_s)^2)), the travel is
-integrated into a table; the excess of a table is that of the onset found before, ROUNDS times.
+integrated into a table. The excess of a table is that of the previous onset estimate; this is
+iterated ROUNDS times.
 """
 
 from __future__ import annotations
@@ -36,14 +40,15 @@ STATUS = {
     NO_MOTION: "no change after the onset",
     NOT_POSITIVE: "rate, inertia or search span is not positive",
 }
-STEPS = 256  # of the table of the travel
-ROUNDS = 4  # of the onset and the excess that it has
-COARSE, HALVINGS = 64, 40  # points of the first search; steps of the golden section around the best
+STEPS = 256  # steps of the travel table
+ROUNDS = 4  # iterations between the onset and its excess
+# grid points of the first search; golden-section steps around the best one
+COARSE, HALVINGS = 64, 40
 
 
 @kernel
 def phi3(x: float) -> float:
-    """(e^x - 1 - x - x^2/2)/x^3."""
+    """Return (e^x - 1 - x - x^2/2)/x^3."""
     if abs(x) > 1.0:
         return (phi2(x) - 0.5) / x
     total, term = 0.0, 1.0 / 6.0
@@ -55,7 +60,10 @@ def phi3(x: float) -> float:
 
 @kernel
 def travel(t: float, excess: float, rate: float, inertia: float, viscous: float) -> float:
-    """s(t), rad | m, of the formula above; 0 for t <= 0. An excess below zero counts as zero."""
+    """Return s(t), rad | m, of the module's formula.
+
+    It is 0 for t <= 0; a negative excess counts as 0.
+    """
     if t <= 0.0:
         return 0.0
     x = -viscous / inertia * t
@@ -64,11 +72,10 @@ def travel(t: float, excess: float, rate: float, inertia: float, viscous: float)
 
 @kernel
 def travel_table(step: float, excess: float, rate: float, axis: Vector, velocity: float) -> Table:
-    """Return position and velocity (STEPS + 1, 2) at multiples of `step` s after the onset, by the
-    Runge-Kutta method of order 4.
+    """Return position and velocity (STEPS + 1, 2) at multiples of `step` s after the onset.
 
     Friction falls from the breakaway by `excess` to Coulomb friction over the Stribeck velocity
-    `velocity`; inf: it does not fall.
+    `velocity`; inf: it does not fall. The integration is a fourth-order Runge-Kutta method.
     """
     table = np.zeros((STEPS + 1, 2))
     slopes = np.zeros(4)
@@ -116,12 +123,15 @@ def misfit(
     table_step: float,
     table: Table,
 ) -> tuple[float, float]:
-    """(sum of squares of the model's travel against start + `seen` (n,) at `time` (n,), the start
-    that makes it least, within one count).
+    """Return the sum of squares of the model's travel minus (start + `seen`), and the best start.
 
-    ramp: (|effort| at time 0, its rate per s); axis: (inertia, viscous, coulomb); expected: the
-    start preferred, rad | m. timing: see above. table: of `travel_table` with its step, s; one row:
-    friction falls at once.
+    - time, seen: (n,), of the encoder's changes
+    - ramp: |effort| at time 0, and its rate per s
+    - axis: inertia, viscous, coulomb
+    - expected: preferred start, rad | m; the start is kept within one count
+    - timing: weight of that preference, see the module
+    - table, table_step: result of `travel_table` and its step, s; with one row, friction falls at
+      once
     """
     excess = ramp[0] + ramp[1] * t0 - axis[2]
     n = time.shape[0]
@@ -156,8 +166,10 @@ def least_misfit(
     table_step: float,
     table: Table,
 ) -> float:
-    """Return the onset [s] with the least `misfit`, whose arguments are given; within `span` s
-    before time[0]."""
+    """Return the onset [s] with the least `misfit`, at most `span` s before time[0].
+
+    The other arguments are those of `misfit`.
+    """
     step = span / COARSE
     best, least = time[0], math.inf
     for k in range(COARSE + 1):
@@ -197,10 +209,12 @@ def onset_time(
     span: float,
     velocity: float,
 ) -> tuple[float, float, float, int]:
-    """(t0 [s], start [rad | m], misfit, status): the onset within `span` s before time[0];
-    arguments as in `misfit`. Status: see STATUS.
+    """Return (t0 [s], start [rad | m], misfit, status of STATUS) of the onset.
 
-    velocity: Stribeck velocity, rad/s | m/s; 0: friction falls at once; inf: it does not.
+    - span: s before time[0] that are searched
+    - velocity: Stribeck velocity, rad/s | m/s; 0: friction falls at once; inf: it does not fall
+
+    The other arguments are those of `misfit`.
     """
     if time.shape[0] == 0:
         return math.nan, math.nan, math.nan, NO_MOTION
@@ -222,6 +236,5 @@ def onset_time(
 
 
 def search_span(resolution: float, rate: float, inertia: float, counts: float) -> float:
-    """The longest time, s, in which `counts` counts can pass under a ramp of `rate` when nothing
-    but the ramp accelerates."""
+    """Return the longest time, s, in which `counts` pass if only a ramp of `rate` accelerates."""
     return float(np.cbrt(6.0 * counts * resolution * inertia / rate))

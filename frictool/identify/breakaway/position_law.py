@@ -1,13 +1,12 @@
-"""Friction over position, per direction (4.44): polynomials whose order the data choose, and
-whether the directions differ at all.
+"""Friction over position per direction (4.44), as polynomials with an order chosen by the data.
 
-    |friction| = sum_k c_k P_k(xi)         xi = the position in [-1, 1], P_k Legendre's: c_0 is the
-                                           mean over the range
+    |friction| = sum_k c_k P_k(xi)
 
-Orders: the smallest whose error on breakaways left out is within two standard errors of the best's,
-compared breakaway by breakaway: a needless order is taken in one log of twenty and not in three
-(one standard error, Breiman et al. 1984). The same rule decides between a polynomial for each
-direction and a common one with an offset of the effort.
+xi is the position scaled to [-1, 1], and P_k is a Legendre polynomial, so that c_0 is the mean over
+the range. The order is the smallest whose leave-one-out error is within two standard errors of the
+best order's, compared breakaway by breakaway. A needless order is then accepted in one log of
+twenty; with one standard error (Breiman et al. 1984) it would be three of twenty. The same rule
+decides between a polynomial for each direction and a common one with an offset of the effort.
 """
 
 from __future__ import annotations
@@ -22,29 +21,32 @@ from frictool.identify.motion_record import Vector
 from frictool.identify.regression.regression import LeastSquaresSolution, Matrix, solve
 
 HIGHEST_ORDER = 6
-FOLLOWING, FEWEST_GROUPS = 4, 12  # breakaways that count as one, where there are enough of them
-SURE = 2.0  # standard errors
-ROWS_PER_TERM = 6  # breakaways that each coefficient needs
+# successive breakaways that count as one; least number of such groups
+FOLLOWING, FEWEST_GROUPS = 4, 12
+SURE = 2.0  # standard errors within which an error counts as equal
+ROWS_PER_TERM = 6  # breakaways needed for each coefficient
 
 
 @dataclass(frozen=True)
 class PolynomialOrders:
-    """`orders` (forward, backward), -1 where a direction has no data; `common`: one polynomial, of
-    the first order, and an offset."""
+    """Polynomial orders of the friction over position.
+
+    - orders: forward and backward, -1 for a direction without data
+    - common: one polynomial of order orders[0] for both directions, and an offset
+    """
 
     orders: tuple[int, int]
     common: bool
 
     @property
     def constant(self) -> bool:
-        """Whether position and direction tell nothing."""
+        """Return whether friction depends on neither position nor direction."""
         return max(self.orders) == 0 and (self.common or min(self.orders) < 0)
 
 
 @dataclass(frozen=True)
 class BreakawayPositions:
-    """Where n breakaways were: `position` (n,) rad | m, `direction` (n,) +-1, and the range [low,
-    high] that they span."""
+    """Positions (n,), rad | m, directions (n,), +-1, and range [low, high] of breakaways."""
 
     position: Vector
     direction: Vector
@@ -53,7 +55,7 @@ class BreakawayPositions:
 
     @property
     def scaled(self) -> Vector:
-        """xi (n,)."""
+        """Return xi (n,), the position scaled to [-1, 1]."""
         return (
             2.0 * (self.position - self.low) / (self.high - self.low) - 1.0
             if self.high > self.low
@@ -61,8 +63,10 @@ class BreakawayPositions:
         )
 
     def design(self, structure: PolynomialOrders) -> Matrix:
-        """Regressors (n, p): forward, then backward; of a common structure the polynomial, then the
-        sign for the offset."""
+        """Return the regressors (n, p): forward, then backward.
+
+        A common structure has its polynomial, then the sign for the offset.
+        """
         if structure.common:
             return np.column_stack((legvander(self.scaled, structure.orders[0]), self.direction))
         sides = []
@@ -72,15 +76,17 @@ class BreakawayPositions:
         return np.column_stack(sides)
 
     def powers(self, coefficients: Vector) -> tuple[float, ...]:
-        """Powers of the position in SI, lowest first, of Legendre coefficients."""
+        """Return the polynomial coefficients (SI, lowest power first) of a Legendre series."""
         series = Legendre(coefficients, domain=[self.low, self.high])
         return tuple(
             float(c) for c in series.convert(kind=Polynomial, domain=[-1, 1], window=[-1, 1]).coef
         )
 
     def power_weights(self, rows: Matrix) -> Matrix:
-        """What each power of the position, lowest first, is of the coefficients: (m, p); rows (m,
-        p) picks Legendre's m of them."""
+        """Return the matrix (m, p) from the coefficients to the powers of the position.
+
+        The powers are in ascending order. rows (m, p) selects the m Legendre coefficients.
+        """
         convert = np.zeros((rows.shape[0], rows.shape[0]))
         for k, unit in enumerate(np.eye(rows.shape[0])):
             powers = self.powers(unit[: k + 1])
@@ -91,10 +97,10 @@ class BreakawayPositions:
 def fit_polynomials(
     places: BreakawayPositions, friction: Vector, structure: PolynomialOrders
 ) -> LeastSquaresSolution:
-    """The coefficients of `structure`, in the order of `design`.
+    """Return the coefficients of `structure`, in the order of `design`.
 
-    Breakaways that follow each other are not independent: the place within its count in which the
-    axis rests moves on by little.
+    Successive breakaways are not independent, since the rest position within its count changes
+    slowly. Several of them count as one.
     """
     together = FOLLOWING if friction.size >= FOLLOWING * FEWEST_GROUPS else 1
     return solve(
@@ -106,8 +112,10 @@ def fit_polynomials(
 
 
 def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector]:
-    """The coefficients forward and backward, without the offset; empty where a direction has
-    none."""
+    """Return the coefficients forward and backward without the offset.
+
+    They are empty for a direction without data.
+    """
     if structure.common:
         return value[:-1], value[:-1]
     split = structure.orders[0] + 1
@@ -115,7 +123,7 @@ def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector
 
 
 def choose_structure(places: BreakawayPositions, friction: Vector) -> PolynomialOrders:
-    """What n frictions, (n,) N m | N, at `places` ask for."""
+    """Return the structure that the frictions (n,), N m | N, at `places` support."""
     forward = places.direction > 0.0
     present = (bool(np.any(forward)), bool(np.any(~forward)))
     own = [
@@ -153,13 +161,13 @@ def _smallest_as_good(errors: list[Vector]) -> int:
 
 
 def as_good(simple: Vector, best: Vector) -> bool:
-    """Whether errors (n,) are as good as the best's."""
+    """Return whether errors (n,) are as good as the best ones within SURE standard errors."""
     more = simple**2 - best**2
     return bool(np.mean(more) <= SURE * np.std(more) / np.sqrt(more.size))
 
 
 def left_out(rows: Matrix, friction: Vector) -> Vector:
-    """The error (n,) at each breakaway of the fit to all others."""
+    """Return the leave-one-out error (n,) at each breakaway."""
     q, _ = np.linalg.qr(rows)
     residual = friction - q @ (q.T @ friction)
     return np.asarray(residual / np.maximum(1.0 - np.sum(q**2, axis=1), 1e-6))

@@ -1,11 +1,11 @@
-"""Rising static friction (2.3.2.1): the breakaway grows with the time at rest, which ramps of
-several rates tell.
+"""Rising static friction (2.3.2.1): a breakaway that grows with the time at rest.
 
-    F_s(t) = full (1 - (1 - fresh) tau/(tau + t))        t: time at rest before the breakaway
-                                                         (friction/rising_breakaway.py)
+    F_s(t) = full (1 - (1 - fresh) tau/(tau + t))      t: time at rest before the breakaway
+                                                       (friction/rising_breakaway.py)
 
-Linear in full and in full (1 - fresh) for a given tau, which is searched. The law has to predict
-breakaways left out better than a constant. A single rate does not do: t is then the same for all.
+The law is linear in full and in full (1 - fresh) for a fixed tau, which is searched. It has to
+predict left-out breakaways better than a constant. Ramps of several rates are needed, since with a
+single rate t is always the same.
 """
 
 from __future__ import annotations
@@ -20,14 +20,18 @@ from frictool.identify.fit_result import Interval
 from frictool.identify.motion_record import Vector
 from frictool.identify.regression.regression import Matrix, SingularRegressors, solve
 
-SPREAD = 3.0  # of the times at rest, 95 % over 5 %
-REACH = 3.0  # how far beyond the times at rest tau is looked for
+SPREAD = 3.0  # least ratio of the 95 % to the 5 % quantile of the times at rest
+REACH = 3.0  # factor beyond the times at rest within which tau is searched
 
 
 @dataclass(frozen=True)
 class RisingFriction:
-    """`full`: the breakaway after a long rest, N m | N; `fresh`: just after a stop, over it;
-    `rise_time` tau in s."""
+    """Breakaway that grows with the time at rest.
+
+    - full: after a long rest, N m | N
+    - fresh: just after a stop, relative to full
+    - rise_time: tau, s
+    """
 
     full: Interval
     fresh: Interval
@@ -37,13 +41,17 @@ class RisingFriction:
 def rising_friction(
     rested: Vector, direction: Vector, friction: Vector, confidence: float
 ) -> RisingFriction | None:
-    """The law over `rested` (n,) in s of breakaways `friction` (n,) in either `direction` (n,), or
-    None where a constant does."""
+    """Return the law, or None if a constant is as good.
+
+    - rested: (n,), time at rest, s
+    - direction: (n,), +-1
+    - friction: (n,), breakaway, N m | N
+    """
     shortest, longest = np.quantile(rested, [0.05, 0.95])
     if longest < SPREAD * shortest:
         return None
     sides = np.column_stack([direction == side for side in np.unique(direction)]).astype(np.float64)
-    offset = sides[:, 1:] - sides[:, :1]  # an offset of the effort, where both directions are there
+    offset = sides[:, 1:] - sides[:, :1]  # offset of the effort, if both directions are present
 
     def design(tau: float) -> Matrix:
         return np.column_stack((np.ones(rested.size), -tau / (tau + rested), offset))

@@ -1,11 +1,12 @@
-"""Stribeck velocities that agree with the changes of the encoder after the onsets.
+"""Stribeck velocities that agree with the encoder's changes after the onsets.
 
 Friction falls from the breakaway to Coulomb friction over the speed (2.34). The slower it falls,
-the later the encoder shows the motion: an onset that is corrected for a fall at once gives a
-breakaway that is too high. The changes tell the Stribeck velocity as far as the encoder is fine.
-`allowed_fall` keeps each velocity whose misfit is at most the quantile of chi-square with one
-degree of freedom above the least misfit. The misfit is the mean over the onsets: a test that
-repeats itself repeats its errors of timing, so all onsets count as one.
+the later the encoder shows the motion. An onset that is corrected for an immediate fall then gives
+too high a breakaway. The finer the encoder, the better its changes determine the Stribeck velocity.
+
+`allowed_fall` keeps each velocity whose misfit exceeds the least misfit by at most the chi-square
+quantile with one degree of freedom. The misfit is the mean over the onsets: a repetitive test
+repeats its timing errors, so that all onsets count as one.
 """
 
 from __future__ import annotations
@@ -17,20 +18,18 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri
 
-GRID = np.geomspace(
-    0.02, 20.0, 24
-)  # Stribeck velocities relative to the speed at which the ramp alone passes a count
+# Stribeck velocities relative to the speed at which the ramp alone passes a count
+GRID = np.geomspace(0.02, 20.0, 24)
 
 Misfit = Callable[[float], float]  # Stribeck velocity in rad/s | m/s -> mean misfit of an onset
 
 
 @dataclass(frozen=True)
 class StribeckVelocityRange:
-    """Stribeck velocity of the breakaway's value, and the range that its interval holds, rad/s |
-    m/s.
+    """Stribeck velocity of the breakaway's value, and its range in the interval, rad/s | m/s.
 
-    0: friction falls at once; inf: it does not fall. known: the range comes from another log, and
-    not from the ramps' onsets.
+    A velocity of 0 means that friction falls at once, inf that it does not fall. `known`: the range
+    comes from another log, and not from the ramps' onsets.
     """
 
     velocity: float
@@ -46,15 +45,20 @@ def allowed_fall(
 
     Parameters
     ----------
-    nominal : misfit with the axis's most likely parameters.
-    ends : misfit with one parameter each at an end of its interval.
-    scale : speed at which the ramp alone passes a count, rad/s | m/s.
-    confidence : of the quantile, 0 to 1.
+    nominal
+        Misfit with the axis's most likely parameters.
+    ends
+        Misfits with one parameter each at an end of its interval.
+    scale
+        Speed at which the ramp alone passes a count, rad/s | m/s.
+    confidence
+        Confidence of the chi-square quantile, 0 to 1.
 
     Returns
     -------
-    The range reaches to the next velocity of the grid that is refused. Its value is a fall at once
-    where that is allowed, else the velocity with the least misfit.
+    StribeckVelocityRange
+        The range extends to the next rejected velocity of the grid. The value is an immediate fall
+        if that is allowed, else the velocity with the least misfit.
     """
     velocities = [0.0, *(scale * GRID).tolist(), math.inf]
     found = [nominal(velocity) for velocity in velocities]

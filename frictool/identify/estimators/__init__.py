@@ -1,1 +1,1 @@
-"""The sliding parameters from records, one method a file; the table of them is `methods.py`."""
+"""Identification methods, one module each; `methods.py` lists them."""

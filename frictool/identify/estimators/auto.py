@@ -1,23 +1,21 @@
-"""Choice of the method by the decision scheme of figure 4.4 (assess/identifiability.py), applied to
-the recorded motion.
+"""Choose the method by the decision scheme of figure 4.4, applied to the recorded motion.
 
-    1  assess refuses the velocity by differentiation                                                             sines
-    2  the efficient estimate (`least_squares`) and the robust one (`power_balance`) disagree by
-    more than their
-       intervals: friction is not viscous + Coulomb over all speeds, and the slow samples tell something else     prefer
-                                                                                                                  power-balance
-    3  else the efficient one, alone                                                                              prefer
-                                                                                                                  least-squares
-    4  of 2 or 3, with the terms that the simulation asks for, and of output error: the best by what
-    its model
-       predicts of strokes that it has not seen; the preferred one stays within a tenth
-       (`comparison`)
-    5  assess gives the inertia to the weak form, and 1 to 4 do not give it: its value is the weak
-    form's
+The verdicts on the encoder and the motion are those of `assess/identifiability.py`.
 
-Step 2 is Hausman's test, read off intervals. Viscous friction, and an offset that the bench does
-not declare, are dropped where strokes that the fit has not seen are predicted no worse without
-them. Steps 2 and 3 apply to strokes of any other form too.
+1. If assess refuses differentiated velocities, the method is sines.
+2. If the efficient estimate (`least_squares`) and the robust one (`power_balance`) disagree by more
+   than their intervals, power-balance is preferred. Friction is then not viscous + Coulomb at all
+   speeds, and the slow samples are different.
+3. Otherwise least-squares is preferred.
+4. The candidates are the methods of 2 and 3, the same methods with the load terms that the
+   simulation selects, and output error. The best prediction of unseen strokes wins; the preferred
+   method stays if its error is within a tenth of the best (`method_comparison`).
+5. If assess assigns the inertia to the weak form, and 1 to 4 do not identify it, it is taken from
+   the weak form.
+
+Step 2 is Hausman's test in terms of intervals. Viscous friction, and an offset that the bench does
+not declare, are dropped if unseen strokes are predicted no worse without them. Steps 2 and 3 also
+apply to strokes that are not sines.
 """
 
 from __future__ import annotations
@@ -43,18 +41,19 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.slip_fit import weighted_fit
 
 DROPPABLE = ("viscous", "offset")
-ONLY_OFFSET = LoadTerms(("offset",))  # nothing that the method of sines does not know
+ONLY_OFFSET = LoadTerms(("offset",))  # the only load that the method of sines can fit
 
 
 def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSettings) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset by the method that suits the records. Raises
-    UnusableLogs where nothing moves enough."""
+    """Return inertia, viscous, Coulomb and offset by the method that suits the records.
+
+    Raises UnusableLogs if nothing moves enough.
+    """
     declared = bench.load is not None and "offset" in bench.load.terms
     droppable = tuple(name for name in DROPPABLE if name != "offset" or not declared)
     if any(record.velocity is not None for record in records):
-        return _differentiated(
-            records, bench, settings, droppable
-        )  # what a measured velocity tells, no encoder decides
+        # a measured velocity does not depend on an encoder
+        return _differentiated(records, bench, settings, droppable)
     bench = with_found_loads(records, bench, settings)
     facts = recorded_facts(records, bench)
     inertia, friction = (
@@ -68,14 +67,13 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
             fit = replace(run("sines", records, known, settings), method="sines", why=friction.why)
             return fit if weak is None else joined(fit, weak, inertia.why)
         except UnusableLogs:
-            pass  # no strokes of several speeds: least squares averages over windows what it can
+            pass  # not enough strokes or speeds: least squares average over windows instead
     fit = _differentiated(records, bench, settings, droppable)
     return fit if weak is None or "inertia" in fit.parameters else joined(fit, weak, inertia.why)
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
-    """`assess`'s verdict at the precision that it wants, or else at one that is better than what
-    the bench knows (4.2.1)."""
+    """Return the verdict of `assess` at its wanted precision, else at that of the bench (4.2.1)."""
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))
     return first if first.identifiable else verdict(parameter, facts, known)
@@ -84,7 +82,7 @@ def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifia
 def _weak(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit | None:
-    """The weak form, where it gives the inertia."""
+    """Return the fit of the weak form if it gives the inertia, else None."""
     try:
         fit = run("weak", records, bench, settings)
     except UnusableLogs:
@@ -96,14 +94,13 @@ def _weak(
 def inertia_over_position(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit | None:
-    """The weak form where it sees that friction varies with the position, and gives the inertia all
-    the same."""
+    """Return the weak form if it detects friction over position and still gives the inertia."""
     fit = _weak(records, bench, settings)
     return fit if fit is not None and fit.details["position_order"] > 0 else None
 
 
 def with_inertia(bench: Bench, found: Interval) -> Bench:
-    """The bench that knows the inertia as it was found."""
+    """Return the bench with an identified inertia in place of its own."""
     inertia = Quantity(found.value, found.low, found.high, bench.mechanics.inertia.unit)
     return msgspec.structs.replace(
         bench, mechanics=msgspec.structs.replace(bench.mechanics, inertia=inertia)
@@ -111,7 +108,7 @@ def with_inertia(bench: Bench, found: Interval) -> Bench:
 
 
 def joined(fit: SlidingFit, weak: SlidingFit, why: str) -> SlidingFit:
-    """`fit` with the inertia of the weak form."""
+    """Return `fit` with the inertia of the weak form."""
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
     parameters = {"inertia": weak.parameters["inertia"], **fit.parameters}
     details = {
@@ -135,32 +132,36 @@ def _differentiated(
     settings: IdentificationSettings,
     droppable: tuple[str, ...],
 ) -> SlidingFit:
-    """Steps 2 to 4."""
+    """Return the fit of steps 2 to 4."""
     efficient = weighted_fit(
         records, bench, settings, lambda rows: np.ones(rows.velocity.size), droppable
     )
     robust = weighted_fit(records, bench, settings, by_speed)
     apart = disagreement(efficient, robust)
     if apart is None:
-        why = "equal weights and weights by speed agree within their intervals: friction is viscous and Coulomb at all speeds used"
+        why = (
+            "equal weights and weights by speed agree within their intervals: friction is "
+            "viscous and Coulomb at all speeds used"
+        )
         fits = [replace(efficient, method="least-squares", why=why)]
     else:
-        why = f"{apart} with equal weights is outside what weights by speed give: friction differs at low speed, where samples count less"
+        why = (
+            f"{apart} with equal weights is outside what weights by speed give: friction "
+            "differs at low speed, where samples count less"
+        )
         fits = [
             replace(robust, method="power-balance", why=why),
             replace(efficient, method="least-squares", why=why),
         ]
-    refuse_self_explained(
-        fits[0], records
-    )  # after a choice by simulation, `refusals` could not recognise a computed effort
+    # before the simulation chooses, since a computed effort could not be recognised afterwards
+    refuse_self_explained(fits[0], records)
     from frictool.identify.estimators.method_comparison import ComparedData, best_by_prediction
 
     return best_by_prediction(ComparedData(records, bench, settings, fits))
 
 
 def disagreement(one: SlidingFit, other: SlidingFit) -> str | None:
-    """The first parameter of friction whose intervals have nothing in common, for people; None
-    where all agree."""
+    """Return the first friction parameter, as text, whose intervals do not overlap; else None."""
     for name in ("viscous", "coulomb"):
         a, b = one.parameters.get(name), other.parameters.get(name)
         if a is not None and b is not None and (a.low > b.high or b.low > a.high):

@@ -1,10 +1,9 @@
-"""The power balance with the equation scaled by sqrt(2)/V (4.31)-(4.33), V the amplitude of the
-speed.
+"""Power balance with the equation scaled by sqrt(2)/V (4.31)-(4.33), V the speed amplitude.
 
-With V = sqrt(2) the condition of M_2 (4.29), the part of the normal matrix that viscous and Coulomb
-friction share, is 19, the least that a sine gives (4.30). QR on columns of unit length, as
-everywhere here, has that conditioning built in: the values are the power balance's. What the
-scaling does to (4.29) is told in the details.
+For V = sqrt(2) the condition of M_2 (4.29) is 19, the least possible for a sine (4.30). M_2 is the
+part of the normal matrix that belongs to viscous and Coulomb friction. QR on columns of unit
+length, as in all fits here, has the same conditioning, so that the values are those of the power
+balance. The details report the effect of the scaling on (4.29).
 """
 
 from __future__ import annotations
@@ -22,15 +21,14 @@ from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.rows.regression_samples import RegressionSamples, fit
 from frictool.identify.rows.slip_fit import slipping_fit
 
-BEST_SPEED = math.sqrt(2.0)  # (4.30) is least there
+BEST_SPEED = math.sqrt(2.0)  # speed amplitude with the least condition (4.30)
 
 
 def condition_m2(velocity: Vector, sign: Vector) -> float:
-    """Condition number of M_2 (4.29): largest over smallest eigenvalue, from speeds and their signs
-    (n,).
+    """Return the condition number of M_2 (4.29) from speeds and their signs (n,).
 
-    From singular values: the eigenvalues of a matrix with a condition of 1e8 have lost half of
-    their digits.
+    It is computed from singular values: at a condition of 1e8 eigenvalues lose half of their
+    digits.
     """
     singular = np.linalg.svd(
         np.linalg.qr(np.column_stack((velocity, sign)), mode="r"), compute_uv=False
@@ -41,8 +39,10 @@ def condition_m2(velocity: Vector, sign: Vector) -> float:
 def conditioned(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises NothingUsable
-    where nothing moves enough."""
+    """Return inertia, viscous, Coulomb and offset of sliding records.
+
+    Raises UnusableLogs if nothing moves enough.
+    """
     return slipping_fit(
         records, bench, settings, lambda rows, used: _fit(rows, used, settings.confidence)
     )

@@ -1,20 +1,20 @@
-"""The friction force of a known inertia, and its curve over speed, as published for a
-rack-and-pinion stage (K. Mnich's scripts).
+"""Friction force of a known inertia, and its curve over speed (K. Mnich's scripts).
 
-    filter     velocity and effort through one causal low-pass alike, so that they stay in step
-    force      effort - inertia (v[k] - v[k-1])/T, the inertia being the bench's
-    curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)       per direction
-               of motion, and an offset
+The procedure is that published for a rack-and-pinion stage.
 
-The curve's largest friction is the breakaway; it is reached at v_p, a speed, and not at rest as in
-(2.34): v_p is no Stribeck velocity, and is told in the details. For a given v_p the rest is linear,
-so that v_p alone is searched.
+    filter     the same causal low-pass for velocity and effort, so that they stay aligned
+    force      effort - inertia (v[k] - v[k-1])/T, with the bench's inertia
+    curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)
+               for each direction of motion, and an offset
 
-Every sample of the log counts, those at rest too, as they did in the publication: they pull Coulomb
-friction towards what the effort is at rest. Choose the part of the log that moves with `ingest
---from --to`. Intervals are those of the curve as it stands, for residuals that the filter
-correlates (`newey_west`): they do not hold what the samples at rest, the inertia and the
-instruments' clocks add.
+The breakaway is the largest friction of the curve. It is reached at the speed v_p, and not at rest
+as in (2.34). v_p is therefore no Stribeck velocity, and is reported in the details. For a given v_p
+the other parameters are linear, so that only v_p is searched.
+
+Every sample of a stroke counts, also at rest, as in the publication. Samples at rest shift Coulomb
+friction towards the effort at rest; select the moving part of the log with `ingest --from --to`.
+The intervals hold for the curve with residuals that the filter correlates (`newey_west`). They do
+not include errors from samples at rest, from the inertia, or from the instruments' clocks.
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ from frictool.identify.rows.regression_samples import (
 )
 from frictool.identify.rows.strokes import find_strokes
 
-PLACES = 60  # at which the speed of the largest friction is looked for before it is refined
-SLOWEST, FASTEST = 1e-3, 0.5  # of the top speed, between which it lies
+PLACES = 60  # grid points of the search for the speed of the largest friction
+SLOWEST, FASTEST = 1e-3, 0.5  # bounds of that speed, relative to the top speed
 
 
 def friction_force(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Viscous, Coulomb, breakaway and offset; the inertia is the bench's.
+    """Return viscous, Coulomb, breakaway and offset; the inertia is the bench's.
 
-    Raises NothingUsable where the records do not tell the curve, or the motion is in one direction
-    only and the bench knows no offset.
+    Raises UnusableLogs if the records do not determine the curve, or if the motion is in one
+    direction only and the bench gives no offset.
     """
     pipeline = settings.pipeline or PublishedFilters()
     rows = joined(
@@ -83,7 +83,8 @@ def friction_force(
         for name, v, h in zip(names, value, half, strict=False)
     }
     refused = {
-        "inertia": f"the friction force is the effort less that of the bench's, {bench.mechanics.inertia.value:.4g}"
+        "inertia": "the friction force is the effort less that of the bench's, "
+        f"{bench.mechanics.inertia.value:.4g}"
     }
     if not both and rows.known_offset is not None:
         found |= {
@@ -108,13 +109,13 @@ def friction_force(
 
 
 def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> RegressionSamples:
-    """Every sample of a record: filtered alike, differenced backward; sign and stroke are those of
-    the stroke that it belongs to."""
+    """Return the samples that belong to strokes, filtered alike and differenced backward."""
     if record.piece[-1] > 0:
         raise UnusableLogs(f"{record.name} has gaps, over which the filter cannot run")
     if 2.0 * cutoff_hz * record.period >= 1.0:
         raise UnusableLogs(
-            f"a cut-off at {cutoff_hz:g} Hz is not below half of the sampling rate, {0.5 / record.period:.4g} Hz"
+            f"a cut-off at {cutoff_hz:g} Hz is not below half of the sampling rate, "
+            f"{0.5 / record.period:.4g} Hz"
         )
     b, a = butter(order, 2.0 * cutoff_hz * record.period)
 
@@ -144,7 +145,7 @@ def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> R
 
 
 def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:
-    """The regressors (n, 3 or 4): Coulomb, viscous, the hump over Coulomb friction, offset."""
+    """Return the regressors (n, 3 or 4): Coulomb, viscous, excess over Coulomb, and offset."""
     ratio = np.abs(rows.velocity) / peak
     columns = (
         rows.sign,
@@ -156,13 +157,12 @@ def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:
 
 
 def _sums(columns: Matrix) -> Matrix:
-    """The regressors of Coulomb, viscous and breakaway, which is Coulomb friction and hump
-    together."""
+    """Return the regressors of Coulomb, viscous and breakaway, the sum of Coulomb and excess."""
     return np.column_stack((columns[:, 0] - columns[:, 2], columns[:, 1:]))
 
 
 def _peak(rows: RegressionSamples, force: Vector, both: bool, top: float) -> float:
-    """v_p, rad/s | m/s, by the squares that its best curve leaves."""
+    """Return v_p, rad/s | m/s, of the curve with the least sum of squares."""
 
     def left(place: float) -> float:
         columns = _design(rows, float(np.exp(place)), both)

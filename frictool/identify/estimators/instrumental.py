@@ -1,9 +1,10 @@
-"""Instrumental variables from the reference: 0 = sum z (u - inertia a - viscous v - coulomb s -
-offset).
+"""Instrumental variables from the reference.
 
-The instruments z are acceleration, velocity, its sign and 1 of the reference that the axis
-followed, smoothed as the position is. They move with the motion and know nothing of the encoder's
-noise, so that noisy regressors leave no bias, whatever the noise is.
+    0 = sum z (u - inertia a - viscous v - coulomb s - offset)
+
+The instruments z are acceleration, velocity, its sign and 1, computed from the reference that the
+axis followed and smoothed like the position. They correlate with the motion but not with the
+encoder's noise, so that noisy regressors cause no bias.
 """
 
 from __future__ import annotations
@@ -33,18 +34,21 @@ from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
 
 Matrix = NDArray[np.float64]
-WEAKEST = 0.1  # least correlation of the velocity with that of the reference
+WEAKEST = 0.1  # least correlation of the velocity with the reference's velocity
 
 
 def instrumental(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset. Raises UnusableLogs where a record has no reference, or
-    does not follow it."""
+    """Return inertia, viscous, Coulomb and offset.
+
+    Raises UnusableLogs if a record has no reference, or does not follow it.
+    """
     for record in records:
         if record.reference is None:
             raise UnusableLogs(
-                f"{record.name} has no reference of the position to take instruments from; use least-squares"
+                f"{record.name} has no reference of the position to take instruments from; use "
+                "least-squares"
             )
     window = slipping_window(records, settings.window)
     parts, instruments = [], []
@@ -60,7 +64,8 @@ def instrumental(
     correlation = float(np.corrcoef(z[1], samples.velocity)[0, 1])
     if correlation < WEAKEST:
         raise UnusableLogs(
-            f"the velocity does not follow that of the reference (correlation {correlation:.2g}); use least-squares"
+            "the velocity does not follow that of the reference (correlation "
+            f"{correlation:.2g}); use least-squares"
         )
     found = by_instruments(samples, z, window, settings.confidence)
     details = {**plain.details, "reference_correlation": correlation}
@@ -73,7 +78,7 @@ def instrumental(
 def _instruments(
     record: MotionRecord, bench: Bench, window: int, velocity: Vector
 ) -> tuple[Vector, Vector, Vector]:
-    """Acceleration, velocity and its sign of the reference in the rows in which the axis slips."""
+    """Return acceleration, velocity and sign (m,) of the reference at the slipping samples."""
     assert record.reference is not None
     mask = slip_mask(record, find_strokes(record), velocity, window, full_backlash(bench))
     a, v, _ = smoothed(replace(record, position=record.reference), window)
@@ -86,8 +91,10 @@ def _instruments(
 def by_instruments(
     samples: RegressionSamples, z: tuple[Vector, ...], window: int, confidence: float
 ) -> dict[str, Interval]:
-    """Each parameter with its interval, from the rows and the instruments of acceleration, velocity
-    and sign, each (n,)."""
+    """Return each parameter with its interval, by instrumental variables.
+
+    `z` holds the instruments of acceleration, velocity and sign, each (n,).
+    """
     names, columns = free_columns(samples)
     p, every = len(names), (*z, np.ones(z[0].size))
     instruments = tuple(every[SLIDING.index(name)] for name in names)

@@ -1,24 +1,24 @@
-"""The inverse dynamic model with decimation, as published for EMPS (Janot, Gautier and Brunot
-2019).
+"""Inverse dynamic model with decimation, as published for EMPS (Janot, Gautier, Brunot 2019).
 
     position   Butterworth low-pass, forward and backward, padded by 12 samples
-    velocity   central differences of it; acceleration: central differences of the velocity
-    cut        the first samples, in which the filters settle, are left out
-    decimate   effort and each regressor alike: Chebyshev I low-pass, forward and backward, one
-               sample in ten
+    velocity   central differences of the position
+    accel.     central differences of the velocity
+    cut        the first samples, in which the filters settle, are dropped
+    decimate   effort and each regressor alike: Chebyshev I low-pass, forward and backward,
+               one sample in ten
     solve      ordinary least squares on [acceleration, velocity, sign(velocity), 1]
 
-The effort is not put through the Butterworth filter: the decimation filter, well below it, is what
-the signals have in common.
+The effort does not pass the Butterworth filter: all signals share the decimation filter, whose band
+is well below it.
 
-The values are those of the pipeline as it was published. Its intervals are not: it has errors that
-do not average out, and that its residuals do not show. It takes a held effort for one measured at
-its sample, half a period early, and it takes the samples at rest and the reversals, smeared by the
-decimation filter, for slip. On the same log the power balance (`power_balance`) has neither, so
-that the interval spans both: the pipeline's own, and the power balance's.
+The values are those of the published pipeline, the intervals are not. The pipeline has systematic
+errors that its residuals do not show. It treats a held effort as measured at its sample, which is
+half a period early. It also treats samples at rest, and reversals smeared by the decimation filter,
+as slip. The power balance (`power_balance`) has neither error, so that the interval spans the
+pipeline's own and that of the power balance.
 
-Where its conditions do not hold there is no value either: within a backlash only the motor moves,
-and an encoder whose noise is not small beside the speed makes up reversals.
+A log is refused if the conditions of the method do not hold: within a backlash only the motor
+moves, and an encoder whose noise is large relative to the speed produces false reversals.
 """
 
 from __future__ import annotations
@@ -39,18 +39,17 @@ from frictool.identify.rows.regression_samples import RegressionSamples, fit, jo
 from frictool.identify.rows.smoothing import position_noise
 from frictool.identify.rows.strokes import find_strokes
 
-LARGEST_BACKLASH_SHARE = 0.01  # of the samples that may lie within the backlash
-LARGEST_NOISE = 0.01  # rms of the velocity's noise over rms of the velocity
+LARGEST_BACKLASH_SHARE = 0.01  # largest share of samples within the backlash
+LARGEST_NOISE = 0.01  # largest rms noise of the velocity relative to its rms
 
 
 def inverse_dynamic(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset by the published pipeline, with intervals that hold its
-    systematic errors.
+    """Return inertia, viscous, Coulomb and offset by the published pipeline.
 
-    Raises NothingUsable where a record is too short for its filters, where much of the motion is
-    within the backlash, and where the power balance, which tells the systematic errors, finds no
+    The intervals include its systematic errors. Raises UnusableLogs if a record is too short for
+    the filters, if much of the motion is within the backlash, or if the power balance finds no
     slip.
     """
     pipeline, confidence = settings.pipeline or PublishedFilters(), settings.confidence
@@ -82,13 +81,12 @@ def inverse_dynamic(
 
 
 def _span(own: Interval, other: Interval) -> Interval:
-    """The pipeline's value, between the lowest and the highest of either method's interval."""
+    """Return the pipeline's value with an interval that spans both intervals."""
     return Interval(own.value, min(own.low, other.low), max(own.high, other.high))
 
 
 def _refuse_backlash(records: list[MotionRecord], bench: Bench) -> None:
-    """Raises UnusableLogs where more than a hundredth of the samples may lie within the backlash
-    after a reversal."""
+    """Raise UnusableLogs if too many samples may lie within the backlash after a reversal."""
     width = bench.mechanics.backlash
     if width is None:
         return
@@ -97,7 +95,8 @@ def _refuse_backlash(records: list[MotionRecord], bench: Bench) -> None:
     share = inside / sum(record.position.size for record in records)
     if share > LARGEST_BACKLASH_SHARE:
         raise UnusableLogs(
-            f"{100 * share:.2g} % of the samples may lie within the bench's backlash, of which this pipeline knows nothing "
+            f"{100 * share:.2g} % of the samples may lie within the bench's backlash, of which "
+            "this pipeline knows nothing "
             f"(allowed: {100 * LARGEST_BACKLASH_SHARE:g} %); use least-squares"
         )
 
@@ -105,7 +104,7 @@ def _refuse_backlash(records: list[MotionRecord], bench: Bench) -> None:
 def _unresolved(
     record: MotionRecord, bench: Bench, samples: RegressionSamples, pipeline: PublishedFilters
 ) -> dict[str, str]:
-    """Which parameters the encoder is too coarse for, name -> reason."""
+    """Return the parameters that the encoder does not resolve, with reasons."""
     velocity, acceleration = _responses(record, pipeline)
     refused: dict[str, str] = {}
     reason = unresolved_inertia(
@@ -124,14 +123,16 @@ def _unresolved(
     )
     if noise > LARGEST_NOISE:
         shown = f"{100 * noise:.2g} % of the speed (allowed: {100 * LARGEST_NOISE:g} %)"
-        reason = f"the encoder's noise on the velocity is {shown}, so that its sign changes where the motion does not; use least-squares"
+        reason = (
+            f"the encoder's noise on the velocity is {shown}, so that its sign changes where "
+            "the motion does not; use least-squares"
+        )
         refused |= {"viscous": reason, "coulomb": reason}
     return refused
 
 
 def _responses(record: MotionRecord, pipeline: PublishedFilters) -> tuple[Vector, Vector]:
-    """From position to the velocity whose sign is taken, and to the acceleration of the regression:
-    each (n,) to one impulse."""
+    """Return the impulse responses (n,) from position to velocity and to acceleration."""
     impulse = np.zeros(record.position.size)
     impulse[impulse.size // 2] = 1.0
     velocity, acceleration = _derivatives(impulse, record.period, pipeline)
@@ -166,14 +167,14 @@ def _decimated(record: MotionRecord, pipeline: PublishedFilters) -> RegressionSa
 def _derivatives(
     position: Vector, period: float, pipeline: PublishedFilters
 ) -> tuple[Vector, Vector]:
-    """Velocity and acceleration (n,) of a position (n,)."""
+    """Return velocity and acceleration (n,) of a position (n,)."""
     b, a = butter(pipeline.filter_order, 2.0 * pipeline.cutoff_hz * period)
     velocity = _central(filtfilt(b, a, position, padlen=pipeline.padding), period)
     return velocity, _central(velocity, period)
 
 
 def _central(values: Vector, period: float) -> Vector:
-    """Central differences (n,) per second; the two ends repeat their neighbours."""
+    """Return central differences (n,) per second; the two ends repeat their neighbours."""
     out = np.empty_like(values)
     out[1:-1] = (values[2:] - values[:-2]) / (2.0 * period)
     out[0], out[-1] = out[1], out[-2]
@@ -181,11 +182,10 @@ def _central(values: Vector, period: float) -> Vector:
 
 
 def _filtered(rows: NDArray[np.float64], pipeline: PublishedFilters) -> NDArray[np.float64]:
-    """Rows (m, p) after the Chebyshev filter of the decimation, forward and backward along the
-    rows.
+    """Return rows (m, p) after the decimation's Chebyshev filter, forward and backward.
 
-    A filter of even order passes a constant at the bottom of its ripple: divided by that, so that
-    the offset's column stays 1.
+    A filter of even order passes a constant at the bottom of its ripple. The result is divided by
+    that gain, so that the column of the offset stays 1.
     """
     if pipeline.decimate == 1:
         return rows

@@ -1,10 +1,9 @@
-"""Least squares (4.11)-(4.15) on zero-phase smoothed signals, every sample that is certain to slip
-alike: (4.18) with a derived threshold.
+"""Least squares (4.11)-(4.15) on smoothed signals of all samples that certainly slip.
 
-The effort's noise is the same at every speed, so that equal weights are the efficient ones; what
-the power balance (4.23) weighs down, sticks and the Stribeck effect, the slip mask leaves out.
-Where friction falls over speed beyond the mask, `power_balance` is the method, and `auto` finds
-out.
+The slip mask is (4.18) with a derived threshold. The noise of the effort is the same at every
+speed, so that equal weights are efficient. The mask leaves out stick and the Stribeck effect, to
+which the power balance (4.23) gives little weight. If friction falls over speed beyond the mask,
+use `power_balance`; `auto` detects this.
 """
 
 from __future__ import annotations
@@ -21,6 +20,8 @@ from frictool.identify.rows.slip_fit import weighted_fit
 def least_squares(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises NothingUsable
-    where nothing moves enough."""
+    """Return inertia, viscous, Coulomb and offset of sliding records.
+
+    Raises UnusableLogs if nothing moves enough.
+    """
     return weighted_fit(records, bench, settings, lambda rows: np.ones(rows.velocity.size))

@@ -1,9 +1,9 @@
-"""Which loads there are where the bench does not say: one after the other, by strokes that a
-regression has not seen.
+"""Search for load terms that the bench does not declare, by the prediction of unseen strokes.
 
-A load is kept where the strokes' squares are smaller beyond chance and the held-out error falls by
-a fifth, as in `held_out`. A spring, and gravity on a rotary axis; viscous friction that differs by
-direction is left to the simulation (`held_out`), ripple to whoever knows its cycles.
+Terms are added one at a time. A term is kept if the squares of the strokes decrease beyond chance
+and the held-out error falls by a fifth. The candidates are a spring and, on a rotary axis, gravity.
+Viscous friction that differs by direction is left to the simulation (`structure_selection`). Ripple
+needs a declared number of cycles.
 """
 
 from __future__ import annotations
@@ -28,14 +28,16 @@ from frictool.identify.rows.load_terms import TERMS
 from frictool.identify.rows.regression_samples import parameters_of, reduced
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 
-WORTH = 0.8  # of the held-out error: what a richer structure has to come below
+WORTH = 0.8  # largest held-out error of a richer structure, relative to the simpler one
 
 
 def with_found_loads(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> Bench:
-    """The bench with `load` as it was found; itself where it says what there is, where nothing is
-    found, or where nothing slips."""
+    """Return the bench with the load terms that the logs support.
+
+    The bench is unchanged if it declares its loads, if no term is supported, or if nothing slips.
+    """
     if bench.load is not None or any(record.velocity is not None for record in records):
         return bench
     possible: tuple[Term, ...] = ("spring", "gravity") if bench.axis == "rotary" else ("spring",)
@@ -68,8 +70,10 @@ def found_terms(
     rows: int,
     confidence: float,
 ) -> tuple[Term, ...]:
-    """Of the possible terms those that are there, the best first. plain (g, q, q), stroke (g,): of
-    the runs of `rows` rows in all."""
+    """Return the supported terms of `possible`, the best first.
+
+    plain (g, q, q) and stroke (g,) belong to the runs of `rows` rows in all.
+    """
     columns, found, half = list(range(len(SLIDING))), list[Term](), halved(stroke)
     best = held_out_squares(plain, plain, half, columns)
     while best is not None:
@@ -94,5 +98,5 @@ def found_terms(
 
 
 def with_load(bench: Bench, terms: tuple[Term, ...]) -> Bench:
-    """The bench that says that there are an offset and these."""
+    """Return the bench with an offset and these load terms declared."""
     return msgspec.structs.replace(bench, load=LoadTerms(("offset", *terms)))

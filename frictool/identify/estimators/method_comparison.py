@@ -1,21 +1,22 @@
-"""Choice of the method whose model predicts unseen strokes best; all candidates are compared on the
-same terms.
+"""Choose the method whose model predicts unseen strokes best.
 
-    tried      the regressions that `auto` asks for, without and with the terms that the simulation
-               asks for, and output error
-    scores     each half of the logs, predicted by a fit to the other half: error of the simulated
-               position (rms), and force error
-    allowed    a force error of at most twice the smallest: a model with a wrong effort may still
-               simulate the position well
-    winner     the first in the order of preference whose position error is within a tenth of the
-               smallest allowed one; output error only
-               where the regression of the same structure does not contradict it
+- candidates: the regressions that `auto` requests, without and with the load terms that the
+  simulation selects, and output error
+- scores: error of the simulated position (rms) and force error, for each half of the logs predicted
+  by a fit to the other half
+- allowed: a force error of at most twice the smallest; a model with a wrong effort may still
+  simulate the position well
+- winner: the first candidate, in the order of preference, with a position error within a tenth of
+  the smallest allowed one. Output error wins only if the regression of the same structure does not
+  contradict it.
 
-Order of preference: the method of the decision scheme (`auto`), another regression, output error,
-whose parameters also absorb effects that a regression leaves out. Values of different structures
-are not compared with each other: an offset has another meaning if viscous friction differs by
-direction. If the logs are too short for halves, the regressions are compared on the logs
-themselves. Output error then takes no part, since it minimises the compared error.
+Order of preference: the method of the decision scheme (`auto`), another regression, output error.
+Output error is last since its parameters also absorb effects that a regression leaves out. Values
+of different structures are not compared: an offset has another meaning if viscous friction differs
+by direction.
+
+If the logs are too short for halves, the regressions are compared on the fitted logs. Output error
+then takes no part, since it minimises the compared error.
 """
 
 from __future__ import annotations
@@ -49,18 +50,19 @@ from frictool.identify.rows.load_terms import (
     terms_of,
 )
 
-Rows = Sequence[Sequence[SlipRows]]  # of each half
+Rows = Sequence[Sequence[SlipRows]]  # slipping samples of each half
 NAMES = {DIRECTION: "viscous friction by direction"}
-REFINED = 0.9  # another method wins only below this share of the preferred method's position error
+REFINED = 0.9  # largest position error of another winner, relative to the preferred method's
 MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
 
 
 @dataclass(frozen=True)
 class PredictionScore:
-    """Errors of a candidate on unseen strokes: mean square (s,) of the position error in each,
-    rad^2 | m^2, and the force error (relative).
+    """Errors of a candidate on unseen strokes.
 
-    fit: function that fits the candidate to all logs.
+    - squares: (s,), mean square of the position error in each stroke, rad^2 | m^2
+    - force: force error, relative
+    - fit: function that fits the candidate to all logs
     """
 
     name: str
@@ -81,8 +83,7 @@ class PredictionScore:
 
 @dataclass(frozen=True)
 class ComparedData:
-    """Logs, bench and settings, and the regressions of all logs: the preferred one first, each with
-    its method and why."""
+    """Logs, bench and settings, and the regressions of all logs, the preferred one first."""
 
     records: list[MotionRecord]
     bench: Bench
@@ -148,13 +149,13 @@ def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, Slidin
     return (
         second,
         other,
-        f"; {winner.name} is not taken: its {apart} contradicts {twin.name}, so that an effect is missing in both",
+        f"; {winner.name} is not taken: its {apart} contradicts {twin.name}, so that an effect "
+        "is missing in both",
     )
 
 
 def contradicted(regression: SlidingFit, simulated: SlidingFit) -> str | None:
-    """Return the first sliding parameter, as text, whose regressed value lies outside the interval
-    of output error; else None."""
+    """Return the first parameter whose regressed value is outside output error's interval."""
     for name in SLIDING:
         regressed, interval = regression.parameters.get(name), simulated.parameters.get(name)
         if (
@@ -173,8 +174,7 @@ def _why(
     unseen: bool,
     unit: str,
 ) -> str:
-    """Return the text of the comparison: the candidates, their scores, and the reason for the
-    choice."""
+    """Return the text of the comparison: candidates, scores, and the reason for the choice."""
     how = (
         "predicted on strokes that were not seen"
         if unseen
@@ -185,7 +185,10 @@ def _why(
         min(scores, key=lambda score: score.force),
         min(scores, key=lambda score: score.position),
     )
-    lost = f" ({best.name} is not allowed: its force error is above {MOST_FORCE:g} times that of {smallest.name})"
+    lost = (
+        f" ({best.name} is not allowed: its force error is above {MOST_FORCE:g} times that of "
+        f"{smallest.name})"
+    )
     barred = lost if best.force > MOST_FORCE * smallest.force else ""
     told = f"tried, {how} (position error rms, force error): {told}"
     if winner is scores[0]:
@@ -196,8 +199,10 @@ def _why(
 def regression_scores(
     sides: Sides, rows: Rows, given: ComparedData, terms: tuple[str, ...] = ()
 ) -> list[PredictionScore]:
-    """Return the scores of the methods of the fits, with the load terms `terms`; a method that a
-    half does not suit has none."""
+    """Return the scores of the regressions with the load terms `terms`.
+
+    A method that a half does not suit has no score.
+    """
     scores, declared = [], bench_with_terms(given.bench, terms) if terms else given.bench
     for fit in given.fits:
         method = fit.method or ""
@@ -223,8 +228,7 @@ def regression_scores(
 
 
 def _simulations(sides: Sides, rows: Rows, given: ComparedData) -> list[PredictionScore]:
-    """Return the score of output error with the load terms that it selects, and those of the
-    regressions with the same terms."""
+    """Return the score of output error, and those of the regressions with the same load terms."""
     known = start_values(given.fits[0], given.bench)
     try:
         found = choose_structure(sides, given.bench, known, given.settings.confidence)
@@ -265,8 +269,7 @@ def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> Segmen
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the force error (rms of both halves), each half predicted with the values of the
-    other."""
+    """Return the rms force error of both halves, each predicted with the values of the other."""
     errors = [
         force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
     ]

@@ -1,8 +1,7 @@
-"""Plain least squares (4.11)-(4.15) on differences of the position, every sample alike: what tables
-4.2 and 4.3 start from.
+"""Plain least squares (4.11)-(4.15) on position differences, as for tables 4.2 and 4.3.
 
-Errors in the regressors attenuate the inertia, and the sticks count in full: it is here to compare
-with.
+Errors in the regressors attenuate the inertia, and samples at rest within a stroke count in full.
+The method serves for comparison.
 """
 
 from __future__ import annotations
@@ -19,6 +18,8 @@ from frictool.identify.rows.differences import differenced_fit
 def ordinary(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset from all samples of all strokes. Raises NothingUsable
-    where nothing moves."""
+    """Return inertia, viscous, Coulomb and offset from all samples of all strokes.
+
+    Raises UnusableLogs if nothing moves.
+    """
     return differenced_fit(records, bench, settings, lambda rows: np.ones(rows.velocity.size))

@@ -1,20 +1,19 @@
-"""Output error: the axis that, simulated, does what was measured (table 4.1, "simulation error";
-`simulated`).
+"""Output error: fit of the simulated motion to the measured one ("simulation error", table 4.1).
 
-Nothing is differentiated, and where the encoder is coarse nothing is filtered. The search starts
-from the power balance.
+Nothing is differentiated or filtered. The search starts from the power balance.
 
-Open loop an error of the effort stays in the position for as long as the axis remembers, so that
-residuals say little of how uncertain a parameter is. The interval is made of the errors of the
-effort themselves: an observer follows the measured position, and what it has to add is the effort
-that the model lacks. Stroke by stroke (or cluster by cluster, `clusters`) this is put back, the
-simulation run again, and the parameters moved by what it changed: a stroke's influence. The
-variance is the sum of the squared influences, which holds whatever the correlation within a stroke
-is. The errors are those that the regression leaves: a simulation that was fitted to them no longer
-shows those that moved it. Closed loop residuals are the errors of the effort.
+In open loop, an error of the effort stays in the position for as long as the axis remembers, so
+that the residuals do not show the uncertainty of a parameter. The interval is computed from errors
+of the effort instead. An observer follows the measured position, and the effort that it has to add
+is what the model lacks. This effort is added to the simulation stroke by stroke (or by clusters,
+`clusters`), and the resulting change of the parameters is the stroke's influence. The variance is
+the sum of the squared influences, which holds for any correlation within a stroke. The effort
+errors are computed with the regression's parameters. With the parameters of the simulation, which
+was fitted to these errors, they would come out too small. In closed loop, the residuals themselves
+are errors of the effort.
 
-Over many seconds the position forgets accelerations: where the regression knows the inertia better,
-it is the regression's, and the simulation gives the others.
+Over many seconds the position forgets accelerations. If the regression gives a much narrower
+interval of the inertia, that inertia is used, and the simulation gives the other parameters.
 """
 
 from __future__ import annotations
@@ -54,15 +53,19 @@ from frictool.identify.rows.segments import of_each_record, whole
 from frictool.identify.rows.slip_fit import OWN_INERTIA, known_inertia
 from frictool.identify.rows.strokes import find_strokes
 
-KNOWN_BETTER = 0.5  # of the simulation's own interval
-MOST_CLUSTERS = 60  # strokes are joined until there are no more: each costs a simulation
+# interval of the regression's inertia, relative to the simulation's, below which it is used
+KNOWN_BETTER = 0.5
+# largest number of clusters; strokes are joined, since each cluster costs a simulation
+MOST_CLUSTERS = 60
 
 
 def influences(
     simulated: SegmentSimulation, found: SimulationFit, regressed: Mapping[str, float]
 ) -> Matrix:
-    """How far each cluster of strokes moved the parameters (c, p), through the errors of the effort
-    in it, which `regressed` leaves."""
+    """Return the shift of the parameters (c, p) by the effort errors of each cluster.
+
+    `regressed` are the values with which the effort errors are taken.
+    """
     errors = simulated.missing_effort({**found.values, **regressed})
     numbers = _cluster_numbers(simulated, errors)
     count = 1 + max(int(number.max()) for number in numbers)
@@ -83,7 +86,7 @@ def influences(
 def _cluster_numbers(
     simulated: SegmentSimulation, errors: Sequence[Vector]
 ) -> list[NDArray[np.int64]]:
-    """The cluster of each sample, (m,) a segment, at most MOST_CLUSTERS in all."""
+    """Return the cluster of each sample, (m,) per segment, at most MOST_CLUSTERS in all."""
     numbers, above = [], 0
     known = of_each_record(
         simulated.segments, lambda record: (find_strokes(record), observer_rate(record))
@@ -103,11 +106,11 @@ def _cluster_numbers(
 def _open_loop_deviation(
     simulated: SegmentSimulation, found: SimulationFit, regressed: Mapping[str, float]
 ) -> tuple[Vector, Vector]:
-    """Standard deviations (p,) from the influences and the encoder's noise, and the degrees of
-    freedom (p,).
+    """Return standard deviations (p,) and degrees of freedom (p,) in open loop.
 
-    Early strokes move the simulation longer than late ones: Satterthwaite's degrees of freedom
-    count how many matter.
+    The deviations combine the influences and the encoder's noise. Early strokes influence the
+    simulation for longer than late ones, so that Satterthwaite's degrees of freedom count the
+    strokes that matter.
     """
     squares = influences(simulated, found, regressed) ** 2
     spread = np.sum(squares, axis=0)
@@ -120,7 +123,7 @@ def _open_loop_deviation(
 def _closed_loop_deviation(
     simulated: SegmentSimulation, found: SimulationFit
 ) -> tuple[Vector, Vector]:
-    """The same where the residual is the effort's: strokes left out in turn (`regression`)."""
+    """Return standard deviations and degrees of freedom (p,) in closed loop, by the jackknife."""
     numbers = np.concatenate(
         _cluster_numbers(simulated, [segment.effort for segment in simulated.segments])
     )
@@ -140,11 +143,11 @@ def simulation_error(
     terms: tuple[str, ...],
     servo: PositionServo | None = None,
 ) -> SlidingFit:
-    """The parameters of a structure (`load_terms`) by output error, open loop, or under `servo`
-    along the logged reference.
+    """Return the parameters of a structure (`load_terms`) by output error.
 
-    Raises NothingUsable where nothing moves, where the motion is in one direction only, and where a
-    closed loop has no reference.
+    The simulation runs in open loop, or under `servo` along the logged reference. Raises
+    UnusableLogs if nothing moves, if the motion is in one direction only, or if a closed loop has
+    no reference.
     """
     start = power_balance(records, bench_with_terms(bench, terms), settings)
     if "coulomb" in start.refused:
@@ -154,7 +157,8 @@ def simulation_error(
     )
     if untold is not None:
         raise UnusableLogs(
-            f"output-error does not know what a load may do that the log does not tell; use least-squares ({untold})"
+            "output-error does not know what a load may do that the log does not tell; use "
+            f"least-squares ({untold})"
         )
     beside = start.refused.get("inertia", "")
     if beside.endswith(OWN_INERTIA):
@@ -165,7 +169,8 @@ def simulation_error(
         raise UnusableLogs("no piece of the logs is long enough to simulate")
     if servo is not None and any(segment.reference is None for segment in simulated.segments):
         raise UnusableLogs(
-            "a closed loop needs the controller's reference in the log (channel reference); leave the controller out"
+            "a closed loop needs the controller's reference in the log (channel reference); "
+            "leave the controller out"
         )
     known = {**start_values(start, bench), **held}
     found = estimate(simulated, known)
@@ -228,8 +233,7 @@ def _with_inertia(
     inertia: Interval,
     settings: IdentificationSettings,
 ) -> tuple[SegmentSimulation, SimulationFit, dict[str, Interval]]:
-    """The others once more with the regression's inertia, and intervals that hold what is uncertain
-    of it."""
+    """Return the fit with the regression's inertia, and intervals that include its uncertainty."""
     place = simulated.names.index("inertia")
     others = np.delete(found.jacobian, place, axis=1)
     slope = np.linalg.lstsq(others, found.jacobian[:, place], rcond=None)[0]
@@ -251,8 +255,7 @@ def _with_inertia(
 
 
 def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
-    """Return the start of the search: the plausible values of the regression, else the values of
-    the bench."""
+    """Return the start of the search: plausible values of the regression, else of the bench."""
     known = load_values(start.laws)
     for name in SLIDING:
         prior = getattr(bench.mechanics, name)
@@ -298,8 +301,10 @@ def _fit(
 
 
 def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the position-dependent load terms whose intervals all contain 0: such a load only
-    compensates a drift of the simulation."""
+    """Return the load terms over position whose intervals all contain 0.
+
+    Such a load only compensates a drift of the simulation.
+    """
     load = None if fit.laws is None else fit.laws.load
     gravity = (
         None if load is None or load.gravity is None else (load.gravity.sine, load.gravity.cosine)
@@ -317,11 +322,14 @@ def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, 
 def output_error(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Open-loop output error on the structure that predicts best what it has not seen (`held_out`).
-    Raises NothingUsable."""
+    """Return open-loop output error on the structure that best predicts unseen data.
+
+    Raises UnusableLogs as `simulation_error` does, or if Coulomb friction is declared by direction.
+    """
     if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
         raise UnusableLogs(
-            "output-error takes what is constant for an offset; write offset for coulomb_by_direction in load.terms"
+            "output-error takes what is constant for an offset; write offset for "
+            "coulomb_by_direction in load.terms"
         )
     known = start_values(power_balance(records, bench, settings), bench)
     terms, errors = choose_terms(records, bench, known, settings.confidence)

@@ -1,16 +1,17 @@
-"""Straight pieces of friction over speed, with the knees between them found and not given (figure
-4.10, 4.2.6.2).
+"""Friction as straight lines over speed with estimated knees (figure 4.10, 4.2.6.2).
 
-    friction = (coulomb + sum_j viscous_j (min(|v|, knee_j+1) - knee_j)+) sign(v)        knee_0 = 0
+    friction = (coulomb + sum_j viscous_j max(min(|v|, knee_j+1) - knee_j, 0)) sign(v)
+    knee_0 = 0
 
-A row is a mean over a part of a stroke: each piece is averaged over the speeds that the part holds,
-so that a knee that falls within one is not smeared. For given knees the rest is linear. Knees are
-added one at a time, each placed anew in turn; Schwarz's criterion, the independent strokes counted
-as the data, says when to stop: a knee costs two parameters, its place and its slope. What else may
-bend the means over speed (an inertia that is not quite the bench's, times a mean acceleration) is
-free while knees are looked for: what it explains is no evidence of one. The interval of a knee
-comes from the same jackknife as the others': the derivative by its place is one more column of the
-regression.
+A row is a mean over a part of a stroke. Each piece is averaged over the speeds in that part, so
+that a knee within the part stays sharp. For fixed knees the model is linear. Knees are added one at
+a time, and all knees are then placed again in turn. Schwarz's criterion (BIC), with the independent
+strokes as data, decides when to stop; a knee costs two parameters, its speed and its slope.
+
+A nuisance regressor is free during the search for knees: the mean acceleration, times an error of
+the bench's inertia, can also bend the means over speed. Effort that it explains is no evidence of a
+knee. The interval of a knee comes from the same jackknife as the others, with the derivative by the
+knee's speed as one more regressor.
 """
 
 from __future__ import annotations
@@ -26,21 +27,22 @@ from frictool.identify.motion_record import Vector
 from frictool.identify.regression.regression import LeastSquaresSolution, Matrix, solve
 
 MOST_KNEES = 2
-PLACES = 40  # of the first search for a knee
-SWEEPS = 3  # each knee anew, the others held
-FEWEST_ROWS = 4  # means on either side of a knee that tell a slope there
-EVIDENCE = (
-    6.0  # by which Schwarz's criterion has to fall for a knee: "strong" of Kass and Raftery (1995)
-)
+PLACES = 40  # grid points of the first search for a knee
+SWEEPS = 3  # passes over all knees, each placed again with the others fixed
+FEWEST_ROWS = 4  # least number of rows on either side of a knee, to determine a slope there
+# least decrease of Schwarz's criterion for a knee: "strong" in Kass and Raftery (1995)
+EVIDENCE = 6.0
 
 
 @dataclass(frozen=True)
 class StrokeMeans:
-    """m rows, each a mean over a part of a stroke; `speed` (n,) |v| within all parts, part after
-    part, `starts` (m,) of each.
+    """Rows (m,), each a mean over a part of a stroke.
 
-    columns (m, p): of the regression besides the pieces. effort (m,), sign (m,), weight (m,),
-    cluster (m,). nuisance (m, q): what may explain the effort too as long as knees are looked for.
+    - columns: (m, p), regressors besides the pieces
+    - effort, sign, weight, cluster: (m,)
+    - speed: (n,), |v| of the samples of all parts, rad/s | m/s
+    - starts: (m,), index in `speed` of the first sample of each part
+    - nuisance: (m, q), regressors that are free only during the search for knees
     """
 
     columns: Matrix
@@ -53,23 +55,27 @@ class StrokeMeans:
     nuisance: Matrix | None = None
 
     def mean(self, values: Vector) -> Vector:
-        """The mean (m,) over each part of values (n,)."""
+        """Return the mean (m,) of values (n,) over each part."""
         lengths = np.diff(np.append(self.starts, self.speed.size))
         return np.asarray(np.add.reduceat(values, self.starts) / lengths)
 
     def piece(self, low: float, high: float) -> Vector:
-        """What a unit viscous friction between two speeds adds to each row (m,)."""
+        """Return the regressor (m,) of unit viscous friction between two speeds, rad/s | m/s."""
         return self.sign * self.mean(np.clip(self.speed, low, high) - low)
 
     def share_beyond(self, knee: float) -> Vector:
-        """The share (m,) of each part that is faster, signed."""
+        """Return the signed share (m,) of each part that is faster than a knee."""
         return self.sign * self.mean((self.speed > knee).astype(np.float64))
 
 
 @dataclass(frozen=True)
 class PiecewiseFriction:
-    """`solution` over [viscous of each piece, columns, derivatives by the knees]; `knees` rising,
-    rad/s | m/s; `residual` (m,)."""
+    """Least-squares fit of friction with straight pieces over speed.
+
+    - solution: coefficients of [viscous of each piece, columns, derivatives by the knees]
+    - knees: speeds in ascending order, rad/s | m/s
+    - residual: (m,)
+    """
 
     solution: LeastSquaresSolution
     knees: tuple[float, ...]
@@ -77,8 +83,10 @@ class PiecewiseFriction:
 
 
 def fit_pieces(means: StrokeMeans, most: int = MOST_KNEES) -> PiecewiseFriction:
-    """The straight pieces that the rows ask for, at most `most` knees. Raises Singular where they
-    do not even tell one piece."""
+    """Return the piecewise friction with the knees that the rows support, at most `most`.
+
+    Raises SingularRegressors if the rows do not determine even one piece.
+    """
     knees: tuple[float, ...] = ()
     found: tuple[float, ...] = ()
     least = _criterion(means, knees)
@@ -93,7 +101,7 @@ def fit_pieces(means: StrokeMeans, most: int = MOST_KNEES) -> PiecewiseFriction:
 
 
 def design(means: StrokeMeans, knees: tuple[float, ...]) -> Matrix:
-    """The regressors (m, 1 + number of knees + p): the pieces, then the columns."""
+    """Return the regressors (m, 1 + number of knees + p): the pieces, then the columns."""
     edges = (0.0, *knees, np.inf)
     return np.column_stack(
         [*(means.piece(low, high) for low, high in itertools.pairwise(edges)), means.columns]
@@ -101,8 +109,7 @@ def design(means: StrokeMeans, knees: tuple[float, ...]) -> Matrix:
 
 
 def _squares(means: StrokeMeans, knees: tuple[float, ...]) -> float:
-    """The weighted sum of squares that these knees leave, and what the nuisance does not
-    explain."""
+    """Return the weighted sum of squares of the fit with these knees and the nuisance."""
     rows, right = design(means, knees), means.effort * means.weight
     if means.nuisance is not None:
         rows = np.column_stack((rows, means.nuisance))
@@ -111,7 +118,7 @@ def _squares(means: StrokeMeans, knees: tuple[float, ...]) -> float:
 
 
 def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
-    """Schwarz's: the less, the better."""
+    """Return Schwarz's criterion; smaller is better."""
     count, parameters = (
         int(np.unique(means.cluster).size),
         means.columns.shape[1] + 1 + 2 * len(knees),
@@ -123,7 +130,7 @@ def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
 
 
 def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float, ...] | None:
-    """The best place of one knee more, the others placed anew, or None where there is no room."""
+    """Return the knees with one more at its best speed, all placed again; None if none fits."""
     slow = np.sort(means.mean(means.speed))
     fast = np.sort(np.maximum.reduceat(means.speed, means.starts))
     if slow.size < 2 * FEWEST_ROWS or slow[FEWEST_ROWS - 1] >= fast[-FEWEST_ROWS]:

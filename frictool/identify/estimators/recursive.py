@@ -1,13 +1,12 @@
-"""Recursive least squares (4.16) in square-root form: the triangle of QR is carried from row to row
-by Givens rotations.
+"""Recursive least squares (4.16) in square-root form, by Givens rotations of the QR triangle.
 
-(4.16) carries the gain F, which rounding makes indefinite on long logs, and starts it at 1000 I, an
-error that never quite leaves (a relative 278 % on the F_c of table 4.4). The triangle starts at
-nothing. Forgetting: a square counts `forgetting` less with each median stroke that passes, so that
-the end of the log tells most.
+(4.16) carries the gain F, which rounding makes indefinite on long logs. It starts at 1000 I, an
+error that hardly decays (a relative 278 % on F_c of table 4.4). The triangle starts at zero. With
+each median stroke that passes, the weight of a square is multiplied by `forgetting`, so that the
+end of the log counts most.
 
-The last value is that of least squares with these weights, which also gives its interval (`fit`);
-the way to it, `path`, shows drift.
+The last value is that of least squares with these weights, which also gives its interval (`fit`).
+`path` shows the values along the log, and thereby drift.
 """
 
 from __future__ import annotations
@@ -26,14 +25,16 @@ from frictool.identify.rows.regression_samples import RegressionSamples, fit
 from frictool.identify.rows.slip_fit import slipping_fit
 
 Matrix = NDArray[np.float64]
-STROKE_FORGETTING = 0.99  # a hundred strokes of memory
+STROKE_FORGETTING = 0.99  # weight of a square one stroke back; a memory of about a hundred strokes
 
 
 def recursive(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset at the end of the last record. Raises NothingUsable
-    where nothing moves enough."""
+    """Return inertia, viscous, Coulomb and offset at the end of the last record.
+
+    Raises UnusableLogs if nothing moves enough.
+    """
     forgetting = STROKE_FORGETTING if settings.forgetting is None else settings.forgetting
     return slipping_fit(
         records,
@@ -44,7 +45,7 @@ def recursive(
 
 
 def row_forgetting(samples: RegressionSamples, of_stroke: float) -> float:
-    """The forgetting of one row, from that of a median stroke."""
+    """Return the forgetting factor of one row from that of a median stroke."""
     lengths = np.bincount(samples.stroke)
     return float(of_stroke ** (1.0 / np.median(lengths[lengths > 0])))
 
@@ -58,10 +59,10 @@ def _fit(
 
 
 def path(samples: RegressionSamples, of_stroke: float) -> Matrix:
-    """(n, 4), in the order of SLIDING: the parameters as they were known after each row, nan before
-    they were determined.
+    """Return the estimates (n, 4) after each row, in the order of SLIDING; NaN until determined.
 
-    Columns are scaled to unit length, so that SI units do not decide what is determined.
+    Columns are scaled to unit length, so that the test for a determined solution does not depend on
+    SI units.
     """
     rows = np.column_stack((*samples.columns, samples.effort))
     scale = np.linalg.norm(rows[:, :-1], axis=0)

@@ -1,13 +1,11 @@
-"""Records as the axis of a structure runs through them, and the values that make it do what was
-measured.
+"""Simulate segments of records with an axis model, and fit its parameters.
 
-    open loop     the measured effort drives the model from the first sample to the last; residual:
-                  position
-    closed loop   the bench's controller (its gains, `Servo`) drives the model along the measured
-                  reference; residual: effort
+- open loop: the measured effort drives the model; the residual is the position
+- closed loop: the bench's controller (its gains, `PositionServo`) drives the model along the
+  measured reference; the residual is the effort
 
-The search is Gauss-Newton in a trust region, its Jacobian by differences: a simulation costs less
-than a filter.
+The search is Gauss-Newton in a trust region, with a Jacobian by differences: a simulation costs
+less than a filter.
 """
 
 from __future__ import annotations
@@ -38,21 +36,23 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.axis import BACKLASH, GAP, VELOCITY
 
 Matrix = NDArray[np.float64]
-STEP = 1e-4  # of the differences, in units of a parameter's scale
-MOST_RUNS = 60  # of the trust region
-FAILED = 1e3  # a residual that no simulation has: the search turns back
-# of a segment: a closed loop's first samples do not count, it starts from what the log does not
-# tell
+STEP = 1e-4  # step of the differences, in units of a parameter's scale
+MOST_RUNS = 60  # largest number of evaluations in the trust region
+# residual of a failed simulation relative to the signals; it makes the search turn back
+FAILED = 1e3
+# share of a closed-loop segment that is ignored at its start, since the log does not give the
+# initial state of the loop
 SETTLING = 0.03
-OBSERVER = 10.0  # how many times an observer settles in a median stroke
+OBSERVER = 10.0  # settling times of the observer in a median stroke
 
 
 @dataclass(frozen=True)
 class SegmentSimulation:
-    """Segments as the axis of a structure runs through them; `servo`: the bench's controller, None
-    for the open loop.
+    """Simulation of segments with the axis of a structure.
 
-    held: parameters that are known, in SI, and not looked for.
+    - terms: load terms of the structure
+    - servo: the bench's controller; None for the open loop
+    - held: parameters with fixed values, SI
     """
 
     segments: Sequence[RecordSegment]
@@ -63,18 +63,20 @@ class SegmentSimulation:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The parameters that are looked for."""
+        """Return the names of the free parameters."""
         return tuple(name for name in names_of(self.terms) if name not in self.held)
 
     def residual(self, values: Mapping[str, float]) -> Vector:
-        """Measured less simulated (n,) over all segments: position, rad | m, or effort, N m | N, in
-        closed loop."""
+        """Return measured minus simulated signal (n,) over all segments.
+
+        It is the position, rad | m, or in closed loop the effort, N m | N.
+        """
         return np.concatenate([self.of_segment(segment, values) for segment in self.segments])
 
     def of_segment(
         self, segment: RecordSegment, values: Mapping[str, float], error: Vector | None = None
     ) -> Vector:
-        """The residual (m,) of one segment, with `error` (m,) added to its effort."""
+        """Return the residual (m,) of one segment, with `error` (m,) added to its effort."""
         p, load = axis_and_load(values, self.bench, segment.record)
         state = _state(segment, p)
         n = segment.last - segment.first
@@ -105,8 +107,10 @@ class SegmentSimulation:
         return np.asarray(out)
 
     def missing_effort(self, values: Mapping[str, float]) -> list[Vector]:
-        """What an observer has to add to the effort to follow the measured position: (m,) a
-        segment, N m | N."""
+        """Return the effort (m,) per segment that an observer adds to follow the measured position.
+
+        It is in N m | N.
+        """
         gains = of_each_record(self.segments, observer_gains)
         return [
             self._observe(segment, values, own)
@@ -132,7 +136,7 @@ class SegmentSimulation:
 
 
 def _state(segment: RecordSegment, p: Vector) -> Vector:
-    """The state (7,) at the start; an axis in motion carries its load along."""
+    """Return the initial state (7,); an axis in motion has its backlash closed."""
     state = segment.start()
     if state[VELOCITY] != 0.0:
         state[GAP] = np.sign(state[VELOCITY]) * 0.5 * p[BACKLASH]
@@ -140,22 +144,20 @@ def _state(segment: RecordSegment, p: Vector) -> Vector:
 
 
 def observer_rate(record: MotionRecord) -> float:
-    """1/s: it settles several times in a stroke, and its poles stay well below the sampling
-    rate."""
+    """Return the observer's rate, 1/s: fast within a stroke, slow relative to the sampling rate."""
     lengths = np.bincount(find_strokes(record).number)
     return min(OBSERVER / (float(np.median(lengths)) * record.period), 0.1 / record.period)
 
 
 def observer_gains(record: MotionRecord) -> Vector:
-    """Of engine/effort_replay.py (2,): a double pole at the observer's rate."""
+    """Return the observer gains (2,) of engine/effort_replay.py, a double pole at its rate."""
     rate = observer_rate(record)
     return np.array([2.0 * rate * record.period, rate**2 * record.period])
 
 
 @dataclass(frozen=True)
 class SimulationFit:
-    """All values by name, the residual (n,) and its Jacobian (n, p) per unit of each parameter that
-    was looked for."""
+    """Values of all parameters, residual (n,), and its Jacobian (n, p) by the free parameters."""
 
     values: dict[str, float]
     residual: Vector
@@ -163,8 +165,10 @@ class SimulationFit:
 
 
 def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> SimulationFit:
-    """The values that minimise the residual's square sum, from `known` SI values. Raises
-    NothingUsable where the search does not end."""
+    """Return the values with the least squared residual, starting from `known` SI values.
+
+    Raises UnusableLogs if the search does not converge.
+    """
     names = simulated.names
     travel = max(float(np.ptp(segment.position)) for segment in simulated.segments)
     scale = np.array([scale_of(name, known, travel) for name in names])
@@ -178,9 +182,16 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
 
     size = max(float(np.sqrt(np.mean(residual(start) ** 2))), 1e-300)
     found = trust_region(
-        lambda z: residual(z) / size, np.maximum(start, 2.0 * low), bounds=(low, np.inf), diff_step=STEP, x_scale=1.0, max_nfev=MOST_RUNS,
-        xtol=1e-6, ftol=1e-7, gtol=1e-9,
-    )  # fmt: skip
+        lambda z: residual(z) / size,
+        np.maximum(start, 2.0 * low),
+        bounds=(low, np.inf),
+        diff_step=STEP,
+        x_scale=1.0,
+        max_nfev=MOST_RUNS,
+        xtol=1e-6,
+        ftol=1e-7,
+        gtol=1e-9,
+    )
     if not found.success and found.status != 0:
         raise UnusableLogs(f"the search for the output error does not end: {found.message}")
     values = dict(zip(names, (found.x * scale).tolist(), strict=True))

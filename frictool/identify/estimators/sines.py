@@ -1,18 +1,19 @@
-"""The method of sines (4.34)-(4.39): friction from mean effort over mean speed, stroke by stroke,
-without any derivative to trust.
+"""Method of sines (4.34)-(4.39): friction from mean effort over mean speed, stroke by stroke.
 
-The mean of (4.17) over the middle of a stroke, where the speed is above half of the stroke's
-largest (|sin| > 1/2):
+No derivative of a measurement is needed beyond the choice of samples. The equation (4.17) is
+averaged over the middle of a stroke, where the speed is above half of the stroke's largest (|sin| >
+1/2):
 
-    <u> = inertia <a> + viscous <v> + coulomb s + offset          <a> = (v at the end - v at the
-                                                                  beginning)/duration, nearly 0
+    <u> = inertia <a> + viscous <v> + coulomb s + offset
+    <a> = (v at the end - v at the beginning)/duration, nearly 0
 
-The thesis averages over whole periods: sticks at the reversals then bias viscous friction by +4 to
-+9 % and Coulomb friction by -16 to -21 %. The gate leaves them out. <v> comes from encoder counts
-over a duration, so that any encoder will do which passes many counts in a stroke. The inertia is
-not looked for: the bench's is taken off, and its range widens the intervals, by next to nothing
-where the sine is followed. The knees between speed regimes are found (`regimes`). Strokes at
-several speeds are needed; that they are sines is not.
+The thesis averages over whole periods. Stick at the reversals then biases viscous friction by +4 to
++9 % and Coulomb friction by -16 to -21 %. The gate excludes it. <v> comes from encoder counts over
+a duration, so that any encoder suits that passes many counts in a stroke.
+
+The inertia is not estimated. The effort of the bench's inertia is subtracted, and its range widens
+the intervals, by almost nothing if the axis follows the sine. Knees between speed regimes are
+estimated (`piecewise_friction`). The strokes must have several speeds, but need not be sines.
 """
 
 from __future__ import annotations
@@ -43,20 +44,28 @@ from frictool.identify.rows.smoothing import choose_window, smoothed
 from frictool.identify.rows.strokes import find_strokes
 
 COLUMNS = ("viscous", "coulomb", "offset")
-NO_INERTIA = "the method of sines does not look for it: the mean acceleration of a stroke's middle is nearly zero (4.36)"
-GATE = 0.5  # of the stroke's largest speed
-# of noise in the acceleration (`smoothing`): which samples are fast enough has to be told, no more
+NO_INERTIA = (
+    "the method of sines does not look for it: the mean acceleration of a stroke's "
+    "middle is "
+    "nearly zero (4.36)"
+)
+GATE = 0.5  # speed relative to the stroke's largest, above which samples count
+# share of noise in the acceleration (`smoothing`); the velocity only selects the samples
 NOISE_SHARE = 0.02
 FEWEST_STROKES = 8
-# of the fastest stroke's mean speed over the slowest's: below, viscous and Coulomb friction are one
-# number (4.37)
+# least ratio of the fastest to the slowest stroke's mean speed; below it viscous and Coulomb
+# friction cannot be separated (4.37)
 SPREAD = 1.2
 
 
 @dataclass(frozen=True)
 class StrokeRows:
-    """One row a stroke: mean acceleration (m,), `position` (n,) of all samples in rad | m, and what
-    `regimes` takes."""
+    """Means over the middle of each stroke, one row (m,) per stroke.
+
+    - acceleration: (m,), mean, rad/s^2 | m/s^2
+    - position: (n,), of all samples, rad | m
+    - means: rows for `piecewise_friction`
+    """
 
     acceleration: Vector
     position: Vector
@@ -66,9 +75,9 @@ class StrokeRows:
 def sines(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Viscous, Coulomb, offset and the knees of friction over speed; inertia is refused.
+    """Return viscous, Coulomb, offset and the knees of friction over speed; inertia is refused.
 
-    Raises NothingUsable where there are too few strokes, all of one speed, or of one direction.
+    Raises UnusableLogs if there are too few strokes, or if all have one speed or one direction.
     """
     rows = gated_rows(records, bench)
     effort = rows.means.effort
@@ -107,7 +116,7 @@ def sines(
 
 
 def _column(name: str, means: StrokeMeans) -> Vector:
-    """Return the regressor (m,) of a parameter of the line."""
+    """Return the regressor (m,) of a parameter of the friction line."""
     if name == "viscous":
         return means.piece(0.0, np.inf)
     return means.sign if name == "coulomb" else np.ones(means.sign.size)
@@ -129,8 +138,10 @@ def without(rows: StrokeRows, fixed: Mapping[str, Interval]) -> StrokeRows:
 def _of_fixed(
     rows: StrokeRows, columns: Matrix, half: Vector, fixed: Mapping[str, Interval]
 ) -> Vector:
-    """Return the half widths (p,), widened by the intervals of the fixed parameters; columns (m, p)
-    of the regression."""
+    """Return the half widths (p,), widened by the intervals of the fixed parameters.
+
+    `columns` (m, p) are those of the regression.
+    """
     weight, squares = rows.means.weight, half**2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)
@@ -144,8 +155,7 @@ def _of_fixed(
 def _coulomb_and_offset(
     rows: StrokeRows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit of Coulomb friction and offset, unless fixed, with a known viscous
-    friction."""
+    """Return the fit of Coulomb friction and offset, unless fixed, with known viscous friction."""
     means, free = rows.means, [name for name in COLUMNS[1:] if name not in fixed]
     if not free:
         raise UnusableLogs("every parameter of the friction's line is fixed")
@@ -173,16 +183,16 @@ def _coulomb_and_offset(
 
 
 def gated_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """The rows of strokes that tell the friction's line; raises as `sines`."""
+    """Return the rows of strokes that determine the friction line; raises as `sines`."""
     rows = stroke_rows(records, bench)
     _check(rows.means)
     return rows
 
 
 def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """The means over the middles of all strokes, with the columns of Coulomb friction and offset.
+    """Return the means over the middles of all strokes, with columns of Coulomb and offset.
 
-    Raises NothingUsable where no stroke is long enough.
+    Raises UnusableLogs if no stroke is long enough.
     """
     width = bench.mechanics.backlash
     backlash = 0.0 if width is None else max(width.interval)
@@ -211,7 +221,7 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
 
 
 def _gated(record: MotionRecord, backlash: float) -> tuple[RegressionSamples, Vector]:
-    """The samples of each stroke's middle, and their positions."""
+    """Return the samples of each stroke's middle, and their positions."""
     strokes = find_strokes(record)
     moving = strokes.number[strokes.sign != 0.0]
     lengths = np.bincount(moving) if moving.size else np.zeros(1)
@@ -237,24 +247,25 @@ def _gated(record: MotionRecord, backlash: float) -> tuple[RegressionSamples, Ve
 
 
 def _check(means: StrokeMeans) -> None:
-    """Raises NothingUsable where the strokes do not tell the friction's line."""
+    """Raise UnusableLogs if the strokes do not determine the friction line."""
     sign = means.sign
     if min(np.sum(sign > 0.0), np.sum(sign < 0.0)) < FEWEST_STROKES // 2:
         raise UnusableLogs(
-            f"{np.sum(sign > 0.0)} strokes forward and {np.sum(sign < 0.0)} backward are certain to slip; "
+            f"{np.sum(sign > 0.0)} strokes forward and {np.sum(sign < 0.0)} backward are certain "
+            "to slip; "
             f"at least {FEWEST_STROKES // 2} each way are needed"
         )
     speed = means.mean(means.speed)
     if speed.max() < SPREAD * speed.min():
         raise UnusableLogs(
-            f"all strokes have one speed ({speed.min():.3g} to {speed.max():.3g}), which does not tell viscous from Coulomb friction "
+            f"all strokes have one speed ({speed.min():.3g} to {speed.max():.3g}), which does "
+            "not tell viscous from Coulomb friction "
             "(4.37); record sines of several speeds"
         )
 
 
 def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[PiecewiseFriction, Vector]:
-    """The pieces of friction over speed beside the rows' columns, and the half widths (p,) of what
-    they found, inertia's share included."""
+    """Return the pieces of friction over speed, and half widths (p,) with the inertia's share."""
     means, inertia = rows.means, bench.mechanics.inertia
     try:
         pieces = fit_pieces(
@@ -273,8 +284,10 @@ def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[Piecewi
 def _of_inertia(
     rows: StrokeRows, pieces: PiecewiseFriction, ends: tuple[float, float], confidence: float
 ) -> Vector:
-    """What the bench's range of inertia adds to the half widths: uniform within, at the knees that
-    were found."""
+    """Return the half widths (p,) that the bench's range of inertia adds, with the knees fixed.
+
+    The inertia is uniformly distributed within its range.
+    """
     means = rows.means
     rows_of = design(means, pieces.knees) * means.weight[:, None]
     moved = np.linalg.lstsq(
@@ -286,13 +299,12 @@ def _of_inertia(
 
 
 def not_negative(found: Interval) -> Interval:
-    """Friction that is zero within its interval and came out below is zero: "almost none" of
-    4.4.2.2."""
+    """Return zero friction for a negative value whose interval contains 0 (4.4.2.2)."""
     return Interval(0.0, 0.0, found.high) if found.value < 0.0 < found.high else found
 
 
 def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[Regime, ...]:
-    """The document's: the viscous friction above each knee."""
+    """Return the viscous friction above each knee, for the model document."""
     first = pieces.solution.value.size - len(pieces.knees)
     out = []
     for index, knee in enumerate(pieces.knees, start=1):
@@ -308,7 +320,10 @@ def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[R
 
 
 def regime(knee: float, reach: float, viscous: Interval, bench: Bench) -> Regime:
-    """The document's: the viscous friction above a knee, rad/s | m/s, known to +-`reach`."""
+    """Return the document's regime: viscous friction above a knee.
+
+    `knee` and its half width `reach` are in rad/s | m/s.
+    """
     slope = not_negative(viscous)
     above = Quantity(knee, max(knee - reach, 0.0), knee + reach, si_unit("velocity", bench.axis))
     return Regime(

@@ -1,13 +1,12 @@
-"""The Stribeck curve (2.34) from runs at constant speeds: one mean effort a run, and what curve
-they make.
+"""Stribeck curve (2.34) from the mean effort of runs at constant speed.
 
     effort = (coulomb + (breakaway - coulomb) e^(-|v/v_s|^delta)) s + viscous v + offset
 
-A run is a part of a stroke over which the position follows a straight line to within two counts; at
-a constant speed inertia does not act. For given (v_s, delta) the rest is linear: v_s is searched,
-delta is 2 or, where the data say so, 1 or 1/2 (2.34 allows any). Schwarz's criterion against a
-straight line says whether there is a fall at all. The interval of v_s comes from its derivative as
-one more column of the regression.
+A run is a part of a stroke in which the position follows a straight line to within two counts; at
+constant speed inertia has no effect. For fixed (v_s, delta) the other parameters are linear. v_s is
+searched; delta is 2 or, if the data support it, 1 or 1/2 ((2.34) allows any). Schwarz's criterion
+(BIC) decides between the curve and a straight line. The interval of v_s comes from its derivative
+as one more regressor.
 """
 
 from __future__ import annotations
@@ -29,10 +28,10 @@ from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.regression.regression import Matrix, SingularRegressors, solve
 from frictool.identify.rows.strokes import find_strokes
 
-BLOCK = 50  # samples whose mean speeds are compared
-STRAIGHT_COUNTS = 2.0  # how far a run's position may be off its line
-FEWEST_COUNTS = 10.0  # of a run: its speed is then known to a tenth
-FEWEST_SPEEDS = 6  # runs each way
+BLOCK = 50  # samples per block; runs grow block by block
+STRAIGHT_COUNTS = 2.0  # counts, largest distance of a run's position from its line
+FEWEST_COUNTS = 10.0  # least counts of a run; its speed is then known to a tenth
+FEWEST_SPEEDS = 6  # least number of runs in each direction
 EXPONENTS = (2.0, 1.0, 0.5)
 NAMES = ("coulomb", "fall", "viscous", "offset")
 FALL = ("breakaway", "stribeck_velocity")
@@ -40,7 +39,13 @@ FALL = ("breakaway", "stribeck_velocity")
 
 @dataclass(frozen=True)
 class ConstantSpeedRuns:
-    """One row a run (m,): `speed` > 0 rad/s | m/s, `sign`, mean `effort` N m | N, `samples`."""
+    """Means of runs at constant speed, one row (m,) per run.
+
+    - speed: (m,), > 0, rad/s | m/s
+    - sign: (m,), direction
+    - effort: (m,), N m | N
+    - samples: (m,), number of samples
+    """
 
     speed: Vector
     sign: Vector
@@ -48,8 +53,10 @@ class ConstantSpeedRuns:
     samples: Vector
 
     def design(self, velocity: float, exponent: float) -> Matrix:
-        """The regressors (m, 4) in the order of NAMES; without the fall (m, 3) where `velocity` is
-        0."""
+        """Return the regressors (m, 4) in the order of NAMES.
+
+        If `velocity` is 0, the fall is left out: (m, 3).
+        """
         plain = (self.sign, self.sign * self.speed, np.ones(self.sign.size))
         if velocity == 0.0:
             return np.column_stack(plain)
@@ -58,7 +65,7 @@ class ConstantSpeedRuns:
         )
 
     def squares(self, velocity: float, exponent: float) -> float:
-        """The weighted sum of squares that the best curve leaves."""
+        """Return the weighted sum of squares of the best curve."""
         weight = np.sqrt(self.samples)
         rows, right = self.design(velocity, exponent) * weight[:, None], self.effort * weight
         return float(np.sum((right - rows @ np.linalg.lstsq(rows, right, rcond=None)[0]) ** 2))
@@ -67,12 +74,11 @@ class ConstantSpeedRuns:
 def stribeck_curve(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Coulomb, viscous, offset, and, where friction falls with speed, breakaway and Stribeck
-    velocity.
+    """Return Coulomb, viscous and offset; if friction falls, also breakaway and Stribeck velocity.
 
-    If the runs cannot give breakaway and Stribeck velocity, both are refused and a straight line is
-    fitted. Raises NothingUsable if there are fewer than six runs at constant speed in each
-    direction, or if their speeds are all alike.
+    If the runs do not determine breakaway and Stribeck velocity, both are refused and a straight
+    line is fitted. Raises UnusableLogs if there are fewer than six runs at constant speed in each
+    direction, or if all have one speed.
     """
     runs = find_runs(records)
     velocity, exponent = _choice(runs)
@@ -96,8 +102,7 @@ def stribeck_curve(
 def _fitted(
     runs: ConstantSpeedRuns, velocity: float, exponent: float, confidence: float
 ) -> SlidingFit:
-    """Return the fit of a curve of this Stribeck velocity and exponent, or of the straight line
-    where the velocity is 0."""
+    """Return the fit of a curve with this Stribeck velocity and exponent; a line for velocity 0."""
     design, names = (
         runs.design(velocity, exponent),
         [name for name in NAMES if velocity > 0.0 or name != "fall"],
@@ -145,18 +150,19 @@ def _around(value: float, half: float) -> Interval:
 
 
 def _sum(one: Interval, other: Interval) -> Interval:
-    """Errors added as if independent: they oppose each other, so that this is wide."""
+    """Return the sum with errors added as squares; they are anticorrelated, so that it is wide."""
     return _around(one.value + other.value, float(np.hypot(one.half_width, other.half_width)))
 
 
 def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
-    """Every run at a constant speed. Raises UnusableLogs where they are too few."""
+    """Return every run at constant speed; raise UnusableLogs if there are too few."""
     rows = [row for record in records for row in _runs(record)]
     table = np.array(rows, dtype=np.float64).reshape(-1, 4)
     ways = [int(np.sum(table[:, 1] == side)) for side in (1.0, -1.0)]
     if min(ways) < FEWEST_SPEEDS:
         raise UnusableLogs(
-            f"{ways[0]} runs at a constant speed forward and {ways[1]} backward; at least {FEWEST_SPEEDS} each way are needed"
+            f"{ways[0]} runs at a constant speed forward and {ways[1]} backward; at least "
+            f"{FEWEST_SPEEDS} each way are needed"
         )
     if table[:, 0].max() < 2.0 * table[:, 0].min():
         raise UnusableLogs("all runs have one speed; a curve needs several")
@@ -164,8 +170,10 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
 
 
 def _runs(record: MotionRecord) -> list[tuple[float, float, float, float]]:
-    """(speed, sign, mean effort, samples) of each run of a record: blocks of one stroke are joined
-    as long as they make a line."""
+    """Return (speed, sign, mean effort, samples) of each run of a record.
+
+    Blocks of one stroke are joined as long as they form a line.
+    """
     number, found = find_strokes(record).number, []
     edges = [int(edge) for edge in np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)]
     for start, end in itertools.pairwise(edges):
@@ -186,8 +194,10 @@ def _straight(record: MotionRecord, first: int, last: int) -> bool:
 
 
 def _row(record: MotionRecord, first: int, last: int) -> list[tuple[float, float, float, float]]:
-    """The run without its first and its last block, in which the speed settles, or nothing where
-    too little is left."""
+    """Return the run without its first and last block, in which the speed settles.
+
+    The list is empty if too few samples or counts are left.
+    """
     inner: NDArray[np.int64] = np.arange(first + BLOCK, last - BLOCK)
     if inner.size < BLOCK:
         return []
@@ -202,7 +212,7 @@ def _row(record: MotionRecord, first: int, last: int) -> list[tuple[float, float
 
 
 def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
-    """(v_s, delta) of the best curve, or (0, 2) where a straight line does."""
+    """Return (v_s, delta) of the best curve, or (0, 2) if a straight line is as good."""
     count = runs.speed.size
     low, high = np.log(0.3 * runs.speed.min()), np.log(runs.speed.max())
     best = (0.0, EXPONENTS[0], count * np.log(runs.squares(0.0, 2.0) / count) - EVIDENCE)

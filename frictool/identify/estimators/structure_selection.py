@@ -1,19 +1,19 @@
-"""Which structure, by what it predicts and has not seen: each half of the records simulated by a
-fit to the other half.
+"""Choose the load terms of the simulated axis by the prediction of unseen data.
 
-    half       the strokes before and after the middle of each record, cut at a reversal, where a
-               simulation can begin at rest
-    candidate  output error on the four sliding parameters, and with one load term after the other
-    (`load_terms`)
-    declared   terms of the bench's `load` are kept; no other is tried
-    choice     a term is kept where the squares of the strokes it predicts are smaller beyond chance
-               (pairs of strokes, Student), and the
-               held-out error falls by a fifth: strokes of one record share its day, from which
-               other days differ more than they do
+Each half of the records is simulated with a fit to the other half.
 
-A richer structure always fits better what it has seen. Where the log is too short for halves,
-nothing is compared and nothing added. Of an hour a part is simulated, evenly over all of it: what
-is not seen in five minutes is no term of the model.
+- half: the strokes before or after the middle of each record, cut at a reversal, at which a
+  simulation can begin at rest
+- candidates: output error on the four sliding parameters, with one more load term at a time
+  (`load_terms`)
+- declared terms: if the bench declares its loads, these are kept and no others are tried
+- choice: a term is kept if the squares of the predicted strokes decrease beyond chance (Student's
+  test of pairs of strokes) and the held-out error falls by a fifth. The fifth is required since
+  strokes of one record share the conditions of one day, and days differ more than strokes do.
+
+A richer structure always fits the data of its fit better. If the log is too short for halves,
+nothing is compared and nothing added. Of long records, evenly spaced parts are simulated: an effect
+that does not show in five minutes is not worth a term.
 """
 
 from __future__ import annotations
@@ -39,14 +39,16 @@ from frictool.identify.rows.segments import (
 from frictool.identify.rows.strokes import find_strokes
 
 Sides = tuple[list[MotionRecord], list[MotionRecord]]
-WORTH = 0.8  # of the held-out error: what a richer structure has to come below
-FEWEST_STROKES = 4  # of a record that is cut: both directions on either side
-MOST_COMPARED = 300_000  # samples of a half that are simulated
+WORTH = 0.8  # largest held-out error of a richer structure, relative to the simpler one
+FEWEST_STROKES = 4  # least strokes of a record that is cut: both directions on either side
+MOST_COMPARED = 300_000  # largest number of simulated samples in a half
 
 
 def halves(records: Sequence[MotionRecord]) -> Sides | None:
-    """The records before and after the reversal that is nearest to their middle; None where one has
-    too few strokes."""
+    """Return the records before and after the reversal nearest to their middle.
+
+    The result is None if a record has too few strokes.
+    """
     before, after = [], []
     for record in records:
         number = find_strokes(record).number
@@ -63,10 +65,12 @@ def halves(records: Sequence[MotionRecord]) -> Sides | None:
 
 @dataclass(frozen=True)
 class HeldOutPrediction:
-    """Load terms of a structure, its mean square errors (s,) on unseen strokes, rad^2 | m^2, and
-    its values fitted to each half.
+    """Prediction of unseen strokes by one structure.
 
-    errors: held-out error (rms, rad | m) of every structure that was compared, by its name.
+    - terms: load terms of the structure
+    - squares: (s,), mean square of the position error in each stroke, rad^2 | m^2
+    - values: parameters fitted to each half
+    - errors: held-out error (rms, rad | m) of every structure compared, by name
     """
 
     terms: tuple[str, ...]
@@ -78,8 +82,7 @@ class HeldOutPrediction:
 def predict_halves(
     sides: Sides, bench: Bench, terms: tuple[str, ...], known: Mapping[str, float]
 ) -> HeldOutPrediction:
-    """Return the prediction of each half by a simulation whose values were fitted to the other
-    half."""
+    """Return the prediction of each half by a simulation fitted to the other half."""
     squares, values = [], []
     for seen, unseen in (sides, (sides[1], sides[0])):
         found = estimate(SegmentSimulation(comparison_segments(seen), bench, terms), known).values
@@ -97,12 +100,12 @@ def predict_halves(
 
 
 def comparison_segments(side: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """What is simulated of a half."""
+    """Return the segments of a half that are simulated."""
     return thinned(whole(side), MOST_COMPARED)
 
 
 def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) -> Vector:
-    """Mean square (s,) of the residual in each stroke."""
+    """Return the mean square (s,) of the residual in each stroke."""
     out = []
     for segment, strokes in zip(
         simulated.segments, of_each_record(simulated.segments, find_strokes), strict=True
@@ -115,8 +118,7 @@ def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) ->
 
 
 def better(richer: Vector, simpler: Vector, confidence: float) -> bool:
-    """Whether the richer one's squares (s,) are smaller: beyond chance, by Student's test of the
-    pairs, and by WORTH."""
+    """Return whether the richer structure's squares (s,) are smaller beyond chance and by WORTH."""
     return beyond_chance(richer, simpler, confidence) and bool(
         np.mean(richer) < WORTH**2 * np.mean(simpler)
     )
@@ -125,8 +127,7 @@ def better(richer: Vector, simpler: Vector, confidence: float) -> bool:
 def choose_terms(
     records: Sequence[MotionRecord], bench: Bench, known: Mapping[str, float], confidence: float
 ) -> tuple[tuple[str, ...], dict[str, float]]:
-    """The load terms to keep, and the held-out error (rms, rad | m) of every structure that was
-    compared, by its name."""
+    """Return the load terms to keep, and the held-out error (rms, rad | m) of each structure."""
     sides = halves(records)
     if sides is None:
         return declared_terms(bench), {}
@@ -137,8 +138,10 @@ def choose_terms(
 def choose_structure(
     sides: Sides, bench: Bench, known: Mapping[str, float], confidence: float
 ) -> HeldOutPrediction:
-    """Return the declared structure, or, if the bench declares none, the one that predicts best,
-    term after term."""
+    """Return the declared structure, or, if the bench declares none, the one that predicts best.
+
+    Terms are added one at a time.
+    """
     best = predict_halves(sides, bench, declared_terms(bench), known)
     errors = dict(best.errors)
     for term in () if bench.load is not None else possible(bench):

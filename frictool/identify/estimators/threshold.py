@@ -1,7 +1,8 @@
-"""Least squares on the samples faster than a threshold (4.18), on differences of the position.
+"""Least squares on differences of the samples faster than a threshold (4.18).
 
-The thesis leaves the threshold to the technician; without one given it is a tenth of the top speed,
-above the Stribeck effect of most axes. `least_squares` derives its own from encoder and motion.
+The thesis leaves the threshold to the technician. The default is a tenth of the top speed, which is
+above the Stribeck effect of most axes. `least_squares` derives its own threshold from encoder and
+motion.
 """
 
 from __future__ import annotations
@@ -21,14 +22,18 @@ SHARE_OF_TOP_SPEED = 0.1
 def threshold(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset from the samples with |v| above the threshold. Raises
-    NothingUsable where too few are."""
+    """Return inertia, viscous, Coulomb and offset of the samples with |v| above the threshold.
+
+    Raises UnusableLogs if there are too few.
+    """
     return differenced_fit(records, bench, settings, lambda rows: faster(rows, settings.threshold))
 
 
 def faster(samples: RegressionSamples, slowest: float | None) -> Vector:
-    """eta of (4.18) for each row (n,): 1 above the speed `slowest`, by default a tenth of the top
-    speed, else 0."""
+    """Return eta of (4.18) for each row (n,): 1 above the speed `slowest`, else 0.
+
+    The default of `slowest` is a tenth of the top speed.
+    """
     speed = np.abs(samples.velocity)
     least = SHARE_OF_TOP_SPEED * float(speed.max()) if slowest is None else slowest
     return np.where(speed > least, 1.0, 0.0)

@@ -1,16 +1,15 @@
-"""Total least squares: for an encoder whose noise on the acceleration and velocity is not small
-beside the noise of the effort.
+"""Total least squares, for an encoder with much noise in acceleration and velocity.
 
-Ordinary least squares attenuates what noisy regressors carry. The noise of the rows is known: of
-acceleration and velocity that of the position (`position_noise`) through their filters, of sign and
-constant none, and the effort's is told by the residuals. With M the mean of the rows' products
-[regressors, effort] and S their noise's, the estimate solves (Golub and Van Loan 1980, generalised)
+Ordinary least squares attenuates the parameters of noisy regressors. Here the noise of the rows is
+known: acceleration and velocity have the noise of the position (`position_noise`) through their
+filters, sign and constant have none, and the effort's noise follows from the residuals. With M the
+mean of the products of the rows [regressors, effort], and S that of their noise, the estimate
+solves (Golub and Van Loan 1980, generalised)
 
-    (M - lambda S) [theta; -1] = 0        lambda the least generalised eigenvalue, 1 where S is
-                                          right
+    (M - lambda S) [theta; -1] = 0
 
-The noise of acceleration and velocity at one instant is uncorrelated: one filter is even, the other
-odd.
+with lambda the smallest generalised eigenvalue, which is 1 if S is right. The noise of acceleration
+and velocity at one instant is uncorrelated, since one filter is even and the other odd.
 """
 
 from __future__ import annotations
@@ -38,15 +37,17 @@ from frictool.identify.rows.slip_fit import slipping_fit
 from frictool.identify.rows.smoothing import acceleration_filter, bump, position_noise
 
 Matrix = NDArray[np.float64]
-# of the effort's mean square: the least noise, so that no noise at all is no division by zero
+# least noise relative to the effort's mean square; it prevents a division by zero
 NEGLIGIBLE = 1e-12
 
 
 def total_least_squares(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises NothingUsable
-    where nothing moves enough."""
+    """Return inertia, viscous, Coulomb and offset of sliding records.
+
+    Raises UnusableLogs if nothing moves enough.
+    """
     return slipping_fit(
         records,
         bench,
@@ -82,8 +83,7 @@ def _fit(
 
 
 def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Matrix:
-    """S (5, 5): variances of the noise of acceleration, velocity, sign, constant and effort in one
-    row."""
+    """Return S (5, 5), the noise variances of acceleration, velocity, sign, constant and effort."""
     position = position_noise(record) ** 2
     g = bump(window, record.period)
     velocity = np.convolve(g, [1.0, 0.0, -1.0]) / (2.0 * record.period)
@@ -102,11 +102,13 @@ def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Mat
 
 
 def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
-    """theta (p,) from the mean products (p + 1, p + 1) of [regressors, effort] and those of their
-    noise, the effort's above 0."""
+    """Return theta (p,) from the mean products and their noise, each (p + 1, p + 1).
+
+    Rows are [regressors, effort]; the effort's noise must be positive.
+    """
     scale = np.sqrt(np.diag(mean))
     m, s = mean / np.outer(scale, scale), noise / np.outer(scale, scale)
-    # 1/lambda is the largest eigenvalue of S against M, and M is definite where S is not
+    # 1/lambda is the largest eigenvalue of S relative to M; M is definite, S is not
     smallest = 1.0 / float(eigh(s, m, eigvals_only=True)[-1])
     left = m - smallest * s
     return np.asarray(np.linalg.solve(left[:-1, :-1], left[:-1, -1]) * scale[-1] / scale[:-1])

@@ -1,23 +1,23 @@
-"""The weak (integral) form: the equation of motion times test functions (1 - s^2)^3, integrated
-over windows.
+"""Weak (integral) form: the equation of motion times test functions (1 - s^2)^3, integrated.
 
-    inertia int(phi'' x) + viscous int(phi x') + coulomb int(phi sign v) + offset int(phi) = int(phi
-    u)
+    inertia int(phi'' x) + viscous int(phi x') + coulomb int(phi sign v) + offset int(phi)
+        = int(phi u)
 
-Nothing is differentiated but the test function, and that by its exact second difference: its
-analytic second derivative would bias the inertia by 4-5 %. Windows follow each other at a sixth of
-their length; closer ones tell nothing more.
+Only the test function is differentiated, by its exact second difference; its analytic second
+derivative would bias the inertia by 4-5 %. Successive windows start a sixth of their length apart,
+since closer ones add no information.
 
-Friction that varies with the position, or bends over the speed, has columns of its own where
-strokes that were not seen ask for them (`weak_structure`): Coulomb friction and offset are then the
-means over the range of the positions, viscous friction that below the knee.
+Friction that varies with position, or bends over speed, gets its own columns if the prediction of
+unseen strokes improves (`weak_structure`). Coulomb friction and offset are then the means over the
+range of positions, and viscous friction is that below the first knee.
 
-The window, and whether the inertia can be had, are those of `assess`: its prediction
-(assess/weak_form_precision.py) on the strokes of the records. The encoder's noise in the regressor
-of the inertia takes a share off it: that of white noise at most, none where the errors of counts
-are as even as a sawtooth's. Half of it is put back, and half either way is a range within the
-interval (`unknowns`). Strokes that repeat each other repeat their counts' errors, which then push
-as well as pull: nothing is put back, and all of it is a range.
+The window, and the decision if the inertia is identifiable, follow `assess`
+(assess/weak_form_precision.py) with the strokes of the records. The encoder's noise in the
+regressor attenuates the inertia: by the share of white noise at most, and by nothing if the count
+errors are as regular as a sawtooth's. Half of that share is added to the value, and half either way
+is a range within the interval (`combined_interval`). Strokes that repeat each other repeat their
+count errors, which may then shift the inertia either way. In that case nothing is added, and the
+whole share is a range.
 """
 
 from __future__ import annotations
@@ -62,13 +62,15 @@ from frictool.identify.rows.smoothing import smoothed_by
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.weak_form import bell
 
-OVERLAP = 6  # windows begin at each sixth of their length
-REPEATED = 0.5  # clusters over strokes: below it, most strokes repeat each other
+OVERLAP = 6  # windows per window length; each starts a sixth of its length after the previous one
+REPEATED = 0.5  # least ratio of clusters to strokes; below it most strokes repeat each other
 
 
 def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSettings) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises UnusableLogs
-    where no window slips throughout."""
+    """Return inertia, viscous, Coulomb and offset by the weak form.
+
+    Raises UnusableLogs if no window slips throughout.
+    """
     facts = recorded_facts(records, bench)
     axis, sensing, strokes = facts.axis, facts.sensing, list(facts.strokes)
     deviation, window = weak_deviation(strokes, axis, sensing, settings.window)
@@ -79,9 +81,8 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if parameters_of(samples) == (SLIDING, {}):
         structure = choose_structure(samples, parts, OVERLAP, settings.confidence)
     samples = _chosen(samples, parts, structure)
-    if (
-        structure != FrictionStructure()
-    ):  # its columns share the acceleration's power, and a longer window is better
+    # these columns share the acceleration's power, so that a longer window is better
+    if structure != FrictionStructure():
         own = _own_power(samples) / float(np.mean(samples.acceleration**2))
         deviation, window = weak_deviation(strokes, axis, sensing, settings.window, own)
         samples = _chosen(*_windows(records, bench, window), structure)
@@ -101,7 +102,11 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     )
     if precision >= known:
         kept = {name: interval for name, interval in found.parameters.items() if name != "inertia"}
-        reason = f"the weak form over {window} samples reaches {percent(precision)}, and the bench knows it to {percent(known)}"
+        reason = (
+            f"the weak form over {window} samples reaches {percent(precision)}, and the "
+            "bench "
+            f"knows it to {percent(known)}"
+        )
         return replace(found, parameters=kept, refused={**found.refused, "inertia": reason})
     return replace(
         found,
@@ -119,8 +124,10 @@ def _widened(
     window: int,
     confidence: float,
 ) -> Interval:
-    """The inertia with half of the share that the encoder's noise may take off it, and an interval
-    that holds all and nothing of it."""
+    """Return the inertia with half of its possible attenuation added, and a wider interval.
+
+    The interval includes no attenuation and full attenuation.
+    """
     inertia = found.parameters["inertia"]
     if not np.isfinite(inertia.half_width):
         return inertia
@@ -140,8 +147,7 @@ def _widened(
 def _windows(
     records: list[MotionRecord], bench: Bench, window: int
 ) -> tuple[RegressionSamples, list[FrictionRows]]:
-    """A row a window, with all polynomials of the position, and what it is made of record by
-    record."""
+    """Return one row per window, with all position polynomials, and the row data of each record."""
     every = max(1, window // OVERLAP)
     low, high = (
         float(end([end(record.position) for record in records])) for end in (np.min, np.max)
@@ -166,8 +172,11 @@ def _windows(
 def _chosen(
     samples: RegressionSamples, parts: list[FrictionRows], structure: FrictionStructure
 ) -> RegressionSamples:
-    """The samples with the columns of the structure: `bend_j` the viscous friction from knee j to
-    the next, `knee_j` the knee's place."""
+    """Return the samples with the columns of the structure.
+
+    `bend_j` is the viscous friction between knee j and the next, `knee_j` the derivative by the
+    knee.
+    """
     chosen, pieces = with_structure(samples, parts, structure), [samples.velocity]
     for j in range(1, len(structure.knees) + 1):
         pieces[-1] = pieces[-1] - chosen.loads[f"bend_{j}"]
@@ -182,8 +191,7 @@ def _chosen(
 def _identified(
     found: SlidingFit, structure: FrictionStructure, bench: Bench, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """The fit with the sliding parameters alone, and the viscous friction above each knee as its
-    law."""
+    """Return the fit with the sliding parameters, and the friction above each knee as its law."""
     every, regimes = found.parameters, []
     slope = {**fixed, **every}["viscous"].value
     for j, knee in enumerate(structure.knees, start=1):
@@ -204,20 +212,24 @@ def _identified(
 
 
 def _why(structure: FrictionStructure) -> str | None:
-    """What the structure is, for people."""
+    """Return the structure as text."""
     parts = (
         [f"over the position (polynomials of order {structure.order})"] if structure.order else []
     )
     parts += [f"above a speed of {knee:.4g}" for knee in structure.knees]
     return (
-        f"friction has columns of its own {' and '.join(parts)}, with which strokes that were not seen are predicted better"
+        f"friction has columns of its own {' and '.join(parts)}, with which strokes that were "
+        "not seen are predicted better"
         if parts
         else None
     )
 
 
 def _own_power(samples: RegressionSamples) -> float:
-    """The mean square of the acceleration that the other columns leave, (rad/s^2)^2 | (m/s^2)^2."""
+    """Return the mean square of the acceleration not explained by other columns.
+
+    It is in (rad/s^2)^2 | (m/s^2)^2.
+    """
     others = np.column_stack((*samples.columns[1:], *samples.loads.values()))
     left = (
         samples.acceleration - others @ np.linalg.lstsq(others, samples.acceleration, rcond=None)[0]

@@ -1,13 +1,11 @@
-"""Which friction the rows of the weak form ask for beside a constant and a slope: polynomials of
-the position, knees over the speed.
+"""Choose position polynomials and speed knees for the weak form by unseen strokes.
 
-    order   the smallest whose strokes, not seen by the fit, are predicted as well as the best
-            order's; none where the best is not better
-            beyond chance, and by a fifth of the held-out error, than a constant
-    knees   one at a time where it explains most, kept by the same rule
+- order: the smallest whose prediction of unseen strokes is as good as the best order's. It is 0
+  unless the best order beats a constant beyond chance and by a fifth of the held-out error.
+- knees: added one at a time at the speed that explains most, and kept by the same rule
 
-An order is chosen again with each knee: what bends over the speed looks like something over the
-position until it has its own column.
+The order is chosen again with each knee: a bend over speed looks like a dependence on position
+until it has its own column.
 """
 
 from __future__ import annotations
@@ -30,15 +28,16 @@ from frictool.identify.regression.term_selection import (
 from frictool.identify.rows.friction_columns import HIGHEST, FrictionRows, bend_column, names_to
 from frictool.identify.rows.regression_samples import RegressionSamples, reduced
 
-WORTH = 0.8  # of the held-out error: what a richer structure has to come below, as in `load_search`
+# largest held-out error of a richer structure relative to the simpler one, as in `load_search`
+WORTH = 0.8
 MOST_KNEES = 2
-PLACES = 30  # of the first search for a knee
-ENDS = 0.05  # of the rows that are slower, and faster, than any knee
+PLACES = 30  # grid points of the first search for a knee
+ENDS = 0.05  # share of the rows that must be slower, and faster, than any knee
 
 
 @dataclass(frozen=True)
 class FrictionStructure:
-    """`order` of the polynomials over the position, 0: none; `knees` rising, rad/s | m/s."""
+    """Order of the position polynomials (0: none), and knees in ascending order, rad/s | m/s."""
 
     order: int = 0
     knees: tuple[float, ...] = ()
@@ -47,8 +46,11 @@ class FrictionStructure:
 def choose_structure(
     samples: RegressionSamples, parts: Sequence[FrictionRows], overlap: int, confidence: float
 ) -> FrictionStructure:
-    """`samples` with all columns of the position, of the records `parts`; a row is correlated with
-    `overlap` others."""
+    """Return the structure that the strokes support.
+
+    `samples` hold all position columns of the records behind `parts`; a row is correlated with
+    `overlap` others.
+    """
     best = _Comparison(samples, parts, (), overlap, confidence).of_best_order()
     for _ in range(MOST_KNEES):
         place = _place(samples, parts, best[0], overlap)
@@ -64,7 +66,7 @@ def choose_structure(
 def with_structure(
     samples: RegressionSamples, parts: Sequence[FrictionRows], structure: FrictionStructure
 ) -> RegressionSamples:
-    """The samples with the columns of a structure and no others beside the four of sliding."""
+    """Return the samples with the four sliding columns and those of a structure, and no others."""
     loads = {name: samples.loads[name] for name in names_to(structure.order)}
     bends = {
         f"bend_{j}": bend_column(parts, knee) for j, knee in enumerate(structure.knees, start=1)
@@ -73,7 +75,7 @@ def with_structure(
 
 
 def better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:
-    """Whether strokes' squares (s,) are smaller beyond chance, and by WORTH."""
+    """Return whether the squares (s,) of the strokes are smaller beyond chance and by WORTH."""
     if richer is None or simpler is None:
         return False
     return bool(np.sum(richer) < WORTH**2 * np.sum(simpler)) and beyond_chance(
@@ -82,7 +84,7 @@ def better(richer: Vector | None, simpler: Vector | None, confidence: float) -> 
 
 
 class _Comparison:
-    """The orders of the polynomials beside some knees, on strokes that a fit has not seen."""
+    """Comparison of polynomial orders on unseen strokes, with fixed knees."""
 
     def __init__(
         self,
@@ -100,14 +102,14 @@ class _Comparison:
         )
 
     def squares(self, order: int) -> Vector | None:
-        """Of each stroke (s,)."""
+        """Return the held-out square of each stroke (s,), or None if a half is too small."""
         needless = set(names_to(HIGHEST)) - set(names_to(order))
         columns = [k for k, name in enumerate(self.names) if name not in needless]
         squares = held_out_squares(self.plain, self.plain, halved(self.stroke), columns)
         return None if squares is None else by_stroke(squares, self.stroke)
 
     def of_best_order(self) -> tuple[FrictionStructure, Vector | None]:
-        """The order, and its squares."""
+        """Return the structure of the best order, and its squares."""
         errors = {
             order: squares
             for order in range(HIGHEST + 1)
@@ -132,7 +134,7 @@ def _place(
     found: FrictionStructure,
     overlap: int,
 ) -> float:
-    """Where one knee more explains most."""
+    """Return the speed at which one more knee explains most, rad/s | m/s."""
     others, speed = with_structure(samples, parts, found), np.abs(samples.velocity)
     low, high = (float(np.quantile(speed, share)) for share in (ENDS, 1.0 - ENDS))
     places = np.linspace(low, high, PLACES)
@@ -145,9 +147,8 @@ def _place(
         except SingularRegressors:
             return float(np.inf)
 
-    near = int(
-        np.argmin([left(samples.sign * np.maximum(speed - place, 0.0)) for place in places])
-    )  # roughly: not under the bell
+    # approximate: without the bell
+    near = int(np.argmin([left(samples.sign * np.maximum(speed - place, 0.0)) for place in places]))
     bounds = (float(places[max(near - 1, 0)]), float(places[min(near + 1, PLACES - 1)]))
     return float(
         minimize_scalar(

@@ -1,9 +1,8 @@
-"""Least squares weighted by the inverse variance of the measurement errors (footnote of 4.2.5.1),
-the variance found over speed.
+"""Least squares weighted by the inverse variance of the errors over speed (footnote, 4.2.5.1).
 
-What the encoder leaves on a row, and what the model does not know of friction, is not alike at all
-speeds. Residuals of a fit with equal weights, in classes of speed of equally many rows, tell the
-variance of each class; a row then weighs its inverse.
+The encoder's error of a row, and the friction that the model lacks, differ over speed. The
+residuals of a fit with equal weights give the variance in classes of speed with equally many rows.
+A row is weighted by the inverse variance of its class.
 """
 
 from __future__ import annotations
@@ -18,20 +17,25 @@ from frictool.identify.rows.regression_samples import RegressionSamples, residua
 from frictool.identify.rows.slip_fit import weighted_fit
 
 CLASSES = 12
-LARGEST_RATIO = 10.0  # between weights: a class that happens to fit does not take over
+# largest ratio of weights, so that a class with a chance fit does not dominate
+LARGEST_RATIO = 10.0
 
 
 def weighted(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises NothingUsable
-    where nothing moves enough."""
+    """Return inertia, viscous, Coulomb and offset of sliding records.
+
+    Raises UnusableLogs if nothing moves enough.
+    """
     return weighted_fit(records, bench, settings, inverse_deviation)
 
 
 def inverse_deviation(samples: RegressionSamples) -> Vector:
-    """The weight of each row (n,): the inverse standard deviation of the residuals of its class of
-    speed. Raises NothingUsable."""
+    """Return the weight of each row (n,), the inverse deviation of residuals in its speed class.
+
+    Raises UnusableLogs as `residuals`.
+    """
     residual, speed = residuals(samples, np.ones(samples.velocity.size)), np.abs(samples.velocity)
     edges = np.quantile(speed, np.linspace(0.0, 1.0, CLASSES + 1)[1:-1])
     place = np.searchsorted(edges, speed)

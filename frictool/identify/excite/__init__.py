@@ -1,5 +1,4 @@
-"""Tests to run on a bench: one kind a file, each a function of what the bench can do; and what a
-test would tell (information.py)."""
+"""Excitation tests for a bench, one module per kind, and the information that a test can give."""
 
 from typing import TYPE_CHECKING
 

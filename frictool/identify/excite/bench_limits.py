@@ -1,8 +1,7 @@
-"""What a bench can do: where it may go, how fast, and how hard it can be driven, taken at the worst
-of what is known a priori.
+"""Limits of a bench at the worst case of its a-priori intervals: travel, speed and effort.
 
-The effort is that of the weakest actuator on the heaviest axis, so that a reference within these
-limits can be followed on every axis that the bench may be (4.2.3):
+The effort is that of the weakest actuator on the heaviest axis. A reference within these limits can
+therefore be followed by every axis that the bench may be (4.2.3):
 
     inertia_high |a| + viscous_high |v| + coulomb_high + |offset| + load.most <= constant_low limit
 """
@@ -21,20 +20,22 @@ from frictool.errors import NoSolutionError
 from frictool.identify.excite.cramer_rao import DeclaredLoads, PriorAxis, SensorPrecision, Vector
 from frictool.identify.rows.load_terms import HARMONICS, declared_terms, wave_number
 
-MARGIN = 0.05  # of the travel, kept at either end
+MARGIN = 0.05  # share of the travel kept free at either end
 ROUNDING = 1e-9
-NOISE_SHARE = (
-    0.002  # of the drive's limit: standard deviation of its measurement, where nobody says
-)
+# standard deviation of the measured drive relative to its limit, unless it is specified
+NOISE_SHARE = 0.002
 
 
 @dataclass(frozen=True)
 class BenchLimits:
-    """SI. low, high: of the travel less its margins, infinite where the bench names none. speed:
-    the top speed.
+    """Worst-case limits of a bench in SI units.
 
-    effort: least that the limit of the drive gives. inertia, viscous, coulomb, offset: the largest
-    a priori; load: of what acts beside friction, wherever on the travel.
+    - low, high: ends of the travel without its margins, infinite if the bench declares no travel
+    - speed: top speed
+    - effort: least effort at the drive's limit
+    - inertia, viscous, coulomb, offset: largest a-priori values
+    - load: largest effort of the declared loads anywhere on the travel
+    - drive, drive_limit: drive signal and its limit, A | V
     """
 
     axis: str
@@ -52,27 +53,32 @@ class BenchLimits:
 
     @property
     def steady(self) -> float:
-        """What an axis takes at any speed, N m | N: Coulomb friction, offset and load."""
+        """Return the effort needed at any speed, N m | N: Coulomb friction, offset and load."""
         return self.coulomb + self.offset + self.load
 
     @property
     def travel(self) -> float:
+        """Return the usable travel, rad | m."""
         return self.high - self.low
 
     @property
     def unit(self) -> str:
-        """Of the position."""
+        """Return the unit of the position."""
         return "rad" if self.axis == "rotary" else "m"
 
     def acceleration(self, speed: float) -> float:
-        """What is left for acceleration at a speed, rad/s^2 | m/s^2; 0 or less where friction takes
-        it all."""
+        """Return the acceleration possible at a speed, rad/s^2 | m/s^2; <= 0 if there is none."""
         return (self.effort - self.viscous * speed - self.steady) / self.inertia
 
 
 def limits_of(bench: Bench) -> BenchLimits:
-    """The limits of a bench. Raises NoSolutionError where the drive does not overcome the friction,
-    or nothing limits the speed."""
+    """Return the limits of a bench.
+
+    Raises
+    ------
+    NoSolutionError
+        If the drive does not overcome the friction, or if nothing limits the speed.
+    """
     known, actuator = bench.mechanics, bench.actuator
     effort = actuator.constant.interval[0] * actuator.limit.value
     coulomb, viscous = known.coulomb.interval[1], known.viscous.interval[1]
@@ -82,8 +88,10 @@ def limits_of(bench: Bench) -> BenchLimits:
     if left <= 0.0:
         beside = " and the load take" if load else " takes"
         raise NoSolutionError(
-            f"{bench.name}: the drive's limit gives {effort:.3g} {si_unit('effort', bench.axis)} at least, friction{beside} up to "
-            f"{coulomb + offset + load:.3g}: nothing moves for certain; raise actuator.limit or narrow mechanics.coulomb"
+            f"{bench.name}: the drive's limit gives {effort:.3g} {si_unit('effort', bench.axis)} "
+            f"at least, friction{beside} up to "
+            f"{coulomb + offset + load:.3g}: nothing moves for certain; raise actuator.limit or "
+            "narrow mechanics.coulomb"
         )
     if known.top_speed is None and viscous <= 0.0:
         raise NoSolutionError(f"{bench.name}: nothing limits the speed; give mechanics.top_speed")
@@ -108,8 +116,7 @@ def limits_of(bench: Bench) -> BenchLimits:
 
 
 def known_load(bench: Bench) -> float:
-    """The largest effort of spring, gravity and ripple that the bench names, N m | N; 0 where it
-    does not say."""
+    """Return the largest effort of the declared spring, gravity and ripple, N m | N, or 0."""
     return (
         max(bench.load.most.interval)
         if bench.load is not None and bench.load.most is not None
@@ -118,17 +125,22 @@ def known_load(bench: Bench) -> float:
 
 
 def unsaid_load(bench: Bench) -> str | None:
-    """A warning where the bench names a load over the position and not how large it is."""
+    """Return a warning if the bench declares a load over position without its largest effort."""
     named = [term for term in OVER_POSITION if bench.load is not None and term in bench.load.terms]
     if not named or (bench.load is not None and bench.load.most is not None):
         return None
     names = ", ".join(named)
-    return f"load.terms names {names}, and load.most does not say how much effort that takes: none of the drive's limit is left for it"
+    return (
+        f"load.terms names {names}, and load.most does not say how much effort that takes: "
+        "none of the drive's limit is left for it"
+    )
 
 
 def axis_known(bench: Bench) -> PriorAxis:
-    """The a-priori axis, its backlash the widest that it may be; a friction whose value is 0 is
-    taken for the most that it may be."""
+    """Return the a-priori axis with its widest backlash.
+
+    A friction whose value is 0 is replaced by its upper end.
+    """
     known = bench.mechanics
     backlash = max(known.backlash.interval) if known.backlash else 0.0
     viscous, coulomb = (one.value or one.interval[1] for one in (known.viscous, known.coulomb))
@@ -137,7 +149,7 @@ def axis_known(bench: Bench) -> PriorAxis:
 
 
 def beside_of(bench: Bench) -> DeclaredLoads:
-    """What `load` of the bench says there is beside friction; an offset where it says nothing."""
+    """Return the loads that the bench declares; an offset if it declares none."""
     if bench.load is None:
         return DeclaredLoads()
     terms = bench.load.terms
@@ -151,7 +163,10 @@ def beside_of(bench: Bench) -> DeclaredLoads:
 
 
 def sensing_of(bench: Bench, noise: float | None = None) -> SensorPrecision:
-    """What the bench measures; noise: standard deviation of the measured drive [A | V]."""
+    """Return the sensor precision.
+
+    `noise` is the standard deviation of the measured drive, A | V.
+    """
     drive = bench.actuator
     measured = NOISE_SHARE * drive.limit.value if noise is None else noise
     return SensorPrecision(
@@ -162,19 +177,21 @@ def sensing_of(bench: Bench, noise: float | None = None) -> SensorPrecision:
 def check_reference(
     limits: BenchLimits, position: Vector, velocity: Vector, acceleration: Vector
 ) -> None:
-    """Raises NoSolutionError that names the limit which a reference, each (n,) in SI, breaks, and
-    by how much."""
+    """Raise NoSolutionError if a reference (n,) exceeds a limit; the message names it."""
     unit, drive = limits.unit, "A" if limits.drive == "current" else "V"
     rounding = ROUNDING * (abs(limits.low) + abs(limits.high))
     if position.min() < limits.low - rounding or position.max() > limits.high + rounding:
         raise NoSolutionError(
-            f"travel: the test goes from {position.min():.4g} to {position.max():.4g} {unit}; allowed (travel less {100 * MARGIN:g} % at "
-            f"either end): {limits.low:.4g} to {limits.high:.4g}; lower the amplitude or raise the frequency"
+            f"travel: the test goes from {position.min():.4g} to {position.max():.4g} {unit}; "
+            f"allowed (travel less {100 * MARGIN:g} % at "
+            f"either end): {limits.low:.4g} to {limits.high:.4g}; lower the amplitude or raise "
+            "the frequency"
         )
     fastest = float(np.abs(velocity).max())
     if fastest > limits.speed * (1.0 + ROUNDING):
         raise NoSolutionError(
-            f"speed: the test reaches {fastest:.4g} {unit}/s; allowed (mechanics.top_speed): {limits.speed:.4g}; "
+            f"speed: the test reaches {fastest:.4g} {unit}/s; allowed (mechanics.top_speed): "
+            f"{limits.speed:.4g}; "
             "lower the speed, the amplitude or the frequency"
         )
     inertial = limits.inertia * acceleration + limits.viscous * velocity
@@ -182,6 +199,8 @@ def check_reference(
     if needed > limits.effort * (1.0 + ROUNDING):
         hardest = float(np.abs(acceleration).max())
         raise NoSolutionError(
-            f"acceleration: up to {hardest:.4g} {unit}/s^2 needs {limits.drive_limit * needed / limits.effort:.3g} {drive} on the heaviest "
-            f"axis; allowed (actuator.limit): {limits.drive_limit:.3g}; lower the frequency or the speed"
+            f"acceleration: up to {hardest:.4g} {unit}/s^2 needs "
+            f"{limits.drive_limit * needed / limits.effort:.3g} {drive} on the heaviest "
+            f"axis; allowed (actuator.limit): {limits.drive_limit:.3g}; lower the frequency or "
+            "the speed"
         )

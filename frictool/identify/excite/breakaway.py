@@ -1,21 +1,20 @@
-"""Breakaway ramps both ways over the travel (figure 4.6): the drive grows from nothing until the
-axis moves, falls back, grows again.
+"""Breakaway ramps in both directions over the travel (figure 4.6).
 
-A ramp is a segment of the sequence: a pause at zero, then the rise to the most that the breakaway
-may need. Whoever plays it goes on to
+The drive grows from zero until the axis moves, falls back, and grows again. Each ramp is a segment
+of the sequence: a pause at zero, then the rise to the largest breakaway. The test controller goes
+on to
 
-    the next segment                         as soon as the encoder has moved by `advance_on` since
-                                             the segment began
-    the first segment of the other direction as soon as the position passes a turn
+- the next segment, as soon as the encoder has moved by `advance_on` since the segment began;
+- the first segment of the other direction, as soon as the position passes a turn.
 
-Played without these rules it drives the axis at the top of every ramp, which hardly any bench
-stands; `open_loop` says to try. Either way it is simulated first, on the nominal axis, on the
-lightest with the least friction, and on the heaviest with the most, all without their load, of
-which no shape is known: the ramps only rise by `load.most` further.
+Without these rules (`open_loop`) the drive reaches the top of every ramp, which few benches
+withstand. In both cases the test is simulated first: on the nominal axis, on the lightest one with
+the least friction, and on the heaviest one with the most. The simulation has no load, since its
+shape is unknown; only the tops of the ramps are raised by `load.most`.
 
-The rate. After a breakaway under a ramp of R [N m/s | N/s] the axis takes t = (6 inertia
-step/R)^(1/3) at most to show a count, in which the effort grows by R t. Kept at 5 % of the
-breakaway (`identify` corrects for it): R = (0.05 F)^(3/2)/sqrt(6 inertia step).
+Rate: after a breakaway under a ramp of R [N m/s | N/s], the axis takes at most t = (6 inertia
+step/R)^(1/3) to show a count, while the effort grows by R t. This is kept at 5 % of the breakaway
+(`identify` corrects for it): R = (0.05 F)^(3/2)/sqrt(6 inertia step).
 """
 
 from __future__ import annotations
@@ -35,24 +34,26 @@ from frictool.identify.excite.cramer_rao import Vector
 from frictool.identify.excite.excitation_sequence import ExcitationSequence, command_sequence
 from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
 
-LATENESS = 0.05  # of the breakaway
-SLOWEST_RISE = 1.0  # s, that a ramp takes at least to the breakaway expected
-PAUSE = 0.05  # s
-RATIOS = (
-    1.0,
-    1.1,
-    1.5,
-)  # breakaway over Coulomb friction, least, expected, most, where the bench does not say (tables 4.8 and 4.1)
-HEADROOM = 1.1  # of the top of a ramp over the most that the breakaway may need
-SEGMENTS = 40  # over the travel
+LATENESS = 0.05  # growth of the effort until a count shows, relative to the breakaway
+SLOWEST_RISE = 1.0  # s, least duration of a ramp up to the expected breakaway
+PAUSE = 0.05  # s, at zero before each ramp
+# breakaway over Coulomb friction, least, expected and largest, if the bench does not declare it
+# (tables 4.8 and 4.1)
+RATIOS = (1.0, 1.1, 1.5)
+HEADROOM = 1.1  # top of a ramp relative to the largest breakaway
+SEGMENTS = 40  # ramps over the travel
 LEAST_COUNTS = 2.0
-SPARE = 1.5  # segments written over those that the slowest axis needs
+SPARE = 1.5  # segments written, relative to those that the slowest axis needs
 NAMES = ("lightest", "nominal", "heaviest")
 
 
 class Ramp(NamedTuple):
-    """A ramp and the rules that it is played by, in SI and units of the drive: rate and top of the
-    drive; turns and distance to go on."""
+    """Ramp and the rules of its playback, in SI units and units of the drive.
+
+    - rate, top: of the drive, A/s | V/s and A | V
+    - low, high: turns, rad | m
+    - advance_on: distance after which the next segment begins, rad | m
+    """
 
     rate: float
     top: float
@@ -63,8 +64,13 @@ class Ramp(NamedTuple):
 
 
 class SimulatedRamps(NamedTuple):
-    """What an axis made of it: segments used either way, the places and the speed that it reached,
-    and whether it always broke away."""
+    """Simulated round of ramps on one axis.
+
+    - forward, backward: segments used
+    - low, high: range of positions, rad | m
+    - speed: top speed, rad/s | m/s
+    - moved: the axis always broke away
+    """
 
     forward: int
     backward: int
@@ -75,7 +81,7 @@ class SimulatedRamps(NamedTuple):
 
 
 def breakaway_range(bench: Bench) -> tuple[float, float, float]:
-    """Least, expected, most, N m | N: the bench's, else from its Coulomb friction."""
+    """Return the least, expected and largest breakaway, N m | N: the bench's, else from Coulomb."""
     known, coulomb = bench.mechanics.breakaway, bench.mechanics.coulomb
     if known is not None:
         return known.interval[0], known.value, known.interval[1]
@@ -87,7 +93,7 @@ def breakaway_range(bench: Bench) -> tuple[float, float, float]:
 
 
 def effort_rate(bench: Bench) -> float:
-    """The rate of the ramps, N m/s | N/s."""
+    """Return the rate of the ramps, N m/s | N/s."""
     expected = breakaway_range(bench)[1]
     shown = (LATENESS * expected) ** 1.5 / math.sqrt(
         6.0 * bench.mechanics.inertia.value * bench.encoder.resolution
@@ -103,15 +109,19 @@ def breakaway_ramps(
     repetitions: int,
     open_loop: bool,
 ) -> ExcitationSequence:
-    """The sequence. top [A | V] and rate [A/s | V/s] where they are not to be found. Raises
-    NoSolutionError naming what forbids it."""
+    """Return a sequence of breakaway ramps in both directions.
+
+    top [A | V] and rate [A/s | V/s] are chosen if None. Raises NoSolutionError that names the limit
+    exceeded.
+    """
     constant, most = bench.actuator.constant, breakaway_range(bench)[2]
     needed = (most + limits.offset + limits.load) / constant.interval[0]
     top = top or min(HEADROOM * needed, limits.drive_limit)
     unit = "A" if limits.drive == "current" else "V"
     if not needed <= top <= limits.drive_limit:
         raise NoSolutionError(
-            f"{limits.drive}: the ramps rise to {top:.4g} {unit}; allowed: {needed:.4g} (the most that the breakaway may need) to "
+            f"{limits.drive}: the ramps rise to {top:.4g} {unit}; allowed: {needed:.4g} (the "
+            "most that the breakaway may need) to "
             f"{limits.drive_limit:.4g} (actuator.limit)"
         )
     travel = limits.travel if math.isfinite(limits.travel) else 2.0 * math.pi
@@ -132,8 +142,10 @@ def breakaway_ramps(
     rule = (
         "play every row"
         if open_loop
-        else f"next segment as soon as the position has moved by {ramp.advance_on:.6g} {limits.unit} since the segment began; first "
-        f"segment of the other direction beyond {ramp.low:.6g} and {ramp.high:.6g} {limits.unit}; negative segments go backward"
+        else f"next segment as soon as the position has moved by {ramp.advance_on:.6g} "
+        f"{limits.unit} since the segment began; first "
+        f"segment of the other direction beyond {ramp.low:.6g} and {ramp.high:.6g} "
+        f"{limits.unit}; negative segments go backward"
     )
     rules = {"advance_on": ramp.advance_on, "turn_low": ramp.low, "turn_high": ramp.high}
     figures = {
@@ -149,7 +161,7 @@ def breakaway_ramps(
 def _table(
     ramp: Ramp, period: float, segments: list[int], repetitions: int
 ) -> tuple[Vector, Vector]:
-    """Command (n,) and number of the segment (n,)."""
+    """Return the command (n,) and the segment number (n,)."""
     rise = np.minimum(
         ramp.rate * period * np.arange(1, math.ceil(ramp.top / (ramp.rate * period)) + 1), ramp.top
     )
@@ -163,8 +175,10 @@ def _table(
 
 
 def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> SimulatedRamps:
-    """Plays one round on the lightest, nominal or heaviest axis. Raises NoSolutionError where it
-    goes too far, too fast, or not at all."""
+    """Return one simulated round on the lightest (0), nominal (1) or heaviest (2) axis.
+
+    Raises NoSolutionError if the axis moves too far, too fast, or not at all.
+    """
     played = _play(_axis(bench, which), ramp, bench.sample_period_s)
     unit, hint = (
         limits.unit,
@@ -175,23 +189,28 @@ def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> Simul
     travel, name = bench.mechanics.travel, NAMES[which]
     if not played.moved:
         raise NoSolutionError(
-            f"{limits.drive}: ramps up to {ramp.top:.4g} do not move the {name} axis; raise --amplitude"
+            f"{limits.drive}: ramps up to {ramp.top:.4g} do not move the {name} axis; raise "
+            "--amplitude"
         )
     if travel is not None and (played.low < travel.low or played.high > travel.high):
         raise NoSolutionError(
-            f"travel: the {name} axis goes from {played.low:.4g} to {played.high:.4g} {unit}; allowed: {travel.low:.4g} to "
+            f"travel: the {name} axis goes from {played.low:.4g} to {played.high:.4g} {unit}; "
+            f"allowed: {travel.low:.4g} to "
             f"{travel.high:.4g}; {hint}"
         )
     if played.speed > limits.speed:
         raise NoSolutionError(
-            f"speed: the {name} axis reaches {played.speed:.4g} {unit}/s; allowed: {limits.speed:.4g}; {hint}"
+            f"speed: the {name} axis reaches {played.speed:.4g} {unit}/s; allowed: "
+            f"{limits.speed:.4g}; {hint}"
         )
     return played
 
 
 def _axis(bench: Bench, which: int) -> AxisParameters:
-    """The axis at an end of every range, or at its value: 0 the lightest with the strongest
-    actuator, 1 the nominal, 2 the heaviest."""
+    """Return the axis at one end of its ranges or at its values.
+
+    0 is the lightest axis with the strongest actuator, 1 the nominal one, 2 the heaviest.
+    """
     known, actuator = bench.mechanics, bench.actuator
 
     def at(quantity: Quantity, end: int = which) -> float:
@@ -215,7 +234,7 @@ def _axis(bench: Bench, which: int) -> AxisParameters:
 
 
 def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
-    """One round: forward up to the turn, and back. A travel without end is SEGMENTS either way."""
+    """Return one round: forward to the turn and back; SEGMENTS either way on an endless travel."""
     p, state = axis.as_array(), np.asarray(rest(ramp.low if math.isfinite(ramp.low) else 0.0))
     used, low, high, speed, moved = {1.0: 0, -1.0: 0}, state[POSITION], state[POSITION], 0.0, True
     rise, pause = math.ceil(ramp.top / (ramp.rate * period)), round(PAUSE / period)

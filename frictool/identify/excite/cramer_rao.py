@@ -1,23 +1,23 @@
-"""What a test of sliding can tell at most: the Cramér-Rao bound, from the trajectory that it is
-planned to follow.
+"""Cramér-Rao bound of a sliding test, from its planned trajectory.
 
-The equation of motion at sample k, with positions measured to a count and efforts to the noise of
-their measurement,
+The equation of motion at sample k has positions measured to a count, and efforts measured with
+noise:
 
-    inertia D2 x + viscous D1 x + coulomb sign(v) + offset = u + r,      r = e_u + (inertia D2 +
-                                                                         viscous D1) e_x
+    inertia D2 x + viscous D1 x + coulomb sign(v) + offset = u + r
+    r = e_u + (inertia D2 + viscous D1) e_x
 
-D1 and D2 are central differences, e_u is white, e_x is white over a count (variance step^2/12,
-4.2.2). r is a moving average of two samples either way: over a stroke its covariance V has five
-diagonals. With regressors G (n, 4) of the trajectory a stroke tells
+D1 and D2 are central differences, e_u is white, and e_x is white over a count (variance step^2/12,
+4.2.2). r is a moving average of two samples either way, so that its covariance V over a stroke has
+five diagonals. With the regressors G (n, 4) of the trajectory, a stroke has the information
 
     M = G' V^-1 G
 
-and strokes add up. Where the bench names a load (`load.terms`), G has a column more for each of its
-parameters, at the positions of strokes about the middle of the travel, and none for an offset that
-is said to be none. The variance of no unbiased estimator is below the diagonal of M^-1. Where the
-axis passes less than a count a sample e_x is a sawtooth and not white; it then disturbs low
-frequencies less than it is charged with here.
+and strokes add up. If the bench declares loads (`load.terms`), G has one more column for each of
+their parameters, at the positions of strokes about the middle of the travel. It has none for an
+offset that is declared absent. No unbiased estimator has a variance below the diagonal of M^-1.
+
+If the axis moves less than a count per sample, e_x is a sawtooth and not white. It then disturbs
+low frequencies less than assumed here.
 """
 
 from __future__ import annotations
@@ -30,20 +30,15 @@ from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
 Vector = NDArray[np.float64]
-SLIDING = (
-    "inertia",
-    "viscous",
-    "coulomb",
-    "offset",
-)  # the order of the columns of G and of every bound
-NOISE_COUNTS = 2.0  # past the backlash: as the slip mask leaves out
-SLOWEST = 0.02  # of the top speed of a stroke
+# order of the columns of G and of every bound
+SLIDING = ("inertia", "viscous", "coulomb", "offset")
+NOISE_COUNTS = 2.0  # counts past the backlash; the slip mask excludes as many
+SLOWEST = 0.02  # least speed relative to the top speed of a stroke
 
 
 @dataclass(frozen=True)
 class SensorPrecision:
-    """What is measured, and how well: period [s], step of the encoder [rad | m], noise of the
-    effort (standard deviation) [N m | N]."""
+    """Sample period [s], encoder step [rad | m] and noise (rms) of the effort [N m | N]."""
 
     period: float
     step: float
@@ -52,10 +47,11 @@ class SensorPrecision:
 
 @dataclass(frozen=True)
 class DeclaredLoads:
-    """What acts beside friction: an `offset`, and `terms` of rows/load_terms.py, each with its wave
-    number, 1/rad | 1/m.
+    """Loads that the bench declares in addition to friction.
 
-    plain: nothing but an offset, which every method knows.
+    - offset: there is an offset
+    - terms: terms of rows/load_terms.py, each with its wave number, 1/rad | 1/m
+    - plain: there is nothing but an offset, which every method can fit
     """
 
     offset: bool = True
@@ -65,10 +61,11 @@ class DeclaredLoads:
 
 @dataclass(frozen=True)
 class PriorAxis:
-    """The a-priori axis in SI that a test is judged with; `backlash` is the full width that a
-    stroke passes before it counts.
+    """A-priori axis of a test, in SI units.
 
-    middle: of the travel, rad | m, about which strokes go.
+    - backlash: full width, which a stroke passes before its samples count
+    - beside: declared loads
+    - middle: middle of the travel, rad | m, about which the strokes go
     """
 
     inertia: float
@@ -81,8 +78,12 @@ class PriorAxis:
 
 @dataclass(frozen=True)
 class PlannedStroke:
-    """A half sine of the position between two places: top speed V [rad/s | m/s], distance [rad | m]
-    > 0, how often either way."""
+    """Half sine of the position between two turns.
+
+    - speed: top speed V, rad/s | m/s
+    - distance: > 0, rad | m
+    - times: number of repetitions in each direction
+    """
 
     speed: float
     distance: float
@@ -90,18 +91,17 @@ class PlannedStroke:
 
     @property
     def duration(self) -> float:
-        """s, of one stroke: distance = 2 V/w, half a period is pi/w."""
+        """Return the duration of one stroke, s: distance = 2 V/w, and half a period is pi/w."""
         return 0.5 * math.pi * self.distance / self.speed
 
     @property
     def frequency(self) -> float:
-        """Hz of the sine, (4.25)."""
+        """Return the frequency of the sine, Hz (4.25)."""
         return 0.5 / self.duration
 
 
 def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
-    """M (p, p) of all strokes, each as often in one direction as in the other; p columns as of
-    `regressors`."""
+    """Return M (p, p) of all strokes in both directions; the columns are those of `regressors`."""
     total: Vector | None = None
     for stroke in strokes:
         for side in (1.0, -1.0):
@@ -116,12 +116,12 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
 
 
 def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
-    """Of values (p,) of all columns those (4,) of SLIDING; 0 of an offset that is none."""
+    """Return the values (4,) of SLIDING among those (p,) of all columns; 0 for an absent offset."""
     return np.asarray([*values[:3], values[3] if axis.beside.offset else 0.0])
 
 
 def cramer_rao(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
-    """Least standard deviations (4,) of SLIDING in SI; inf where the strokes do not tell them."""
+    """Return the least standard deviations (4,) of SLIDING in SI units; inf if undetermined."""
     matrix = information(strokes, axis, sensing)
     scale = np.sqrt(np.diag(matrix))
     if not np.all(scale > 0.0):
@@ -135,10 +135,10 @@ def cramer_rao(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPre
 def regressors(
     stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision, side: float = 1.0
 ) -> Vector:
-    """G (n, p) of the samples of a stroke forward, or backward (side -1), that slip for certain,
-    past the backlash.
+    """Return G (n, p) of the samples of a stroke that certainly slip past the backlash.
 
-    Columns: SLIDING, without an offset that is none, then what acts beside.
+    `side` is 1 for forward and -1 for backward. The columns are SLIDING, without an absent offset,
+    then those of the loads.
     """
     rate = math.pi / stroke.duration
     angle = (
@@ -163,14 +163,14 @@ def regressors(
 
 
 def _of_term(term: str, wave: float, position: Vector, velocity: Vector) -> list[Vector]:
-    """The columns (n,) of a term of rows/load_terms.py."""
+    """Return the columns (n,) of a term of rows/load_terms.py."""
     if wave > 0.0:
         return [np.sin(wave * position), np.cos(wave * position)]
     return [position if term == "spring" else np.minimum(velocity, 0.0)]
 
 
 def _covariance(n: int, axis: PriorAxis, sensing: SensorPrecision) -> Vector:
-    """V of n samples as its diagonals (3, n), the lower half."""
+    """Return V of n samples as its lower diagonals (3, n)."""
     variance = sensing.step**2 / 12.0
     second, first = axis.inertia / sensing.period**2, 0.5 * axis.viscous / sensing.period
     taps = np.array([second - first, -2.0 * second, second + first])

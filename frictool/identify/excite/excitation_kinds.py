@@ -1,4 +1,4 @@
-"""The tests by name: what each is for, which settings it has, and how it is made."""
+"""Excitation tests by name: settings and construction."""
 
 from __future__ import annotations
 
@@ -26,14 +26,22 @@ from frictool.identify.excite.sine import BEST_SPEED, best_stroke, condition, lo
 from frictool.identify.excite.sines import DURATION, SPEEDS, plan, sines
 from frictool.identify.excite.steps import steps
 
-SINE_DURATION = 10.0  # s
-LONGEST = 10_000_000  # samples: more is a setting that was mistaken
+SINE_DURATION = 10.0  # s, default
+LONGEST = 10_000_000  # samples, longest test; a longer one is a mistaken setting
 
 
 @dataclass(frozen=True)
 class ExcitationSettings:
-    """What may be set, SI; None is the test's own choice. amplitude: half the way, or the top of
-    the ramps in units of the drive."""
+    """Settings of a test in SI units; None selects the test's own choice.
+
+    - amplitude: half the travelled distance, rad | m; for ramps their top in units of the drive
+    - frequency: Hz
+    - speed: top speed, rad/s | m/s
+    - rate: of the ramps, units of the drive per s
+    - duration: s
+    - repetitions, speeds, harmonics, seed: numbers
+    - open_loop: play every ramp to its top
+    """
 
     amplitude: float | None = None
     frequency: float | None = None
@@ -47,12 +55,32 @@ class ExcitationSettings:
     open_loop: bool | None = None
 
     def given(self) -> list[str]:
-        """Names of what is set."""
+        """Return the names of the settings that are not None."""
         return [one.name for one in fields(self) if getattr(self, one.name) is not None]
 
 
 def excite(kind: str, bench: Bench, settings: ExcitationSettings) -> ExcitationSequence:
-    """The test called `kind`. Raises NoSolutionError that names the limit which it breaks."""
+    """Return an excitation test that stays within the limits of a bench.
+
+    Parameters
+    ----------
+    kind
+        Key of MAKERS: "sine", "sines", "breakaway", "steps" or "multisine".
+    bench
+        Bench whose limits the test respects.
+    settings
+        Settings of the test; None in a field selects the test's own choice.
+
+    Returns
+    -------
+    ExcitationSequence
+        Reference or drive command, one row per sample, SI units.
+
+    Raises
+    ------
+    NoSolutionError
+        If the test exceeds a limit of the bench. The message names the limit.
+    """
     return MAKERS[kind](bench, limits_of(bench), settings)
 
 
@@ -88,8 +116,11 @@ def _sine(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> Ex
 def _stroke(
     bench: Bench, limits: BenchLimits, settings: ExcitationSettings, duration: float
 ) -> PlannedStroke:
-    """V = 2 pi f A from whichever are given; what is not given is as large as the limits allow, or
-    the best where nothing is."""
+    """Return the stroke with V = 2 pi f A from the settings.
+
+    Settings that are None are as large as the limits allow. Without any setting, the best stroke is
+    chosen.
+    """
     speed, frequency = settings.speed, settings.frequency
     if settings.amplitude is None and speed is None and frequency is None:
         return best_stroke(limits, axis_known(bench), sensing_of(bench), duration)
@@ -106,7 +137,8 @@ def _stroke(
         )
         if distance is None:
             raise NoSolutionError(
-                f"acceleration: no amplitude above {0.5e-4 * longest:.3g} {limits.unit} is possible at {frequency:g} Hz"
+                f"acceleration: no amplitude above {0.5e-4 * longest:.3g} {limits.unit} is "
+                f"possible at {frequency:g} Hz"
             )
     distance = float(distance) if distance is not None else longest_distance(limits)
     if frequency is not None:
@@ -124,7 +156,7 @@ def _sines(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> E
 
 
 def _bounds(strokes: list[PlannedStroke], bench: Bench) -> dict[str, float]:
-    """The Cramér-Rao bounds as standard deviations, for the a-priori axis."""
+    """Return the Cramér-Rao bounds as standard deviations for the a-priori axis."""
     least = cramer_rao(strokes, axis_known(bench), sensing_of(bench))
     return {
         f"least_deviation_{name}": float(bound) for name, bound in zip(SLIDING, least, strict=True)
@@ -172,7 +204,8 @@ def _breakaway(
 def _bearable(duration: float, bench: Bench) -> None:
     if duration / bench.sample_period_s > LONGEST:
         raise NoSolutionError(
-            f"duration: {duration:.4g} s is {duration / bench.sample_period_s:.3g} samples; allowed: {LONGEST:g}"
+            f"duration: {duration:.4g} s is {duration / bench.sample_period_s:.3g} samples; "
+            f"allowed: {LONGEST:g}"
         )
 
 

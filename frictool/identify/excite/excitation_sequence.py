@@ -1,5 +1,4 @@
-"""A test as it is played: a reference for the position loop, or a command for the drive, sample by
-sample."""
+"""Excitation sequence: a reference for the position loop, or a drive command, sample by sample."""
 
 from __future__ import annotations
 
@@ -18,8 +17,14 @@ from frictool.logs.stream_source import SampleBlock
 
 @dataclass(frozen=True)
 class ExcitationSequence:
-    """columns: name -> (n,) in SI. figures: what describes it. rule: how it is played, for whoever
-    plays it."""
+    """Test sequence, one row per sample.
+
+    - period: s
+    - columns: name -> (n,), SI units
+    - units: name -> unit
+    - rule: instruction for playing it, as text
+    - figures: name -> value, description of the test
+    """
 
     kind: str
     period: float
@@ -30,18 +35,18 @@ class ExcitationSequence:
 
     @property
     def time(self) -> Vector:
-        """(n,) in s."""
+        """Return the time (n,) in s."""
         return np.asarray(
             np.arange(next(iter(self.columns.values())).size) * self.period, dtype=np.float64
         )
 
     @property
     def duration(self) -> float:
-        """s."""
+        """Return the duration in s."""
         return next(iter(self.columns.values())).size * self.period
 
     def as_log(self, source: str) -> Log:
-        """The same as a log, with rule and figures as metadata."""
+        """Return the sequence as a log, with rule and figures as metadata."""
         about = {
             "kind": self.kind,
             "rule": self.rule,
@@ -52,7 +57,7 @@ class ExcitationSequence:
         )
 
     def outgoing(self) -> OutgoingStream:
-        """The same for the formats of other tools."""
+        """Return the sequence as a stream for the formats of other tools."""
         head = StreamHeader(
             MAIN_TOPIC, tuple(self.columns), tuple(self.units[name] for name in self.columns)
         )
@@ -65,11 +70,14 @@ class ExcitationSequence:
 def reference_sequence(
     kind: str, bench: Bench, motion: tuple[Vector, Vector, Vector], figures: dict[str, float]
 ) -> ExcitationSequence:
-    """A reference of position, velocity and acceleration, each (n,)."""
+    """Return a reference sequence of position, velocity and acceleration, each (n,)."""
     position, velocity = si_unit("position", bench.axis), si_unit("velocity", bench.axis)
     names = ("reference", "reference_velocity", "reference_acceleration")
     units = dict(zip(names, (position, velocity, f"{velocity}^2"), strict=True))
-    rule = f"start at rest at {motion[0][0]:.6g} {position}; the position loop follows `reference`, one row a sample"
+    rule = (
+        f"start at rest at {motion[0][0]:.6g} {position}; the position loop follows "
+        "`reference`, one row a sample"
+    )
     return ExcitationSequence(
         kind, bench.sample_period_s, dict(zip(names, motion, strict=True)), units, rule, figures
     )
@@ -78,7 +86,7 @@ def reference_sequence(
 def command_sequence(
     bench: Bench, command: Vector, segment: Vector, rule: str, figures: dict[str, float]
 ) -> ExcitationSequence:
-    """A command (n,) of the drive, and the number of the ramp that each sample belongs to."""
+    """Return a command sequence (n,) of the drive, with the ramp number of each sample."""
     drive = bench.actuator.drive
     units = {drive: si_unit(drive_dimension(drive, constant=False), bench.axis), "segment": "1"}
     return ExcitationSequence(

@@ -1,5 +1,4 @@
-"""Half sines of the position from one turning place to the next: what tests of sliding are made of,
-at rest where they join."""
+"""Half sines of the position from turn to turn, with zero speed at each turn."""
 
 from __future__ import annotations
 
@@ -12,13 +11,12 @@ from frictool.identify.excite.bench_limits import BenchLimits
 from frictool.identify.excite.cramer_rao import Vector
 
 Motion = tuple[Vector, Vector, Vector]  # position, velocity and acceleration, each (n,)
-TOP_SHARE = (
-    0.9  # of the speed and of the effort that the worst axis has: the position loop needs some
-)
+# share of the worst axis's speed and effort that is used; the rest is for the position loop
+TOP_SHARE = 0.9
 
 
 def half_sine(start: float, end: float, speed: float, period: float) -> Motion:
-    """From `start` up to the sample before `end`; the top speed is at most `speed`."""
+    """Return the motion up to the sample before `end`, with a top speed of at most `speed`."""
     samples = max(2, math.ceil(0.5 * math.pi * abs(end - start) / (speed * period)))
     rate, half = math.pi / (samples * period), 0.5 * (end - start)
     angle = rate * period * np.arange(samples)
@@ -30,7 +28,7 @@ def half_sine(start: float, end: float, speed: float, period: float) -> Motion:
 
 
 def joined(parts: list[Motion], end: float) -> Motion:
-    """One motion of all parts in their order, and a last sample at rest where the last one ends."""
+    """Return one motion of all parts in order, with a last sample at rest at `end`."""
     position, velocity, acceleration = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
@@ -38,27 +36,28 @@ def joined(parts: list[Motion], end: float) -> Motion:
 
 
 def spare_effort(limits: BenchLimits) -> float:
-    """What TOP_SHARE of the effort leaves beside dry friction, N m | N. Raises NoSolutionError
-    where it leaves nothing."""
+    """Return the effort that TOP_SHARE leaves after dry friction and load, N m | N.
+
+    Raises NoSolutionError if it leaves nothing.
+    """
     left = TOP_SHARE * limits.effort - limits.steady
     if left <= 0.0:
         taking = "friction and load take" if limits.load else "friction takes"
         raise NoSolutionError(
-            f"effort: {100 * TOP_SHARE:g} % of what the drive's limit gives is {TOP_SHARE * limits.effort:.3g}, {taking} up to "
-            f"{limits.steady:.3g} of it: no test of sliding fits; raise actuator.limit or narrow mechanics.coulomb"
+            f"effort: {100 * TOP_SHARE:g} % of what the drive's limit gives is "
+            f"{TOP_SHARE * limits.effort:.3g}, {taking} up to "
+            f"{limits.steady:.3g} of it: no test of sliding fits; raise actuator.limit or narrow "
+            "mechanics.coulomb"
         )
     return left
 
 
 def reachable_speed(limits: BenchLimits, distance: float) -> float:
-    """The top speed of a half sine over `distance` that TOP_SHARE of speed and effort allow, rad/s
-    | m/s.
+    """Return the top speed of a half sine over `distance`, rad/s | m/s, within TOP_SHARE.
 
-    Of a sine of the speed, inertia a and viscous v are in quadrature; their sum is largest between
-    the turn and the top speed: sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load <=
-    effort, w = 2 V/distance.
-
-    Raises NoSolutionError where friction and load take all.
+    In a sine, inertia a and viscous v are in quadrature. Their sum is largest between the turn and
+    the top speed: sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load <= effort, with
+    w = 2 V/distance. Raises NoSolutionError if friction and load take all of the effort.
     """
     left = spare_effort(limits)
     fourth, second = (2.0 * limits.inertia / distance) ** 2, limits.viscous**2

@@ -1,11 +1,11 @@
-"""A multisine of the position: harmonics of one frequency with equal speeds, their phases chosen
-for a low crest factor of the speed.
+"""Multisine of the position with equal speeds of its harmonics and a low crest factor of speed.
 
-    v(t) = V sum_k cos(2 pi k f t + phase_k)         phase_k = -pi k (k - 1)/K      (Schroeder 1970)
+    v(t) = V sum_k cos(2 pi k f t + phase_k)
+    phase_k = -pi k (k - 1)/K      (Schroeder 1970)
 
-A lower crest factor lets more speed into the same top speed. Schroeder's phases are the start; then
-time and frequency are swapped (Van der Ouderaa, Schoukens and Renneboog 1988): the speed is
-clipped, its phases are kept, its amplitudes put right again.
+A lower crest factor gives more rms speed for the same top speed. The search starts from Schroeder's
+phases and swaps between time and frequency (Van der Ouderaa, Schoukens and Renneboog 1988): the
+speed is clipped, its phases are kept, and its amplitudes are restored.
 """
 
 from __future__ import annotations
@@ -19,26 +19,28 @@ from frictool.identify.excite.cramer_rao import Vector
 from frictool.identify.excite.half_sines import TOP_SHARE, Motion, spare_effort
 
 HARMONICS = 10
-POINTS = 64  # of a period, for each harmonic
+POINTS = 64  # points of a period for each harmonic
 CLIP, SWAPS = 0.9, 200
-SLOWEST = 0.2  # Hz, where there is no travel to fill
+SLOWEST = 0.2  # Hz, lowest frequency if the travel is endless
 
 
 def schroeder(harmonics: int) -> Vector:
-    """Phases (harmonics,) in rad."""
+    """Return Schroeder's phases (harmonics,) in rad."""
     k = np.arange(1, harmonics + 1)
     return np.asarray(-math.pi * k * (k - 1) / harmonics)
 
 
 def crest(phases: Vector) -> float:
-    """Largest over rms value of the sum of equal cosines with these phases."""
+    """Return the crest factor (largest over rms value) of equal cosines with these phases."""
     speed = _period(phases)
     return float(np.abs(speed).max() / np.sqrt(np.mean(speed**2)))
 
 
 def low_crest(harmonics: int) -> Vector:
-    """Phases (harmonics,) in rad: of the best crest factor that swapping passes through, never
-    above Schroeder's."""
+    """Return the phases (harmonics,) in rad with the best crest factor met during swapping.
+
+    It is never above that of Schroeder's phases.
+    """
     phases = best = schroeder(harmonics)
     for _ in range(SWAPS):
         speed = _period(phases)
@@ -49,19 +51,21 @@ def low_crest(harmonics: int) -> Vector:
 
 
 def _period(phases: Vector) -> Vector:
-    """One period of the sum, POINTS for each harmonic."""
+    """Return one period of the sum of cosines, POINTS for each harmonic."""
     spectrum = np.concatenate(([0.0], np.exp(1j * phases)))
     return np.asarray(np.fft.irfft(spectrum, POINTS * phases.size) * (0.5 * POINTS * phases.size))
 
 
 def _circle(phases: Vector) -> Vector:
-    """Angles of one period, rad."""
+    """Return the angles of one period, rad."""
     return np.asarray(np.linspace(0.0, 2.0 * math.pi, POINTS * phases.size, endpoint=False))
 
 
 def _sums(angle: Vector, phases: Vector) -> tuple[Vector, Vector, Vector]:
-    """Position, speed and acceleration over the angle of the first harmonic, for V = 1 and 1
-    rad/s."""
+    """Return position, speed and acceleration over the angle, for V = 1 and 1 rad/s.
+
+    `angle` is that of the first harmonic, rad.
+    """
     k = np.arange(1, phases.size + 1)
     terms = np.outer(angle, k) + phases
     return np.sin(terms) @ (1.0 / k), np.cos(terms).sum(axis=1), -np.sin(terms) @ k
@@ -75,10 +79,11 @@ def multisine(
     amplitude: float | None,
     repetitions: int,
 ) -> tuple[Motion, dict[str, float]]:
-    """The motion, and its figures: as large as the limits allow, or of this amplitude (half the way
-    from end to end).
+    """Return the motion and its figures.
 
-    Without a frequency that at which travel and speed bind together.
+    - phases: (harmonics,), rad
+    - frequency: of the first harmonic, Hz; None: travel and speed reach their limits together
+    - amplitude: half the range of positions, rad | m; None: as large as the limits allow
     """
     coarse = _sums(_circle(phases), phases)
     reach, top = 0.5 * float(np.ptp(coarse[0])), float(np.abs(coarse[1]).max())
@@ -99,7 +104,7 @@ def multisine(
         _effort_bound(limits, rate * velocity, rate**2 * acceleration),
     )
     scale = room / reach if amplitude else largest
-    start = int(np.argmin(np.abs(velocity)))  # as near to rest as the samples come
+    start = int(np.argmin(np.abs(velocity)))  # sample closest to rest
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     centre = 0.5 * float(position.max() + position.min())
     columns = (
@@ -118,7 +123,7 @@ def multisine(
 
 
 def _effort_bound(limits: BenchLimits, velocity: Vector, acceleration: Vector) -> float:
-    """The largest scale of a motion that the worst axis follows."""
+    """Return the largest scale of a motion that the worst axis follows."""
     return spare_effort(limits) / float(
         np.abs(limits.inertia * acceleration + limits.viscous * velocity).max()
     )

@@ -1,4 +1,4 @@
-"""A test as an SVG: what is played over time, one axes for each column."""
+"""SVG picture of a test over time, one axes per column."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from frictool.identify.excite.excitation_sequence import ExcitationSequence
 from frictool.presentation.decimation import decimated_indices
 from frictool.presentation.svg import drawing, render
 
-WIDTH, HEIGHT = 7.0, 1.8  # inches; of each axes
+WIDTH, HEIGHT = 7.0, 1.8  # inches, of each axes
 
 
 def picture(sequence: ExcitationSequence) -> str:
-    """The `<svg>` element, the same bytes for the same test."""
+    """Return the `<svg>` element; equal tests give identical bytes."""
     with drawing(sequence.kind):
         figure = Figure(figsize=(WIDTH, HEIGHT * len(sequence.columns)), layout="constrained")
         axes = figure.subplots(len(sequence.columns), 1, sharex=True, squeeze=False)[:, 0]

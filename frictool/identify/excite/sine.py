@@ -1,9 +1,9 @@
-"""One sine of the position (4.25), and how well it conditions the regression (4.30)-(4.33).
+"""Sine of the position (4.25), and its conditioning of the regression (4.30)-(4.33).
 
-With the scaling (4.33) by sqrt(2)/V every top speed V is conditioned alike, at the 19 of (4.30)'s
-minimum. What is left to choose is what (4.3) and (4.4) ask for: speed against a count a sample, and
-acceleration, which grows with the frequency. Among the sines that the bench can do the one is taken
-whose worst relative Cramér-Rao bound of inertia, viscous and Coulomb friction is least.
+With the scaling (4.33) by sqrt(2)/V, every top speed V has the same condition, 19, the minimum of
+(4.30). The remaining choice follows (4.3) and (4.4): speed relative to a count per sample, and
+acceleration, which grows with the frequency. Of the sines that the bench can follow, the one is
+chosen whose worst relative Cramér-Rao bound of inertia, viscous and Coulomb friction is least.
 """
 
 from __future__ import annotations
@@ -21,30 +21,31 @@ from frictool.identify.excite.cramer_rao import (
 )
 from frictool.identify.excite.half_sines import Motion, half_sine, joined, reachable_speed
 
-BEST_SPEED = math.sqrt(2.0)  # where (4.30) is least
-SHORTEST_COUNTS = 20.0  # of a stroke, besides the backlash
-CHOICES = 24  # distances tried
+BEST_SPEED = math.sqrt(2.0)  # top speed at which (4.30) is least
+SHORTEST_COUNTS = 20.0  # least counts of a stroke, without the backlash
+CHOICES = 24  # number of distances tried
 
 
 def condition(speed: float) -> float:
-    """kappa(M_2) of (4.30): the ratio of eigenvalues of viscous and Coulomb friction under a sine
-    of this top speed."""
+    """Return kappa(M_2) of (4.30), the condition of viscous and Coulomb friction in a sine.
+
+    `speed` is the sine's top speed, rad/s | m/s.
+    """
     half, product = 0.5 * speed**2 + 1.0, speed**2 * (0.5 - 4.0 / math.pi**2)
     largest = half + math.sqrt(half**2 - 4.0 * product)
-    return largest**2 / (
-        4.0 * product
-    )  # the smallest eigenvalue as product/largest: its difference would cancel
+    # the smallest eigenvalue is product/largest, since its difference would cancel
+    return largest**2 / (4.0 * product)
 
 
 def longest_distance(limits: BenchLimits) -> float:
-    """Of a stroke: the travel; where it has no end, what 1 Hz at the top speed takes."""
+    """Return the longest distance of a stroke: the travel, or that of 1 Hz at the top speed."""
     return limits.travel if math.isfinite(limits.travel) else limits.speed / math.pi
 
 
 def best_stroke(
     limits: BenchLimits, axis: PriorAxis, sensing: SensorPrecision, duration: float
 ) -> PlannedStroke:
-    """The sine whose worst relative bound is least over `duration` [s]."""
+    """Return the sine whose worst relative bound over `duration` [s] is least."""
     longest = longest_distance(limits)
     shortest = min(longest, max(longest / 50.0, axis.backlash + SHORTEST_COUNTS * sensing.step))
     strokes = [
@@ -60,7 +61,7 @@ def _lasting(distance: float, limits: BenchLimits, duration: float) -> PlannedSt
 
 
 def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> float:
-    """The largest of the relative bounds (standard deviation over value) of what the axis has."""
+    """Return the largest relative bound (deviation over value) of the nonzero parameters."""
     values = (axis.inertia, axis.viscous, axis.coulomb)
     return max(
         float(bound) / value
@@ -70,8 +71,10 @@ def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> f
 
 
 def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
-    """The sine played round(times) periods at least, about the middle of the travel, from its low
-    end."""
+    """Return the sine of round(times) periods, at least one, from the low end of its range.
+
+    It is centred on the middle of the travel.
+    """
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     low, high = middle - 0.5 * stroke.distance, middle + 0.5 * stroke.distance
     there_and_back = [

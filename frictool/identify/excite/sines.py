@@ -1,8 +1,7 @@
-"""A set of sines over speeds for (4.38): half strokes between turning places, several speeds one
-after the other.
+"""Sines at several speeds for (4.38): half strokes between turns, one speed after the other.
 
-Turning places are drawn anew for each stroke, from a seed, over a tenth of the travel: strokes that
-repeat each other to the count repeat the encoder's error too, which no averaging then removes.
+The turns are random, from a seed, within a tenth of the distance at either end. Strokes that repeat
+each other to the count would repeat the encoder's error, which averaging does not remove.
 """
 
 from __future__ import annotations
@@ -17,9 +16,9 @@ from frictool.identify.excite.half_sines import Motion, half_sine, joined, reach
 from frictool.identify.excite.sine import longest_distance
 
 SPEEDS = 6
-SLOWEST_SHARE = 0.2  # of the fastest: slower ones stick
-SPREAD = 0.1  # of the distance, at either end, over which strokes turn
-DURATION = 30.0  # s
+SLOWEST_SHARE = 0.2  # slowest speed relative to the fastest; slower strokes stick
+SPREAD = 0.1  # share of the distance at either end over which the turns vary
+DURATION = 30.0  # s, default
 
 
 def plan(
@@ -28,8 +27,10 @@ def plan(
     speeds: int = SPEEDS,
     distance: float | None = None,
 ) -> list[PlannedStroke]:
-    """The mean stroke of each speed, and how often it is made there and back; each speed has an
-    equal share of `duration` [s]."""
+    """Return the mean stroke of each speed, with its number of repetitions.
+
+    Each speed has an equal share of `duration` [s].
+    """
     mean = (distance or longest_distance(limits)) * (1.0 - SPREAD)
     fastest = reachable_speed(limits, mean / (1.0 - SPREAD) * (1.0 - 2.0 * SPREAD))
     strokes = [
@@ -43,7 +44,7 @@ def plan(
 
 
 def sines(strokes: list[PlannedStroke], limits: BenchLimits, period: float, seed: int) -> Motion:
-    """The strokes of a plan, one speed after the other, each turning at places of its own."""
+    """Return the strokes of a plan, one speed after the other, with random turns."""
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     reach = 0.5 * strokes[0].distance / (1.0 - SPREAD)

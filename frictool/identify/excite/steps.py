@@ -1,5 +1,4 @@
-"""Steps of the position over the travel, each a half sine that the worst axis can follow, then a
-rest: for validation."""
+"""Steps of the position over the travel, for validation: half sines with rests between them."""
 
 from __future__ import annotations
 
@@ -12,13 +11,16 @@ from frictool.identify.excite.bench_limits import BenchLimits
 from frictool.identify.excite.half_sines import Motion, half_sine, joined, reachable_speed
 from frictool.identify.excite.sine import longest_distance
 
-LEVELS = (0.0, 1.0, 0.0, 0.6, 0.2, 0.5, 0.4)  # of the way: long and short, both ways
-REST = 0.5  # s
+# positions relative to the distance: long and short steps in both directions
+LEVELS = (0.0, 1.0, 0.0, 0.6, 0.2, 0.5, 0.4)
+REST = 0.5  # s, after each step
 
 
 def steps(limits: BenchLimits, period: float, amplitude: float | None, repetitions: int) -> Motion:
-    """Through LEVELS, `repetitions` times; amplitude [rad | m] is half the way between the
-    outermost."""
+    """Return the motion through LEVELS, `repetitions` times.
+
+    `amplitude` [rad | m] is half the distance between the outermost levels.
+    """
     distance = 2.0 * amplitude if amplitude else longest_distance(limits)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     levels = middle + distance * (np.array(LEVELS * repetitions + LEVELS[:1]) - 0.5)

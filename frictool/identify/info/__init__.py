@@ -1,4 +1,4 @@
-"""What a log holds, its quality, and which methods it can feed."""
+"""Survey a log: contents, quality, and the methods that can use it."""
 
 from typing import TYPE_CHECKING
 

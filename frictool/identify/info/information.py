@@ -1,7 +1,7 @@
-"""What a log holds and what it is good for: what `frictool info` does.
+"""Survey a log and its uses, as `frictool info` does.
 
-file ──assemble──▶ streams, each read twice ──logs/quality/survey.py──▶ Survey a stream ──▶ facts
-──text.py──▶ text
+file -> assemble() -> streams, each read twice -> logs/quality/survey.py
+     -> StreamSurvey per stream -> facts -> text.py -> text
 """
 
 from __future__ import annotations
@@ -38,8 +38,12 @@ from frictool.logs.table import LAYOUT
 
 @dataclass(frozen=True)
 class Information:
-    """facts: what `--json` prints, a row a signal and what is said of the log as a whole. surveys:
-    what the samples of each stream show."""
+    """Survey of a log.
+
+    - facts: what `--json` prints: one row per signal, and figures of the whole log
+    - surveys: survey of each stream
+    - assembly: the assembled log
+    """
 
     facts: dict[str, Any]
     surveys: tuple[StreamSurvey, ...]
@@ -47,23 +51,40 @@ class Information:
 
     @property
     def warnings(self) -> list[str]:
-        """What was odd in reading, and is not among the facts."""
+        """Return the warnings from reading that are not among the facts."""
         return [text for text in self.assembly.warnings if text not in self.facts["odd"]]
 
 
 def info(
     log: Log | Path | str, bench: Bench | None = None, window: TimeWindow = EVERYTHING
 ) -> Information:
-    """What is in a log of any length, in bounded memory: it is read twice; `log` in memory or at a
-    path.
+    """Survey a log of any length in bounded memory; the log is read twice.
 
-    bench: needed of a raw bench file; with it, samples at the actuator's limit are counted. Raises
-    LogError where the log cannot be read.
+    Parameters
+    ----------
+    log
+        Log in memory, or path of a log file.
+    bench
+        Bench of the log. A raw bench file cannot be read without it. With it, samples at the
+        actuator's limit are counted.
+    window
+        Time window that is surveyed.
+
+    Returns
+    -------
+    Information
+        Facts of the log, and the survey of each stream.
+
+    Raises
+    ------
+    LogError
+        If the log cannot be read.
     """
+    # numbers near the largest double may overflow
     with (
         tempfile.TemporaryDirectory() as temporary,
         np.errstate(over="ignore", invalid="ignore"),
-    ):  # numbers near the largest there are
+    ):
         if isinstance(log, Log):
             path = Path(temporary, Path(log.source).name or "log.mcap")
             write_log(log, path)
@@ -93,7 +114,7 @@ def _surveyed(
 
 
 def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
-    """One row per signal, and what is said of the log as a whole."""
+    """Return one row per signal, and figures of the whole log."""
     columns = origins(made, [one.topic for one in surveys]).get(COLUMNS, {})
     main = next((one for one in surveys if "position" in one.signals), surveys[0])
     test, given = _test(made, main)
@@ -124,8 +145,10 @@ def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
 
 
 def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, Any]]:
-    """How the clocks of further streams run against that of the main one, by the first signal that
-    both have."""
+    """Return the offset and drift of each further stream's clock relative to the main stream's.
+
+    The clocks are compared by the first signal that both streams have.
+    """
     found = []
     for other in surveys:
         common = next(
@@ -139,13 +162,13 @@ def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, A
 
 
 def _test(made: LogAssembly, main: StreamSurvey) -> tuple[str | None, bool]:
-    """The kind of test, and whether it was given to `ingest`."""
+    """Return the kind of test, and True if it was declared to `ingest`."""
     given = made.notes.get(KIND, {}).get(TEST)
     return (given, True) if given else (kind_of(main.opening), False)
 
 
 def _apart(main: StreamSurvey, surveys: list[StreamSurvey]) -> str | None:
-    """What identification needs of one stream, where a further one has it."""
+    """Return a hint if position and drive are in different streams, else None."""
     if "position" not in main.signals or any(name in main.signals for name in DRIVES):
         return None
     homes = [
@@ -155,7 +178,8 @@ def _apart(main: StreamSurvey, surveys: list[StreamSurvey]) -> str | None:
         if name in DRIVES
     ]
     return (
-        f"{main.topic} has the position and {homes[0]}: `frictool ingest --resample` puts all on one grid"
+        f"{main.topic} has the position and {homes[0]}: `frictool ingest --resample` puts all on "
+        "one grid"
         if homes
         else None
     )

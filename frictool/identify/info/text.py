@@ -1,4 +1,4 @@
-"""What a log holds, for people."""
+"""Text of a log survey."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frictool.logs.text.layout import PLAIN
 
 
 def table(found: Information) -> str:
-    """All of it for people."""
+    """Return the whole survey as text."""
     made, surveys, facts = found.assembly, found.surveys, found.facts
     lines = [f"{Path(made.flows[0].source).name}: {facts['duration_s']:.6g} s", *_channels(facts)]
     lines += [line for seen in surveys for line in _signals(seen)]
@@ -35,7 +35,8 @@ def table(found: Information) -> str:
             else f"drift {1e6 * one['drift']:.4g} us in a second"
         )
         lines.append(
-            f"clock: {one['source']} shows {one['signal']} {one['offset_s']:.4g} s after {one['against']}, {drift}"
+            f"clock: {one['source']} shows {one['signal']} {one['offset_s']:.4g} s after "
+            f"{one['against']}, {drift}"
         )
     lines += [f"lost: {loss_text(loss)}" for loss in made.told]
     lines += _fed(facts["methods"])
@@ -45,7 +46,7 @@ def table(found: Information) -> str:
 
 
 def _fed(methods: dict[str, str | None]) -> list[str]:
-    """The methods that the log can feed in one line, the others by the reason why not."""
+    """Return one line with the usable methods, and one line per reason with the others."""
     by_reason: dict[str | None, list[str]] = {}
     for name, why in methods.items():
         by_reason.setdefault(why, []).append(name)
@@ -58,14 +59,18 @@ def _fed(methods: dict[str, str | None]) -> list[str]:
 
 
 def _channels(facts: dict[str, Any]) -> list[str]:
-    """One line for each signal."""
+    """Return one line for each signal."""
     lines = [
-        f"{'channel':<24} {'unit':<8} {'samples':>9} {'rate [Hz]':>10} {'jitter [s]':>10} {'gaps':>5} {'step':>9}  range"
+        f"{'channel':<24} {'unit':<8} {'samples':>9} {'rate [Hz]':>10} {'jitter [s]':>10} "
+        f"{'gaps':>5} {'step':>9}  range"
     ]
     for row in facts["channels"]:
         channel = f"{row['source']}.{row['name']}"
         step = "none" if row["step"] is None else f"{row['step']:.4g}"
-        numbers = f"{row['samples']:>9} {row['rate_hz']:>10.6g} {row['jitter_s']:>10.2g} {row['gaps']:>5} {step:>9}"
+        numbers = (
+            f"{row['samples']:>9} {row['rate_hz']:>10.6g} {row['jitter_s']:>10.2g} "
+            f"{row['gaps']:>5} {step:>9}"
+        )
         lines.append(
             f"{channel:<24} {row['unit']:<8} {numbers}  {row['low']:.6g} to {row['high']:.6g}"
         )
@@ -73,13 +78,14 @@ def _channels(facts: dict[str, Any]) -> list[str]:
 
 
 def _signals(seen: StreamSurvey) -> list[str]:
-    """What is remarkable about the signals of a stream."""
+    """Return the lines on held or saturated signals of a stream."""
     lines = []
     for one in seen.signals.values():
         name, rate = f"{seen.topic}.{one.name}", seen.base.rate_hz
         if one.hold is not None:
             lines.append(
-                f"held: {name} keeps its value for {one.hold} samples ({one.hold / rate:.4g} s) or more"
+                f"held: {name} keeps its value for {one.hold} samples ({one.hold / rate:.4g} s) "
+                "or more"
             )
         for top in one.flat:
             at = f"{name} is flat at {top.at:.6g} {one.unit}"
@@ -92,8 +98,7 @@ def _signals(seen: StreamSurvey) -> list[str]:
 
 
 def _motion(facts: dict[str, Any], surveys: Sequence[StreamSurvey]) -> list[str]:
-    """The encoder step, or why none is seen; velocities; the kind of test. Nothing where the log
-    has no position."""
+    """Return the lines on encoder step, velocities and kind of test; none without a position."""
     seen = next((one for one in surveys if "position" in one.signals), None)
     if seen is None:
         return []
@@ -107,7 +112,8 @@ def _motion(facts: dict[str, Any], surveys: Sequence[StreamSurvey]) -> list[str]
     test = facts["test"]
     meaning = f": {KINDS[test['kind']]}" if test["kind"] in KINDS else ""
     lines.append(
-        f"test: {test['kind'] or 'too short to tell'} ({'given' if test['given'] else 'detected'}){meaning}"
+        f"test: {test['kind'] or 'too short to tell'} "
+        f"({'given' if test['given'] else 'detected'}){meaning}"
     )
     return lines
 
@@ -118,5 +124,8 @@ def _step(position: SignalSurvey) -> str:
     if position.levels == 1:
         return "none seen, the position does not change"
     if position.levels < FEWEST_LEVELS:
-        return f"none seen, the position takes {position.levels} values; at least {FEWEST_LEVELS} are needed to tell"
+        return (
+            f"none seen, the position takes {position.levels} values; at least {FEWEST_LEVELS} "
+            "are needed to tell"
+        )
     return "none seen, positions lie on no lattice"

@@ -1,2 +1,1 @@
-"""What the logs tell of the bench itself: the width of its backlash, the delay between its
-channels, the lag of its current loop."""
+"""Estimate backlash, delay between channels and current-loop lag of the bench from logs."""

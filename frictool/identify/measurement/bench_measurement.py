@@ -1,5 +1,4 @@
-"""What the logs tell of the bench, as the document has it: each figure, or the reason why there is
-none."""
+"""Document entry of the measured bench properties, each a value or a reason for its absence."""
 
 from __future__ import annotations
 
@@ -24,8 +23,11 @@ def measurement(
     bench: Bench,
     confidence: float,
 ) -> Measurement:
-    """records: of sliding motion. currents: commanded and measured, (n,) A, and the period, of each
-    log that holds both."""
+    """Return the measured bench properties.
+
+    - records: of sliding motion
+    - currents: commanded and measured current (n,), A, and the period, s, of each log with both
+    """
     try:
         width, late = (
             reversals(records, bench, confidence)

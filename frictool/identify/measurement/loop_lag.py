@@ -1,10 +1,11 @@
-"""The time constant of the current loop, from commanded and measured current.
+"""Time constant of the current loop, from commanded and measured current.
 
-    lag i' = command - i          the command of a row is held until the next:  i[k+1] = a i[k] + (1
-                                  - a) command[k], a = e^(-period/lag)
+    lag i' = command - i
+    i[k+1] = a i[k] + (1 - a) command[k],    a = e^(-period/lag)
 
-The measured current is a gain and an offset times i, whatever its noise: i is simulated from the
-command and compared (output error). Parts of the record are left out in turn for the interval.
+The command of a row is held until the next row. The measured current is a gain and an offset
+applied to i, with any noise: i is simulated from the command and compared (output error). Parts of
+the record are left out in turn for the interval.
 """
 
 from __future__ import annotations
@@ -17,18 +18,21 @@ from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.motion_record import Vector
 from frictool.identify.regression.regression import SingularRegressors, solve
 
-PARTS = 30  # of the record, each left out in turn
-SHORTEST, LONGEST = 0.25, 500.0  # periods: a shorter lag is over within the sample
-LARGEST_ERROR = 0.3  # of the measured current's standard deviation
-SURE = 3.0  # deviations that a lag has to be from 0
+PARTS = 30  # parts of the record, each left out in turn
+SHORTEST, LONGEST = 0.25, 500.0  # periods, bounds of the lag; a shorter one is over within a sample
+LARGEST_ERROR = 0.3  # largest residual relative to the measured current's standard deviation
+SURE = 3.0  # least distance of the lag from 0, in standard deviations
 
 
 def loop_lag(command: Vector, measured: Vector, period: float, confidence: float) -> Interval:
-    """The time constant in s; command, measured (n,) A. Raises NothingUsable where the two do not
-    tell it."""
+    """Return the time constant in s from commanded and measured current (n,), A.
+
+    Raises UnusableLogs if they do not determine it.
+    """
     if command.size < 10 * PARTS or float(np.ptp(command)) == 0.0:
         raise UnusableLogs(
-            "the commanded current does not change, or the record is too short to tell the current loop's lag"
+            "the commanded current does not change, or the record is too short to tell the "
+            "current loop's lag"
         )
     if np.array_equal(command, measured):
         raise UnusableLogs(
@@ -54,7 +58,8 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     error = float(np.std(residual)) / float(np.std(measured))
     if error > LARGEST_ERROR:
         raise UnusableLogs(
-            f"a lag of first order leaves {100.0 * error:.3g} % of the measured current (allowed: {100 * LARGEST_ERROR:g} %)"
+            f"a lag of first order leaves {100.0 * error:.3g} % of the measured current "
+            f"(allowed: {100 * LARGEST_ERROR:g} %)"
         )
     gain = float(np.linalg.lstsq(columns, measured, rcond=None)[0][0])
     moved = (
@@ -70,18 +75,19 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     half = float(solution.half_width(confidence)[-1])
     if lag < 1.1 * SHORTEST * period or lag < SURE * float(solution.deviation[-1]):
         raise UnusableLogs(
-            f"the current loop's lag is below what samples of {period:g} s tell: {lag:.3g} s, +-{half:.3g}"
+            f"the current loop's lag is below what samples of {period:g} s tell: {lag:.3g} s, "
+            f"+-{half:.3g}"
         )
     return Interval(lag, max(lag - half, 0.0), lag + half)
 
 
 def _current(lag: float, command: Vector, period: float) -> Vector:
-    """i (n,) from the command (n,), settled at its first value."""
+    """Return i (n,) from the command (n,), settled at its first value."""
     a = float(np.exp(-period / lag))
     return np.asarray(command[0] + lfilter([0.0, 1.0 - a], [1.0, -a], command - command[0]))
 
 
 def _left(lag: float, command: Vector, measured: Vector, period: float) -> tuple[Vector, Vector]:
-    """What i does not explain of the measured current (n,), and the regressors (n, 2)."""
+    """Return the unexplained part of the measured current (n,), and the regressors (n, 2)."""
     columns = np.column_stack((_current(lag, command, period), np.ones(command.size)))
     return measured - columns @ np.linalg.lstsq(columns, measured, rcond=None)[0], columns

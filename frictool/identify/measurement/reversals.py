@@ -1,16 +1,19 @@
-"""Backlash and delay from strokes: what the effort does after a reversal, and how much later than
-the position it is logged.
+"""Backlash and delay from strokes: effort after reversals, and its delay relative to position.
 
-    effort = inertia a + (viscous v + coulomb s) [advance >= width] + brush s [advance < width] +
-    offset - delay d(effort)/dt
+    effort = inertia a + (viscous v + coulomb s) [advance >= width] + brush s [advance < width]
+             + offset - delay d(effort)/dt
 
-in the weak form (`weak`), each column under its bell. Inside the backlash only the motor's own
-friction acts. The width is searched, its indicator blurred over a count, or the way of a sample, so
-that it may lie between two. The delay is linear, and found anew on the effort moved by it until
-nothing is left, so that the noise of the derivative does not attenuate it. It comes from rows past
-the backlash, of the bench or as it was found, whichever is wider: within it the brush's friction
-passes for a delay. Schwarz's criterion says whether there is a gap at all. Strokes are left out in
-turn for the intervals; the place of a reversal is known to a count.
+The equation is used in the weak form (`weak`), with each column under its bell. Inside the backlash
+only the motor's own friction (brush) acts. The width is searched. Its indicator is blurred over a
+count or the distance per sample, so that the width may lie between two counts.
+
+The delay is linear. It is estimated repeatedly on the effort shifted by the previous value until
+nothing is left, so that the noise of the derivative does not attenuate it. Only rows past the
+backlash are used, with the bench's or the estimated width, whichever is larger: within the
+backlash, brush friction looks like a delay.
+
+Schwarz's criterion (BIC) decides if there is a gap at all. Strokes are left out in turn for the
+intervals; the position of a reversal is known to within a count.
 """
 
 from __future__ import annotations
@@ -42,21 +45,28 @@ from frictool.identify.rows.smoothing import smoothed_by
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.weak_form import bell
 
-ROUNDS = 4  # of the delay
-PLACES = 40  # of the first search for the width
-WIDEST = 0.4  # of the median stroke
-SLOPE = 4  # its column
-SEEN = 2.0  # counts past the backlash: as the slip mask leaves out
-LONGEST = 200_000  # samples of a record that are looked at
-LARGEST_DELAY = 0.25  # of the window: beyond, the linear term is not that of a delay
+ROUNDS = 4  # iterations of the delay
+PLACES = 40  # grid points of the first search for the width
+WIDEST = 0.4  # largest width relative to the median stroke
+SLOPE = 4  # index of the delay's column
+SEEN = 2.0  # counts past the backlash; the slip mask excludes as many
+LONGEST = 200_000  # largest number of samples of a record that are used
+LARGEST_DELAY = 0.25  # largest delay relative to the window; beyond it the linear term is no delay
 
 
 @dataclass(frozen=True)
 class ReversalRows:
-    """(n,): columns of one record under the bell where it moves; `advance`, `sign`, velocity
-    `moving` (m,) of all its samples,
+    """Weak-form rows (n,) of one record, and signals (m,) of all its samples.
 
-    `mask` (m,) which are rows."""
+    - plain: (n, 4), acceleration, velocity, sign and 1 under the bell
+    - slope: (n,), derivative of the effort
+    - effort, stroke: (n,)
+    - advance, sign, moving: (m,), advance, direction and velocity
+    - mask: (m,), True for samples that are rows
+    - g: bell
+    - count: encoder resolution, rad | m
+    - period: s
+    """
 
     plain: Matrix
     slope: Vector
@@ -71,7 +81,7 @@ class ReversalRows:
     period: float
 
     def inside(self, width: float) -> Matrix:
-        """s and v (n, 2), each times [advance < width] blurred, under the bell."""
+        """Return s and v (n, 2) inside the width, blurred, under the bell."""
         share = np.clip(
             (width - self.advance) / np.maximum(np.abs(self.moving) * self.period, self.count)
             + 0.5,
@@ -89,16 +99,17 @@ class ReversalRows:
 def reversals(
     records: list[MotionRecord], bench: Bench, confidence: float
 ) -> tuple[Interval | UnusableLogs, Interval | UnusableLogs]:
-    """The full width of the backlash [rad | m] and the delay [s], or for each why not. Raises
-    UnusableLogs where nothing moves."""
+    """Return the full width of the backlash [rad | m] and the delay [s], or why there is none.
+
+    Raises UnusableLogs if nothing moves.
+    """
     facts = recorded_facts(records, bench)
     window = weak_deviation(list(facts.strokes), facts.axis, facts.sensing)[1]
     windows = [window, 2 * (3 * window // 4) + 1]
     widest = WIDEST * float(np.median([stroke.distance for stroke in facts.strokes]))
     gap, step = full_backlash(bench), max(record.resolution for record in records)
-    for _ in range(
-        2
-    ):  # the second time past the backlash that was found, where the bench knew a narrower one
+    # the second pass is past the estimated backlash, if the bench declares a narrower one
+    for _ in range(2):
         late = _tried(lambda one: _delay(records, gap, one, confidence), windows)  # noqa: B023  # used at once
         moved = [
             _moved(record, late.value if isinstance(late, Interval) else 0.0) for record in records
@@ -113,14 +124,17 @@ def reversals(
         gap = width.high
     if isinstance(width, Interval) and width.half_width >= width.value:
         width = UnusableLogs(
-            f"the backlash's width lies in [{width.low:.3g}, {width.high:.3g}], which tells next to nothing"
+            f"the backlash's width lies in [{width.low:.3g}, {width.high:.3g}], which tells next "
+            "to nothing"
         )
     return width, late
 
 
 def _tried(estimate: Callable[[int], Interval], windows: list[int]) -> Interval | UnusableLogs:
-    """The first window's value, from the lowest to the highest of all windows' intervals: what the
-    encoder's noise does differs in them."""
+    """Return the first window's value, and an interval that spans those of all windows.
+
+    The effect of the encoder's noise differs between windows.
+    """
     try:
         found = [estimate(window) for window in windows]
     except UnusableLogs as error:
@@ -129,8 +143,10 @@ def _tried(estimate: Callable[[int], Interval], windows: list[int]) -> Interval 
 
 
 def _delay(records: list[MotionRecord], gap: float, window: int, confidence: float) -> Interval:
-    """From the rows past the backlash, a way of `gap` [rad | m]. Raises NothingUsable where they do
-    not tell it."""
+    """Return the delay from the rows past the backlash `gap` [rad | m].
+
+    Raises UnusableLogs if they do not determine it.
+    """
     delay = 0.0
     for _ in range(ROUNDS):
         rows = [
@@ -156,8 +172,7 @@ def _delay(records: list[MotionRecord], gap: float, window: int, confidence: flo
 
 
 def _between(record: MotionRecord) -> float:
-    """By how much a straight line between two samples of the effort is early or late, s: of one
-    that lags, or of one that is held."""
+    """Return the timing error of linear interpolation between two samples of the effort, s."""
     return record.period * (
         0.5 if record.lag == 0.0 else min(record.period / record.lag / 12.0, 0.5)
     )
@@ -166,10 +181,10 @@ def _between(record: MotionRecord) -> float:
 def _backlash(
     records: list[MotionRecord], window: int, widest: float, ranges: list[float], confidence: float
 ) -> Interval:
-    """From all rows; ranges [rad | m]: of the place of a reversal, and of what the delay makes of
-    it.
+    """Return the width of the backlash from all rows.
 
-    Raises NothingUsable where no gap shows.
+    `ranges` [rad | m] are the errors from the position of a reversal and from the delay. Raises
+    UnusableLogs if no gap shows.
     """
     rows = [_rows(record, window, 0.0) for record in records]
     width = _width(rows, widest)
@@ -188,7 +203,7 @@ def _backlash(
 
 
 def _moved(record: MotionRecord, delay: float) -> MotionRecord:
-    """The first of a record, its effort as it was `delay` later."""
+    """Return the first LONGEST samples, with the effort interpolated `delay` [s] later."""
     part = slice(0, LONGEST)
     effort = np.interp(record.time[part] + delay, record.time, record.effort)
     reference = None if record.reference is None else record.reference[part]
@@ -205,7 +220,7 @@ def _moved(record: MotionRecord, delay: float) -> MotionRecord:
 
 
 def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:
-    """Those further than `gap` [rad | m] past a reversal."""
+    """Return the rows further than `gap` [rad | m] past a reversal."""
     strokes, g = find_strokes(record), bell(window)
     acceleration, velocity, effort = smoothed_by(record, g)
     mask = slip_mask(record, strokes, velocity, window, gap)
@@ -229,7 +244,7 @@ def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:
 
 
 def _together(rows: list[ReversalRows]) -> tuple[Matrix, Vector, NDArray[np.int64]]:
-    """Regressors (n, 5), effort (n,) and stroke (n,) of all records."""
+    """Return regressors (n, 5), effort (n,) and stroke (n,) of all records."""
     strokes, above = [], 0
     for one in rows:
         strokes.append(one.stroke + above)
@@ -239,7 +254,7 @@ def _together(rows: list[ReversalRows]) -> tuple[Matrix, Vector, NDArray[np.int6
 
 
 def _width(rows: list[ReversalRows], widest: float) -> float:
-    """The width that explains most, 0 where Schwarz's criterion does not ask for one."""
+    """Return the best width, or 0 if Schwarz's criterion does not support one."""
     plain, effort, stroke = _together(rows)
     count = float(np.unique(stroke).size)
 
@@ -262,8 +277,10 @@ def _width(rows: list[ReversalRows], widest: float) -> float:
 
 
 def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:
-    """Regressors (n, 5): acceleration; speed and direction beyond the width; 1; direction within
-    it."""
+    """Return the regressors (n, 5) for a width.
+
+    They are acceleration, speed and direction past the width, 1, and direction within it.
+    """
     inside = np.concatenate([one.inside(width) for one in rows])
     return np.column_stack(
         (
@@ -277,10 +294,10 @@ def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:
 
 
 def _solved(rows: list[ReversalRows], width: float) -> LeastSquaresSolution:
-    """The regression, with the delay, or where there is a width with what it splits and its
-    derivative by the width.
+    """Return the regression with the delay, or for a width > 0 with the backlash.
 
-    Raises NothingUsable where the rows do not tell it.
+    With a width, the regressors include the derivative by the width. Raises UnusableLogs if the
+    rows do not determine the parameters.
     """
     plain, effort, stroke = _together(rows)
     if width > 0.0:

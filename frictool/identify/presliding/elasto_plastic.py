@@ -1,10 +1,10 @@
-"""The elasto-plastic law's stiffness and elastic limit from slow loops: (2.44) without speed, with
-the alpha of (2.45)-(2.46).
+"""Stiffness and elastic limit of the elasto-plastic law from slow loops.
 
-    dz/dx = 1 - alpha(z) stiffness |z|/F_s where z goes with the motion, else 1          F =
-                                                                                         stiffness z
+    dz/dx = 1 - alpha(z) stiffness |z|/F_s if z has the sign of the motion, else 1
+    F = stiffness z
 
-The elastic limit is searched as its odds, z_ba/(z_max - z_ba), z_max = F_s/stiffness.
+This is (2.44) without speed, with the alpha of (2.45)-(2.46). The elastic limit is searched as its
+odds, z_ba/(z_max - z_ba), with z_max = F_s/stiffness.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from frictool.identify.presliding.loops import PreslidingLoops
 from frictool.identify.presliding.path_fit import PreslidingFit, fit_path
 from frictool.runtime.kernels import kernel
 
-FINE = 0.02  # of z_max: longest step
+FINE = 0.02  # longest integration step, relative to z_max
 
 
 @kernel
@@ -32,8 +32,10 @@ def elasto_plastic_path(
     share: float,
     out: Vector,
 ) -> None:
-    """Fills out (n,) with the force along `position` (n,), 0 where a path `starts` (n,); share:
-    elastic limit over z_max."""
+    """Fill out (n,) with the force along `position` (n,); it restarts from 0 at `starts` (n,).
+
+    `share` is the elastic limit relative to z_max.
+    """
     limit, z = breakaway / stiffness, 0.0
     for k in range(position.shape[0]):
         if starts[k]:
@@ -47,14 +49,14 @@ def elasto_plastic_path(
             middle = z + 0.5 * step * slope(z, step, limit, share)
             before = z
             z += step * slope(middle, step, limit, share)
-            if z == before:  # it slips: the steps that are left are the same
+            if z == before:  # full slip: the remaining steps change nothing
                 break
         out[k] = stiffness * z
 
 
 @kernel
 def slope(z: float, direction: float, limit: float, share: float) -> float:
-    """dz/dx at a deflection z."""
+    """Return dz/dx at a deflection z."""
     size = abs(z) / limit
     if z * direction <= 0.0 or size < share:
         return 1.0
@@ -80,8 +82,10 @@ def _path(loops: PreslidingLoops, value: Vector) -> Vector:
 
 
 def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
-    """sigma_0, N m/rad | N/m, and z_ba, rad | m. Raises NothingUsable where the loops do not tell
-    them."""
+    """Return sigma_0, N m/rad | N/m, and z_ba, rad | m.
+
+    Raises UnusableLogs if the loops do not determine them.
+    """
     found = fit_path(
         loops, _path, np.array([2.0 * loops.breakaway.value / loops.reach, 1.0]), confidence
     )
@@ -99,5 +103,5 @@ def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
 
 
 def share_of(odds: float) -> float:
-    """z_ba/z_max."""
+    """Return z_ba/z_max from its odds."""
     return odds / (1.0 + odds)

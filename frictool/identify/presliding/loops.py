@@ -1,9 +1,8 @@
-"""Slow loops below the breakaway as what the laws of presliding see of them: a path of positions
-and the friction along it.
+"""Path of positions and friction of slow loops below the breakaway.
 
-The axis hardly accelerates, so that friction is the effort less its offset. As long as the encoder
-stays within one count, the mean effort belongs to the middle of the count; where the effort turns
-within a count it belongs to no one place, and the row only moves the path.
+The axis hardly accelerates, so that friction is the effort without its offset. While the encoder
+stays within one count, the mean effort belongs to the middle of that count. If the effort reverses
+within a count, its mean has no unique position, and the row only continues the path.
 """
 
 from __future__ import annotations
@@ -19,17 +18,22 @@ from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.rows.strokes import turning_points
 
 FEWEST_BRANCHES = 6
-TURN = 0.05  # of the effort's range: smaller turns are noise
-FEWEST_ROWS = 10  # counts that a record's longest branch has to pass
+TURN = 0.05  # share of the effort's range below which a reversal is noise
+FEWEST_ROWS = 10  # least number of counts in the longest branch of a record
 
 
 @dataclass(frozen=True)
 class PreslidingLoops:
-    """n counts one after the other: `position` (n,) rad | m from the first, `speed` (n,), `force`
-    (n,) N m | N, `branch` (n,); `used` (n,).
+    """Rows (n,) of loops, one for each stay of the encoder within a count.
 
-    breakaway: N m | N. count: rad | m of the encoder. starts: of each record, whose contact is
-    taken to be relaxed there.
+    - position: rad | m, from the first count of the record
+    - speed: rad/s | m/s
+    - force: N m | N
+    - branch: number of the branch between two reversals of the effort
+    - used: rows that lie in one branch
+    - starts: first row of each record, at which the contact is assumed to be relaxed
+    - breakaway: N m | N
+    - count: encoder resolution, rad | m
     """
 
     position: Vector
@@ -43,17 +47,20 @@ class PreslidingLoops:
 
     @property
     def branches(self) -> int:
+        """Return the number of branches."""
         return int(self.branch[-1]) + 1
 
     @property
     def reach(self) -> float:
-        """Half the range of the positions, rad | m."""
+        """Return half the range of the positions, rad | m."""
         return 0.5 * float(np.ptp(self.position))
 
 
 def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLoops:
-    """The loops of records that never slip. Raises UnusableLogs where there are too few, or the
-    encoder does not see them."""
+    """Return the loops of records that never slip.
+
+    Raises UnusableLogs if there are too few loops, or if the encoder does not resolve them.
+    """
     parts, above = [], 0
     for record in records:
         number = branches_of(record)
@@ -65,12 +72,15 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
     rows = np.bincount(branch[used], minlength=above)
     if rows.max() < FEWEST_ROWS:
         raise UnusableLogs(
-            f"the encoder sees {rows.max()} counts of the longest branch below the breakaway; at least {FEWEST_ROWS} are needed to tell "
-            f"presliding, a count of {records[0].resolution * max(int(rows.max()), 1) / FEWEST_ROWS:.2g} or less"
+            f"the encoder sees {rows.max()} counts of the longest branch below the breakaway; at "
+            f"least {FEWEST_ROWS} are needed to tell "
+            "presliding, a count of "
+            f"{records[0].resolution * max(int(rows.max()), 1) / FEWEST_ROWS:.2g} or less"
         )
     if above < FEWEST_BRANCHES:
         raise UnusableLogs(
-            f"the effort of the loops reverses {above - len(records)} times; at least {FEWEST_BRANCHES - 1} are needed"
+            f"the effort of the loops reverses {above - len(records)} times; at least "
+            f"{FEWEST_BRANCHES - 1} are needed"
         )
     return PreslidingLoops(
         position,
@@ -85,7 +95,7 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
 
 
 def branches_of(record: MotionRecord) -> NDArray[np.int64]:
-    """Numbers (n,) from 0 of what lies between two reversals of the effort."""
+    """Return the branch number (n,) of each sample, from 0; the effort's reversals end branches."""
     points = np.empty(record.effort.size, dtype=np.int64)
     found = turning_points(record.effort, TURN * float(np.ptp(record.effort)), points)
     turns = np.zeros(record.effort.size, dtype=np.int64)
@@ -96,13 +106,16 @@ def branches_of(record: MotionRecord) -> NDArray[np.int64]:
 def _counts(
     record: MotionRecord, number: NDArray[np.int64], above: int
 ) -> tuple[NDArray[Any], ...]:
-    """One row for each stay within a count: its middle, speed, mean effort, branch, whether of one
-    branch, whether the record's first."""
+    """Return one row for each stay within a count.
+
+    The columns are middle of the count, speed, mean effort, branch, True if it lies in one branch,
+    and True for the record's first row.
+    """
     starts = np.flatnonzero(np.diff(record.position, prepend=np.inf) != 0.0)
     lengths = np.diff(np.append(starts, record.position.size))
     last = number[starts + lengths - 1]
     inside = number[starts] == last
-    inside[0] = False  # how far into its first count the axis is nobody knows
+    inside[0] = False  # the position within the first count is unknown
     position = record.position[starts] - record.position[0]
     first = np.arange(starts.size) == 0
     if starts.size < 2:

@@ -1,7 +1,9 @@
-"""LuGre's stiffness from slow loops: without speed (2.40) is dF/dx = stiffness (1 - sign(dx)
-F/F_s), in closed form from count to count.
+"""Stiffness of the LuGre law from slow loops.
 
-F -> s F_s + (F - s F_s) e^(-stiffness |dx|/F_s)          s = sign(dx)
+    F -> s F_s + (F - s F_s) e^(-stiffness |dx|/F_s)          s = sign(dx)
+
+Without speed, (2.40) is dF/dx = stiffness (1 - sign(dx) F/F_s). The formula is its closed form from
+count to count.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from frictool.runtime.kernels import kernel
 def lugre_path(
     position: Vector, starts: NDArray[np.bool_], stiffness: float, breakaway: float, out: Vector
 ) -> None:
-    """Fills out (n,) with the force along `position` (n,), 0 where a path `starts` (n,)."""
+    """Fill out (n,) with the force along `position` (n,); it restarts from 0 at `starts` (n,)."""
     for k in range(position.shape[0]):
         if starts[k]:
             out[k] = 0.0
@@ -38,5 +40,5 @@ def _path(loops: PreslidingLoops, value: Vector) -> Vector:
 
 
 def lugre(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
-    """sigma_0, N m/rad | N/m. Raises NothingUsable where the loops do not tell it."""
+    """Return sigma_0, N m/rad | N/m; raise UnusableLogs if the loops do not determine it."""
     return fit_path(loops, _path, np.array([loops.breakaway.value / loops.reach]), confidence)

@@ -1,12 +1,12 @@
-"""Maxwell-slip elements from slow loops: the virgin curve of a hysteresis with the memory of annex
-A, concave and piecewise linear.
+"""Maxwell-slip elements from slow loops, as a concave, piecewise-linear virgin curve.
 
-    F = sum_i k_i delta_i + offset + damping speed          delta_i follows the path and stops at
-                                                            +-d_i; the last element never slips
+    F = sum_i k_i delta_i + offset + damping speed
 
-Linear in the stiffnesses k_i >= 0 of given yield displacements d_i. The curve f(z) = sum_i k_i
-min(z, d_i) reaches the breakaway at z_max, beyond its last point along the parabola of
-friction/virgin_curve.py. Branches are left out in turn for the intervals.
+delta_i follows the path and stops at +-d_i; the last element never slips. The hysteresis has the
+memory of annex A. For fixed yield displacements d_i the model is linear in the non-negative
+stiffnesses k_i. The curve f(z) = sum_i k_i min(z, d_i) reaches the breakaway at z_max; it is
+extended beyond its last point by the parabola of friction/virgin_curve.py. Branches are left out in
+turn for the intervals.
 """
 
 from __future__ import annotations
@@ -26,13 +26,19 @@ from frictool.identify.regression.regression import Matrix
 from frictool.runtime.kernels import kernel
 
 ELEMENTS = 12
-ENOUGH = 0.5  # of the breakaway, that the loops have to reach
+ENOUGH = 0.5  # least force of the loops relative to the breakaway
 
 
 @dataclass(frozen=True)
 class MaxwellFit:
-    """The virgin curve: displacement (ELEMENTS,) rad | m, force at each; its slope at 0; z_max, rad
-    | m. Errors as of `LawFit`."""
+    """Virgin curve of Maxwell-slip elements.
+
+    - displacement: (ELEMENTS,), rad | m
+    - force: at each displacement, N m | N
+    - stiffness: slope at 0
+    - limit: z_max, rad | m
+    - force_error, held_out: as `PreslidingFit`
+    """
 
     displacement: Vector
     force: tuple[Interval, ...]
@@ -46,8 +52,10 @@ class MaxwellFit:
 def element_paths(
     position: Vector, starts: NDArray[np.bool_], displacement: Vector, out: Matrix
 ) -> None:
-    """Fills out (n, m) with the deflection of elements that yield at `displacement` (m,) along
-    `position` (n,)."""
+    """Fill out (n, m) with the deflections of m elements along `position` (n,).
+
+    Element i yields at `displacement[i]`.
+    """
     for k in range(position.shape[0]):
         for i in range(displacement.shape[0]):
             before = 0.0 if starts[k] else out[k - 1, i] + position[k] - position[k - 1]
@@ -55,8 +63,7 @@ def element_paths(
 
 
 def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
-    """The elements and their curve. Raises UnusableLogs where the loops stay far below the
-    breakaway."""
+    """Return the virgin curve; raise UnusableLogs if the loops stay far below the breakaway."""
     displacement = loops.reach * np.arange(1, ELEMENTS + 1) / ELEMENTS
     columns = np.empty((loops.position.size, ELEMENTS))
     element_paths(loops.position, loops.starts, displacement, columns)
@@ -79,7 +86,8 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
     found = statistics(value)
     if found[ELEMENTS - 1] < ENOUGH * loops.breakaway.value:
         raise UnusableLogs(
-            f"the loops reach {100.0 * found[ELEMENTS - 1] / loops.breakaway.value:.3g} % of the breakaway; at least {100 * ENOUGH:g} % "
+            f"the loops reach {100.0 * found[ELEMENTS - 1] / loops.breakaway.value:.3g} % of the "
+            f"breakaway; at least {100 * ENOUGH:g} % "
             "are needed to tell z_max"
         )
     left = np.array([statistics(_stiffnesses(gram - one, right - other)) for one, other in parts])
@@ -91,9 +99,8 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
         reached(displacement, found[:ELEMENTS], end)
         for end in (loops.breakaway.low, loops.breakaway.high)
     ]
-    turned = (
-        0.5 * loops.count * float(found[-2])
-    )  # force: within half a count of where the encoder says the axis turned
+    # force that corresponds to half a count of uncertainty in the reversal positions
+    turned = 0.5 * loops.count * float(found[-2])
     ranges = [
         *([turned] for _ in displacement),
         [turned / float(displacement[0])],
@@ -120,8 +127,7 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
 
 
 def _stiffnesses(gram: Matrix, right: Vector) -> Vector:
-    """Those of the elements, none negative, the offset and the damping, from the normal
-    equations."""
+    """Return element stiffnesses >= 0, offset and damping from the normal equations."""
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     value, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     kept = value > 1e-12 * value[-1]
@@ -136,8 +142,10 @@ def _stiffnesses(gram: Matrix, right: Vector) -> Vector:
 
 
 def reached(displacement: Vector, force: Vector, breakaway: float) -> float:
-    """Where a curve reaches the breakaway; beyond its end along the parabola that fits it
-    (friction/virgin_curve.py)."""
+    """Return the displacement at which a curve reaches the breakaway.
+
+    Beyond its end the curve is extended by the fitted parabola of friction/virgin_curve.py.
+    """
     if force[-1] >= breakaway:
         return float(np.interp(breakaway, np.append(0.0, force), np.append(0.0, displacement)))
     left = 1.0 - np.sqrt(1.0 - force / breakaway)  # z/z_max of the parabola

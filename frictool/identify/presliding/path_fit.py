@@ -1,13 +1,11 @@
-"""A law of presliding fitted to loops: its force along the path of positions against the friction,
-beside an offset and a damping.
+"""Fit of a presliding law to loops: its force along the path, with an offset and a damping.
 
-    minimise sum (force - law(path; parameters) - offset - damping speed)^2 over the counts that lie
-    in one branch
+    minimise sum (force - law(path; parameters) - offset - damping speed)^2
 
-Parameters are positive, and searched as logarithms. Branches are left out in turn for the interval,
-as strokes are in sliding (`regression`); what is not known of the breakaway, and half a count of
-the path's ends, are ranges beside it (`unknowns`). How well a law suits is told by branches that
-the fit has not seen.
+The sum runs over the counts that lie in one branch. Parameters are positive and searched as
+logarithms. Branches are left out in turn for the interval, like strokes in sliding (`regression`).
+The uncertainty of the breakaway, and half a count at the ends of the path, are ranges in the
+interval (`combined_interval`). The error on unseen branches shows how well a law suits.
 """
 
 from __future__ import annotations
@@ -26,19 +24,23 @@ from frictool.identify.presliding.loops import PreslidingLoops
 from frictool.identify.regression.combined_interval import half_width
 from frictool.identify.regression.regression import SingularRegressors, solve
 
-FARTHEST = 30.0  # from the start, either way as a factor
+FARTHEST = 30.0  # factor from the start value that bounds the search either way
 MOST_STEPS = 40
-MOST_UNSURE = 1.2  # standard deviation of a parameter's logarithm: twice it is a factor of ten
+# largest standard deviation of a parameter's logarithm; twice it is a factor of ten
+MOST_UNSURE = 1.2
 
-Path = Callable[
-    [PreslidingLoops, Vector], Vector
-]  # loops and parameters (p,) in SI -> force (n,) N m | N
+# loops and parameters (p,) in SI -> force (n,), N m | N
+Path = Callable[[PreslidingLoops, Vector], Vector]
 
 
 @dataclass(frozen=True)
 class PreslidingFit:
-    """`parameters` in the order of the law; force_error, held_out: rms of what is left, on branches
-    seen and not, over the breakaway."""
+    """Fit of a presliding law.
+
+    - parameters: in the order of the law
+    - force_error: rms residual on the fitted branches, relative to the breakaway
+    - held_out: the same on unseen branches
+    """
 
     parameters: tuple[Interval, ...]
     force_error: float
@@ -46,8 +48,10 @@ class PreslidingFit:
 
 
 def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: float) -> PreslidingFit:
-    """The parameters (p,) of a law from `start` (p,), SI, the stiffness first. Raises NothingUsable
-    where the loops do not tell them."""
+    """Return the fit of a law from the start values (p,), SI, with the stiffness first.
+
+    Raises UnusableLogs if the loops do not determine the parameters.
+    """
     value, beside = _minimum(loops, path, start, loops.used)
     residual = (loops.force - beside - path(loops, value))[loops.used]
     columns = np.column_stack(
@@ -62,9 +66,8 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
         _minimum(with_breakaway(loops, end), path, value, loops.used)[0]
         for end in (loops.breakaway.low, loops.breakaway.high)
     ]
-    counts = (
-        0.5 * loops.count * float(value[0]) / loops.breakaway.value
-    )  # of z_max: where within its count the axis turned
+    # half a count relative to z_max: uncertainty of the reversal within its count
+    counts = 0.5 * loops.count * float(value[0]) / loops.breakaway.value
     if not np.all(np.isfinite(statistical) & (statistical < MOST_UNSURE)):
         raise UnusableLogs("the loops tell a parameter to no better than a factor of ten")
     found = []
@@ -84,15 +87,17 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
 
 
 def with_breakaway(loops: PreslidingLoops, value: float) -> PreslidingLoops:
-    """The same loops under another breakaway."""
+    """Return the loops with another breakaway."""
     return replace(loops, breakaway=Interval(value, value, value))
 
 
 def _minimum(
     loops: PreslidingLoops, path: Path, start: Vector, rows: NDArray[np.bool_]
 ) -> tuple[Vector, Vector]:
-    """Parameters (p,) from the rows that are True, and offset and damping force (n,) of all; these
-    two are linear, and eliminated."""
+    """Return the parameters (p,) fitted to `rows`, and the force (n,) of offset and damping.
+
+    Offset and damping are linear, and eliminated.
+    """
     columns = np.column_stack((np.ones(loops.speed.size), loops.speed))
     q, r = np.linalg.qr(columns[rows])
 
@@ -115,7 +120,7 @@ def _minimum(
 
 
 def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
-    """The force's derivative by the logarithm of each parameter, (n,)."""
+    """Return the derivative (n,) of the force by the logarithm of each parameter."""
     step, out = 1e-4, []
     for k in range(value.size):
         up, down = (
@@ -126,7 +131,10 @@ def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
 
 
 def _held_out(loops: PreslidingLoops, path: Path, start: Vector) -> Vector:
-    """The error at each row, predicted from the branches of the other half (every other pair)."""
+    """Return the error of each row, predicted by a fit to the other half of the branches.
+
+    The halves consist of alternate pairs of branches.
+    """
     half, errors = (loops.branch // 2) % 2, []
     for side in (0, 1):
         value, beside = _minimum(loops, path, start, loops.used & (half != side))

@@ -1,9 +1,8 @@
-"""The Preisach distribution from centred cycles (the perspectives of 7.2): Everett's table, and how
-far its repetitions differ.
+"""Preisach distribution from centred cycles (outlook in 7.2): Everett's table and its scatter.
 
-Of each amplitude k z/K, k = 1 .. K, the falling branches from +a to -a
-(friction/preisach_cycles.py). The r-th branch of every amplitude makes one table; value and
-interval are the mean and Student's of the tables.
+The falling branches from +a to -a are used for each amplitude a = k z/K, k = 1 .. K
+(friction/preisach_cycles.py). The r-th branches of all amplitudes give one table. Value and
+interval are the mean and Student's interval of the tables.
 """
 
 from __future__ import annotations
@@ -21,10 +20,11 @@ from frictool.identify.presliding.loops import PreslidingLoops
 from frictool.identify.regression.regression import Matrix
 from frictool.identify.rows.strokes import turning_points
 
-MOST, FEWEST = 10, 2  # amplitudes
-SAME_SIZE = 0.1  # of a step between amplitudes: how far a centred cycle's ends may be off
-COUNTS = 10.0  # of a step between amplitudes
-TURN_COUNTS, TURN = 1.5, 0.02  # of the reach: smaller turns of the position are noise
+MOST, FEWEST = 10, 2  # largest and least number of amplitudes
+SAME_SIZE = 0.1  # largest error of a centred cycle's ends, relative to the step between amplitudes
+COUNTS = 10.0  # least counts in a step between amplitudes
+# counts, and share of the reach, below which a reversal of the position is noise
+TURN_COUNTS, TURN = 1.5, 0.02
 FEWEST_REPEATS = 2
 PLACES = 201
 
@@ -33,8 +33,13 @@ Branch = tuple[Vector, Vector]  # positions and forces
 
 @dataclass(frozen=True)
 class EverettTable:
-    """`everett` (n + 1, n + 1) over `saturation`, N m | N; `half_width` of it; `limit`: the largest
-    amplitude, rad | m."""
+    """Everett's table of a Preisach operator.
+
+    - everett: (n + 1, n + 1), relative to `saturation`
+    - half_width: (n + 1, n + 1), of its elements
+    - saturation: N m | N
+    - limit: largest amplitude, rad | m
+    """
 
     everett: Matrix
     half_width: Matrix
@@ -43,8 +48,10 @@ class EverettTable:
 
 
 def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
-    """The table of as many amplitudes as the loops hold twice each. Raises UnusableLogs where there
-    are not even two."""
+    """Return the table for as many amplitudes as the loops hold at least twice.
+
+    Raises UnusableLogs if there are not even two.
+    """
     centre = 0.5 * float(loops.position.max() + loops.position.min())
     falling = [(x - centre, f) for x, f in _branches(loops) if x[-1] < x[0]]
     for amplitudes in range(MOST, FEWEST - 1, -1):
@@ -57,13 +64,16 @@ def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
         if min(map(len, near)) >= FEWEST_REPEATS:
             return _table(near, loops, confidence)
     raise UnusableLogs(
-        f"no set of centred cycles, amplitudes k z/K for k = 1 to K with K from {FEWEST} to {MOST}, each {FEWEST_REPEATS} times or more"
+        f"no set of centred cycles, amplitudes k z/K for k = 1 to K with K from {FEWEST} to "
+        f"{MOST}, each {FEWEST_REPEATS} times or more"
     )
 
 
 def _branches(loops: PreslidingLoops) -> list[Branch]:
-    """Each branch, from a reversal of the position to the next: near z_max the effort is flat, and
-    its noise turns before the axis does."""
+    """Return each branch between two reversals of the position.
+
+    The effort is not used: near z_max it is flat, and its noise reverses before the axis does.
+    """
     points, edges = np.empty(loops.position.size, dtype=np.int64), []
     threshold = max(TURN_COUNTS * loops.count, TURN * loops.reach)
     for first, last in itertools.pairwise(
@@ -75,7 +85,7 @@ def _branches(loops: PreslidingLoops) -> list[Branch]:
 
 
 def _near(falling: list[Branch], amplitude: float, step: float) -> list[Branch]:
-    """The branches from +amplitude to -amplitude, resampled."""
+    """Return the branches from +amplitude to -amplitude, resampled."""
     chosen = [
         b
         for b in falling
@@ -85,8 +95,10 @@ def _near(falling: list[Branch], amplitude: float, step: float) -> list[Branch]:
 
 
 def _resampled(branch: Branch, amplitude: float) -> Branch:
-    """The branch on positions that fall from +amplitude to -amplitude; what repeats a position is
-    averaged."""
+    """Return the branch on positions falling from +amplitude to -amplitude.
+
+    Forces at a repeated position are averaged.
+    """
     position, back = np.unique(branch[0], return_inverse=True)
     force = np.bincount(back, branch[1]) / np.bincount(back)
     grid = np.linspace(amplitude, -amplitude, PLACES)

@@ -1,5 +1,4 @@
-"""All laws of presliding on one set of loops, as the document has them; the one that predicts best
-what its fit has not seen is named."""
+"""Fit of all presliding laws to one set of loops, and choice of the best law."""
 
 from __future__ import annotations
 
@@ -23,9 +22,7 @@ from frictool.identify.presliding.path_fit import PreslidingFit
 from frictool.identify.presliding.preisach import EverettTable, preisach
 
 T = TypeVar("T", PreslidingFit, MaxwellFit, EverettTable)
-LARGEST_ERROR = (
-    0.1  # of the breakaway, that a law may be off by on branches that its fit has not seen
-)
+LARGEST_ERROR = 0.1  # largest error of a law on unseen branches, relative to the breakaway
 
 
 def presliding(
@@ -35,8 +32,10 @@ def presliding(
     bench: Bench,
     confidence: float,
 ) -> Presliding:
-    """What loops that never slip tell, given the breakaway [N m | N] and the inertia. Raises
-    UnusableLogs where they tell no law."""
+    """Return the presliding laws of loops that never slip.
+
+    The breakaway is in N m | N. Raises UnusableLogs if the loops determine no law.
+    """
     loops = find_loops(records, breakaway)
     refused: dict[str, str] = {}
     one = _tried("lugre", lugre, loops, confidence, refused)
@@ -55,9 +54,8 @@ def presliding(
         raise UnusableLogs(
             f"no law of presliding suits these loops (does the axis slip in them?): {reasons}"
         )
-    law: Any = min(
-        errors, key=lambda name: errors[name]
-    )  # one of the three that the document names
+    # one of the three laws of the document
+    law: Any = min(errors, key=lambda name: errors[name])
     if law == "maxwell_slip":
         assert isinstance(three, MaxwellFit)
         stiffness, limit = three.stiffness, three.limit
@@ -90,7 +88,7 @@ def _tried(
     confidence: float,
     refused: dict[str, str],
 ) -> T | None:
-    """What the method finds, or None and the reason in `refused`."""
+    """Return the result of the method, or None with the reason added to `refused`."""
     try:
         found = method(loops, confidence)
     except UnusableLogs as error:
@@ -98,12 +96,14 @@ def _tried(
         return None
     if isinstance(found, PreslidingFit | MaxwellFit) and found.held_out > LARGEST_ERROR:
         refused[name] = (
-            f"on branches not seen it is off by {100.0 * found.held_out:.3g} % of the breakaway (allowed: {100 * LARGEST_ERROR:g} %)"
+            f"on branches not seen it is off by {100.0 * found.held_out:.3g} % of the breakaway "
+            f"(allowed: {100 * LARGEST_ERROR:g} %)"
         )
         return None
     if isinstance(found, MaxwellFit) and not (found.limit.low > 0.0 and found.stiffness.low > 0.0):
         refused[name] = (
-            f"z_max is not told: its interval [{found.limit.low:.3g}, {found.limit.high:.3g}] reaches zero"
+            f"z_max is not told: its interval [{found.limit.low:.3g}, {found.limit.high:.3g}] "
+            "reaches zero"
         )
         return None
     return found
@@ -158,8 +158,7 @@ def _estimate(found: Interval, dimension: str, bench: Bench) -> Estimate:
 
 
 def with_presliding(model: Model, records: list[MotionRecord]) -> Model:
-    """The model with what loops tell beside it, or with the reason why they do not
-    (`not_identified`)."""
+    """Return the model with presliding laws, or with the reason why there are none."""
     today = model.parameters
     breakaway = Interval(today.breakaway.value, *today.breakaway.interval)
     try:

@@ -1,2 +1,1 @@
-"""Linear least squares on rows of regressors, with intervals that hold under correlated residuals;
-what is known of what it leaves out."""
+"""Linear least squares with intervals that hold for correlated residuals."""

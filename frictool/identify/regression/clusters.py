@@ -1,9 +1,9 @@
-"""What counts as independent when intervals are made: strokes, as a rule.
+"""Independent units of the intervals: strokes, as a rule.
 
-Strokes that repeat each other to the count repeat the encoder's error too: they are one cluster
-together, however many they are. A servo on a sine of constant amplitude gives such strokes, and
-counting each of them would halve the interval. Where strokes are few, each is cut into equal parts
-instead, so that a spread can be told at all.
+Strokes that repeat each other to the count also repeat the encoder's error. They form one cluster,
+however many they are. A servo on a sine of constant amplitude produces such strokes; counting each
+of them would halve the interval. If there are few strokes, each is cut into equal parts instead, so
+that a spread can be computed.
 """
 
 from __future__ import annotations
@@ -14,20 +14,18 @@ from numpy.typing import NDArray
 from frictool.identify.motion_record import Vector
 
 Numbers = NDArray[np.int64]
-FEWEST_CLUSTERS = (
-    12  # fewer tell no spread: strokes are cut into parts, and repetitions are not merged
-)
-SAME_COUNTS = (
-    3.0  # strokes repeat each other where they pass the same number of counts to within this,
-)
-SAME_ROWS = 2  # in the same number of rows to within this
+# least clusters; with fewer, strokes are cut into parts, and repetitions are not merged
+FEWEST_CLUSTERS = 12
+SAME_COUNTS = 3.0  # largest difference of counts between strokes that repeat each other
+SAME_ROWS = 2  # largest difference of rows between strokes that repeat each other
 
 
 def clusters(stroke: Numbers, sign: Vector, counts: Vector, shortest: int) -> Numbers:
-    """Numbers (n,) from 0 of the clusters of rows, each (n,): `stroke` ascending, `counts` the
-    encoder counts that pass in the row.
+    """Return the cluster number (n,) of each row, from 0.
 
-    shortest: rows over which residuals are correlated, so that a part of a stroke is longer.
+    - stroke: (n,), ascending number of the stroke
+    - counts: (n,), encoder counts per row
+    - shortest: rows over which residuals are correlated; a part of a stroke is longer
     """
     starts = np.flatnonzero(np.concatenate(([True], np.diff(stroke) != 0)))
     lengths = np.diff(np.append(starts, stroke.size))
@@ -44,8 +42,7 @@ def clusters(stroke: Numbers, sign: Vector, counts: Vector, shortest: int) -> Nu
 
 
 def _repetitions(sign: Vector, counts: Vector, rows: Numbers) -> Numbers:
-    """Numbers (m,) from 0 of the groups of m strokes that repeat each other; a stroke that nothing
-    repeats is a group of its own."""
+    """Return the group number (m,) of each of m strokes; strokes that repeat share one group."""
     order = np.lexsort((counts, rows, sign))
     group, found = np.full(sign.size, -1, dtype=np.int64), 0
     for place, stroke in enumerate(order):

@@ -1,9 +1,8 @@
-"""The interval of what is partly a statistic and partly not known: a normal deviation, and ranges
-within which anything is as likely.
+"""Interval of a sum of a normal deviation and of uniform variables with known ranges.
 
-A range that dominates gives the share `confidence` of itself, and not 1.96/sqrt(3) = 1.13 of it,
-which would always hold: the distribution of the sum is inverted from its characteristic function
-(Gil-Pelaez),
+If a range dominates, the half width is `confidence` times the range, and not 1.96/sqrt(3) = 1.13
+times it, which would always contain the value. The distribution of the sum is inverted from its
+characteristic function (Gil-Pelaez):
 
     P(|X| < h) = 2/pi int_0^inf sin(h t)/t  e^(-deviation^2 t^2/2)  prod_k sinc(r_k t) dt
 """
@@ -17,13 +16,16 @@ from scipy.optimize import brentq
 from scipy.special import ndtri
 
 GRID = 4000
-NARROW = 1e-2  # of the sum: a normal part below it is taken for so much, so that the integral ends
-TAIL = 9.0  # of the normal part's frequency: e^(-TAIL^2/2) is nothing
+NARROW = 1e-2  # least normal part relative to the sum, so that the integral converges
+TAIL = 9.0  # upper limit of the integral, in units of 1/deviation; e^(-TAIL^2/2) is negligible
 
 
 def half_width(confidence: float, deviation: float, ranges: Sequence[float]) -> float:
-    """Half the width of the central interval of a normal `deviation` plus uniform variables within
-    +- each of `ranges`, same unit."""
+    """Return the half width of the central interval of the sum.
+
+    The sum is a normal variable with standard `deviation` plus uniform ones within +- each of
+    `ranges`, all in one unit.
+    """
     halves = np.array([abs(r) for r in ranges if r != 0.0])
     total = float(np.sqrt(deviation**2 + np.sum(halves**2) / 3.0))
     if halves.size == 0 or total == 0.0:

@@ -14,10 +14,10 @@ Matrix = NDArray[np.float64]
 
 @kernel
 def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
-    """Fill path (n, p) with the least-squares solution after each of the rows (n, p + 1),
-    [regressors, target]; NaN until it is determined.
+    """Fill path (n, p) with the least-squares solution after each row; NaN until determined.
 
-    root: square root of the forgetting factor of one row.
+    - rows: (n, p + 1), [regressors, target]
+    - root: square root of the forgetting factor of one row
     """
     n, q = rows.shape
     p = q - 1

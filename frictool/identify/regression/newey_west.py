@@ -1,9 +1,8 @@
-"""Standard deviations of a least-squares fit whose residuals are correlated along one short record
-(Newey and West 1987).
+"""Standard deviations for correlated residuals of one short record (Newey and West 1987).
 
-Strokes are what is independent where there are many (`regression`). In a single stroke, where some
-rows alone tell a parameter, none can be left out: here products of residuals up to `reach` rows
-apart are added up, with weights that fall along a line.
+With many strokes, the strokes are the independent units (`regression`). In a single stroke some
+rows alone may determine a parameter, so that none can be left out. Here the products of residuals
+up to `reach` rows apart are summed with linearly decreasing weights.
 """
 
 from __future__ import annotations
@@ -15,8 +14,10 @@ from frictool.identify.regression.regression import SINGULAR, Matrix, SingularRe
 
 
 def newey_west(columns: Matrix, residual: Vector, reach: int) -> Vector:
-    """Standard deviations (p,) from the regressors (n, p) and residuals (n,). Raises Singular where
-    p parameters do not follow."""
+    """Return standard deviations (p,) from the regressors (n, p) and residuals (n,).
+
+    Raises SingularRegressors if the regressors do not determine the parameters.
+    """
     n, p = columns.shape
     scale = np.linalg.norm(columns, axis=0)
     if n <= p or not np.all(scale > 0.0):
@@ -25,7 +26,8 @@ def newey_west(columns: Matrix, residual: Vector, reach: int) -> Vector:
     singular = np.linalg.svd(rows, compute_uv=False)
     if singular[-1] < SINGULAR * singular[0]:
         raise SingularRegressors(
-            f"the regressors are dependent (condition {singular[0] / max(float(singular[-1]), 1e-300):.2g})"
+            "the regressors are dependent (condition "
+            f"{singular[0] / max(float(singular[-1]), 1e-300):.2g})"
         )
     scores = rows * residual[:, None]
     middle = scores.T @ scores

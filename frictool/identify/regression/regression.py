@@ -1,10 +1,9 @@
-"""Linear least squares by QR, with intervals that hold when residuals within a cluster are
-correlated.
+"""Linear least squares by QR, with intervals for residuals correlated within clusters.
 
 Filtered and quantised signals leave residuals that are correlated over a window and over a stroke,
-so that the textbook covariance is too small by orders of magnitude. Here each stroke is left out in
-turn (the delete-one-cluster jackknife, CR3 of Bell and McCaffrey 2002), and Student's quantile is
-taken at the number of clusters that effectively count for each parameter.
+so that the textbook covariance is too small by orders of magnitude. Here each cluster (as a rule a
+stroke) is left out in turn: the delete-one-cluster jackknife, CR3 of Bell and McCaffrey (2002).
+Student's quantile is taken at the effective number of clusters for each parameter.
 """
 
 from __future__ import annotations
@@ -24,16 +23,16 @@ SINGULAR = 1e-10  # smallest over largest singular value of the scaled regressor
 
 
 class SingularRegressors(ValueError):
-    """The regressors do not determine the parameters; the message says how nearly."""
+    """Error: the regressors do not determine the parameters."""
 
 
 @dataclass(frozen=True)
 class LeastSquaresSolution:
-    """`value` (p,), `deviation` (p,) standard deviations, `freedom` (p,) degrees of freedom of
-    each, and the condition number of the
+    """Solution of a least-squares problem with p parameters.
 
-    weighted regressors with unit columns (the square root of the ratio of eigenvalues that (4.14)
-    uses).
+    - value, deviation, freedom: (p,), estimates, standard deviations and degrees of freedom
+    - condition: condition number of the weighted regressors with unit columns, the square root of
+      the ratio of eigenvalues in (4.14)
     """
 
     value: Vector
@@ -42,17 +41,19 @@ class LeastSquaresSolution:
     condition: float
 
     def half_width(self, confidence: float) -> Vector:
-        """Half the width (p,) of the two-sided interval at `confidence`."""
+        """Return half the width (p,) of the two-sided interval at `confidence`."""
         return np.asarray(self.deviation * stdtrit(self.freedom, 0.5 + 0.5 * confidence))
 
 
 def solve(
     regressors: Matrix, target: Vector, weight: Vector, cluster: Numbers
 ) -> LeastSquaresSolution:
-    """Minimises sum (weight (target - regressors value))^2 over n rows.
+    """Minimise sum (weight (target - regressors value))^2 over n rows.
 
-    regressors (n, p), target (n,), weight (n,), cluster (n,) numbers. Raises Singular where p
-    parameters do not follow.
+    - regressors: (n, p)
+    - target, weight, cluster: (n,)
+
+    Raises SingularRegressors if the regressors do not determine the parameters.
     """
     starts = np.concatenate(([0], np.flatnonzero(np.diff(cluster)) + 1))
     if target.size <= regressors.shape[1]:
@@ -61,10 +62,12 @@ def solve(
 
 
 def solve_triangles(parts: Tensor, cluster: Numbers) -> LeastSquaresSolution:
-    """The same from the triangles (g, p + 1, p + 1) of runs of weighted rows [regressors, target];
-    cluster (g,) numbers.
+    """Return the solution of `solve` from triangles of runs of weighted rows.
 
-    Raises Singular where p parameters do not follow.
+    - parts: (g, p + 1, p + 1), of the rows [regressors, target]
+    - cluster: (g,), number of the cluster
+
+    Raises SingularRegressors if the regressors do not determine the parameters.
     """
     value, scale, condition = least(parts)
     deviation, freedom = _jackknife(parts, value, scale, cluster)
@@ -72,8 +75,10 @@ def solve_triangles(parts: Tensor, cluster: Numbers) -> LeastSquaresSolution:
 
 
 def least(parts: Tensor) -> tuple[Vector, Vector, float]:
-    """The least-squares value (p,), the norms (p,) of the columns, and the condition. Raises
-    Singular."""
+    """Return the least-squares value (p,), the norms (p,) of the columns, and the condition.
+
+    Raises SingularRegressors if the regressors do not determine the parameters.
+    """
     whole = merged(parts)
     p = whole.shape[1] - 1
     scale = np.linalg.norm(whole[:, :p], axis=0)
@@ -83,7 +88,8 @@ def least(parts: Tensor) -> tuple[Vector, Vector, float]:
     singular = np.linalg.svd(r, compute_uv=False)
     if singular[-1] < SINGULAR * singular[0]:
         raise SingularRegressors(
-            f"the regressors are dependent (condition {singular[0] / max(singular[-1], 1e-300):.2g})"
+            "the regressors are dependent (condition "
+            f"{singular[0] / max(singular[-1], 1e-300):.2g})"
         )
     return (
         np.asarray(solve_triangular(r, whole[:p, p])) / scale,
@@ -93,15 +99,14 @@ def least(parts: Tensor) -> tuple[Vector, Vector, float]:
 
 
 def residual_norm(parts: Tensor, value: Vector) -> float:
-    """Norm of target - regressors value over the rows of the triangles (g, p + 1, p + 1)."""
+    """Return the norm of target - regressors value over the triangles (g, p + 1, p + 1)."""
     return float(np.linalg.norm(parts[:, :, -1] - parts[:, :, :-1] @ value))
 
 
 def _jackknife(
     parts: Tensor, value: Vector, scale: Vector, cluster: Numbers
 ) -> tuple[Vector, Vector]:
-    """Standard deviations of value times scale, and degrees of freedom, each (p,), with one cluster
-    left out at a time."""
+    """Return standard deviations (times scale) and degrees of freedom (p,) of the jackknife."""
     rows = parts[:, :, :-1] / scale
     residual = parts[:, :, -1] - parts[:, :, :-1] @ value
     place, size = np.unique(cluster, return_inverse=True)[1], scale.size
@@ -114,12 +119,13 @@ def _jackknife(
     whole = products.sum(axis=0)
     remaining = whole - products
     usable = np.linalg.eigvalsh(remaining)[:, 0] > SINGULAR * np.trace(whole)
-    if not usable.all():  # one stroke alone carries a parameter: no spread can be told
+    # one stroke alone determines a parameter, so that no spread can be computed
+    if not usable.all():
         return np.full(size, np.inf), np.ones(size)
     shift = np.linalg.solve(remaining, scores[:, :, None])[:, :, 0]
     variance = (count - 1) / count * np.sum((shift - shift.mean(axis=0)) ** 2, axis=0)
-    # how much each cluster would count if all residuals had one variance: Satterthwaite's degrees
-    # of freedom
+    # influence of each cluster if all residuals had one variance: Satterthwaite's degrees of
+    # freedom
     inverse = np.linalg.inv(remaining)
     share = np.einsum("gij,gjk,gki->gi", inverse, products, inverse)
     freedom = np.maximum(np.sum(share, axis=0) ** 2 / np.sum(share**2, axis=0) - 1.0, 1.0)

@@ -1,9 +1,9 @@
-"""Parameters that do not help to predict strokes that a fit has not seen.
+"""Drop parameters that do not improve the prediction of unseen strokes.
 
-A sliding parameter is dropped if its interval holds 0 and the held-out error is no larger without
-it. Its value is then 0, its interval stays what it was, since 0 is not known better than that, and
-the others are fitted again without its column. Loads beside friction are never dropped: the bench
-declares them, or a search has already found that they help (`load_search`, `held_out`).
+A sliding parameter is dropped if its interval contains 0 and the held-out error is no larger
+without it. Its value is then 0, and the other parameters are fitted again without its column. Its
+interval is kept, since 0 is known no better than that. Load terms are never dropped: the bench
+declares them, or a search has shown that they help (`load_search`, `structure_selection`).
 """
 
 from __future__ import annotations
@@ -19,11 +19,13 @@ from frictool.identify.regression.tsqr import Numbers, Tensor
 def held_out_squares(
     plain: Tensor, weighted: Tensor, half: Numbers, columns: list[int]
 ) -> Vector | None:
-    """Squares (g,) of each run's residuals, predicted by a fit of `columns` to the other half of
-    the runs; None where a half is too little.
+    """Return the squared residuals (g,) of each run, predicted by a fit to the other half.
 
-    plain, weighted (g, q, q): the triangles of runs of rows, of q - 1 regressors and the target;
-    half (g,) 0 or 1.
+    - plain, weighted: (g, q, q), triangles of runs of rows with q - 1 regressors and the target
+    - half: (g,), 0 or 1
+    - columns: regressors of the fit
+
+    The result is None if a half does not determine the fit.
     """
     chosen, squares = [*columns, -1], np.empty(half.size)
     for side in (0, 1):
@@ -40,14 +42,16 @@ def held_out_squares(
 def held_out_norm(
     plain: Tensor, weighted: Tensor, half: Numbers, columns: list[int]
 ) -> float | None:
-    """The norm of all of them."""
+    """Return the norm of all held-out residuals, or None as `held_out_squares`."""
     squares = held_out_squares(plain, weighted, half, columns)
     return None if squares is None else float(np.sqrt(np.sum(squares)))
 
 
 def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
-    """Whether the richer one's squares (s,), one a stroke, are smaller by more than chance:
-    Student's test of the pairs."""
+    """Return whether the richer squares (s,) are smaller beyond chance.
+
+    Student's test is applied to the pairs of strokes.
+    """
     gain = simpler - richer
     if gain.size < 2:
         return False
@@ -56,7 +60,7 @@ def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
 
 
 def by_stroke(squares: Vector, stroke: Numbers) -> Vector:
-    """The sums (s,) of the runs' squares (g,) over the runs of each stroke."""
+    """Return the sums (s,) of the squares (g,) over the runs of each stroke."""
     return np.asarray(np.bincount(stroke, squares), dtype=np.float64)
 
 
@@ -68,10 +72,12 @@ def needless(
     high: Vector,
     candidates: list[int],
 ) -> list[int]:
-    """Return the candidates' columns that are needless, tried one after the other, the least
-    significant first.
+    """Return the candidate columns without which unseen strokes are predicted no worse.
 
-    low, high (p,): the intervals of all columns. stroke (g,): of each run.
+    The columns are tried one at a time, the least significant first.
+
+    - low, high: (p,), intervals of all columns
+    - stroke: (g,), stroke of each run
     """
     half, columns = halved(stroke), list(range(low.size))
     finite = [k for k in candidates if np.isfinite(low[k]) and np.isfinite(high[k])]
@@ -92,5 +98,5 @@ def needless(
 
 
 def halved(stroke: Numbers) -> Numbers:
-    """0 or 1 (g,): pairs of strokes, so that both halves hold both directions."""
+    """Return the half, 0 or 1 (g,), by pairs of strokes, so that each half has both directions."""
     return (stroke // 2) % 2

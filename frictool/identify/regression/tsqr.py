@@ -1,9 +1,8 @@
-"""QR by blocks of rows (TSQR of Demmel, Grigori, Hoemmen and Langou 2012): each run of rows is
-reduced to one triangle.
+"""QR by blocks of rows (TSQR of Demmel, Grigori, Hoemmen and Langou 2012).
 
-A triangle R with R^T R = rows^T rows holds all that least squares needs of a run, to full
-precision: the triangles of several runs, stacked, are reduced again by QR as if they were rows;
-leaving a run out is leaving its triangle out. An hour of samples is read once.
+Each run of rows is reduced to one triangle R with R^T R = rows^T rows, which holds all that least
+squares needs of the run, to full precision. Stacked triangles are reduced again by QR as if they
+were rows. Leaving a run out means leaving its triangle out. An hour of samples is read once.
 """
 
 from __future__ import annotations
@@ -19,18 +18,17 @@ from frictool.runtime.kernels import kernel
 
 Tensor = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-BLOCK = 64  # rows that are reduced at a time
-PIECE = (
-    512 * BLOCK
-)  # rows that are laid out side by side for the kernel, which is compiled once for any number of columns
+BLOCK = 64  # rows reduced at a time
+# rows copied side by side for the kernel, which is compiled once for any number of columns
+PIECE = 512 * BLOCK
 
 
 @kernel
 def reduce_rows(columns: NDArray[np.float64], weight: Vector, starts: Numbers, out: Tensor) -> None:
-    """Takes q columns (q, n) times `weight` (n,) into the triangles `out` (g, q, q); run i is rows
-    starts[i] to starts[i+1] - 1.
+    """Reduce q weighted columns (q, n) to the triangles `out` (g, q, q) of g runs.
 
-    starts (g + 1,). Householder reflections on a triangle and the block of rows beneath it.
+    Run i consists of the rows starts[i] to starts[i+1] - 1; starts (g + 1,). Householder
+    reflections act on a triangle and the block of rows below it.
     """
     q = columns.shape[0]
     block = np.empty((q, BLOCK))
@@ -63,8 +61,10 @@ def reduce_rows(columns: NDArray[np.float64], weight: Vector, starts: Numbers, o
 
 
 def triangles(columns: tuple[Vector, ...], weight: Vector, starts: Numbers) -> Tensor:
-    """(g, q, q) triangles of g runs that begin at the rows `starts` (g,), of q columns (n,) with
-    each row times its `weight` (n,)."""
+    """Return the triangles (g, q, q) of g runs of q columns (n,) with row weights `weight` (n,).
+
+    `starts` (g,) are the first rows of the runs.
+    """
     out = np.zeros((starts.size, len(columns), len(columns)))
     for run, bounds in _pieces(np.append(starts, weight.size).astype(np.int64)):
         rows = slice(bounds[0], bounds[-1])
@@ -74,13 +74,11 @@ def triangles(columns: tuple[Vector, ...], weight: Vector, starts: Numbers) -> T
 
 
 def _pieces(starts: Numbers) -> Iterator[tuple[int, Numbers]]:
-    """Runs in pieces of at most PIECE rows: the first run of each, and where it and those after it
-    begin and end."""
+    """Yield runs in pieces of at most PIECE rows: the first run, and the bounds of its runs."""
     run, row = 0, int(starts[0])
     while run < starts.size - 1:
-        if (
-            starts[run + 1] - row > PIECE
-        ):  # cut at a whole number of blocks: the same blocks as without
+        # cut at a whole number of blocks, so that the blocks do not change
+        if starts[run + 1] - row > PIECE:
             yield run, np.array([row, row + PIECE])
             row += PIECE
         else:
@@ -90,5 +88,5 @@ def _pieces(starts: Numbers) -> Iterator[tuple[int, Numbers]]:
 
 
 def merged(parts: Tensor) -> NDArray[np.float64]:
-    """The triangle (q, q) of all runs together, from their triangles (g, q, q)."""
+    """Return the triangle (q, q) of all runs together, from their triangles (g, q, q)."""
     return np.asarray(np.linalg.qr(parts.reshape(-1, parts.shape[2]), mode="r"))

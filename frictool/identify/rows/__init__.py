@@ -1,2 +1,1 @@
-"""From a record to rows of regressors: strokes, slip, filters and differences, all signals at one
-instant."""
+"""Convert records to regression rows: strokes, slip, filters and differences at one instant."""

@@ -1,10 +1,9 @@
-"""Differences of the position (4.2), as they are or through the first-order filter of 4.2.2, every
-signal alike.
+"""Fits on position differences (4.2), unfiltered or through the first-order filter of 4.2.2.
 
-Acceleration is the second difference, velocity the central one, the effort averaged over the
-triangle of the second difference: all at one instant. Taken at their own rows, (4.2)'s velocity and
-a held effort are half a sample apart each, an error of viscous T/2 on the inertia (+12 % of table
-4.1's).
+All signals refer to one instant: acceleration is the second difference, velocity the central one,
+and the effort is averaged over the triangle of the second difference. If each signal were taken at
+its own row, the velocity of (4.2) and a held effort would each be off by half a sample. That causes
+an error of viscous T/2 in the inertia (+12 % of table 4.1's).
 """
 
 from __future__ import annotations
@@ -31,11 +30,10 @@ def differenced_fit(
     settings: IdentificationSettings,
     weigh: Callable[[RegressionSamples], Vector],
 ) -> SlidingFit:
-    """Least squares on all samples of all strokes, each row times weigh(samples) (n,); a weight of
-    0 leaves it out.
+    """Return least squares on all samples of all strokes, each row times weigh(samples) (n,).
 
-    The inertia is refused where quantisation hides it (4.3), which is soon. Raises NothingUsable
-    where nothing moves.
+    A weight of 0 removes the row. The inertia is refused if quantisation hides it (4.3), as it does
+    on most encoders. Raises UnusableLogs if nothing moves.
     """
     time_constant = settings.time_constant or 0.0
     samples, memory = differenced(records, time_constant)
@@ -45,9 +43,8 @@ def differenced_fit(
         used, weight[weight > 0.0], memory, settings.confidence, {"time_constant": time_constant}
     )
     impulse = np.zeros(50 * memory)
-    impulse[1:4] = (
-        np.array([1.0, -2.0, 1.0]) / records[0].period ** 2
-    )  # behind a rest, which is what the filter starts from
+    # after a rest, from which the filter starts
+    impulse[1:4] = np.array([1.0, -2.0, 1.0]) / records[0].period ** 2
     response = _low_pass(impulse, time_constant, records[0].period)
     return refuse_hidden_inertia(
         found,
@@ -60,10 +57,9 @@ def differenced_fit(
 
 
 def differenced(records: list[MotionRecord], time_constant: float) -> tuple[RegressionSamples, int]:
-    """Every sample of a stroke, filtered with `time_constant` in s (0: not at all), and over how
-    many rows the filter remembers.
+    """Return all samples of the strokes, filtered, and the memory of the filter in rows.
 
-    Raises NothingUsable where nothing moves.
+    `time_constant` is in s; 0 applies no filter. Raises UnusableLogs if nothing moves.
     """
     parts = [_rows(record, time_constant) for record in records]
     if sum(part.velocity.size for part in parts) == 0:
@@ -72,7 +68,7 @@ def differenced(records: list[MotionRecord], time_constant: float) -> tuple[Regr
 
 
 def memory_of(time_constant: float, period: float) -> int:
-    """Over how many samples the filter remembers."""
+    """Return the memory of the filter in samples: three time constants."""
     return math.ceil(3.0 * time_constant / period)
 
 
@@ -88,9 +84,8 @@ def _rows(record: MotionRecord, time_constant: float) -> RegressionSamples:
     ]
     row = np.arange(record.position.size)
     since = row - np.maximum.accumulate(np.where(np.diff(strokes.number, prepend=-1) != 0, row, 0))
-    remembered = since[1:-1] < memory_of(
-        time_constant, period
-    )  # the filter still holds the stroke before, or the stick between
+    # the filter still holds the previous stroke, or the stick in between
+    remembered = since[1:-1] < memory_of(time_constant, period)
     whole = (record.piece[2:] == record.piece[:-2]) & (strokes.sign[1:-1] != 0.0) & ~remembered
     acceleration, velocity, effort, sign = (
         _low_pass(signal, time_constant, period)[whole] for signal in signals
@@ -106,10 +101,10 @@ def _rows(record: MotionRecord, time_constant: float) -> RegressionSamples:
 
 
 def _low_pass(signal: Vector, time_constant: float, period: float) -> Vector:
-    """A signal (n,) through 1/(time_constant s + 1) by Tustin, started at its first value.
+    """Return a signal (n,) filtered by 1/(time_constant s + 1), by Tustin, from its first value.
 
-    Held between samples it would let through some of what differences make of counts at half the
-    sampling rate: -13 % of table 4.1's inertia.
+    A zero-order-hold filter would pass a part of the count noise at half the sampling rate: -13 %
+    on table 4.1's inertia.
     """
     if time_constant == 0.0:
         return signal

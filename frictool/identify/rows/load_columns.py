@@ -1,14 +1,12 @@
-"""The regressors of what loads an axis beside its four sliding parameters (`load_terms`), smoothed
-as the position is.
+"""Regressors of loads beyond the four sliding parameters (`load_terms`), smoothed as the position.
 
-    viscous_backward             what viscous friction backward has more than forward; split after
-                                 it has proved needed
+    viscous_backward             excess of viscous friction backward over forward
     stiffness                    x
     gravity_sine, _cosine        sin x, cos x
     ripple_sine, _cosine         sin n x, cos n x
 
-A harmonic is told where the travel bends it: over a short way its sine is a spring and its cosine
-an offset.
+A harmonic needs a travel over which it bends: over a short distance its sine looks like a spring
+and its cosine like an offset.
 """
 
 from __future__ import annotations
@@ -30,23 +28,23 @@ from frictool.identify.rows.load_terms import (
 )
 from frictool.identify.rows.smoothing import bump
 
-LEAST_SHARE = (
-    0.005  # of a harmonic over whole cycles: what has to be left of it beside the other columns
-)
+# least part of a harmonic that the other columns must leave unexplained, relative to whole cycles
+LEAST_SHARE = 0.005
 
 
 def load_columns(
     record: MotionRecord, bench: Bench, window: int, velocity: Vector, sign: Vector
 ) -> dict[str, Vector]:
-    """Of each parameter of the terms that the bench asks for its column (n,); smoothed `velocity`
-    and `sign` of the strokes (n,).
+    """Return the column (n,) of each parameter of the bench's load terms.
 
-    Raises NothingUsable where a term needs a position that was not measured.
+    `velocity` (n,) is smoothed, `sign` (n,) is that of the strokes. Raises UnusableLogs if a term
+    needs a position that was not measured.
     """
     terms, out = declared_terms(bench), dict[str, Vector]()
     if record.velocity is not None and any(term != DIRECTION for term in terms):
         raise UnusableLogs(
-            f"{record.name} has a velocity and no position, on which {', '.join(terms)} of load.terms depend"
+            f"{record.name} has a velocity and no position, on which {', '.join(terms)} of "
+            "load.terms depend"
         )
     for term in terms:
         if term == DIRECTION:
@@ -64,16 +62,15 @@ def load_columns(
 
 
 def _smoothed(values: Vector, window: int, period: float) -> Vector:
-    """g * values (n,), of no use within half a window of either end."""
+    """Return smoothed values (n,), invalid within half a window of either end."""
     return np.convolve(values, bump(window, period), mode="same")
 
 
 def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
-    """The parameters of harmonics that the travel does not tell from the other columns, each with
-    the reason.
+    """Return the harmonics' parameters that the travel cannot separate from others, with reasons.
 
-    plain (g, q, q): triangles of runs of `rows` rows in all, with the columns called `names` and
-    the target.
+    `plain` (g, q, q) holds the triangles of `rows` rows in all, with the columns `names` and the
+    target.
     """
     whole, out = merged(plain)[:, :-1], {}
     for term in HARMONICS:
@@ -84,7 +81,10 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
         left = whole[:, own] - others @ np.linalg.lstsq(others, whole[:, own], rcond=None)[0]
         share = float(np.linalg.svd(left, compute_uv=False)[-1]) / np.sqrt(0.5 * rows)
         if share < LEAST_SHARE:
-            reason = f"over this travel the other terms do what {term} does but for {100 * share:.2g} % of it"
+            reason = (
+                f"over this travel the other terms do what {term} does but for "
+                f"{100 * share:.2g} % of it"
+            )
             out.update(
                 dict.fromkeys(
                     TERMS[term],
@@ -97,8 +97,11 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
 def by_direction(
     names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """The same columns, each of one direction: viscous friction where it differs, Coulomb friction
-    and offset where `coulomb` says so."""
+    """Return the columns transformed to parameters of the forward and the backward direction.
+
+    Viscous friction is split if it differs by direction, Coulomb friction and offset if `coulomb`
+    is set.
+    """
     change, out = np.eye(len(names) + 1), list(names)
     if "viscous_backward" in names:
         change[names.index("viscous_backward"), names.index("viscous")] = -1.0

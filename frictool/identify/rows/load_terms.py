@@ -1,16 +1,16 @@
-"""What may load an axis beside the four sliding parameters, each term with its parameters, and the
-axis that their values make.
+"""Load terms beyond the four sliding parameters, and the axis that their values describe.
 
-    direction   viscous friction backward differs from that forward; a Coulomb friction that does is
-                one number with the offset
+    direction   viscous friction backward differs from forward
     spring      + stiffness x
-    gravity     + gravity_sine sin(x) + gravity_cosine cos(x)          rotary axes: an arm that is
-                not balanced
-    ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)        n known: poles, slots, teeth
+    gravity     + gravity_sine sin(x) + gravity_cosine cos(x)      rotary: an unbalanced arm
+    ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth
 
-A term belongs to the model where data that took no part say so (`held_out`, `alternatives`), not
-because it can be fitted. The bench may say which there are (`load.terms`): then no other is looked
-for.
+Coulomb friction that differs by direction cannot be separated from the offset, so that it is no
+term here.
+
+A term enters the model only if held-out data support it (`structure_selection`, `term_selection`),
+not because it can be fitted. If the bench declares its terms (`load.terms`), no others are
+considered.
 """
 
 from __future__ import annotations
@@ -43,25 +43,26 @@ TERMS: dict[str, tuple[str, ...]] = {
     GRAVITY: ("gravity_sine", "gravity_cosine"),
     RIPPLE: ("ripple_sine", "ripple_cosine"),
 }
+# name of each term in `load.terms`
 DECLARED: dict[str, Term] = {
     DIRECTION: "viscous_by_direction",
     SPRING: "spring",
     GRAVITY: "gravity",
     RIPPLE: "ripple",
-}  # in `load.terms`
+}
 POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward", "coulomb_backward")
-HALVES = ("coulomb_backward",)  # of no term of their own
+HALVES = ("coulomb_backward",)  # parameters that belong to no term
 UNTOLD = "the motion does not repeat often enough to compute its uncertainty"
-SMALLEST = 1e-6  # of its start: no inertia below it is tried
+SMALLEST = 1e-6  # least inertia tried, relative to the start value
 
 
 def names_of(terms: tuple[str, ...]) -> tuple[str, ...]:
-    """The parameters of a structure, the sliding ones first."""
+    """Return the parameters of a structure, the sliding ones first."""
     return SLIDING + tuple(name for term in terms for name in TERMS[term])
 
 
 def declared_terms(bench: Bench) -> tuple[str, ...]:
-    """The terms that the bench says there are."""
+    """Return the terms that the bench declares."""
     named = () if bench.load is None else bench.load.terms
     return tuple(
         term
@@ -71,15 +72,14 @@ def declared_terms(bench: Bench) -> tuple[str, ...]:
 
 
 def possible(bench: Bench) -> tuple[str, ...]:
-    """The terms that this kind of axis may have: what the bench says, or else what needs no number
-    that nobody has given."""
+    """Return the terms to consider: the bench's, or else those that need no further constant."""
     if bench.load is not None:
         return declared_terms(bench)
     return (DIRECTION, SPRING, GRAVITY) if bench.axis == "rotary" else (DIRECTION, SPRING)
 
 
 def wave_number(term: str, bench: Bench) -> float:
-    """n of a harmonic, 1/rad | 1/m."""
+    """Return the wave number n of a harmonic, 1/rad | 1/m."""
     if term == GRAVITY:
         return 1.0
     assert bench.load is not None
@@ -88,13 +88,15 @@ def wave_number(term: str, bench: Bench) -> float:
 
 
 def start_of(name: str, known: Mapping[str, float]) -> float:
-    """Where the search for a parameter begins: what is known, backward as forward, no load."""
+    """Return the start value of a parameter: the known one, that of forward motion, or 0."""
     return known.get(name, known.get(name.removesuffix("_backward"), 0.0))
 
 
 def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
-    """The size of a change of a parameter that matters as much as a change of the friction does;
-    `travel` rad | m."""
+    """Return the scale of a parameter for the search; `travel` is in rad | m.
+
+    A change by one scale affects the motion about as much as friction does.
+    """
     if name == "stiffness":
         return known["coulomb"] / travel
     if name in ("inertia", "viscous", "viscous_backward"):
@@ -105,8 +107,10 @@ def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
 def axis_and_load(
     values: Mapping[str, float], bench: Bench, record: MotionRecord
 ) -> tuple[Vector, Vector]:
-    """The kernels' arrays of engine/effort_replay.py for SI values of a structure's parameters;
-    what they do not give, the bench does."""
+    """Return the parameter arrays of engine/effort_replay.py for SI values of a structure.
+
+    The bench supplies the breakaway and the backlash.
+    """
     coulomb, mechanics = values["coulomb"], bench.mechanics
     rested = mechanics.breakaway.value if mechanics.breakaway is not None else 0.0
     backward = None
@@ -143,8 +147,7 @@ def axis_and_load(
 
 
 def laws_of(found: Mapping[str, Interval], bench: Bench) -> LawsDocument | None:
-    """The `laws` of model.yaml for what was found beyond the sliding parameters; None where there
-    is nothing."""
+    """Return the laws of the model document for load parameters; None if there are none."""
 
     def known(name: str, dimension: str) -> Estimate:
         low = max(found[name].low, 0.0) if name in POSITIVE else found[name].low
@@ -219,7 +222,7 @@ def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
 
 
 def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
-    """The fit with its load parameters as laws; one whose interval does not end is refused."""
+    """Return the fit with its load parameters as laws; infinite intervals are refused."""
     sliding = {name: found for name, found in fit.parameters.items() if name in SLIDING}
     told = {
         name: found
@@ -238,5 +241,5 @@ def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
 
 
 def _term(name: str) -> tuple[str, ...]:
-    """The parameters of the term that a parameter is of."""
+    """Return the parameters of the term that contains a parameter."""
     return next(names for names in TERMS.values() if name in names)

@@ -1,10 +1,11 @@
-"""Widening of intervals by the parameters that a regression leaves out although they act.
+"""Widen intervals by the effect of parameters that a regression leaves out although they act.
 
-fixed      the bench's value is used; the others hold what the bench's interval of it adds
-untold     a load that is declared and that the travel does not tell (`load_columns.untold`): it is
-           0 in the model, and the others hold
-           what it may add. With `load.most` of the bench it is any load of at most that effort in
-           the log; without, the others are as uncertain as they are in a fit with it.
+- fixed: a parameter held at the bench's value. The others are widened by the bench's interval of
+  it.
+- untold: a declared load that the travel cannot separate (`load_columns.indistinct_terms`). The
+  model holds 0, and the others are widened by its possible effect. With `load.most` of the bench,
+  this is any load of at most that effort. Without it, the others are as uncertain as in a fit with
+  the load.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ from frictool.identify.regression.regression import (
 from frictool.identify.regression.tsqr import Numbers, Tensor, merged
 from frictool.identify.rows.load_terms import TERMS
 
-DIRECTIONS = 90  # of the plane of a harmonic's sine and cosine, over half a turn
+DIRECTIONS = 90  # directions tried in the plane of a harmonic's sine and cosine, over half a turn
 
 
 class OmittedParameters:
-    """Half widths that parameters outside the regression add to those in it.
+    """Half widths that parameters outside the regression add to those inside it.
 
-    names: of the columns of `weighted` (g, q, q), the triangles of runs of rows, before any is left
-    out.
+    `names` are the columns of `weighted` (g, q, q), the triangles of runs of rows, before any
+    column is removed.
     """
 
     def __init__(
@@ -62,10 +63,11 @@ class OmittedParameters:
     def add_loads(
         self, loads: Mapping[str, Vector], most: float | None, cluster: Numbers, confidence: float
     ) -> None:
-        """Add what the untold loads may do. Raises NothingUsable if nothing limits it.
+        """Add the effect of the untold loads; it is infinite if nothing bounds it.
 
-        loads: column (n,) of each. most: largest effort of a load, N m | N. cluster (g,): of each
-        run.
+        - loads: column (n,) of each load
+        - most: largest effort of a load, N m | N
+        - cluster: (g,), cluster of each run
         """
         if not self._untold:
             return
@@ -85,8 +87,7 @@ class OmittedParameters:
         self._add(np.minimum(total, beside))
 
     def widened(self, names: Sequence[str], half: Vector) -> Vector:
-        """Return half widths (p,) that hold what was added. Names as in `by_direction`, whose
-        columns are sums of two."""
+        """Return half widths (p,) that include the added ones, for the names of `by_direction`."""
         added = dict(zip(self.free, self._added.tolist(), strict=True))
         if "viscous_backward" in names:
             added["viscous_backward"] += added.get("viscous", 0.0)
@@ -98,8 +99,10 @@ class OmittedParameters:
         self._added = np.hypot(self._added, half)
 
     def _beside(self, cluster: Numbers, confidence: float) -> Vector:
-        """Return how far (p,) the free parameters may be from their values, by a fit with the
-        untold loads; inf if there is none."""
+        """Return the distance (p,) of the free parameters from a fit with the untold loads.
+
+        It is inf if there is no such fit.
+        """
         with_loads, without = (
             self._solution([*self.free, *more], cluster) for more in (self._untold, [])
         )
@@ -120,8 +123,7 @@ class OmittedParameters:
 
 
 def _unit_loads(columns: Sequence[Vector]) -> Matrix:
-    """Return loads (m, k), as factors of k columns, whose largest effort over the rows is 1, in
-    every direction."""
+    """Return loads (m, k), factors of k columns with a largest effort of 1, in all directions."""
     if len(columns) == 1:
         return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])
     angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS

@@ -1,10 +1,9 @@
-"""What the encoder's quantisation leaves of a parameter, whatever filter a method differentiates
-with.
+"""Test if the encoder's quantisation hides the inertia, for any differentiating filter.
 
-(4.3) (`assess/quantisation.py`), with the gain of the filter in place of the double difference's:
-the largest error that quantisation can leave on the acceleration, D_a = step/2 sum|h|, moves the
-inertia by up to J D_a/rms(a). Identification is of use only where that is less than what is known
-without it (4.2.1), the half width of the bench's own interval.
+The test is (4.3) (`assess/quantisation.py`) with the filter's gain in place of that of the double
+difference. Quantisation changes the acceleration by at most D_a = step/2 sum|h|, which shifts the
+inertia by up to J D_a/rms(a). Identification is useful only if that is less than the half width of
+the bench's interval (4.2.1).
 """
 
 from __future__ import annotations
@@ -23,17 +22,18 @@ from frictool.identify.motion_record import MotionRecord, Vector
 def unresolved_inertia(
     record: MotionRecord, bench: Bench, response: Vector, acceleration: Vector, smoothing: str
 ) -> str | None:
-    """Why the inertia is not to be had from this encoder, or None.
+    """Return why this encoder does not resolve the inertia, or None.
 
-    response: from position to acceleration, 1/s^2, or from a measured velocity, 1/s, one number a
-    sample. acceleration (n,): of the samples used. smoothing: the filter, for people.
+    - response: impulse response from the position (1/s^2) or the measured velocity (1/s) to the
+      acceleration, one value per sample
+    - acceleration: (n,), of the samples used
+    - smoothing: description of the filter for the message
     """
     prior = bench.mechanics.inertia
     known = 0.5 * (prior.interval[1] - prior.interval[0])
     if known == 0.0:
-        known = (
-            prior.value
-        )  # the bench gives no interval: anything better than a factor of two is of use
+        # the bench gives no interval: anything better than a factor of two is useful
+        known = prior.value
     bound = (
         prior.value
         * acceleration_error(record.count, response)
@@ -43,8 +43,10 @@ def unresolved_inertia(
     raw = inertia_error(prior.value, record.resolution, record.period, effort)
     if bound >= known:
         return (
-            f"quantisation can move it by {_percent(bound, prior.value)} after smoothing {smoothing} "
-            f"({_percent(raw, 1.0)} by (4.3) without), and the bench knows it to {_percent(known, prior.value)}"
+            f"quantisation can move it by {_percent(bound, prior.value)} after smoothing "
+            f"{smoothing} "
+            f"({_percent(raw, 1.0)} by (4.3) without), and the bench knows it to "
+            f"{_percent(known, prior.value)}"
         )
     return None
 
@@ -57,11 +59,14 @@ def refuse_hidden_inertia(
     acceleration: Vector,
     smoothing: str,
 ) -> SlidingFit:
-    """The fit, its inertia moved to what is refused where `unresolved_inertia` says why."""
+    """Return the fit, with its inertia refused if `unresolved_inertia` gives a reason."""
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
     if reason is None or "inertia" not in fit.parameters:
         return fit
-    told = f"the fit gives {fit.parameters['inertia'].value:.4g} {si_unit('inertia', bench.axis)}; {reason}"
+    told = (
+        f"the fit gives {fit.parameters['inertia'].value:.4g} "
+        f"{si_unit('inertia', bench.axis)}; {reason}"
+    )
     kept = {name: interval for name, interval in fit.parameters.items() if name != "inertia"}
     return replace(fit, parameters=kept, refused={**fit.refused, "inertia": told})
 

@@ -1,4 +1,4 @@
-"""The rows of the regression, from the records of one or several logs."""
+"""Regression rows of one or several logs, and the weighted fit on them."""
 
 from __future__ import annotations
 
@@ -23,26 +23,32 @@ from frictool.identify.regression.tsqr import Numbers, Tensor, triangles
 from frictool.identify.rows.load_columns import by_direction, indistinct_terms
 from frictool.identify.rows.omitted_parameters import OmittedParameters
 
-# in each direction: a difference of directions that is seen once cannot be told from one of strokes
+# strokes in each direction; with a single one, a difference between directions and one between
+# strokes look alike
 FEWEST_STROKES = 2
 ONE_DIRECTION = (
     "the motion is in one direction only, in which Coulomb friction and offset are one number"
 )
 NO_OFFSET = "the bench says that there is none (load.terms)"
 KNOWN_OFFSET = {
-    "offset": "the motion is in one direction only; the bench's offset is taken off the Coulomb friction"
+    "offset": "the motion is in one direction only; the bench's offset is taken off the Coulomb "
+    "friction"
 }
 
 
 @dataclass(frozen=True)
 class RegressionSamples:
-    """Rows of effort = inertia a + viscous v + coulomb s + offset: (n,) in SI, `stroke` (n,)
-    ascending; `sign`: s, filtered as the rest;
+    """Rows of the equation effort = inertia a + viscous v + coulomb s + offset.
 
-    `counts`: how many encoder counts pass in the row. known_offset: that of the bench, N m | N,
-    which separates Coulomb friction from the offset if the motion is in one direction only. loads:
-    column (n,) of each parameter of further loads of the bench. terms, most: of `load` of the
-    bench. fixed: parameters whose effort is subtracted from `effort` (`with_fixed`).
+    - acceleration, velocity, effort: (n,), SI units, filtered alike
+    - stroke: (n,), ascending number of the stroke
+    - sign: (n,), s, the direction, filtered like the rest
+    - counts: (n,), encoder counts per row
+    - known_offset: the bench's offset, N m | N; it separates Coulomb friction from the offset if
+      the motion is in one direction only
+    - loads: column (n,) of each parameter of the bench's other loads
+    - terms, most: `load.terms` and `load.most` of the bench
+    - fixed: parameters whose effort was subtracted from `effort` (`with_fixed`)
     """
 
     acceleration: Vector
@@ -59,12 +65,12 @@ class RegressionSamples:
 
     @property
     def split_coulomb(self) -> bool:
-        """Whether what is constant in slip is Coulomb friction that differs by direction."""
+        """Return whether Coulomb friction differs by direction, which leaves no offset."""
         return self.terms is not None and "coulomb_by_direction" in self.terms
 
     @property
     def columns(self) -> tuple[Vector, ...]:
-        """The regressors, each (n,), in the order of SLIDING."""
+        """Return the regressors, each (n,), in the order of SLIDING."""
         return self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)
 
     @property
@@ -74,8 +80,11 @@ class RegressionSamples:
 
     @property
     def known_effort(self) -> Vector:
-        """Return the effort (n,) of the fixed parameters; a known offset belongs to a fixed Coulomb
-        friction in one direction."""
+        """Return the effort (n,) of the fixed parameters.
+
+        If the motion is in one direction and Coulomb friction is fixed, it includes the known
+        offset.
+        """
         out = np.zeros(self.sign.size)
         for name, column in zip(SLIDING, self.columns, strict=True):
             if name in self.fixed:
@@ -85,7 +94,7 @@ class RegressionSamples:
         return out
 
     def rows(self, chosen: NDArray[np.bool_]) -> RegressionSamples:
-        """The rows where `chosen` (n,) is True."""
+        """Return the rows selected by the mask `chosen` (n,)."""
         names = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
         loads = {name: column[chosen] for name, column in self.loads.items()}
         return replace(self, loads=loads, **{name: getattr(self, name)[chosen] for name in names})
@@ -100,7 +109,7 @@ def with_fixed(samples: RegressionSamples, fixed: Mapping[str, Interval]) -> Reg
 
 
 def joined(parts: list[RegressionSamples]) -> RegressionSamples:
-    """All rows, their strokes numbered through."""
+    """Return all rows as one table, with strokes numbered consecutively."""
     if len(parts) == 1:
         return parts[0]
     strokes, above = [], 0
@@ -133,14 +142,15 @@ def fit(
     details: dict[str, float | int],
     droppable: tuple[str, ...] = (),
 ) -> SlidingFit:
-    """Weighted least squares on `samples`, weight (n,); a residual is correlated over `window`
-    rows.
+    """Return a weighted least-squares fit of the samples; weight (n,).
 
-    Of the `droppable` parameters those that are needless (`alternatives`) are 0, and the others
-    fitted without them. A load that the travel does not tell is refused, and widens the others by
-    what it may be (`unresolved`). Raises NothingUsable where there are too few rows. Where the axis
-    moves in one direction only, Coulomb friction and offset are one number: both are refused, or
-    the offset alone where the bench knows it.
+    Residuals are correlated over `window` rows. `droppable` parameters that do not improve the
+    prediction (`term_selection`) are set to 0, and the others are fitted without them. A load that
+    the travel cannot separate is refused, and widens the other intervals by its possible effect
+    (`omitted_parameters`). If the motion is in one direction only, Coulomb friction and offset
+    cannot be separated: both are refused, or only the offset if the bench gives it.
+
+    Raises UnusableLogs if there are too few rows or the regressors are dependent.
     """
     names, refused = parameters_of(samples)
     plain, weighted, cluster, order = reduced(samples, weight, len(names), window)
@@ -183,9 +193,8 @@ def fit(
         raise UnusableLogs(str(error)) from None
     for name, v, w in zip(kept, solution.value, width, strict=True):
         found[name] = Interval(float(v), float(v - w), float(v + w))
-    if (
-        "viscous_backward" in found and "viscous" in samples.fixed
-    ):  # viscous friction backward less forward
+    # so far the excess of viscous friction backward over forward
+    if "viscous_backward" in found and "viscous" in samples.fixed:
         found["viscous_backward"] = shifted(
             found["viscous_backward"], samples.fixed["viscous"].value
         )
@@ -223,7 +232,7 @@ def shifted(interval: Interval, by: float) -> Interval:
 def _without(
     names: tuple[str, ...], gone: list[str], plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """Names and triangles without the columns that are `gone`."""
+    """Return names and triangles without the columns in `gone`."""
     if not gone:
         return names, plain, weighted
     chosen = [*(k for k, name in enumerate(names) if name not in gone), -1]
@@ -235,8 +244,10 @@ def _without(
 
 
 def less_offset(found: Interval, offset: Interval, sign: float) -> Interval:
-    """Coulomb friction from what it and the offset are together in the direction `sign`, wherever
-    in its interval the offset is."""
+    """Return Coulomb friction from its sum with the offset in the direction `sign`.
+
+    The interval holds for any offset in `offset`.
+    """
     value, half = found.value - sign * offset.value, found.half_width
     low, high = (
         (sign * offset.low, sign * offset.high)
@@ -249,10 +260,10 @@ def less_offset(found: Interval, offset: Interval, sign: float) -> Interval:
 def reduced(
     samples: RegressionSamples, weight: Vector, parameters: int, window: int
 ) -> tuple[Tensor, Tensor, Numbers, Numbers]:
-    """Of each run of rows in one stroke and cluster (g,): its triangle, that of the weighted rows,
-    its cluster, its stroke from 0.
+    """Reduce the rows to one triangle for each run (g) of rows in one stroke and cluster.
 
-    Columns: the first `parameters` of SLIDING, the loads, the effort.
+    Returns the triangles without and with weights (g, q, q), the cluster (g,) and the stroke (g,)
+    from 0. The columns are the first `parameters` of SLIDING, the loads, and the effort.
     """
     columns = (*samples.columns[:parameters], *samples.loads.values(), samples.effort)
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
@@ -264,8 +275,10 @@ def reduced(
 
 
 def residuals(samples: RegressionSamples, weight: Vector) -> Vector:
-    """The effort's residuals (n,) of a weighted fit. Raises NothingUsable where the parameters do
-    not follow."""
+    """Return the effort's residuals (n,) of a weighted fit.
+
+    Raises UnusableLogs if the regressors are dependent.
+    """
     _, free = free_columns(samples)
     columns = (*free, *samples.loads.values())
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
@@ -281,8 +294,10 @@ def residuals(samples: RegressionSamples, weight: Vector) -> Vector:
 def cluster_products(
     samples: RegressionSamples, columns: tuple[Vector, ...], window: int
 ) -> tuple[Tensor, Vector, Numbers]:
-    """Of each run of rows in one cluster: the products (g, q, q) of q `columns` (n,), its number of
-    rows (g,), its cluster (g,)."""
+    """Return for each run of rows in one cluster its products, number of rows and cluster.
+
+    The products are (g, q, q) of the q `columns` (n,); the others are (g,).
+    """
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
     starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))
     parts = triangles(columns, np.ones(samples.velocity.size), starts)
@@ -298,8 +313,10 @@ def intervals(
     names: tuple[str, ...],
     confidence: float,
 ) -> dict[str, Interval]:
-    """Each parameter that estimate(summed products, rows) gives, with the interval of the
-    delete-one-cluster jackknife."""
+    """Return each parameter of estimate(products, rows) with its jackknife interval.
+
+    One cluster is left out at a time.
+    """
     place = np.unique(cluster, return_inverse=True)[1]
     count = int(place.max()) + 1
     summed, number = np.zeros((count, *products.shape[1:])), np.bincount(place, rows)
@@ -324,8 +341,10 @@ def intervals(
 
 
 def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Which columns are told apart, in the order of SLIDING, and what is refused. Raises
-    UnusableLogs where there are too few rows."""
+    """Return the names of the identifiable columns, and the refused parameters with reasons.
+
+    Raises UnusableLogs if there are too few rows.
+    """
     if samples.velocity.size < 2 * len(SLIDING):
         raise UnusableLogs(f"only {samples.velocity.size} samples are certain to slip")
     if samples.terms is not None and "offset" not in samples.terms and not samples.split_coulomb:
@@ -340,14 +359,19 @@ def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str
         for side in (1.0, -1.0)
     )
     if min(forward, backward) < FEWEST_STROKES:
-        reason = f"too few reversals: {forward} strokes slip forward and {backward} backward (at least {FEWEST_STROKES} each are needed)"
+        reason = (
+            f"too few reversals: {forward} strokes slip forward and {backward} backward (at "
+            f"least {FEWEST_STROKES} each are needed)"
+        )
         return SLIDING, {"coulomb": reason, "offset": reason}
     return SLIDING, {}
 
 
 def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vector, ...]]:
-    """Return names and columns, each (n,), of the sliding parameters that are identifiable and not
-    fixed. Raises as `parameters_of`."""
+    """Return names and columns (n,) of the identifiable sliding parameters that are not fixed.
+
+    Raises as `parameters_of`.
+    """
     names, _ = parameters_of(samples)
     free = [
         (name, column)
@@ -360,8 +384,10 @@ def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vec
 def spread_as(
     plain: Mapping[str, Interval], found: dict[str, Interval], samples: RegressionSamples
 ) -> dict[str, Interval]:
-    """Return the intervals, at least as wide as those of least squares, which include the
-    uncertainty of the fixed parameters."""
+    """Return the intervals widened to those of least squares if parameters are fixed.
+
+    The intervals of least squares include the uncertainty of the fixed parameters.
+    """
     if not samples.fixed:
         return found
     half = {name: max(one.half_width, plain[name].half_width) for name, one in found.items()}

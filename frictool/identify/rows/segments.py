@@ -1,4 +1,4 @@
-"""Parts of records that a simulation runs through without being put right, and how each begins."""
+"""Segments of records that are simulated without a restart, and the initial state of each."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from frictool.plant.axis import VELOCITY, rest
 T = TypeVar("T")
 
 FEWEST_SAMPLES = 50
-COUNTS_OF_A_START = 10.0  # that have to pass for the encoder to tell a speed at the start
-LONGEST_START = 50  # samples over which a speed is told
-START_SHARE = 0.1  # of the top speed: below it an axis starts from rest
+COUNTS_OF_A_START = 10.0  # encoder counts that must pass to determine a speed at the start
+LONGEST_START = 50  # samples over which the speed at the start is determined
+START_SHARE = 0.1  # share of the top speed; a slower axis starts from rest
 
 
 @dataclass(frozen=True)
 class RecordSegment:
-    """Samples [first, last) of a record, in one piece of its clock."""
+    """Samples [first, last) of a record, in one unbroken piece of its clock."""
 
     record: MotionRecord
     first: int
@@ -30,27 +30,26 @@ class RecordSegment:
 
     @property
     def position(self) -> Vector:
-        """Measured (n,), rad | m."""
+        """Return the measured position (n,), rad | m."""
         return self.record.position[self.first : self.last]
 
     @property
     def effort(self) -> Vector:
-        """Measured (n,), N m | N."""
+        """Return the measured effort (n,), N m | N."""
         return self.record.effort[self.first : self.last]
 
     @property
     def reference(self) -> Vector | None:
-        """What the controller was asked for (n,), rad | m, where the log holds it."""
+        """Return the reference of the controller (n,), rad | m, or None if it was not logged."""
         return (
             None if self.record.reference is None else self.record.reference[self.first : self.last]
         )
 
     def start(self) -> Vector:
-        """The state (7,) in which it begins: in motion where the encoder shows so within some
-        samples, else at rest.
+        """Return the initial state (7,): in motion if the encoder shows a speed, else at rest.
 
-        A start slower than a share of the top speed is one from rest whose first samples were not
-        logged; where it was is forgotten as fast as the axis forgets its speed.
+        A slow start counts as one from rest with the first samples missing. The simulation forgets
+        that error as fast as the axis forgets its speed.
         """
         position, period = self.position, self.record.period
         state = np.asarray(rest(float(position[0])))
@@ -67,7 +66,7 @@ class RecordSegment:
 
 
 def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Every unbroken piece of the records that is long enough."""
+    """Return every unbroken piece of the records that is long enough."""
     found = []
     for record in records:
         edges = np.concatenate(
@@ -82,8 +81,10 @@ def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
 
 
 def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]:
-    """Beginnings of segments evenly over all of them, of at most `most` samples together; all where
-    they are no more."""
+    """Return the beginnings of evenly chosen segments, at most `most` samples together.
+
+    All segments are returned if they are not longer than that.
+    """
     if sum(one.last - one.first for one in segments) <= most:
         return list(segments)
     wanted = float(np.mean([one.last - one.first for one in segments]))
@@ -93,7 +94,7 @@ def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]
 
 
 def of_each_record(segments: Sequence[RecordSegment], what: Callable[[MotionRecord], T]) -> list[T]:
-    """what(record) of each segment's record; it is called once for all segments of one record."""
+    """Return what(record) for each segment's record, calling it once per record."""
     found: dict[int, T] = {}
     for segment in segments:
         if id(segment.record) not in found:

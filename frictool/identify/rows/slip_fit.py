@@ -1,13 +1,14 @@
-"""The rows that smoothing and the slip mask leave of records of motion, and the fits that differ
-only in how they weigh them.
+"""Fits on the smoothed samples that certainly slip; they differ only in their weights.
 
-Where the inertia cannot be identified it stays in the regression as a nuisance: over whole strokes
-acceleration is nearly orthogonal to velocity and its sign (4.27), so that this costs the others
-next to nothing, while an a-priori inertia would put its own error, in the clutch +-16 %, into them.
+An inertia that cannot be identified stays in the regression as a nuisance parameter. Over whole
+strokes, acceleration is nearly orthogonal to velocity and its sign (4.27), so that this hardly
+widens the other intervals. An a-priori inertia would add its own error to them, +-16 % in the
+clutch.
 
-The window is chosen twice: first as if the inertia could be had to any precision, then, knowing how
-uncertain it is, as short as leaves the attenuation by the encoder's noise at a fifth of the
-standard deviation: a shorter window loses fewer samples beside reversals.
+The window is chosen twice. The first choice assumes that the inertia can be identified to any
+precision. The second choice is the shortest window that keeps the attenuation by encoder noise
+below a fifth of the inertia's standard deviation, since a shorter window loses fewer samples near
+reversals.
 """
 
 from __future__ import annotations
@@ -31,18 +32,15 @@ from frictool.identify.rows.slip_mask import keep_rows, slip_mask
 from frictool.identify.rows.smoothing import acceleration_response, choose_window, smoothed
 from frictool.identify.rows.strokes import Strokes, find_strokes
 
-SMALLEST_SHARE, LARGEST_SHARE = (
-    0.0075,
-    0.1,
-)  # of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
+# smallest and largest share of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
+SMALLEST_SHARE, LARGEST_SHARE = (0.0075, 0.1)
 OWN_INERTIA = (
     "the loads over the position are fitted beside the bench's inertia, and hold its range"
 )
-BIAS_SHARE = 0.2  # of the inertia's standard deviation that attenuation may reach
+BIAS_SHARE = 0.2  # largest attenuation, relative to the inertia's standard deviation
 
-Fitting = Callable[
-    [RegressionSamples, int], SlidingFit
-]  # samples and the window that smoothed them -> fit
+# samples and the window that smoothed them -> fit
+Fitting = Callable[[RegressionSamples, int], SlidingFit]
 
 
 def weighted_fit(
@@ -52,10 +50,9 @@ def weighted_fit(
     weigh: Callable[[RegressionSamples], Vector],
     droppable: tuple[str, ...] = (),
 ) -> SlidingFit:
-    """Least squares on the samples certain to slip, each row times weigh(samples) (n,), less what
-    of `droppable` is needless.
+    """Return least squares on the samples that certainly slip; row weights weigh(samples) (n,).
 
-    Raises NothingUsable where nothing slips.
+    Needless parameters of `droppable` are set to 0. Raises UnusableLogs if nothing slips.
     """
 
     def fitting(rows: RegressionSamples, used: int) -> SlidingFit:
@@ -67,8 +64,10 @@ def weighted_fit(
 def slipping_fit(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, fitting: Fitting
 ) -> SlidingFit:
-    """What `fitting` makes of the samples certain to slip, inertia refused where the encoder hides
-    it. Raises NothingUsable."""
+    """Return the fit by `fitting` of the samples that certainly slip.
+
+    The inertia is refused if the encoder hides it. Raises UnusableLogs if nothing slips.
+    """
     samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
     result = fitting(with_fixed(samples, settings.fixed), used)
     share = _bearable_share(result, settings.confidence) * _own_share(samples)
@@ -77,7 +76,7 @@ def slipping_fit(
         and share > SMALLEST_SHARE
         and shortest_window(records, share) < used
     ):
-        del samples  # an hour of them is large, and the next come
+        del samples  # an hour of samples is large; free them before the next ones are made
         samples, used = slipping(records, bench, share, None)
         result = fitting(with_fixed(samples, settings.fixed), used)
     response, own = acceleration_response(records[0], used), _own_share(samples)
@@ -96,11 +95,10 @@ def slipping_fit(
 
 
 def _own_share(samples: RegressionSamples) -> float:
-    """The share (rms) of the acceleration that loads over the position and the other columns do not
-    explain, 1 if there is no such load.
+    """Return the rms share of the acceleration that the other columns do not explain.
 
-    A load over the position that goes with the acceleration takes the place of the inertia, since
-    it has less noise.
+    It is 1 without a load over the position. Such a load may replace the inertia in the fit, since
+    its column has less noise.
     """
     if not any(name in samples.loads for term in (SPRING, *HARMONICS) for name in TERMS[term]):
         return 1.0
@@ -112,8 +110,7 @@ def _own_share(samples: RegressionSamples) -> float:
 
 
 def known_inertia(bench: Bench) -> Interval:
-    """The bench's inertia; from 0 to twice its value if the bench gives no interval (as in
-    `unresolved_inertia`)."""
+    """Return the bench's inertia; from 0 to twice its value if the bench gives no interval."""
     known = bench.mechanics.inertia
     return Interval(
         known.value, *(known.interval if known.low is not None else (0.0, 2.0 * known.value))
@@ -121,8 +118,7 @@ def known_inertia(bench: Bench) -> Interval:
 
 
 def _bearable_share(result: SlidingFit, confidence: float) -> float:
-    """The share of noise in the acceleration whose attenuation of the inertia is small beside what
-    is uncertain of it anyway."""
+    """Return the noise share whose attenuation is small relative to the inertia's uncertainty."""
     inertia = result.parameters.get("inertia")
     if inertia is None or inertia.value <= 0.0:
         return LARGEST_SHARE
@@ -131,20 +127,22 @@ def _bearable_share(result: SlidingFit, confidence: float) -> float:
 
 
 def stroke_samples(record: MotionRecord) -> float:
-    """Median length of the record's strokes in samples, 0 where nothing moves."""
+    """Return the median length of the record's strokes in samples, 0 if nothing moves."""
     strokes = find_strokes(record)
     lengths = np.bincount(strokes.number[strokes.sign != 0.0], minlength=1)
     return float(np.median(lengths[lengths > 0])) if lengths.any() else 0.0
 
 
 def shortest_window(records: list[MotionRecord], share: float) -> int:
-    """The longest of the windows that the records need for noise at `share` of the acceleration."""
+    """Return the longest window that a record needs for noise at `share` of the acceleration."""
     return max(choose_window(record, stroke_samples(record), share) for record in records)
 
 
 def slipping_window(records: list[MotionRecord], window: int | None) -> int:
-    """The window asked for, or the longest that any record needs. Raises UnusableLogs where nothing
-    moves."""
+    """Return the requested window, or the longest that a record needs.
+
+    Raises UnusableLogs if nothing moves.
+    """
     if all(stroke_samples(record) == 0.0 for record in records):
         raise UnusableLogs(
             "no sample slips: nothing moves by more than the encoder's own count to and fro"
@@ -155,8 +153,10 @@ def slipping_window(records: list[MotionRecord], window: int | None) -> int:
 def slipping(
     records: list[MotionRecord], bench: Bench, share: float, window: int | None
 ) -> tuple[RegressionSamples, int]:
-    """The samples certain to slip, and the longest window that any record was smoothed over. Raises
-    UnusableLogs where none slips."""
+    """Return the samples that certainly slip, and the longest smoothing window of a record.
+
+    Raises UnusableLogs if none slips.
+    """
     parts, windows = [], []
     for record in records:
         length = stroke_samples(record)
@@ -172,7 +172,7 @@ def slipping(
 
 
 def full_backlash(bench: Bench) -> float:
-    """The largest full width of the bench's backlash, rad | m."""
+    """Return the largest full width of the bench's backlash, rad | m."""
     width = bench.mechanics.backlash
     return 0.0 if width is None else max(width.interval)
 
@@ -180,8 +180,10 @@ def full_backlash(bench: Bench) -> float:
 def slipping_mask(
     record: MotionRecord, strokes: Strokes, bench: Bench, velocity: Vector, window: int, every: int
 ) -> NDArray[np.bool_]:
-    """Which samples (n,) are the rows of a record: certain to slip over `window`, one in `every`;
-    `velocity` (n,) smoothed over it."""
+    """Return a mask (n,) of the rows of a record: certain to slip over `window`, one in `every`.
+
+    `velocity` (n,) is smoothed over the same window.
+    """
     mask = slip_mask(record, strokes, velocity, window, full_backlash(bench))
     if every > 1:
         mask[np.arange(mask.size) % every != 0] = False
@@ -195,10 +197,10 @@ def slipping_rows(
     signals: tuple[Vector, Vector, Vector],
     every: int = 1,
 ) -> RegressionSamples:
-    """The rows of one record that are certain to slip, one in `every`, from its smoothed
-    acceleration, velocity and effort (n,).
+    """Return the rows of one record that certainly slip, one in `every`.
 
-    The signals are overwritten: an hour of them is large.
+    `signals` are smoothed acceleration, velocity and effort (n,). They are overwritten, since an
+    hour of them is large.
     """
     strokes = find_strokes(record)
     mask = slipping_mask(record, strokes, bench, signals[1], window, every)

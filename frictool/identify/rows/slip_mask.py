@@ -1,11 +1,12 @@
-"""Which samples of a record are certain to slip with the load attached, in one direction (the mask
-of (4.18), without its tuning).
+"""Mask of the samples that certainly slip in one direction with the load attached.
 
-A sample is used where every sample that its smoothing window touches
-    lies in one stroke and one unbroken piece of the clock,
-    is past the backlash, counted from the stroke's beginning, and
-    moves along the stroke faster than the encoder's noise in one window and than 2 % of the
-    record's top speed.
+It is the mask of (4.18) without its tuning. A sample is used if all samples under its smoothing
+window
+
+- lie in one stroke and one unbroken piece of the clock;
+- are past the backlash, counted from the beginning of the stroke;
+- move along the stroke faster than the encoder's noise in one window, and faster than 2 % of the
+  record's top speed.
 """
 
 from __future__ import annotations
@@ -17,8 +18,9 @@ from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.identify.rows.strokes import Strokes
 from frictool.runtime.kernels import kernel
 
-NOISE_COUNTS = 2.0  # a window that sees less motion than this many counts may stand still
-SPEED_SHARE = 0.02  # of the top speed: below it breakaway, Stribeck effect and stick are near
+NOISE_COUNTS = 2.0  # counts; a window that sees less motion may be at rest
+# share of the top speed; below it breakaway, Stribeck effect and stick-slip may act
+SPEED_SHARE = 0.02
 
 Numbers = NDArray[np.int64]
 
@@ -34,10 +36,11 @@ def mark_slip(
     reach: int,
     mask: NDArray[np.bool_],
 ) -> None:
-    """Fills `mask` (n,), False before: True where velocity along the stroke is above `slowest` and
-    the advance above `gap` over
+    """Set `mask` (n,) to True for samples that slip over `reach` samples before and after.
 
-    `reach` samples before and after, all of one stroke. A velocity that is nan does not slip.
+    A sample slips if its velocity along the stroke exceeds `slowest` and its advance exceeds `gap`.
+    The samples around it must be of one stroke. A NaN velocity does not slip. The mask must be
+    False at the start.
     """
     first, n = 0, velocity.shape[0]
     for k in range(n + 1):
@@ -51,8 +54,10 @@ def mark_slip(
 def slip_mask(
     record: MotionRecord, strokes: Strokes, velocity: Vector, window: int, backlash: float
 ) -> NDArray[np.bool_]:
-    """True (n,) where a sample is certain to slip; `velocity` (n,) may hold nan at the ends;
-    `backlash` is the full width, rad | m."""
+    """Return a mask (n,) of the samples that certainly slip.
+
+    `velocity` (n,) may be NaN at the ends. `backlash` is the full width, rad | m.
+    """
     mask = np.zeros(velocity.size, dtype=np.bool_)
     top = float(np.nanmax(velocity * strokes.sign, initial=0.0))
     slowest = max(NOISE_COUNTS * record.resolution / (window * record.period), SPEED_SHARE * top)
@@ -72,7 +77,7 @@ def slip_mask(
 
 @kernel
 def keep_rows(mask: NDArray[np.bool_], values: Vector | Numbers) -> None:
-    """Moves the `values` (n,) where `mask` (n,) is True to the front, in order and in place."""
+    """Move the `values` (n,) selected by `mask` (n,) to the front, in order and in place."""
     kept = 0
     for k in range(mask.shape[0]):
         if mask[k]:

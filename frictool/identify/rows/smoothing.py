@@ -1,29 +1,26 @@
-"""Zero-phase smoothing in which nothing is out of step with anything (4.2.2: filter every signal
-alike).
+"""Zero-phase smoothing that filters all signals alike (4.2.2).
 
-The second derivative c of Savitzky and Golay (a cubic over W samples) annihilates straight lines,
-so that it is the second difference of a bump g with sum 1. Convolving the equation of motion with g
-gives, without any error of alignment,
+The Savitzky-Golay second derivative c (a cubic over W samples) annihilates straight lines. It
+therefore is the second difference of a kernel g with sum 1. Convolving the equation of motion with
+g gives, without an alignment error,
 
     J (c * x) + viscous (g * dx) + coulomb (g * sign v) + offset = g * u_
 
-    c * x     acceleration: the Savitzky-Golay filter itself
-    dx        central difference (x[k+1] - x[k-1])/(2 T)
-    u_        effort averaged over the triangle that a second difference of positions averages the
-              acceleration with:
-              no lag: held from its sample on    (u[k-1] + u[k])/2, exact
-              a lag: measured at the instant, in between on its way to a held command like 1 -
-              e^(-t/lag): weights of `effort_weights`, exact; (1, 4, 1)/6 where the lag is long
+- c * x: acceleration, the Savitzky-Golay filter itself
+- dx: central difference (x[k+1] - x[k-1])/(2 T)
+- u_: effort averaged over the triangle that a second difference of positions applies to the
+  acceleration. Without a lag, the effort is held from its sample on, and (u[k-1] + u[k])/2 is
+  exact. With a lag, the effort is measured at its instant, and approaches a held command like 1 -
+  e^(-t/lag) in between; the weights of `effort_weights` are exact, (1, 4, 1)/6 for a long lag.
 
-so that smoothing costs no bias whatever W is: J, viscous, coulomb and offset are those of the
-unsmoothed equation. (Straight lines between the samples of a lagging current would put -0.07 % on
-the clutch's inertia.)
+The smoothing therefore adds no bias for any W: J, viscous, coulomb and offset are those of the
+unsmoothed equation. (Straight lines between the samples of a lagging current would change the
+clutch's inertia by -0.07 %.)
 
-Window (documented rule): the smallest odd W for which the noise that the position leaves on the
-acceleration is at most a given share of the acceleration itself (rms), between 11 samples and a
-sixth of the median stroke. The noise of the position is that of the encoder's quantisation,
-step/sqrt(12), or what its fourth differences show, whichever is larger. A share s attenuates the
-inertia by s^2; which share is small enough is for the regression to say (`least_squares`).
+Window: the smallest odd W for which the noise of the position contributes at most a given share of
+the acceleration (rms), between 11 samples and a sixth of the median stroke. The noise of the
+position is its quantisation noise, step/sqrt(12), or the estimate from its fourth differences,
+whichever is larger. A share s attenuates the inertia by s^2; `slip_fit` chooses s.
 """
 
 from __future__ import annotations
@@ -42,29 +39,30 @@ from frictool.runtime.kernels import kernel
 Matrix = NDArray[np.float64]
 
 DEGREE = 3
-SHORTEST = 11  # samples
-STROKE_SHARE = 1.0 / 6.0  # a window longer than this fraction of a stroke leaves too little of it
-BLOCK = 1024  # samples that are filtered at a time
-PLACES = 20_000  # at which the acceleration is looked at to choose a window
-FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # rms of (1, -4, 6, -4, 1)
+SHORTEST = 11  # samples, shortest window
+STROKE_SHARE = 1.0 / 6.0  # longest window relative to a stroke; a longer one leaves too few samples
+BLOCK = 1024  # samples filtered at a time
+# largest number of samples at which the acceleration is evaluated to choose a window
+PLACES = 20_000
+FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # root of the sum of squares of (1, -4, 6, -4, 1)
 
 
 def acceleration_filter(window: int, period: float) -> Vector:
-    """c (window,) in 1/s^2: the acceleration is its correlation with the position."""
+    """Return c (window,) in 1/s^2; its correlation with the position is the acceleration."""
     return np.asarray(
         savgol_coeffs(window, DEGREE, deriv=2, delta=period, use="dot"), dtype=np.float64
     )
 
 
 def bump(window: int, period: float) -> Vector:
-    """g (window - 2,), no unit, sum 1: the kernel whose second difference is c."""
+    """Return g (window - 2,), dimensionless with sum 1, whose second difference is c."""
     once = np.cumsum(acceleration_filter(window, period)) * period
     return np.asarray(np.cumsum(once[:-1])[:-1] * period, dtype=np.float64)
 
 
 @kernel
 def fourth_difference_power(position: Vector) -> float:
-    """Mean square of the fourth differences of a position (n,), 0 where there is none."""
+    """Return the mean square of the fourth differences of a position (n,), 0 if there are none."""
     total, count = 0.0, position.shape[0] - 4
     for k in range(count):
         middle = position[k + 2]
@@ -79,14 +77,16 @@ def fourth_difference_power(position: Vector) -> float:
 
 
 def position_noise(record: MotionRecord) -> float:
-    """Standard deviation of the position's noise, rad | m: of its quantisation, or of its fourth
-    differences."""
+    """Return the standard deviation of the position noise, rad | m.
+
+    It is the larger of the quantisation noise and the estimate from fourth differences.
+    """
     measured = math.sqrt(fourth_difference_power(record.position)) / FOURTH_DIFFERENCE_GAIN
     return max(record.resolution / math.sqrt(12.0), measured)
 
 
 def measurement_noise(record: MotionRecord) -> float:
-    """The same of what was measured: of the position, or of the velocity, rad/s | m/s."""
+    """Return the noise (standard deviation) of the measured position, or velocity, rad/s | m/s."""
     if record.velocity is None:
         return position_noise(record)
     return max(
@@ -96,8 +96,7 @@ def measurement_noise(record: MotionRecord) -> float:
 
 
 def acceleration_response(record: MotionRecord, window: int) -> Vector:
-    """From what was measured to the acceleration (window,): c, or c on the integral of a measured
-    velocity."""
+    """Return the impulse response (window,) from the measured signal to the acceleration."""
     c = acceleration_filter(window, record.period)
     return (
         c if record.velocity is None else np.convolve(np.cumsum(c)[:-1] * record.period, (0.5, 0.5))
@@ -105,8 +104,11 @@ def acceleration_response(record: MotionRecord, window: int) -> Vector:
 
 
 def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> int:
-    """The window in samples, odd, by the rule above; `stroke_samples` is the median length of a
-    stroke, `share` that of the noise."""
+    """Return the smoothing window, odd, by the rule of the module.
+
+    - stroke_samples: median length of a stroke in samples
+    - share: allowed share of noise in the acceleration
+    """
     longest = max(_odd(stroke_samples * STROKE_SHARE), SHORTEST)
     if record.position.size <= longest:
         return SHORTEST
@@ -119,8 +121,7 @@ def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> 
 
 
 def _rms_acceleration(record: MotionRecord, window: int) -> float:
-    """rms of the acceleration smoothed over `window` samples, rad/s^2 | m/s^2, of some places of
-    the record."""
+    """Return the rms acceleration smoothed over `window` samples at evenly spaced samples."""
     every = max(1, record.position.size // PLACES)
     windows = sliding_window_view(record.position, window)[::every]
     acceleration = (windows - windows[:, :1]) @ acceleration_filter(window, record.period)
@@ -135,12 +136,12 @@ def _odd(length: float) -> int:
 def filter_blocks(
     position: Vector, effort: Vector, c: Vector, g: Vector, held: Vector, period: float, out: Matrix
 ) -> None:
-    """Fills `out` (3, n) of samples half a window from either end with c * position, g * central
-    difference and g * mean effort.
+    """Fill `out` (3, n) with smoothed acceleration, velocity and effort.
 
-    c (w,) and g (w - 2,) are symmetric; held (3,): what the samples before, at and after weigh in
-    the mean effort. Block by block, each tap over all samples of its block: as many additions in
-    the same order for every sample.
+    Samples within half a window of either end are left as they are. c (w,) and g (w - 2,) are
+    symmetric; held (3,) are the weights of the efforts before, at and after a sample. Each tap is
+    applied to a whole block of samples, so that all samples have the same additions in the same
+    order.
     """
     n, window = position.shape[0], c.shape[0]
     reach = (window - 1) // 2
@@ -177,14 +178,15 @@ def filter_blocks(
 
 
 def smoothed(record: MotionRecord, window: int) -> tuple[Vector, Vector, Vector]:
-    """Acceleration, velocity and effort, each (n,), of one record in SI; nan within half a window
-    of either end."""
+    """Return acceleration, velocity and effort (n,) of a record in SI units, smoothed.
+
+    They are NaN within half a window of either end.
+    """
     return smoothed_by(record, bump(window, record.period))
 
 
 def smoothed_by(record: MotionRecord, g: Vector) -> tuple[Vector, Vector, Vector]:
-    """The same with any symmetric kernel g (window - 2,), odd, of sum 1, whose second difference
-    gives the acceleration."""
+    """Return the signals of `smoothed` with any symmetric kernel g (window - 2,) of sum 1."""
     window = g.size + 2
     out, n, reach = np.empty((3, record.position.size)), record.position.size, (window - 1) // 2
     out[:, :reach] = out[:, max(n - reach, 0) :] = np.nan

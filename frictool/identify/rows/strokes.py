@@ -1,5 +1,4 @@
-"""Strokes: what lies between two reversals of the motion. They are the units in which residuals are
-independent of each other."""
+"""Strokes: the motion between two reversals, and the independent units of the residuals."""
 
 from __future__ import annotations
 
@@ -12,19 +11,17 @@ from numpy.typing import NDArray
 from frictool.identify.motion_record import MotionRecord, Vector
 from frictool.runtime.kernels import kernel
 
-# a reversal shows by more counts than this: one count to and fro is the encoder's own doing
+# encoder counts by which a reversal must show; one count to and fro is quantisation
 COUNTS = 1.5
-SHARE_OF_RANGE = (
-    1e-3  # ... and by more than this fraction of the range, against the noise of a fine encoder
-)
+# share of the range by which a reversal must show, too, against noise of a fine encoder
+SHARE_OF_RANGE = 1e-3
 
 
 @kernel
 def turning_points(position: Vector, threshold: float, points: NDArray[np.int64]) -> int:
-    """Indices of the reversals of `position` (n,) that show by more than `threshold`.
+    """Write the indices of the reversals of `position` (n,) into `points`; return their number.
 
-    Writes them into `points` (n,), which is filled from 0, and returns their number; the first and
-    last sample are not among them.
+    A reversal has to show by more than `threshold`. The first and last sample are not reversals.
     """
     found, direction, extreme = 0, 0, 0
     lowest, highest = 0, 0
@@ -57,8 +54,11 @@ def fill_strokes(
     sign: Vector,
     advance: Vector,
 ) -> None:
-    """Fills `number`, `sign` and `advance` (n,) of `Strokes` from the first sample `starts` (m,) of
-    each; `fresh` (m,) after a break."""
+    """Fill `number`, `sign` and `advance` (n,) of `Strokes`.
+
+    - starts: (m,), first sample of each stroke
+    - fresh: (m,), True for a stroke after a break of the clock
+    """
     n, strokes = position.shape[0], starts.shape[0]
     for stroke in range(strokes):
         start = starts[stroke]
@@ -74,11 +74,11 @@ def fill_strokes(
 
 @dataclass(frozen=True)
 class Strokes:
-    """`number` (n,) of the stroke of each sample, from 0; `sign` (n,) of its direction, 0 where
-    there is no motion;
+    """Stroke of each sample of a record.
 
-    `advance` (n,): how far, rad | m, the axis is from where the stroke began, positive along the
-    stroke.
+    - number: (n,), number of the stroke, from 0
+    - sign: (n,), direction +-1, 0 without motion
+    - advance: (n,), distance from the stroke's beginning along the stroke, rad | m
     """
 
     number: NDArray[np.int64]
@@ -87,7 +87,7 @@ class Strokes:
 
 
 def find_strokes(record: MotionRecord) -> Strokes:
-    """The strokes of a record; a break of the clock ends one."""
+    """Return the strokes of a record; a break of the clock ends a stroke."""
     position = record.position
     threshold = max(COUNTS * record.resolution, SHARE_OF_RANGE * float(np.ptp(position)))
     points = np.empty(position.size, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""A model against a measured log."""
+"""Compare a model with a measured log."""
 
 from typing import TYPE_CHECKING
 

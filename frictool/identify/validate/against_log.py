@@ -1,4 +1,4 @@
-"""A model against a measured log in memory."""
+"""Validate a model against a measured log in memory."""
 
 from __future__ import annotations
 
@@ -22,12 +22,36 @@ def validate(
     servo: PositionServo | None = None,
     moving: bool = False,
 ) -> Validation:
-    """The measured effort of `log` through `model`, or with a servo (its gains from position to
-    effort) the measured reference.
+    """Replay a measured log through a model, and return the errors.
 
-    Errors are of what remains after `skip` samples, velocity and acceleration through a low-pass of
-    `cutoff_hz`; `moving`: begin with the measured speed and not at rest. Raises LogError,
-    NoSolutionError as `validation.validate`.
+    Parameters
+    ----------
+    model
+        Model to validate.
+    log
+        Log with the measured position and effort, or drive.
+    skip
+        Samples left out at the start of each unbroken piece.
+    cutoff_hz
+        Cut-off of the low-pass for velocity and acceleration, Hz.
+    servo
+        Gains from position to effort. With them, the loop is closed along the measured reference;
+        without them, the measured effort drives the model.
+    moving
+        Start with the measured speed, and not at rest.
+
+    Returns
+    -------
+    Validation
+        Measured and simulated signals (n,) in SI units, and their errors.
+
+    Raises
+    ------
+    LogError
+        If the log has no unbroken piece longer than `skip`, no motion, or no reference for a closed
+        loop, or does not fit the model's bench.
+    NoSolutionError
+        If the simulation fails.
     """
     return replayed(
         model, record_of(match_bench(log, model.bench), model.bench), skip, cutoff_hz, servo, moving

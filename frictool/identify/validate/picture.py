@@ -1,4 +1,4 @@
-"""Measured against simulated over time, and the position's error, as an SVG."""
+"""SVG picture of measured and simulated signals over time, and of the position error."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from frictool.identify.validate.validation import Validation
 from frictool.presentation.decimation import decimated_indices
 from frictool.presentation.svg import drawing, render
 
-WIDTH, HEIGHT = 7.0, 1.9  # inches; of each axes
+WIDTH, HEIGHT = 7.0, 1.9  # inches, of each axes
 MEASURED, SIMULATED, REFERENCE = "#444444", "#c0392b", "#1f5fa8"
 
 
 def picture(validation: Validation, name: str, axis: Axis) -> str:
-    """The `<svg>` element, the same bytes for the same validation."""
+    """Return the `<svg>` element; equal validations give identical bytes."""
     with drawing("validate"):
         figure = Figure(figsize=(WIDTH, HEIGHT * 4), layout="constrained")
         axes = figure.subplots(4, 1, sharex=True)
@@ -52,5 +52,5 @@ def picture(validation: Validation, name: str, axis: Axis) -> str:
 
 
 def effort_label(axis: Axis) -> str:
-    """What drives or loads the axis, with its unit: a torque or a force."""
+    """Return the axis label of the effort, torque or force, with its unit."""
     return f"{'torque' if axis == 'rotary' else 'force'}\n{si_unit('effort', axis)}"

@@ -1,14 +1,14 @@
-"""Comparison of a simulated model with the measured axis.
+"""Compare a simulated model with the measured axis.
 
-    open loop     the measured effort drives the model
-    closed loop   the bench's controller drives the model along the measured reference; effort
-                  error: measured less simulated effort
+- open loop: the measured effort drives the model
+- closed loop: the bench's controller drives the model along the measured reference; the effort
+  error is measured minus simulated effort
 
-Errors are norms over the norm of the measured signal, over all samples but the first. Velocity and
-acceleration of measured and simulated positions alike are differences after the low-pass of the
-published pipeline (`inverse_dynamic`). The force error of both loops is that of `identify`
-(`force_error.py`): the effort that the model lacks along the measured motion, over the samples
-certain to slip.
+Errors are norms relative to the norm of the measured signal, over all samples but the skipped ones.
+Velocity and acceleration of measured and simulated positions are differences after the low-pass of
+the published pipeline (`inverse_dynamic`). The force error of both loops is that of `identify`
+(`force_error.py`): the effort that the model lacks along the measured motion, over the samples that
+certainly slip.
 """
 
 from __future__ import annotations
@@ -33,17 +33,22 @@ from frictool.plant.axis_model import axis_of, load_of
 
 OPEN, CLOSED = "open", "closed"
 FILTER_ORDER = 4
-FIELDS = (*PARAMETERS, *CURVE)  # of a model's parameters
-HIGHEST_CUTOFF = 0.4  # of the sampling rate: below half of it
+FIELDS = (*PARAMETERS, *CURVE)  # fields of a model's parameters
+HIGHEST_CUTOFF = 0.4  # highest cut-off relative to the sampling rate
 
 
 @dataclass(frozen=True)
 class Validation:
-    """Samples (n,) of measured and simulated signals in SI, NaN where the force is not told, and
-    the errors by name.
+    """Measured and simulated signals of a model, and their errors.
 
-    loop: `open` or `closed`. skip: samples left out at the start of each piece. largest: the
-    largest position error, rad | m. reference (n,): rad | m, of a closed loop.
+    - loop: `open` or `closed`
+    - skip: samples left out at the start of each piece
+    - time: (n,), s
+    - measured, simulated: name -> (n,), SI units; NaN if the force is unknown
+    - position_rmse: rms position error, rad | m
+    - largest: largest position error, rad | m
+    - errors: name -> relative error, None if it is undefined
+    - reference: (n,), rad | m, of a closed loop
     """
 
     loop: str
@@ -65,11 +70,11 @@ def validate(
     servo: PositionServo | None = None,
     moving: bool = False,
 ) -> Validation:
-    """Replays `record` through `model`, each unbroken piece from its first measured position, at
-    rest unless `moving`.
+    """Return the comparison of `record` with a model.
 
-    Raises LogError where the record holds no piece longer than `skip`, nothing moves, or a closed
-    loop has no reference; NoSolutionError where the simulation fails.
+    Each unbroken piece is replayed from its first measured position, at rest unless `moving`.
+    Raises LogError if no piece is longer than `skip`, if nothing moves, or if a closed loop has no
+    reference; NoSolutionError if the simulation fails.
     """
     if record.velocity is not None:
         raise LogError(
@@ -93,7 +98,8 @@ def validate(
     if servo is not None and record.reference is None:
         raise LogError(
             record.name,
-            "has no channel reference, which a closed loop follows; leave the gains out for the open loop",
+            "has no channel reference, which a closed loop follows; leave the gains out for the "
+            "open loop",
         )
     cutoff = min(cutoff_hz, HIGHEST_CUTOFF / record.period)
     force = _force(model, record)
@@ -122,7 +128,7 @@ def validate(
 
 
 def pair_part(pair: tuple[Vector, Vector], skip: int) -> tuple[Vector, Vector]:
-    """Both signals without their first samples."""
+    """Return both signals without their first samples."""
     return pair[0][skip:], pair[1][skip:]
 
 
@@ -134,8 +140,7 @@ def _relative(measured: Vector, simulated: Vector) -> float | None:
 
 
 def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
-    """Return the smoothed measured effort (n,) and the model's along the measured motion, NaN where
-    the axis may not slip."""
+    """Return the measured and the model's effort (n,), smoothed; NaN unless the axis slips."""
     measured, modelled = np.full((2, record.position.size), np.nan)
     rows = slip_rows(record, model.bench)
     if rows is not None:
@@ -159,7 +164,7 @@ def _cut(force: tuple[Vector, Vector], piece: RecordSegment) -> dict[str, tuple[
 def _run(
     model: Model, piece: RecordSegment, servo: PositionServo | None, moving: bool, cutoff: float
 ) -> dict[str, tuple[Vector, Vector]]:
-    """Signal -> (measured, simulated), each (n,)."""
+    """Return a mapping of signal to (measured, simulated), each (n,)."""
     record, axis = piece.record, axis_of(model)
     p = replay_parameters(
         axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=record.lag)
@@ -190,7 +195,7 @@ def _run(
 
 
 def _rates(position: Vector, period: float, cutoff: float) -> tuple[Vector, Vector]:
-    """Velocity and acceleration (n,) of a position (n,), low-passed forward and backward."""
+    """Return velocity and acceleration (n,) of a position (n,), low-passed forward and backward."""
     b, a = butter(FILTER_ORDER, 2.0 * cutoff * period)
     velocity = np.gradient(filtfilt(b, a, position - position[0]), period)
     return velocity, np.gradient(velocity, period)
