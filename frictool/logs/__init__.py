@@ -1,4 +1,4 @@
-"""A log in memory, its formats (one file each), and the mapping of raw columns to channels."""
+"""Logs in memory, their readers and writers, and the mapping of raw columns to channels."""
 
 from typing import TYPE_CHECKING
 

@@ -1,8 +1,7 @@
-"""Files of one rig to one log, stream by stream and without holding it: opened, dated alike, cut,
-resampled, written.
+"""Assembly of the files of one rig into one log, without holding the samples in memory.
 
-files ──▶ Flows ──dated──▶ cut ──▶ resampled where asked ──▶ chunks in the order of time ──▶
-CanonicalWriter
+files ──▶ streams ──▶ common time ──▶ window ──▶ optional resampling
+      ──▶ chunks in order of time ──▶ CanonicalWriter
 """
 
 from __future__ import annotations
@@ -46,13 +45,13 @@ from frictool.logs.table import LAYOUT, DataLoss, DetectedLayout, RawTable
 
 
 class TimeWindow(NamedTuple):
-    """From when to when of the log's time, in ns; None is its start, its end. Both are within."""
+    """Window of the log's time in ns, both ends included; None means no limit."""
 
     start: int | None = None
     end: int | None = None
 
     def cut(self, pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
-        """The samples of a stream that lie within; what follows is not read."""
+        """Yield the samples within the window; blocks after the window are not read."""
         for piece in pieces:
             low = 0 if self.start is None else int(piece.time.searchsorted(self.start))
             high = (
@@ -78,11 +77,15 @@ EVERYTHING = TimeWindow()
 
 @dataclass
 class LogAssembly:
-    """What is to become one log.
+    """Streams, metadata and losses of a log that is to be written.
 
-    notes: metadata records. lost: what was found on opening; told: what an earlier salvage lost.
-    origin: of the clocks, in ns, where it is known before the first sample. ahead: topic -> how far
-    its instrument's clock is ahead, in ns. findings: of tables, what was odd.
+    notes: metadata records.
+    lost: losses noticed when the files were opened.
+    told: losses that the metadata of a canonical input reports from an earlier salvage.
+    origin: clock time in ns at 0 of the log; None until the first sample of a clock is known.
+    ahead: topic -> lead of its instrument's clock in ns.
+    findings: functions that return the warnings of each raw table.
+    salvage: leave out unreadable data instead of raising.
     """
 
     flows: list[StreamSource] = field(default_factory=list)
@@ -96,12 +99,12 @@ class LogAssembly:
 
     @property
     def progress(self) -> float:
-        """The part of the bytes that has been worked through."""
+        """Return the fraction of the bytes that has been processed, 0 to 1."""
         return sum(flow.done for flow in self.flows) / max(1, sum(flow.size for flow in self.flows))
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was odd about the samples; complete when they have been read."""
+        """Return the warnings about the samples; complete after the last sample."""
         several = len({flow.source for flow in self.flows}) > 1
         odd = tuple(
             (f"{Path(flow.source).name}: " if several else "") + text
@@ -111,15 +114,14 @@ class LogAssembly:
         return (*odd, *(text for one in self.findings for text in one()))
 
     def start(self, flow: StreamSource) -> int:
-        """What a stream's times are counted from, in ns."""
+        """Return the time in ns that is subtracted from the times of a stream."""
         return (self.origin or 0 if flow.clock is not None else 0) + self.ahead.get(
             flow.head.topic, 0
         )
 
     @property
     def losses(self) -> list[DataLoss]:
-        """What this reading has lost, in the log's time; complete when the samples have been
-        read."""
+        """Return the losses of this reading in the log's time; complete after the last sample."""
         found = LossList()
         for loss in self.lost:
             found.append(loss)
@@ -135,10 +137,12 @@ class LogAssembly:
 
 
 def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) -> LogAssembly:
-    """The streams of the files: of the first as they are, of each further one as `/axis/STEM`,
-    `/axis/STEM_NAME`.
+    """Return the streams of the files.
 
-    Raises LogError where a file cannot be read or mapped, and where a raw one has no bench.
+    The streams of the first file keep their topics. Those of each further file become `/axis/STEM`
+    or `/axis/STEM_NAME`.
+
+    Raises LogError if a file cannot be read or mapped, or if a raw file has no bench.
     """
     made = LogAssembly(salvage=salvage)
     for parts in sources(paths):
@@ -149,7 +153,10 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
             continue
         if bench is None:
             refuse_document(path, head_of(path))
-            missing = "is a raw bench file; its columns mean nothing without --bench bench.yaml (or `frictool ingest` it first)"
+            missing = (
+                "is a raw bench file; its columns mean nothing without --bench bench.yaml (or "
+                "`frictool ingest` it first)"
+            )
             raise LogError(path, missing)
         view = view_of(path, bench)
         layout = view.bench.layout
@@ -169,7 +176,10 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
 def add_tables(
     made: LogAssembly, tables: Sequence[RawTable], bench: Bench, stem: str = "", ahead_ns: int = 0
 ) -> None:
-    """The streams of a raw file, whose clock is ahead so much. Raises LogError as `bind` does."""
+    """Add the streams of a raw file; raise LogError as `bind` does.
+
+    ahead_ns: lead of the file's clock in ns.
+    """
     ready, findings = prepare_tables(tables, bench)
     flows = bind(
         ready,
@@ -186,7 +196,7 @@ def add_tables(
 
 
 def _describe(made: LogAssembly, path: Path, tables: Sequence[RawTable]) -> None:
-    """Keeps how a file was found to be laid out."""
+    """Record the detected layout of a file in the metadata."""
     for table in tables:
         if isinstance(table, DetectedLayout):
             made.notes.setdefault(LAYOUT, {})[readable(path.name)] = table.told
@@ -230,7 +240,7 @@ def _renamed(loss: DataLoss, topics: dict[str, str]) -> DataLoss:
 
 @dataclass
 class PendingStream:
-    """A stream that is ready to be written: its samples begin at `first` ns of the log."""
+    """A stream that is ready to be written; `first` is the log time in ns of its first sample."""
 
     head: StreamHeader
     samples: Iterator[SampleBlock]
@@ -251,12 +261,14 @@ def write(
     period_ns: int | None = None,
     tick: Callable[[float], None] = lambda part: None,
 ) -> list[tuple[StreamHeader, TimeBase]]:
-    """Writes the log: all streams within the window, on one grid where a period is given; returns
-    what was written.
+    """Write all streams within the window, and return their headers and time bases.
 
-    notes: further metadata records. tick: is told the part that has been worked through.
+    notes: further metadata records.
+    period_ns: sample period in ns to which all streams are resampled, as one; None keeps the
+        streams.
+    tick: callback that receives the fraction done, 0 to 1.
 
-    Raises LogError where a sample cannot be read, or where none is left.
+    Raises LogError if a sample cannot be read, or if no sample is left.
     """
     ready = start_streams(made, window)
     records = {**made.notes, **origins(made, [one.head.topic for one in ready]), **notes}
@@ -282,7 +294,7 @@ def _ticking(
 
 
 def assemble_log(made: LogAssembly) -> Log:
-    """The log in memory. Raises LogError as `write` does."""
+    """Return the log in memory; raise LogError as `write` does."""
     ready = start_streams(made)
     streams = []
     for one in ready:
@@ -295,8 +307,10 @@ def assemble_log(made: LogAssembly) -> Log:
 
 
 def start_streams(made: LogAssembly, window: TimeWindow = EVERYTHING) -> list[PendingStream]:
-    """The streams with a sample in the window; the first sample of every file is read, as the
-    clocks count from the earliest."""
+    """Return the streams that have a sample in the window.
+
+    The first sample of every stream is read, because the log starts at the earliest clock time.
+    """
     begun = []
     for flow in made.flows:
         pieces = flow.samples(made.salvage)
@@ -327,7 +341,7 @@ def _since(pieces: Iterator[SampleBlock], origin: int) -> Iterator[SampleBlock]:
 
 
 def origins(made: LogAssembly, topics: list[str]) -> Notes:
-    """What the samples were made from and what dates them."""
+    """Return the metadata records of the raw columns and the clocks of these streams."""
     flows = [flow for flow in made.flows if flow.head.topic in topics]
     columns = {
         message_path(flow.head.topic, name): text
@@ -342,8 +356,7 @@ def origins(made: LogAssembly, topics: list[str]) -> Notes:
 def _on_grid(
     made: LogAssembly, ready: list[PendingStream], period_ns: int
 ) -> tuple[list[PendingStream], dict[str, str]]:
-    """All streams as one. Raises LogError where they have no time in common, or less than a period
-    of it."""
+    """Resample all streams into one; raise LogError if they overlap by less than one period."""
     derived = [
         flow.head.topic
         for flow in made.flows
@@ -361,7 +374,8 @@ def _on_grid(
     if following is None and first.time.size < 2:
         raise LogError(
             made.flows[0].source,
-            f"is shorter than a period of {period_ns / NS:g} s, so that one sample is left; resample to less",
+            f"is shorter than a period of {period_ns / NS:g} s, so that one sample is left; "
+            "resample to less",
         )
     begin = [first] if following is None else [first, following]
     return [PendingStream(on.head, chain(begin, samples), int(first.time[0]))], on.note

@@ -1,10 +1,10 @@
-"""From a log to the formats of other tools: one module each, `write(streams, notes, target)`.
+"""Conversion of logs to the formats of other tools; each format is a module with `write`.
 
-    Ready streams ──regrouped──▶ writer ──▶ bytes; one stream at a time, block after block where the
-    format allows it
+    streams ──regrouped──▶ writer ──▶ bytes
 
-All give the same numbers again, bit for bit, when they are read: `time [s]`, then the signals in SI
-with their units.
+One stream is written at a time, block after block if the format allows it. Each file holds `time
+[s]` and then the signals in SI with their units. Reading it back returns the same numbers, bit for
+bit.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ TIME_NAME, TIME_UNIT = "time", "s"
 
 @dataclass
 class OutgoingStream:
-    """A stream on its way out: what it is, and its samples, which can be taken once."""
+    """Header and samples of a stream to be converted; the samples can be read once."""
 
     head: StreamHeader
     samples: Iterator[SampleBlock]
@@ -43,7 +43,10 @@ class OutgoingStream:
         return (TIME_UNIT, *self.head.units)
 
     def blocks(self) -> Iterator[list[Vector]]:
-        """Time [s] and the signals, BLOCK_ROWS or somewhat more at once."""
+        """Yield time in s and the signals, in blocks of at least BLOCK_ROWS rows.
+
+        The last block may be shorter.
+        """
         held: list[SampleBlock] = []
         for piece in self.samples:
             held.append(piece)
@@ -54,7 +57,7 @@ class OutgoingStream:
             yield _columns(join_blocks(held))
 
     def whole(self) -> list[Vector]:
-        """All of it at once."""
+        """Return time in s and the signals, all samples at once."""
         return _columns(join_blocks([*self.samples]))
 
 
@@ -63,14 +66,19 @@ def _columns(samples: SampleBlock) -> list[Vector]:
 
 
 class FormatWriter(Protocol):
-    """What the module of a format has."""
+    """Interface of the module of an output format."""
 
     def write(self, streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None: ...
 
 
 class OutputFormat(NamedTuple):
-    """A format: the ends of its files' names, its module, whether a file holds several streams, the
-    library it needs and of which extra."""
+    """An output format.
+
+    suffixes: suffixes of its file names.
+    module: module that writes it.
+    several: True if one file can hold several streams.
+    needs: required library and the extra of frictool that installs it; None if none is needed.
+    """
 
     suffixes: tuple[str, ...]
     module: str
@@ -95,14 +103,14 @@ CONVERSIONS = {
 
 
 def format_for(path: Path) -> str | None:
-    """The format that a file's name asks for."""
+    """Return the output format for the suffix of a file name, or None."""
     return next(
         (name for name, one in CONVERSIONS.items() if path.suffix.lower() in one.suffixes), None
     )
 
 
 def require(kind: str, target: Path) -> None:
-    """Raises LogError about `target` where the library that writes its format is not installed."""
+    """Raise LogError about `target` if the library that writes this format is not installed."""
     needs = CONVERSIONS[kind].needs
     if needs is not None:
         library(target, *needs)
@@ -111,22 +119,24 @@ def require(kind: str, target: Path) -> None:
 def convert(
     source: str, streams: Sequence[OutgoingStream], notes: Notes, kind: str, target: BinaryIO
 ) -> None:
-    """Writes the streams in a format of CONVERSIONS. Raises LogError where one file cannot hold
-    them all."""
+    """Write the streams in the format `kind`; raise LogError if one file cannot hold them all."""
     one = CONVERSIONS[kind]
     if len(streams) > 1 and not one.several:
         topics = ", ".join(stream.head.topic for stream in streams)
         several = ", ".join(name for name, other in CONVERSIONS.items() if other.several)
         raise LogError(
             source,
-            f"has {len(streams)} streams, {topics}; a {kind} file holds one: name it with --stream, or convert to {several}",
+            f"has {len(streams)} streams, {topics}; a {kind} file holds one: "
+            f"name it with --stream, or convert to {several}",
         )
     cast(FormatWriter, importlib.import_module(one.module)).write(streams, notes, target)
 
 
 def flat_names(streams: Sequence[OutgoingStream]) -> list[str]:
-    """A name for each stream without slashes, `axis_force` for `/axis/force`, with a number where
-    another has it already."""
+    """Return a name without slashes for each stream, such as `axis_force` for `/axis/force`.
+
+    A number is appended to a name that is already in use.
+    """
     names: list[str] = []
     for stream in streams:
         name = stem = stream.head.topic.strip("/").replace("/", "_")

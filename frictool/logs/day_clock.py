@@ -1,6 +1,6 @@
-"""Times of day without a date: a log that runs over midnight goes on, and does not start anew.
+"""Times of day without a date, continued over midnight.
 
-back by more than half a day  ->  a day later
+A step back by more than half a day counts as the next day.
 """
 
 from __future__ import annotations
@@ -10,19 +10,21 @@ import numpy as np
 from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.table import Nanoseconds
 
-DAY = 86_400 * NS  # ns
+DAY = 86_400 * NS  # ns per day
 
 
 class DayClock:
-    """The clock of one reading, block after block. Stamps with a date, which are days from
-    1970-01-01, pass as they are."""
+    """Day counter of one reading, block after block.
+
+    Stamps with a date, counted in ns from 1970-01-01, pass unchanged.
+    """
 
     def __init__(self) -> None:
-        self._last: int | None = None  # as it stands in the file
+        self._last: int | None = None  # last stamp as in the file
         self._days = 0
 
     def onward(self, stamps: Nanoseconds) -> Nanoseconds:
-        """The stamps (n,) in ns with the days that have gone by since the first."""
+        """Return the stamps (n,) in ns plus the days that have passed since the first stamp."""
         if not stamps.size or (self._last is None and not 0 <= stamps[0] < DAY):
             return stamps
         steps = np.diff(stamps, prepend=stamps[0] if self._last is None else self._last)

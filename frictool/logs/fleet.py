@@ -1,4 +1,4 @@
-"""The logs of a fleet: those that are named, and those in the folders that are."""
+"""Logs of a fleet: the listed files and the logs in the listed folders."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frictool.errors import LogError
 from frictool.logs.origin import LogName
 from frictool.logs.recordings.recording_files import METADATA
 
-# what in a folder is taken for a log; a file that is named by itself is read whatever it is called
+# suffixes of the files in a folder that are read as logs; a file listed by itself is always read
 SUFFIXES = (
     ".mcap",
     ".bag",
@@ -30,37 +30,36 @@ SUFFIXES = (
     ".npz",
 )
 
-TABLE_HEAD = ("unit", "date", "file")  # what every table about logs opens with
+TABLE_HEAD = ("unit", "date", "file")  # first columns of every table about logs
 PARQUET_MAGIC = b"PAR1"
 
 
 @dataclass(frozen=True)
 class FleetLog:
-    """A log of the fleet, and what it is called: below the folder that was given, or as it was
-    given itself."""
+    """A log of the fleet: its path, and its name relative to the listed folder or as listed."""
 
     path: Path
     name: LogName
 
 
 def is_fleet(logs: Sequence[Path]) -> bool:
-    """Whether there are several logs, or a folder that is no recording by itself."""
+    """Return whether there are several logs, or a folder that is not itself a recording."""
     return len(logs) > 1 or (logs[0].is_dir() and not _is_bag(logs[0]))
 
 
 def _is_bag(folder: Path) -> bool:
-    """Whether a folder is one recording, a ROS 2 bag."""
+    """Return whether a folder is a ROS 2 bag, which is one recording."""
     return (folder / METADATA).is_file()
 
 
 def members(logs: Iterable[Path]) -> list[FleetLog]:
-    """The logs that are named, and those in the folders that are. Hidden ones are left out, and
-    tables about logs: an earlier run may have written its own beside them.
+    """Return the listed logs and those in the listed folders.
 
-    What is below one folder is called by where it is in it; below several, with the name of its
-    own.
+    Hidden files are left out. Tables about logs are left out, too, because an earlier run may have
+    written one into the folder. The name of a log in the only listed folder is relative to that
+    folder; with several folders it begins with the folder's name.
 
-    Raises LogError where a folder has none.
+    Raises LogError if a folder holds no log.
     """
     logs = list(logs)
     several = sum(is_fleet([log]) for log in logs) > 1
@@ -76,7 +75,8 @@ def members(logs: Iterable[Path]) -> list[FleetLog]:
     if not found:
         raise LogError(
             logs[0],
-            "is a table about logs, or holds nothing else; name logs, or the folder that they are in",
+            "is a table about logs, or holds nothing else; name logs, "
+            "or the folder that they are in",
         )
     return list(found.values())
 
@@ -107,9 +107,10 @@ def _logs(folder: Path) -> Iterator[Path]:
 
 
 def is_table(path: Path) -> bool:
-    """Whether a file is a table about logs, CSV or Parquet, that frictool has written: told by its
-    columns and not by its name, so that a log is never taken for one. False where it cannot be
-    read.
+    """Return whether a file is a CSV or Parquet table about logs that frictool has written.
+
+    The columns decide and not the name, so that a log is never mistaken for a table. Returns False
+    if the file cannot be read.
     """
     if not path.is_file():
         return False
@@ -125,7 +126,7 @@ def is_table(path: Path) -> bool:
 
 
 def _footer(stream: BinaryIO) -> bytes:
-    """The metadata of a Parquet file. Raises ValueError or OSError where it is cut."""
+    """Return the metadata of a Parquet file; raise ValueError or OSError if it is truncated."""
     end = stream.seek(-8, io.SEEK_END)
     size = int.from_bytes(stream.read(4), "little")
     if not 0 < size <= end:
@@ -135,8 +136,10 @@ def _footer(stream: BinaryIO) -> bytes:
 
 
 def _opens_with(footer: bytes, names: Sequence[str]) -> bool:
-    """Whether the schema's first columns have these names. They stand in the footer in their order,
-    each with its length before it, and what frictool wrote tells its version beside them.
+    """Return whether the first columns have these names, in a file that frictool wrote.
+
+    The footer holds the names in the order of the columns, each after its length, and the word
+    "frictool" with the version.
     """
     found = [footer.find(bytes([len(name)]) + name.encode()) for name in names]
     return found[0] >= 0 and found == sorted(found) and b"frictool" in footer

@@ -1,8 +1,8 @@
-"""The formats of raw bench files, and which of them a file has: its content tells, never its name.
+"""Formats of raw bench files, detected from the content and never from the name.
 
-A format is one module, imported when it is asked: `sniff(head, path)` says whether the file is one
-of its own by the first HEAD_BYTES, and `tables(path, layout)` opens it: a table for each of its
-time bases, nothing of their rows read yet.
+A format is one module, imported when it is needed. `sniff(head, path)` says whether a file has this
+format, from its first HEAD_BYTES bytes. `tables(path, layout)` opens the file and returns one table
+for each of its time bases, without reading rows.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from frictool.logs.table import RawTable
 
 
 class Format(NamedTuple):
-    """A format: what messages call it, and its module."""
+    """A format: its name in messages, and its module."""
 
     name: str
     module: str
 
 
-# in the order in which they are asked; text takes whatever holds no NUL character
+# in the order of detection; the text format accepts any file without a NUL character
 FORMATS = (
     Format("recordings (MCAP, ROS bags)", "frictool.logs.recordings.recording_format"),
     Format("MATLAB", "frictool.logs.arrays.mat_format"),
@@ -38,26 +38,28 @@ FORMATS = (
     Format("text with columns (CSV)", "frictool.logs.text.csv_format"),
 )
 
-# what is no log but may hold one: first bytes -> what it is, and what to do
+# files that are not logs but may hold one: first bytes -> message
 PACKED = {
     b"\x1f\x8b": "is packed with gzip; unpack it first (gunzip)",
     b"BZh": "is packed with bzip2; unpack it first (bunzip2)",
     b"\xfd7zXZ": "is packed with xz; unpack it first (unxz)",
     b"\x28\xb5\x2f\xfd": "is packed with zstd; unpack it first (zstd -d)",
     b"PK\x03\x04": "is a zip archive or an Excel workbook; unpack it, or save the sheet as CSV",
-    b"\xd0\xcf\x11\xe0": "is an Excel workbook or another document of Office; save the sheet as CSV",
+    b"\xd0\xcf\x11\xe0": "is an Excel workbook or another document of Office; "
+    "save the sheet as CSV",
     b"TDSm": "is a TDMS file of LabVIEW; export it as CSV or MATLAB",
 }
-# what text is no table: a document of ours by its first key, a page
+# text that is not a table: a frictool document (by its first key) or an HTML page
 DOCUMENT = re.compile(
-    rb"^format: *['\"]?((?:bench|model|spec|design|controller|scenario|friction|observer|mechanism)/\d+)\b",
+    rb"^format: *['\"]?((?:bench|model|spec|design|controller|scenario|friction|observer|"
+    rb"mechanism)/\d+)\b",
     re.MULTILINE,
 )
 PAGE = re.compile(rb"\s*<(?:!doctype|html)\b", re.IGNORECASE)
 
 
 class FormatReader(Protocol):
-    """What the module of a format has."""
+    """Interface of the module of a format."""
 
     def sniff(self, head: bytes, path: Path) -> bool: ...
 
@@ -65,7 +67,7 @@ class FormatReader(Protocol):
 
 
 def format_of(path: Path) -> Format:
-    """The format of a raw file. Raises LogError where it cannot be read or is none of them."""
+    """Return the format of a raw file; raise LogError if it is unreadable or of no known format."""
     head = head_of(path)
     refuse_document(path, head)
     for one in FORMATS:
@@ -80,8 +82,10 @@ def format_of(path: Path) -> Format:
 
 
 def refuse_document(path: Path, head: bytes) -> None:
-    """Raises LogError where text is no table that any column could be of: a document, a page. head:
-    the file's first bytes."""
+    """Raise LogError if the file is a frictool document or an HTML page.
+
+    head: first bytes of the file.
+    """
     if b"\0" not in head and (document := DOCUMENT.search(head)):
         raise LogError(path, f"is a document ({document[1].decode()}); a log file is expected")
     if PAGE.match(head):
@@ -89,27 +93,28 @@ def refuse_document(path: Path, head: bytes) -> None:
 
 
 def refuse_swapped(document: Path, log: Path) -> None:
-    """Raise LogError where a log stands in the place of a document, and a document in the place of
-    a log."""
+    """Raise LogError if a log and a document were passed in the wrong order."""
     if not document.is_file() or not log.is_file():
         return
     given = DOCUMENT.search(head_of(log)) if log.stat().st_size else None
     if given and document.stat().st_size and not DOCUMENT.search(head_of(document)):
         raise LogError(
             log,
-            f"is a document ({given[1].decode()}), and {document.name} is none; write the document first, then the log",
+            f"is a document ({given[1].decode()}), and {document.name} is none; "
+            "write the document first, then the log",
         )
 
 
 def tables_of(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """The tables of a raw file. Raises LogError where it cannot be read or is no file of its
-    format."""
+    """Return the tables of a raw file; raise LogError if it cannot be read or breaks its format."""
     return _reader(format_of(path)).tables(path, layout)
 
 
 def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """The tables of a raw file, or of the parts of one recording. Raises LogError as `tables_of`
-    does."""
+    """Return the tables of a raw file or of the parts of one recording.
+
+    Raises LogError as `tables_of` does.
+    """
     return tables_of(parts[0], layout) if len(parts) == 1 else tables_of_parts(parts, layout)
 
 

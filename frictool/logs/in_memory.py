@@ -1,4 +1,4 @@
-"""Logs that are made and kept by a program: from arrays, and to a file."""
+"""Logs that a program makes from arrays and writes to a file."""
 
 from __future__ import annotations
 
@@ -17,11 +17,29 @@ from frictool.runtime.part_files import part_file
 
 
 def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: str = "log") -> Log:
-    """A log of one stream from arrays (n,): `time` in s, signals by the names of channels
-    (position, current, reference, ...), in SI.
+    """Return a log of one stream, `/axis`, made from arrays.
 
-    Raises LogError where the axis is none, a name is no channel, arrays differ in length, a value
-    is not finite, or time does not increase.
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        Time in s, strictly increasing, at least two samples.
+    signals : mapping of str to array_like, shape (n,)
+        Signals in SI by the name of their channel (position, current, reference, ...).
+    axis : {"rotary", "linear"}
+        Kind of the axis; it decides the units.
+    name : str
+        Name of the log in error messages.
+
+    Returns
+    -------
+    Log
+        The log, without metadata.
+
+    Raises
+    ------
+    LogError
+        If the axis or a channel is unknown, lengths differ, a value is not finite, or time does not
+        increase.
     """
     if axis not in get_args(Axis):
         raise LogError(name, f"axis: found {axis!r}; allowed: {', '.join(get_args(Axis))}")
@@ -30,7 +48,8 @@ def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: 
     if unknown or not signals:
         raise LogError(
             name,
-            f"no channel: {', '.join(unknown) or 'there is none'}; allowed: {', '.join(CHANNEL_DIMENSIONS)}",
+            f"no channel: {', '.join(unknown) or 'there is none'}; allowed: "
+            f"{', '.join(CHANNEL_DIMENSIONS)}",
         )
     values = {one: _vector(name, one, given) for one, given in signals.items()}
     for one, vector in values.items():
@@ -54,8 +73,22 @@ def _vector(name: str, channel: str, given: ArrayLike) -> np.ndarray:
 
 
 def write_log(log: Log, path: Path | str) -> None:
-    """Writes a log as canonical MCAP to `path`, whole or not at all. Raises LogError as
-    `write_mcap`, OutputError where it cannot."""
+    """Write a log as canonical MCAP; after an error `path` is unchanged.
+
+    Parameters
+    ----------
+    log : Log
+        Log to write.
+    path : Path or str
+        File to write.
+
+    Raises
+    ------
+    LogError
+        If the log cannot be represented (see `write_mcap`).
+    OutputError
+        If the file cannot be written.
+    """
     path = Path(path)
     try:
         with part_file(path) as stream:

@@ -1,8 +1,8 @@
-"""A log in memory.
+"""Logs in memory.
 
-A `Log` holds one `Stream` per time base: `/axis`, and `/axis/NAME` for a further instrument or a
-further simulated variant. A stream is a time vector [s] and signals of the same length, each in SI,
-named as in the canonical MCAP: `position`, `reference`, `current`, ...
+A `Log` holds one `Stream` per time base: `/axis`, and `/axis/NAME` for each further instrument or
+simulated variant. A stream has a time vector in s and signals of the same length in SI. Signals
+carry the names of the canonical MCAP: `position`, `reference`, `current`, ...
 """
 
 from __future__ import annotations
@@ -16,14 +16,30 @@ from frictool.errors import LogError
 
 Vector = NDArray[np.float64]
 MAIN_TOPIC = "/axis"
-MECHANISM_TOPIC = "/mechanism"  # beside it, of a simulated mechanism: all blocks
-EXCITATION = "excitation"  # metadata record of a test of `frictool excite`: kind, rule, figures
+MECHANISM_TOPIC = "/mechanism"  # stream of all blocks of a simulated mechanism
+EXCITATION = "excitation"  # metadata record of a `frictool excite` test: kind, rule, figures
 
 
 @dataclass(frozen=True)
 class Stream:
-    """One time base: `time` (n,) in s, strictly increasing; `signals[name]` (n,) in SI;
-    `units[name]` the SI unit."""
+    """Signals that share one time base.
+
+    Attributes
+    ----------
+    topic : str
+        Topic, such as `/axis` or `/axis/NAME`.
+    time : ndarray, shape (n,)
+        Time in s, strictly increasing.
+    signals : dict of str to ndarray, shape (n,)
+        Signals by name, in SI.
+    units : dict of str to str
+        SI unit of each signal.
+
+    Raises
+    ------
+    ValueError
+        If a signal has another length than `time`.
+    """
 
     topic: str
     time: Vector
@@ -39,17 +55,24 @@ class Stream:
 
     @property
     def period(self) -> float:
-        """Median sample period in s."""
+        """Return the median sample period in s; NaN for fewer than two samples."""
         return float(np.median(np.diff(self.time))) if self.time.size > 1 else float("nan")
 
 
 @dataclass(frozen=True)
 class Log:
-    """Streams in the order of the file, and metadata records (name -> key -> text) such as
-    `provenance`; units are in the streams.
+    """Streams of one log with their metadata.
 
-    warnings: what reading a raw file noticed and let pass; they are told to the user and not
-    stored.
+    Attributes
+    ----------
+    streams : tuple of Stream
+        Streams in the order of the file.
+    metadata : dict of str to dict of str to str
+        Metadata records such as `provenance`: record name -> key -> text. Units are in the streams.
+    source : str
+        File or name that error messages show.
+    warnings : tuple of str
+        Oddities that the reader tolerated in a raw file. They are shown to the user and not stored.
     """
 
     streams: tuple[Stream, ...]
@@ -59,12 +82,12 @@ class Log:
 
     @property
     def axes(self) -> tuple[Stream, ...]:
-        """The streams of axes: all but those of a mechanism's blocks."""
+        """Return the streams of axes, without those of a mechanism's blocks."""
         return tuple(one for one in self.streams if one.topic.split("/")[1] != MECHANISM_TOPIC[1:])
 
     @property
     def main(self) -> Stream:
-        """The stream `/axis`, or the only stream. Raises LogError where there is none."""
+        """Return the stream `/axis`, or the only stream; raise LogError if there is neither."""
         for stream in self.streams:
             if stream.topic == MAIN_TOPIC:
                 return stream
@@ -72,16 +95,35 @@ class Log:
             return self.streams[0]
         raise LogError(
             self.source,
-            f"has no stream {MAIN_TOPIC}; found: {', '.join(s.topic for s in self.streams) or 'nothing'}",
+            f"has no stream {MAIN_TOPIC}; found: "
+            f"{', '.join(s.topic for s in self.streams) or 'nothing'}",
         )
 
     def require(self, stream: Stream, *names: str) -> tuple[Vector, ...]:
-        """The named signals of a stream. Raises LogError that lists what is missing and what the
-        log has."""
+        """Return the named signals of a stream, each with shape (n,).
+
+        Parameters
+        ----------
+        stream : Stream
+            Stream of this log.
+        *names : str
+            Names of the required signals.
+
+        Returns
+        -------
+        tuple of ndarray, shape (n,)
+            The signals in the order of `names`, in SI.
+
+        Raises
+        ------
+        LogError
+            If a signal is missing. The message lists the missing signals and those of the stream.
+        """
         missing = [name for name in names if name not in stream.signals]
         if missing:
             raise LogError(
                 self.source,
-                f"stream {stream.topic} has no {' and no '.join(missing)}; found: {', '.join(stream.signals)}",
+                f"stream {stream.topic} has no {' and no '.join(missing)}; found: "
+                f"{', '.join(stream.signals)}",
             )
         return tuple(stream.signals[name] for name in names)

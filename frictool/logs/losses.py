@@ -1,5 +1,4 @@
-"""What was lost on the way into a log: gathered while reading, kept in the canonical log's metadata
-record `lost`, told by `info`."""
+"""Data losses of a log: collected by readers, stored in the metadata record `lost`."""
 
 from __future__ import annotations
 
@@ -12,22 +11,22 @@ import msgspec
 from frictool.errors import LogError
 from frictool.logs.table import DataLoss
 
-LOST = "lost"  # metadata record: number -> a Loss as JSON
-# losses of the same channels for the same reason; further ones are told together with the last
+LOST = "lost"  # metadata record: number -> DataLoss as JSON
+# maximum number of separate losses of the same channels for the same reason; further ones are
+# joined with the last
 MOST_OF_A_KIND = 100
 MOST = 1000
 
 
 class LossList(list[DataLoss]):
-    """Losses as they are appended, in a bounded number: a log of hours may be damaged in every
-    row."""
+    """List of losses whose length is bounded, because every row of a long log may be damaged."""
 
     def __init__(self) -> None:
         super().__init__()
         self._kinds: dict[
             tuple[tuple[str, ...], str], tuple[int, int]
-        ] = {}  # -> how many, the place of the last
-        self.settled = 0  # how many have got their span
+        ] = {}  # (channels, reason) -> count, index of the last
+        self.settled = 0  # number of losses whose span is set
 
     def append(self, loss: DataLoss) -> None:
         kind = (loss.channels, loss.reason if len(self) < MOST else "")
@@ -40,13 +39,13 @@ class LossList(list[DataLoss]):
 
 
 def _joined(one: DataLoss, other: DataLoss) -> DataLoss:
-    """Both in one: from the start of the first to the end of the second."""
+    """Return one loss from the start of `one` to the end of `other`."""
     samples = None if one.samples is None or other.samples is None else one.samples + other.samples
     return replace(one, end_s=other.end_s, samples=samples)
 
 
 def record_of(losses: list[DataLoss]) -> dict[str, str]:
-    """The entries of the metadata record."""
+    """Return the entries of the metadata record."""
     return {
         str(number): msgspec.json.encode(asdict(loss)).decode()
         for number, loss in enumerate(losses, start=1)
@@ -56,8 +55,10 @@ def record_of(losses: list[DataLoss]) -> dict[str, str]:
 def losses_of(
     metadata: dict[str, dict[str, str]], source: Path | str = "the log"
 ) -> list[DataLoss]:
-    """The losses that a canonical log tells of. Raises LogError about `source` where the record is
-    none that frictool writes."""
+    """Return the losses recorded in a log's metadata.
+
+    Raises LogError about `source` if frictool did not write the record in this form.
+    """
     try:
         return [
             msgspec.json.decode(text, type=DataLoss) for text in metadata.get(LOST, {}).values()
@@ -69,12 +70,12 @@ def losses_of(
 
 
 def as_rows(losses: list[DataLoss]) -> list[dict[str, Any]]:
-    """The machine's view."""
+    """Return the losses as dictionaries for JSON output."""
     return [asdict(loss) for loss in losses]
 
 
 def loss_count_text(losses: list[DataLoss]) -> str:
-    """How much, in words."""
+    """Return the number of lost samples and of losses as text."""
     samples = sum(loss.samples or 0 for loss in losses)
     known, places = (
         f"{samples} sample{'s' * (samples != 1)}",
@@ -90,7 +91,7 @@ def loss_count_text(losses: list[DataLoss]) -> str:
 
 
 def loss_text(loss: DataLoss) -> str:
-    """The same for people, in one line."""
+    """Return a loss as one line of text."""
     samples = (
         "samples"
         if loss.samples is None

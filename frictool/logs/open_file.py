@@ -1,4 +1,4 @@
-"""Opening an input file, and its first bytes."""
+"""Opening of input files."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ HEAD_BYTES = 4096
 
 
 def open_log(path: Path) -> BinaryIO:
-    """The file, open for reading. Raises LogError where it is missing, a directory, no regular
-    file, not permitted, or empty."""
+    """Return the file, open for reading.
+
+    Raises LogError if it is missing, empty, a directory, not a regular file, or not readable.
+    """
     try:
         if path.is_dir():
             raise LogError(path, "is a directory; a log file is expected")
@@ -21,7 +23,8 @@ def open_log(path: Path) -> BinaryIO:
         if not path.is_file():
             raise LogError(
                 path,
-                "is not a regular file; a log file is expected (of a pipe, `frictool ingest -` reads standard input)",
+                "is not a regular file; a log file is expected (of a pipe, "
+                "`frictool ingest -` reads standard input)",
             )
         if path.stat().st_size == 0:
             raise LogError(path, "is empty; a log file is expected")
@@ -33,7 +36,7 @@ def open_log(path: Path) -> BinaryIO:
 
 
 def head_of(path: Path) -> bytes:
-    """The first HEAD_BYTES of the file. Raises LogError as `open_log` does."""
+    """Return the first HEAD_BYTES bytes of the file; raise LogError as `open_log` does."""
     with open_log(path) as stream:
         try:
             return stream.read(HEAD_BYTES)

@@ -1,4 +1,4 @@
-"""Libraries that only some formats need: imported when such a file is met."""
+"""Import of libraries that only some formats need, when such a file is read or written."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from frictool.errors import LogError
 
 
 def library(path: Path, module: str, extra: str) -> ModuleType:
-    """The module, imported. Raises LogError about `path` that says how to install it where it is
-    missing."""
+    """Return the imported module.
+
+    Raises LogError about `path`, with the install command, if the module is missing.
+    """
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:

@@ -1,9 +1,11 @@
-"""Which actuator a log is of, and of when: from its metadata, or from what its file is called.
+"""Actuator and date of a log, from its metadata or from the name of its file.
 
-unit    record `log`, key `unit` (`frictool ingest --unit`); else what a pattern finds in the file's
-        name; else the folder it is in, if any
-date    record `log`, key `date`; else what the clock of a recording showed; else what a pattern
-        finds in the file's name
+The first source that gives a value counts:
+
+    unit    key `unit` of record `log` (`frictool ingest --unit`); the match of a pattern in the
+            file's name; the folder of the file, if any
+    date    key `date` of record `log`; the clock of a recording; the match of a pattern in the
+            file's name
 """
 
 from __future__ import annotations
@@ -18,14 +20,16 @@ from frictool.logs.log import Log
 
 EARLIEST = (
     946_684_800 * NS
-)  # the year 2000: a clock that shows less counts from when it was switched on
+)  # ns, start of the year 2000: an earlier clock counts from power-on and gives no date
 DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
 
 
 @dataclass(frozen=True)
 class NamePatterns:
-    """Regular expressions for the file's name with its folders; what counts are its groups, joined
-    by -, or all of the match."""
+    """Regular expressions for the path of a log; None extracts nothing.
+
+    The extracted text is the groups of the match joined by "-", or the whole match without groups.
+    """
 
     unit: str | None = None
     date: str | None = None
@@ -33,7 +37,11 @@ class NamePatterns:
 
 @dataclass(frozen=True)
 class LogOrigin:
-    """unit: as it is called. date: ISO 8601, UTC where a clock told it. None: nothing tells it."""
+    """Actuator and date of a log; None if unknown.
+
+    unit: name of the actuator.
+    date: ISO 8601, in UTC if it comes from a clock.
+    """
 
     unit: str | None
     date: str | None
@@ -41,8 +49,10 @@ class LogOrigin:
 
 @dataclass(frozen=True)
 class LogName:
-    """What a log's file is called, with its folders, and the last of those that are below a folder
-    that was given, or nothing."""
+    """Path of a log as it is shown, and its last folder below a listed folder.
+
+    folder: "" if there is no such folder.
+    """
 
     file: str
     folder: str = ""
@@ -55,8 +65,12 @@ def origin_of(
     name: LogName,
     patterns: NamePatterns,
 ) -> LogOrigin:
-    """Of a log that has been read. noted: its metadata record `log`. clock_ns: the clocks' time at
-    its 0. first: its first sample, s."""
+    """Return the origin of a log that has been read.
+
+    noted: its metadata record `log`.
+    clock_ns: clock time at 0 of the log, in ns; None without a clock.
+    first: time of its first sample, in s.
+    """
     called = origin_by_name(name, patterns)
     return LogOrigin(
         noted.get(UNIT) or called.unit, noted.get(DATE) or _of_clock(clock_ns, first) or called.date
@@ -64,7 +78,7 @@ def origin_of(
 
 
 def origin_of_log(log: Log, name: LogName, patterns: NamePatterns) -> LogOrigin:
-    """The same of a log in memory."""
+    """Return the origin of a log in memory."""
     clock = log.metadata.get(TIME, {}).get(EPOCH_KEY)
     first = float(log.main.time[0]) if log.main.time.size else 0.0
     return origin_of(
@@ -73,14 +87,16 @@ def origin_of_log(log: Log, name: LogName, patterns: NamePatterns) -> LogOrigin:
 
 
 def origin_by_name(name: LogName, patterns: NamePatterns) -> LogOrigin:
-    """The same by what the file is called alone."""
+    """Return the origin that the path alone gives."""
     unit = _found(patterns.unit, name.file) or name.folder
     return LogOrigin(unit or None, as_date(_found(patterns.date, name.file) or ""))
 
 
 def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list[str]:
-    """Of a pattern that tells nothing of any of the logs, which its option may have been misspelt
-    for: why, for people."""
+    """Return a message for each pattern that yields nothing usable for any log.
+
+    The option may be misspelt.
+    """
     told = []
     for option, pattern in (("--unit", patterns.unit), ("--date", patterns.date)):
         found = [
@@ -88,26 +104,29 @@ def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list
         ]
         if pattern and not found:
             told.append(
-                f"{option} {pattern!r} finds nothing in the name of any log, such as {names[0].file}"
+                f"{option} {pattern!r} finds nothing in the name of any log, "
+                f"such as {names[0].file}"
             )
         elif option == "--date" and found and not any(as_date(text) for _, text in found):
             file, text = found[0]
             told.append(
-                f"--date {pattern!r} finds {text!r} in {file}, which is no date: year, month, day, and hour, minute, second"
+                f"--date {pattern!r} finds {text!r} in {file}, which is no date: year, month, "
+                "day, and hour, minute, second"
             )
     return told
 
 
 def _of_clock(clock_ns: int | None, first: float) -> str | None:
-    """When the first sample was, by what dates the log."""
+    """Return the time of the first sample in ISO 8601, or None if the clock gives no date."""
     if clock_ns is None or clock_ns < EARLIEST:
         return None
     return datetime.fromtimestamp(clock_ns // NS + round(first), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def as_date(text: str) -> str | None:
-    """ISO 8601 from year, month, day, and hour, minute, second where they are there, with anything
-    between them; None where it is no date.
+    """Return the ISO 8601 date of a text with year, month, day and optionally hour, minute, second.
+
+    Any characters may separate the digits. Returns None if the text is no date.
 
     >>> as_date("2026-01-03_08h15")
     '2026-01-03T08:15:00'

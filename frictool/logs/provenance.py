@@ -1,4 +1,4 @@
-"""A log's provenance as an MCAP metadata record."""
+"""Provenance of a log as an MCAP metadata record."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PROVENANCE = "provenance"  # metadata record: command, frictool, input_1, input_
 
 
 def provenance_record(provenance: Provenance) -> dict[str, str]:
-    """The entries of the metadata record."""
+    """Return the entries of the metadata record."""
     inputs = {
         f"input_{number}": f"{one.name} sha256:{one.sha256}"
         for number, one in enumerate(provenance.inputs, start=1)
@@ -20,5 +20,5 @@ def provenance_record(provenance: Provenance) -> dict[str, str]:
 
 
 def with_provenance(log: Log, provenance: Provenance) -> Log:
-    """The same log, made by this command from these inputs."""
+    """Return the log with this provenance in its metadata."""
     return replace(log, metadata={**log.metadata, PROVENANCE: provenance_record(provenance)})

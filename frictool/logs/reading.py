@@ -1,5 +1,4 @@
-"""Any log to a `Log` in memory: the canonical MCAP as it is, raw bench files through the bench's
-mapping. The content tells the format."""
+"""Reader of any log file into memory; the content of the file decides its format."""
 
 from __future__ import annotations
 
@@ -13,9 +12,27 @@ from frictool.logs.log import Log
 
 
 def read_log(path: Path | str, bench: Bench | None = None) -> Log:
-    """The log at `path`. A raw file needs the bench, which a canonical log ignores.
+    """Read a log into memory.
 
-    Raises LogError where the file cannot be read or mapped.
+    A canonical MCAP is read as it is. The columns of a raw file are mapped to channels by the
+    bench.
+
+    Parameters
+    ----------
+    path : Path or str
+        Log file.
+    bench : Bench, optional
+        Bench of a raw file. A canonical log does not need it and ignores it.
+
+    Returns
+    -------
+    Log
+        Streams with time in s and signals in SI.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read or mapped, or if a raw file has no bench.
     """
     path = Path(path)
     return read_mcap(path) if is_canonical(path) else assemble_log(assemble([path], bench))

@@ -1,7 +1,8 @@
-"""One stream on its way into a log: samples in SI, piece after piece, from a raw table (mapping.py)
-or from a canonical log.
+"""Interface of the streams from which a log is made: samples in SI, block after block.
 
-Flow ──samples──▶ merged in time (assembly.py) ──▶ CanonicalWriter
+The source is a raw table (mapping.py) or a canonical log.
+
+    StreamSource ──samples──▶ merged in time (assembly.py) ──▶ CanonicalWriter
 """
 
 from __future__ import annotations
@@ -16,8 +17,11 @@ from frictool.logs.table import Nanoseconds
 
 
 class SampleBlock(NamedTuple):
-    """Samples of one stream that follow one another: time (n,) in ns, strictly increasing; one
-    vector (n,) in SI for each field."""
+    """Consecutive samples of one stream.
+
+    time: (n,) in ns, strictly increasing.
+    values: one vector (n,) in SI for each field.
+    """
 
     time: Nanoseconds
     values: tuple[Vector, ...]
@@ -27,13 +31,16 @@ class SampleBlock(NamedTuple):
 
 
 class StreamSource(Protocol):
-    """head: topic, fields and units. columns: field -> the raw column that it was made from, where
-    it was.
+    """Source of the samples of one stream.
 
-    clock: what dates the samples; None where times are the log's already, counted from where the
-    log says. size, done: bytes to work through, and worked through so far. losses: what could not
-    be read, filled while `samples` runs. warnings: what was merely odd, complete when `samples` has
-    ended.
+    source: file name for messages.
+    head: topic, fields and units.
+    columns: field -> raw column from which it was made, for fields that come from one column.
+    clock: clock that dates the samples; None if the samples already carry the log's time.
+    size: bytes to process.
+    done: bytes processed so far.
+    losses: data that could not be read; filled while `samples` runs.
+    warnings: oddities without loss; complete when `samples` has ended.
     """
 
     source: str
@@ -46,6 +53,9 @@ class StreamSource(Protocol):
     warnings: tuple[str, ...]
 
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
-        """The samples. Raises LogError where the file is damaged or a value is none; with `salvage`
-        it is left out and told in `losses`."""
+        """Yield the samples.
+
+        Raises LogError if the file is damaged or a value is not valid. With `salvage`, such data is
+        left out and recorded in `losses`.
+        """
         ...

@@ -1,12 +1,11 @@
-"""What a raw bench file gives before its columns mean anything: tables of named columns, read in
-blocks.
+"""Raw tables: named columns of a bench file, read in blocks before they are mapped to channels.
 
 A file holds one table for each of its time bases: the rows of a CSV, a channel group of an MDF
-file, a topic of a recording. A table is read block after block, so that a log of hours fits in
-little memory; mapping (mapping.py) and the canonical writer follow block by block.
+file, a topic of a recording. Tables are read block after block, so that a log of several hours
+needs little memory. Mapping (mapping.py) and the canonical writer work block by block, too.
 
     Table ──blocks──▶ Block, Block, ... ──mapping──▶ samples in SI ──▶ canonical log
-       └─ damage: LogError, or a Loss each where the user asked to salvage
+       └─ damage: LogError, or one DataLoss each with `--salvage`
 """
 
 from __future__ import annotations
@@ -24,21 +23,23 @@ from frictool.logs.log import Vector
 
 BLOCK_ROWS = (
     1 << 16
-)  # rows of a block, at most; a reader whose file has its own blocks (chunks, records) gives those, split
+)  # maximum rows of a block; a file's own larger blocks (chunks, records) are split
 MOST_NAMES_SHOWN = 12
-LONGEST_LIST = 200  # most characters of the names in a message
-LAYOUT = "layout"  # metadata record: file -> how it was found to be laid out
+LONGEST_LIST = 200  # maximum number of characters of a list of names in a message
+LAYOUT = "layout"  # metadata record: file -> description of its detected layout
 Nanoseconds = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class DataLoss:
-    """Samples that could not be read, and why: of which channels, in which span of the log's time
-    [s], how many where that is known.
+    """Samples that could not be read: their channels, the reason, and the span and count if known.
 
-    A table names its columns, or none where all of them are lost, and leaves the span open where it
-    does not know it: the mapper fills in the samples before and after, as long as the loss is
-    appended before the next block is given.
+    channels: signal paths, or column names while a table is read; empty if all columns are lost.
+    start_s, end_s: span in s of the log's time; None if unknown.
+    samples: number of lost samples; None if unknown.
+
+    A table may leave the span open. The mapper then sets it to the times of the samples before and
+    after the loss. For this, a table has to append the loss before it yields the next block.
     """
 
     channels: tuple[str, ...]
@@ -49,8 +50,10 @@ class DataLoss:
 
 
 class LostColumnError(LogError):
-    """A column that the file may have had behind where it is damaged. reason: the message without
-    the file."""
+    """A requested column is missing, and the damaged part of the file may have held it.
+
+    reason: the message without the name of the file.
+    """
 
     def __init__(self, source: str, reason: str) -> None:
         self.reason = reason
@@ -59,13 +62,14 @@ class LostColumnError(LogError):
 
 @dataclass(frozen=True)
 class RowBlock:
-    """Rows of a table that follow one another.
+    """Consecutive rows of a table.
 
-    first_row: index of the first of them in the table, from 0. columns: name -> (n,) numbers as
-    they stand in the file, those that were asked for; nan where the cell is empty. time_ns: (n,)
-    where the file itself dates its rows (a recording's messages, ISO 8601): exact, of any epoch;
-    None where time is a column like any other, or where there is none. recorded_ns: (n,) when the
-    recorder has dated them, where time_ns is another clock's.
+    first_row: index of the first row in the table, from 0.
+    columns: the requested columns, name -> (n,) numbers as in the file; NaN for an empty cell.
+    time_ns: (n,) exact times in ns of any epoch if the file itself dates its rows (messages of a
+        recording, ISO 8601); None if time is an ordinary column or missing.
+    recorded_ns: (n,) times in ns at which the recorder stored the rows if `time_ns` is of another
+        clock.
     """
 
     first_row: int
@@ -77,10 +81,12 @@ class RowBlock:
 class RawTable(Protocol):
     """One time base of a raw file.
 
-    source: the file, for messages. topic: what the file calls the table, "" where it has but one.
-    names: its columns in their order, so that one can be asked for by its number. units: name ->
-    unit that the file gives, or None. clock: what dates its rows (`header.stamp`, `log time`, ...),
-    None where a column does. size: bytes that `blocks` works through, for its progress.
+    source: file name for messages.
+    topic: name of the table in the file; "" if the file has only one table.
+    names: columns in the order of the file, so that a column can be requested by number.
+    units: column -> unit in the file, or None.
+    clock: clock that dates the rows (`header.stamp`, `log time`, ...); None if a column does.
+    size: bytes that `blocks` processes, for progress.
     """
 
     source: str
@@ -91,43 +97,45 @@ class RawTable(Protocol):
     size: int
 
     def find(self, wanted: str | int) -> str | None:
-        """The name of the column that is asked for by name or by number from 1; None where the
-        table has none of that name.
+        """Return the name of the column with this name or number (from 1); None if there is none.
 
-        Raises LogError where it is there and holds no numbers. A table whose columns have names as
-        they stand leaves it to `find`.
+        Raises LogError if the column exists and holds no numbers. A table whose columns are named
+        as in the file calls the module's function `find`.
         """
         ...
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """The rows of the columns `wanted`, block after block, each with the bytes worked through
-        so far.
+        """Yield blocks of the columns `wanted`, each with the number of bytes processed so far.
 
-        Without `losses` damage raises LogError that names line or time, column, what was found and
-        what is allowed. With it what cannot be read is left out and appended to it, and the rest is
-        read.
+        Without `losses`, damage raises LogError with the line or time, the column, the value read
+        and the allowed values. With `losses`, unreadable data is left out and appended to `losses`,
+        and reading continues.
         """
         ...
 
     def line(self, row: int) -> int | None:
-        """The line of a row in the file, or None where the file has no lines."""
+        """Return the line of a row in the file, or None if the file has no lines."""
         ...
 
 
 @runtime_checkable
 class DetectedLayout(Protocol):
-    """A table whose layout was found in the file. told: how, for people."""
+    """A table whose layout was detected from the file.
+
+    told: description of the layout for messages.
+    """
 
     told: str
 
 
-SALVAGE = "`frictool ingest --salvage` keeps what is whole"  # what to try where a file is damaged
+# advice in messages about a damaged file
+SALVAGE = "`frictool ingest --salvage` keeps what is whole"
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:
-    """The error about one row: it names the line, or the sample where the file has no lines."""
+    """Return the error about one row, naming its line, or its sample if the file has no lines."""
     line = table.line(row)
     return LogError(
         table.source, message if line is not None else f"sample {row + 1}, {message}", line=line
@@ -135,16 +143,16 @@ def fail_at(table: RawTable, row: int, message: str) -> LogError:
 
 
 def find(names: Sequence[str], wanted: str | int) -> str | None:
-    """The one of `names` that is asked for by name or by number from 1, or None."""
+    """Return the element of `names` with this name or number (from 1), or None."""
     if isinstance(wanted, int):
         return names[wanted - 1] if 1 <= wanted <= len(names) else None
     return wanted if wanted in names else None
 
 
 def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "column") -> str:
-    """The name of the column that is asked for by name or by number from 1.
+    """Return the name of the column with this name or number (from 1).
 
-    Raises LogError with the nearest name and what there is.
+    Raises LogError with the nearest name and the available names if there is no such column.
     """
     found = find(names, wanted)
     if found is not None:

@@ -1,11 +1,11 @@
-"""Bound of the unpacked size of a file: a file that grows further is damaged or an attack."""
+"""Bound of the unpacked size of a file; a file that exceeds it is damaged or an attack."""
 
 from __future__ import annotations
 
-MOST_TIMES = 1000  # the bytes of the file
-LARGE = 4 << 30  # bytes: content that unpacks to more may grow by MOST_TIMES_LARGE at most
+MOST_TIMES = 1000  # largest ratio of unpacked size to file size
+LARGE = 4 << 30  # bytes, unpacked size above which the ratio is at most MOST_TIMES_LARGE
 MOST_TIMES_LARGE = 20
-SMALL = 64_000_000  # bytes to which any file may unpack
+SMALL = 64_000_000  # bytes, unpacked size allowed for any file
 
 
 def allowed_bytes(size: int) -> int:
@@ -21,8 +21,10 @@ class UnpackedBudget:
         self._left = self._allowed
 
     def take(self, count: int) -> str | None:
-        """Subtract `count` unpacked bytes from the budget and return None; if they exceed it, leave
-        it and return the reason."""
+        """Subtract `count` bytes from the budget and return None, or return the reason for refusal.
+
+        A refused count leaves the budget unchanged.
+        """
         if count <= self._left:
             self._left -= count
             return None
@@ -30,8 +32,10 @@ class UnpackedBudget:
 
 
 def refusal(size: int, rows: int, columns: int) -> str | None:
-    """Return why a file of `size` bytes may not hold so many rows of so many numbers of 8 bytes, or
-    None."""
+    """Return why a file of `size` bytes may not hold so many rows of 8-byte numbers, or None."""
     if 8 * rows * columns <= allowed_bytes(size):
         return None
-    return f"announces {rows} rows in {size} bytes; allowed: {allowed_bytes(size) // max(8 * columns, 1)} rows in a file of this size"
+    return (
+        f"announces {rows} rows in {size} bytes; allowed: "
+        f"{allowed_bytes(size) // max(8 * columns, 1)} rows in a file of this size"
+    )

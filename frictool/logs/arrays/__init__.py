@@ -1,1 +1,1 @@
-"""Files of arrays: MATLAB, NumPy, MDF, Parquet."""
+"""Readers and writers of array files: MATLAB, NumPy, MDF and Parquet."""

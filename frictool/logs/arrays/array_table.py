@@ -1,5 +1,7 @@
-"""A table of arrays that a file holds one after the other (MATLAB, NumPy): each column is read from
-a stream of its own, in step."""
+"""Table of arrays that a file stores one after the other (MATLAB, NumPy).
+
+Each column is read from its own stream, in step with the others.
+"""
 
 from __future__ import annotations
 
@@ -26,14 +28,18 @@ from frictool.logs.table import (
 from frictool.logs.unpacked_size import refusal
 
 _LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
-FIRST_YEAR, LAST_YEAR = 1678, 2261  # what ns since 1970 in 64 bits can tell
-STRIDED_BYTES = 1 << 22  # of the rows of a matrix that are read at once for one of its columns
+FIRST_YEAR, LAST_YEAR = 1678, 2261  # first and last full year of ns since 1970 in 64 bits
+STRIDED_BYTES = 1 << 22  # bytes of matrix rows that are read at once for one column
 
 
 @dataclass(frozen=True)
 class ArrayColumn:
-    """Numbers inside a stream: `rows` of `dtype`, from byte `offset` on, each `step` bytes after
-    the one before."""
+    """Numbers in a byte stream.
+
+    offset: byte of the first number.
+    rows: how many numbers there are.
+    step: distance of the numbers in bytes.
+    """
 
     open: Callable[[], ByteStream]
     offset: int
@@ -44,12 +50,12 @@ class ArrayColumn:
 
 
 class ColumnReader:
-    """The numbers of a column, some at a time."""
+    """Reader of the numbers of a column, a batch at a time."""
 
     def __init__(self, column: ArrayColumn) -> None:
         self.column = column
         self.stream = column.open()
-        self._before = column.offset  # bytes to pass over before the next number
+        self._before = column.offset  # bytes to skip before the next number
 
     def __enter__(self) -> ColumnReader:
         return self
@@ -58,7 +64,7 @@ class ColumnReader:
         self.stream.__exit__()
 
     def take(self, n: int) -> NDArray[Any]:
-        """The next n numbers, or as many as there are."""
+        """Return the next n numbers; fewer at the end."""
         size, step = self.column.dtype.itemsize, self.column.step
         at_once = max(1, STRIDED_BYTES // step)
         parts = []
@@ -74,15 +80,19 @@ class ColumnReader:
 
 @dataclass
 class ArrayTable:
-    """The columns of one file; `others` says of what else lies in it what it is; `damage` what was
-    wrong beside the columns."""
+    """Columns of one file (a RawTable).
+
+    others: name -> description of each variable that is not a column.
+    damage: description of damage elsewhere in the file; None if there is none.
+    dated: datetime64 column with the times of the rows, or None.
+    """
 
     source: str
     columns: Mapping[str, ArrayColumn]
     size: int
     others: Mapping[str, str] = field(default_factory=dict)
     damage: str | None = None
-    dated: ArrayColumn | None = None  # dates (datetime64), the clock of the rows
+    dated: ArrayColumn | None = None
     topic: str = ""
     clock: str | None = None
 
@@ -93,33 +103,38 @@ class ArrayTable:
         }
 
     def line(self, row: int) -> int | None:
-        """None: the file has no lines."""
+        """Return None, because the file has no lines."""
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """As `Table.find`; a column of a matrix is `x(:,1)` as MATLAB counts, or `x[:, 0]` as NumPy
-        does.
+        """Return the name of a column (see RawTable.find).
 
-        Raises LogError where it is no real vector, and where it may lie behind what is damaged.
+        A column of a matrix is `x(:,1)` in MATLAB's notation or `x[:, 0]` in NumPy's. Raises
+        LogError if the variable is not a real vector, or if it may be in the damaged part of the
+        file.
         """
         if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
             raise LogError(
                 self.source,
-                f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: {listed(self.names)}",
+                f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: "
+                f"{listed(self.names)}",
             )
         found = find_array(self.names, wanted)
         if found is None and self.damage is not None:
             raise LostColumnError(
                 self.source,
-                f"is damaged: {self.damage}; read before that: {listed(self.names)}, and no {wanted!r}",
+                f"is damaged: {self.damage}; read before that: {listed(self.names)}, "
+                f"and no {wanted!r}",
             )
         return found
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """As `Table.blocks`. Raises LogError where the columns differ in length, and where one is
-        cut off or damaged."""
+        """Yield the rows (see RawTable.blocks).
+
+        Raises LogError if the columns differ in length, or if one is truncated or damaged.
+        """
         chosen = {name: self.columns[name] for name in wanted}
         every = {**({} if self.dated is None else {str(self.clock): self.dated}), **chosen}
         rows, read = (
@@ -168,8 +183,11 @@ class ArrayTable:
     def _check(
         self, streams: Mapping[str, ByteStream], rows: int, read: int, losses: list[DataLoss] | None
     ) -> None:
-        """Tells of each stream that ended early; where all were whole, reads them to their end,
-        where their checksums are."""
+        """Report each stream that ended early.
+
+        If all rows were read, the rest of each stream is read first, since its checksum is at the
+        end.
+        """
         if read == rows:
             for stream in streams.values():
                 stream.check()
@@ -179,7 +197,7 @@ class ArrayTable:
             for name, s in streams.items()
             if s.damage
         ]
-        if self.damage is not None and not found:  # of something else in the file
+        if self.damage is not None and not found:  # damage elsewhere in the file
             found = [DataLoss((), self.damage, samples=0)]
         for loss in found:
             if losses is None:
@@ -188,21 +206,22 @@ class ArrayTable:
 
 
 def check_rows(source: str, size: int, rows: int, columns: int) -> None:
-    """Raise LogError where a file of `size` bytes announces more rows than it may hold."""
+    """Raise LogError if a file of `size` bytes declares more rows than it can hold."""
     if reason := refusal(size, rows, columns):
         raise LogError(source, reason)
 
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the one of `names` with this name, number from 1, or name in the other notation of
-    matrices; else None."""
+    """Return the element of `names` with this name, number (from 1) or matrix notation, or None."""
     found = find(names, wanted)
     return other_notation(names, str(wanted)) if found is None else found
 
 
 def common_rows(source: str, rows: Mapping[str, int]) -> int:
-    """The number of rows that all columns have, 0 of no column. Raises LogError where they
-    differ."""
+    """Return the number of rows of all columns, 0 without columns.
+
+    Raises LogError if the columns differ in length.
+    """
     first = next(iter(rows), "")
     for name, n in rows.items():
         if n != rows[first]:
@@ -212,8 +231,10 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
 
 
 def other_notation(names: Sequence[str], wanted: str) -> str | None:
-    """The name of a matrix's column or row that is asked for with other blanks, or in NumPy's
-    notation where the name is in MATLAB's."""
+    """Return the name of a matrix's column or row that is requested in another notation, or None.
+
+    Blanks are ignored, and both MATLAB's and NumPy's notations are accepted.
+    """
     compact = {name.replace(" ", ""): name for name in names}
     match = _LINE.fullmatch(wanted.replace(" ", ""))
     if match is None:

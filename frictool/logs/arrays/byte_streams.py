@@ -1,7 +1,7 @@
-"""Bytes of a part of a file, as they stand or inflated, in pieces.
+"""Byte streams of a part of a file, plain or inflated.
 
-A stream never raises: it ends early, and `damage` says why, so that everything before a damage can
-be salvaged.
+A stream never raises on damage. It ends early and states the reason in `damage`, so that everything
+before the damage can be salvaged.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ PIECE = 1 << 16  # bytes read at once
 
 
 class ByteStream:
-    """Bytes of a file from `start` on, `length` of them at most."""
+    """Bytes of a file from `start` on, at most `length`."""
 
     def __init__(self, path: Path, start: int, length: int) -> None:
         self._file: IO[bytes] = path.open("rb")
@@ -30,7 +30,10 @@ class ByteStream:
         self._file.close()
 
     def read(self, size: int, /) -> bytes:
-        """The next `size` bytes; fewer where the stream ends before, and then `damage` says why."""
+        """Return the next `size` bytes.
+
+        If the stream ends early, fewer are returned and `damage` holds the reason.
+        """
         parts = []
         while size > 0 and self.damage is None:
             part = self._piece(size)
@@ -42,16 +45,18 @@ class ByteStream:
         return b"".join(parts)
 
     def skip(self, size: int) -> None:
-        """Goes `size` bytes further."""
+        """Skip `size` bytes."""
         while size > 0 and self.damage is None:
             size -= len(self.read(min(size, PIECE)))
 
     def check(self) -> None:
-        """Reads what remains, where only the end tells whether the bytes were the right ones; sets
-        `damage` where they were not."""
+        """Read the rest if only the end of the stream verifies its bytes.
+
+        Sets `damage` if the bytes are wrong.
+        """
 
     def _piece(self, most: int) -> bytes:
-        """Some of the next bytes; none at the end, or where `damage` is set."""
+        """Return some of the next bytes; none at the end or after damage."""
         try:
             part = self._file.read(min(most, self._left))
         except OSError as error:
@@ -62,7 +67,7 @@ class ByteStream:
 
 
 class FileBytes(ByteStream):
-    """Bytes as they stand in the file: skipping is free."""
+    """Bytes as in the file; skipping takes no time."""
 
     def skip(self, size: int) -> None:
         step = max(0, min(size, self._left))
@@ -74,7 +79,7 @@ class FileBytes(ByteStream):
 
 
 class InflatedBytes(ByteStream):
-    """The content of a zlib stream; its checksum is checked where it ends."""
+    """Content of a zlib stream, whose checksum is verified at the end."""
 
     def __init__(self, path: Path, start: int, length: int) -> None:
         super().__init__(path, start, length)
@@ -102,7 +107,7 @@ class InflatedBytes(ByteStream):
 
 
 class ArchiveBytes(ByteStream):
-    """A stream that another library decodes and checks (a member of a zip archive)."""
+    """Stream that another library decodes and verifies (a member of a zip archive)."""
 
     def __init__(self, opened: IO[bytes], length: int) -> None:
         self._file = opened
@@ -117,8 +122,6 @@ class ArchiveBytes(ByteStream):
     def _piece(self, most: int) -> bytes:
         try:
             return super()._piece(most)
-        except (
-            Exception
-        ) as error:  # zipfile raises its own, zlib's, lzma's and others on damaged members
+        except Exception as error:  # zipfile raises errors of its own, zlib, lzma and others
             self.damage = f"its archive is damaged ({str(error) or type(error).__name__})"
             return b""

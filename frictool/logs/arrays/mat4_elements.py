@@ -1,5 +1,7 @@
-"""The arrays of a MATLAB file of version 4: one after the other, each a head of 20 bytes, a name,
-and its numbers in column order."""
+"""Arrays of a MATLAB file of version 4: each has a head of 20 bytes, a name, and its numbers.
+
+The numbers are in column order.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +18,9 @@ from frictool.logs.arrays.array_table import ArrayColumn
 from frictool.logs.arrays.byte_streams import FileBytes
 from frictool.logs.arrays.mat_array import MatArray
 
-HEAD = 20
-LONGEST_NAME = 64
-ORDERS = {0: "<", 1: ">"}
+HEAD = 20  # bytes
+LONGEST_NAME = 64  # bytes
+ORDERS = {0: "<", 1: ">"}  # code -> byte order
 NUMBERS = ("f8", "f4", "i4", "i2", "u2", "u1")
 CLASSES = ("double", "single", "int32", "int16", "uint16", "uint8")
 KINDS = ("", "char", "sparse")
@@ -26,8 +28,15 @@ _NAME = re.compile(rb"[A-Za-z][A-Za-z0-9_]*\0+")
 
 
 class Mat4Header(NamedTuple):
-    """The head of an array: byte order, type of its numbers (a position in NUMBERS), kind (in
-    KINDS), shape, length of its name."""
+    """Head of an array.
+
+    order: byte order.
+    number: index in NUMBERS of the type of its values.
+    kind: index in KINDS.
+    shape: rows and columns.
+    is_complex: True if an imaginary part follows the real part.
+    name_bytes: length of its name in bytes.
+    """
 
     order: str
     number: int
@@ -38,7 +47,7 @@ class Mat4Header(NamedTuple):
 
     @property
     def bytes(self) -> int:
-        """Of its numbers."""
+        """Return the size of the numbers in bytes."""
         return (
             np.dtype(NUMBERS[self.number]).itemsize
             * self.shape[0]
@@ -48,14 +57,17 @@ class Mat4Header(NamedTuple):
 
 
 def looks_like(head: bytes) -> bool:
-    """Whether a file of this version may begin so: it has no signature."""
+    """Return whether a file may be of version 4, which has no signature."""
     found = _head(head[:HEAD])
     return found is not None and _NAME.fullmatch(head[HEAD : HEAD + found.name_bytes]) is not None
 
 
 def arrays(path: Path, size: int) -> Iterator[MatArray]:
-    """The arrays of a file of `size` bytes. Raises ValueError where it is cut off or damaged; an
-    array that is cut off is given before."""
+    """Yield the arrays of a file of `size` bytes.
+
+    Raises ValueError if the file is truncated or damaged. A truncated array is yielded before the
+    error.
+    """
     position = 0
     with path.open("rb") as file:
         while position < size:
@@ -71,7 +83,8 @@ def arrays(path: Path, size: int) -> Iterator[MatArray]:
             position = start + head.bytes
             if position > size:
                 raise ValueError(
-                    f"an array at byte {start} announces {head.bytes} bytes, {size - start} are there"
+                    f"an array at byte {start} announces {head.bytes} bytes, "
+                    f"{size - start} are there"
                 )
 
 
@@ -90,8 +103,10 @@ def _array(path: Path, head: Mat4Header, name: str, start: int, size: int) -> Ma
 
 
 def _head(data: bytes) -> Mat4Header | None:
-    """The head in 20 bytes, or None where there is none. Its first number is 1000 order + 10 number
-    + kind."""
+    """Return the head in 20 bytes, or None if they are no head.
+
+    The first number is 1000 order + 10 number + kind.
+    """
     if len(data) < HEAD:
         return None
     for code, order in ORDERS.items():

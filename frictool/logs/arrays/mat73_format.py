@@ -1,8 +1,7 @@
-"""MATLAB files of version 7.3, which are HDF5, through h5py (extra `mat73`); other HDF5 files as
-well.
+"""Reader of MATLAB files of version 7.3 and other HDF5 files, with h5py (extra `mat73`).
 
-Names are those of mat_format.py: `data.signals.values(:,2)`, `runs(2).x`, `cells{1}`. Nothing that
-a file links to in another file is read.
+Names are those of mat_format.py: `data.signals.values(:,2)`, `runs(2).x`, `cells{1}`. Links to
+other files are not followed.
 """
 
 from __future__ import annotations
@@ -27,19 +26,21 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-HEADS = (0, 512, 1024, 2048)  # where it may stand; MATLAB has 512 bytes before it
+HEADS = (0, 512, 1024, 2048)  # possible offsets of the signature; MATLAB writes 512 bytes before it
 CLASS, OBJECT, EMPTY = "MATLAB_class", "MATLAB_object_decode", "MATLAB_empty"
-DEEPEST, MOST = 12, 20_000  # structures within structures, arrays
+DEEPEST, MOST = 12, 20_000  # maximum depth of structures, maximum number of arrays
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file has HDF5's signature."""
+    """Return whether the file has the signature of HDF5."""
     return any(head[at : at + 8] == SIGNATURE for at in HEADS)
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """The one table of the file: all its vectors, of which those have to be of one length that are
-    asked for together."""
+    """Return the one table of the file with all its vectors.
+
+    Vectors that are requested together must have the same length.
+    """
     open_log(path).close()
     library(path, "h5py", "mat73")
     return open_guarded(path, _open)
@@ -61,25 +62,28 @@ def _open(path: Path) -> Sequence[LibraryTable]:
     if not columns:
         raise LogError(
             path,
-            f"has no real numeric vector; found: {listed([f'{name} ({text})' for name, text in others.items()])}",
+            "has no real numeric vector; found: "
+            f"{listed([f'{name} ({text})' for name, text in others.items()])}",
         )
     return (HdfTable(str(path), columns, others),)
 
 
 def _inside(prefix: str, group: Any, depth: int) -> Iterator[tuple[str, Any]]:
-    """Everything inside a group by its path."""
+    """Yield path and item of everything in a group."""
     import h5py
 
     for key in group:
         if not key.startswith("#") and isinstance(
             group.get(key, getlink=True), h5py.HardLink
-        ):  # `#refs#` is what references lead to
+        ):  # `#refs#` holds the targets of references
             yield from _item(f"{prefix}.{key}" if prefix else key, group[key], depth)
 
 
 def _item(name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
-    """An array or a structure, and what is inside it; `runs(2).x` is field x of the second
-    structure of an array of them."""
+    """Yield path and item of an array or structure, and of its content.
+
+    `runs(2).x` is field x of the second structure in an array of structures.
+    """
     import h5py
 
     yield name, item
@@ -105,7 +109,7 @@ def _class(item: Any) -> str:
 
 
 def _described(item: Any) -> str:
-    """What is no column, in words."""
+    """Return the description of an item that is not a column."""
     import h5py
 
     if OBJECT in item.attrs:
@@ -119,7 +123,7 @@ def _described(item: Any) -> str:
 
 @dataclass(frozen=True)
 class HdfVector:
-    """A vector inside a dataset: the index of each axis, None on the one that runs."""
+    """Vector in a dataset; `index` has one entry per axis, None for the axis along the vector."""
 
     dataset: Any
     index: tuple[int | None, ...]
@@ -131,7 +135,10 @@ class HdfVector:
 
 
 def _columns(name: str, dataset: Any) -> Iterator[tuple[str, HdfVector]]:
-    """The vectors in a dataset by their names. MATLAB's first axis is HDF5's last."""
+    """Yield name and vector of each vector in a dataset.
+
+    The first axis in MATLAB is the last in HDF5.
+    """
     elsewhere = dataset.external is not None or dataset.is_virtual
     if (
         dataset.dtype.kind not in "iufb"
@@ -159,7 +166,7 @@ def _columns(name: str, dataset: Any) -> Iterator[tuple[str, HdfVector]]:
 
 @dataclass
 class HdfTable:
-    """The vectors of an open file."""
+    """Vectors of an open file (a RawTable)."""
 
     source: str
     columns: Mapping[str, HdfVector]
@@ -173,17 +180,17 @@ class HdfTable:
         self.size = Path(self.source).stat().st_size
 
     def find(self, wanted: str | int) -> str | None:
-        """As `Table.find`: the guard has looked at what is no number."""
+        """Return the name of a column (see RawTable.find); GuardedTable refuses other items."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
-        """None: the file has no lines."""
+        """Return None, because the file has no lines."""
         return None
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """As `Table.blocks`; from a block on that cannot be decoded, the rest is lost."""
+        """Yield the rows (see RawTable.blocks); a block that cannot be decoded ends the reading."""
         chosen = {name: self.columns[name] for name in wanted}
         rows = common_rows(self.source, {name: line.rows for name, line in chosen.items()})
         check_rows(self.source, self.size, rows, len(chosen))
@@ -191,7 +198,8 @@ class HdfTable:
             n = min(BLOCK_ROWS, rows - first)
             try:
                 columns = {name: line.read(first, n) for name, line in chosen.items()}
-            except (OSError, ValueError, RuntimeError) as error:  # what h5py makes of HDF5's errors
+            # h5py raises these for HDF5's errors
+            except (OSError, ValueError, RuntimeError) as error:
                 reason = f"is damaged after {first} of {rows} samples: {error}"
                 if losses is None:
                     raise LogError(self.source, reason) from None

@@ -1,4 +1,4 @@
-"""An array of a MATLAB file of any version, and what its columns are called."""
+"""Array of a MATLAB file of any version, and the names of its columns."""
 
 from __future__ import annotations
 
@@ -12,12 +12,16 @@ from frictool.logs.arrays.array_table import ArrayColumn
 ADVICE = (
     "an object; save its times and values as vectors, in MATLAB or with the Python package mat-io"
 )
-MOST_COLUMNS = 1000  # of a matrix; one with more is a picture, or is damaged
+MOST_COLUMNS = 1000  # maximum number of columns of a matrix; a wider one is an image or damaged
 
 
 class MatrixLine(NamedTuple):
-    """One column (or row) of a matrix: its name, the place of its first number in column order, how
-    many, and how far apart."""
+    """One column or row of a matrix.
+
+    first: index of its first number in column order.
+    rows: number of its values.
+    stride: distance of its values in column order.
+    """
 
     name: str
     first: int
@@ -27,8 +31,13 @@ class MatrixLine(NamedTuple):
 
 @dataclass(frozen=True)
 class MatArray:
-    """name: with its path, `data.signals.values`. kind: the class. place: its numbers in column
-    order, where they are real."""
+    """Array of a MATLAB file.
+
+    name: name with its path, such as `data.signals.values`.
+    kind: MATLAB class.
+    place: its numbers in column order; None unless they are real.
+    text: content of a char array, else None.
+    """
 
     name: str
     shape: tuple[int, ...]
@@ -40,7 +49,7 @@ class MatArray:
         return f"{'x'.join(map(str, self.shape))} {self.kind}".strip()
 
     def columns(self) -> Iterator[tuple[str, ArrayColumn]]:
-        """The vectors in it, by the name that asks for them."""
+        """Yield name and column of each vector in the array."""
         if self.place is None:
             return
         for line in lines(self.name, self.shape):
@@ -57,8 +66,9 @@ class MatArray:
 
 
 def lines(name: str, shape: tuple[int, ...]) -> Iterator[MatrixLine]:
-    """The vectors in an array: itself, or the columns of a matrix, `name(:,1)`; of a matrix wider
-    than high (Simulink's To File) the rows.
+    """Yield the vectors in an array: the array itself, or the columns of a matrix, `name(:,1)`.
+
+    For a matrix that is wider than high (Simulink's To File), these are the rows.
 
     >>> [line.name for line in lines("x", (9, 2))], [line.name for line in lines("x", (1, 1, 9))]
     (['x(:,1)', 'x(:,2)'], ['x'])
@@ -78,5 +88,5 @@ def lines(name: str, shape: tuple[int, ...]) -> Iterator[MatrixLine]:
 
 
 def described(arrays: list[MatArray]) -> dict[str, str]:
-    """What is no column as it stands, and what it is."""
+    """Return name -> description of the arrays that are not columns themselves."""
     return {array.name: str(array) for array in arrays if array.name not in dict(array.columns())}

@@ -1,12 +1,11 @@
-"""The data elements of a MATLAB file of version 5 to 7 ("level 5 MAT-File Format"): what lies in
-it, and where its numbers are.
+"""Data elements of a MATLAB file of version 5 to 7 ("level 5 MAT-File Format").
 
-`scipy.io` reads these files too, but ends the process with a segmentation fault on some damaged
-ones. Here every length is checked against what there is before it is believed, and the checksum of
-a compressed variable is.
+`scipy.io` reads these files as well, but some damaged files end its process with a segmentation
+fault. Here every length is checked against the bytes available before it is used, and the checksum
+of a compressed variable is verified.
 
-A file is a head of 128 bytes, then elements: type (4), bytes (4), content, filled up to 8. A
-variable is an element of type MATRIX, alone or inside one of type COMPRESSED; its content is again
+A file is a head of 128 bytes, then elements: type (4), bytes (4), content, padded to 8. A variable
+is an element of type MATRIX, alone or inside one of type COMPRESSED. Its content consists of
 elements: flags, shape, name, real part, imaginary part. The fields of a structure and the cells of
 a cell array are MATRIX elements without a name inside it.
 """
@@ -29,10 +28,10 @@ from frictool.logs.arrays.mat_array import ADVICE, MatArray
 HEAD_BYTES = 128
 MATRIX, COMPRESSED = 14, 15
 COMPLEX = 0x0800
-SMALL_BYTES = 4096  # flags, shape and name of a variable are shorter
-LARGEST_TEXT = 1 << 20  # bytes of all field names of a structure
-DEEPEST = 12  # structures within structures
-MOST = 20_000  # arrays that are listed
+SMALL_BYTES = 4096  # bytes, maximum size of flags, shape and name of a variable
+LARGEST_TEXT = 1 << 20  # bytes, maximum size of a text or of all field names of a structure
+DEEPEST = 12  # maximum depth of structures
+MOST = 20_000  # maximum number of arrays
 NUMBERS = {
     1: "i1",
     2: "u1",
@@ -66,8 +65,13 @@ NUMERIC = frozenset(CLASSES[6:16])
 
 @dataclass(frozen=True)
 class MatTag:
-    """The head of an element; `inline` is its content where that is packed into the head, `fill`
-    the bytes that follow the content."""
+    """Head of an element.
+
+    kind: type of the element.
+    length: bytes of its content.
+    inline: content if it is packed into the head, else None.
+    fill: padding bytes after the content.
+    """
 
     kind: int
     length: int
@@ -76,11 +80,10 @@ class MatTag:
 
 
 def arrays(path: Path, size: int) -> Iterator[MatArray]:
-    """The numeric and text arrays of a file of `size` bytes, in its order; fields as `name.field`,
-    cells as `name{1}`.
+    """Yield the arrays of a file of `size` bytes in order.
 
-    Raises ValueError at the point where it is cut off or damaged. A variable that is cut off inside
-    its numbers is given before.
+    Fields are named `name.field`, cells `name{1}`. Raises ValueError at a truncation or damage. A
+    variable that is truncated inside its numbers is yielded before the error.
     """
     with path.open("rb") as file:
         order = ">" if file.read(HEAD_BYTES)[126:128] == b"MI" else "<"
@@ -128,7 +131,7 @@ def _variable(
 
 
 class _MatVariableReader:
-    """Goes through the elements of one variable."""
+    """Reader of the elements of one variable."""
 
     def __init__(self, stream: ByteStream, order: str, open_stream: partial[ByteStream]) -> None:
         self.stream = stream
@@ -136,9 +139,9 @@ class _MatVariableReader:
         self.open = open_stream
 
     def tag(self) -> MatTag:
-        """The next element's head."""
+        """Return the head of the next element."""
         kind, length = struct.unpack(self.order + "II", self.exactly(8))
-        if kind >> 16:  # up to 4 bytes are packed into the head
+        if kind >> 16:  # content of up to 4 bytes is packed into the head
             small = kind >> 16
             if small > 4:
                 raise ValueError(f"a packed element announces {small} bytes; allowed: 4")
@@ -152,7 +155,10 @@ class _MatVariableReader:
         return data
 
     def small(self, most: int = SMALL_BYTES) -> tuple[int, bytes]:
-        """Type and content of the next element, which has to be a small one."""
+        """Return type and content of the next element.
+
+        Raises ValueError if it has more than `most` bytes.
+        """
         tag = self.tag()
         if tag.inline is not None:
             return tag.kind, tag.inline
@@ -163,8 +169,10 @@ class _MatVariableReader:
         return tag.kind, self.exactly(tag.length + tag.fill)[: tag.length]
 
     def matrix(self, path: str, length: int, depth: int) -> Iterator[MatArray]:
-        """The arrays in a MATRIX of `length` bytes whose head has been read; `path` is "" for a
-        variable, which brings its own name."""
+        """Yield the arrays in a MATRIX of `length` bytes whose head has been read.
+
+        path: name of a field or cell; "" for a variable, which contains its name.
+        """
         end = self.stream.position + length
         if length == 0:  # an empty array
             return
@@ -173,14 +181,14 @@ class _MatVariableReader:
             raise ValueError(f"the head of a variable is damaged ({len(flags)} bytes of flags)")
         (bits,) = struct.unpack_from(self.order + "I", flags)
         kind = CLASSES[bits & 0xFF] if bits & 0xFF < len(CLASSES) else "unknown"
-        if kind == "opaque":  # name, system (MCOS), class, and what only MATLAB knows
+        if kind == "opaque":  # name, system (MCOS), class, and data that only MATLAB can interpret
             name, _, type_name = (self.small()[1].decode("latin-1") for _ in range(3))
             yield MatArray(path or name, (), f"{type_name}: {ADVICE}")
         else:
             shape = self.shape()
             name = self.small()[1].decode("latin-1")
             yield from self.content(path or name, shape, kind, bool(bits & COMPLEX), depth)
-        if depth:  # of a variable nothing follows
+        if depth:  # nothing follows a variable
             if self.stream.position > end:
                 raise ValueError("an array is longer than its structure says")
             self.stream.skip(end - self.stream.position)
@@ -231,9 +239,10 @@ class _MatVariableReader:
         dtype = np.dtype(self.order + NUMBERS[tag.kind])
         if tag.length != dtype.itemsize * math.prod(shape):
             raise ValueError(
-                f"variable {name!r} of {'x'.join(map(str, shape))} {kind} announces {tag.length} bytes of numbers"
+                f"variable {name!r} of {'x'.join(map(str, shape))} {kind} announces {tag.length} "
+                "bytes of numbers"
             )
-        # numbers packed into the head lie in its last 4 bytes
+        # packed numbers are the last 4 bytes of the head
         offset = self.stream.position if tag.inline is None else self.stream.position - 4
         place = ArrayColumn(self.open, offset, dtype, math.prod(shape), dtype.itemsize)
         return MatArray(

@@ -1,7 +1,7 @@
-"""MATLAB files of version 4 to 7: each real vector is a column, each matrix one of its columns at a
-time, structures by their path.
+"""Reader of MATLAB files of version 4 to 7.
 
-Version 7.3 is another format altogether (mat73_format.py).
+Each real vector is a column of the table, and so is each column of a matrix. The name of a variable
+in a structure is its path. Version 7.3 is a different format (mat73_format.py).
 """
 
 from __future__ import annotations
@@ -24,16 +24,15 @@ VERSION_5 = (b"\x00\x01IM", b"\x01\x00MI")
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is one of version 5 to 7, by its signature, or looks like one of version 4,
-    which has none."""
+    """Return whether the file has the signature of version 5 to 7, or looks like version 4."""
     return head[124:128] in VERSION_5 or mat4_elements.looks_like(head)
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """The one table of the file: all its vectors, of which those have to be of one length that are
-    asked for together.
+    """Return the one table of the file with all its vectors.
 
-    Raises LogError where there is none; what else is damaged is told by `blocks`.
+    Vectors that are requested together must have the same length. Raises LogError if there is no
+    vector; `blocks` reports other damage.
     """
     with open_log(path) as stream:
         head = stream.read(HEAD_BYTES)
@@ -53,18 +52,19 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
         raise LogError(path, f"cannot be read: {error.strerror or error}") from None
     found = [
         array for array in found if array.name
-    ]  # without a name are the bytes of MATLAB's objects
+    ]  # arrays without a name are the bytes of MATLAB's objects
     columns = {name: column for array in found for name, column in array.columns()}
     if not columns and damage is not None:
         raise LogError(path, f"is damaged or no MATLAB file: {damage}")
     if not columns:
         raise LogError(
             path,
-            f"has no real numeric vector; found: {listed([f'{array.name} ({array})' for array in found])}",
+            "has no real numeric vector; found: "
+            f"{listed([f'{array.name} ({array})' for array in found])}",
         )
     return (ArrayTable(str(path), columns, size, described(found), damage),)
 
 
 def _gather(arrays: Iterator[MatArray], found: list[MatArray]) -> None:
-    """Appends the arrays as far as they can be read."""
+    """Append the readable arrays to `found`."""
     found.extend(arrays)

@@ -1,9 +1,8 @@
-"""Streams as a MATLAB file of version 5 (what MATLAB saves with -v6): `time`, `position` ..., and a
-structure `units`.
+"""Writer of streams as a MATLAB file of version 5, as MATLAB saves with -v6.
 
-Of several streams each is a structure in `streams`: `streams.axis.position`,
-`streams.axis.units.position`. The elements are those that mat_elements.py reads; the file says
-nothing of clock and machine.
+The variables are `time`, `position`, ... and a structure `units`. Several streams become structures
+in `streams`: `streams.axis.position`, `streams.axis.units.position`. The elements are those that
+mat_elements.py reads. The file does not contain the date or the computer of its creation.
 """
 
 from __future__ import annotations
@@ -19,14 +18,16 @@ from frictool.logs.canonical.mcap_writer import Notes
 from frictool.logs.conversion import OutgoingStream, flat_names
 from frictool.logs.log import Vector
 
-INT8, INT32, UINT16, UINT32, DOUBLE = 1, 5, 4, 6, 9  # types of elements
-LONGEST = 2**31 - 1  # bytes of a variable that MATLAB reads
+INT8, INT32, UINT16, UINT32, DOUBLE = 1, 5, 4, 6, 9  # element types
+LONGEST = 2**31 - 1  # bytes, largest variable that MATLAB reads
 Value = Vector | str | Mapping[str, "Value"]
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Writes all streams and the notes, each a structure of texts. Raises OutputError where a
-    variable is longer than MATLAB reads."""
+    """Write all streams, and the notes as structures of texts.
+
+    Raises OutputError if a variable is too long for MATLAB.
+    """
     values: dict[str, Mapping[str, Value]] = {}
     for stream, key in zip(streams, flat_names(streams), strict=True):
         units: Mapping[str, Value] = dict(zip(stream.names, stream.units, strict=True))
@@ -39,15 +40,19 @@ def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> 
 
 
 def pieces(values: Mapping[str, Value]) -> Iterator[bytes]:
-    """A whole file of named variables: texts, structures, arrays (n,) as columns, (n, m). Raises
-    OutputError where one is too long."""
+    """Yield the bytes of a whole file of named variables.
+
+    values: texts, structures, arrays (n,) that are written as columns, or arrays (n, m).
+
+    Raises OutputError if a variable is too long.
+    """
     yield b"MATLAB 5.0 MAT-file, written by frictool".ljust(HEAD_BYTES - 4) + b"\x00\x01IM"
     for name, value in values.items():
         yield _matrix(name, value)
 
 
 def _matrix(name: str, value: Value) -> bytes:
-    """A variable, or a field where it has no name."""
+    """Return a variable, or a field if `name` is empty."""
     if isinstance(value, Mapping):
         fields = {_field(key): inner for key, inner in value.items()}
         width = max(map(len, fields), default=0) + 1
@@ -72,7 +77,8 @@ def _array(name: str, kind: str, shape: tuple[int, int], content: bytes) -> byte
     )
     if len(head) + len(content) > LONGEST:
         raise OutputError(
-            f"variable {name or 'of a structure'} has {len(content)} bytes; MATLAB reads {LONGEST}: convert a part of the log"
+            f"variable {name or 'of a structure'} has {len(content)} bytes; "
+            f"MATLAB reads {LONGEST}: convert a part of the log"
         )
     return _element(MATRIX, head + content)
 
@@ -84,6 +90,6 @@ def _element(kind: int, content: bytes) -> bytes:
 
 
 def _field(key: str) -> str:
-    """A name that MATLAB allows: `axis_position` for `/axis.position`."""
+    """Return a name that MATLAB allows, such as `axis_position` for `/axis.position`."""
     name = "".join(c if c.isascii() and c.isalnum() else "_" for c in key).strip("_")
     return (name if name[:1].isalpha() else f"n{name}")[:63]

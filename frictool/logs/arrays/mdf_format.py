@@ -1,9 +1,9 @@
-"""ASAM MDF (2 to 4) through asammdf (extra `mdf`): a table for each channel group, dated by its
-master channel.
+r"""Reader of ASAM MDF (2 to 4) with asammdf (extra `mdf`).
 
-Channels are called as in the file, `nAct\\ETKC:1`; the same name in several groups is `GROUP/NAME`.
-Values are physical ones; a channel whose conversion gives texts keeps its raw numbers. A sample
-that is marked invalid is an empty cell, and damage without salvage.
+Each channel group is a table that its master channel dates. Channels are named as in the file,
+`nAct\ETKC:1`; a name that occurs in several groups is `GROUP/NAME`. Values are physical; a channel
+whose conversion gives texts keeps its raw numbers. A sample that is marked invalid is an empty cell
+in a salvage, and damage otherwise.
 """
 
 from __future__ import annotations
@@ -38,20 +38,24 @@ from frictool.logs.table import (
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
-MAGIC = (b"MDF     ", b"UnFinMF ")  # whole, and as a logger leaves it that was switched off
-TO_TEXT = {4: (7, 8), 3: (11, 12), 2: (11, 12)}  # conversions of a version that give texts
-TIME = 1  # what a master channel of version 4 holds, beside angle, distance and index
-LATEST = 9e9  # s
+# signatures of a finished file, and of one whose logger was switched off
+MAGIC = (b"MDF     ", b"UnFinMF ")
+TO_TEXT = {4: (7, 8), 3: (11, 12), 2: (11, 12)}  # version -> conversions that give texts
+# sync type of a master channel of version 4 that holds time (others: angle, distance, index)
+TIME = 1
+LATEST = 9e9  # s, latest time
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins with MDF's signature."""
+    """Return whether the file begins with the signature of MDF."""
     return head.startswith(MAGIC)
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """The channel groups that have samples. Raises LogError where there is none, or the file is
-    damaged."""
+    """Return a table for each channel group with samples and numeric channels.
+
+    Raises LogError if there is none, or if the file is damaged.
+    """
     open_log(path).close()
     library(path, "asammdf", "mdf")
     return open_guarded(path, _open)
@@ -63,7 +67,7 @@ def _open(path: Path) -> Sequence[LibraryTable]:
     logging.disable(logging.CRITICAL)
     try:
         file, end = MDF(path.open("rb")), None
-    except Exception:  # the library raises what its parts raise
+    except Exception:  # asammdf raises errors of many types
         try:
             file, end = MDF(ZeroPaddedFile(path)), path.stat().st_size
         except Exception:
@@ -88,7 +92,7 @@ def _open(path: Path) -> Sequence[LibraryTable]:
     if not any(table.names for table in found):
         if (
             described_at(path) is not None
-        ):  # the library may take the zeros behind the end for a file without channels
+        ):  # asammdf may read the zeros after the end as a file without channels
             raise LogError(path, _unreadable(path))
         empty = [f"{name} ({what})" for table in found for name, what in table.others.items()]
         raise LogError(path, f"has no channel of numbers with samples; found: {listed(empty)}")
@@ -96,21 +100,30 @@ def _open(path: Path) -> Sequence[LibraryTable]:
 
 
 def _unreadable(path: Path) -> str:
-    """Why the library does not open the file."""
+    """Return why asammdf cannot open the file."""
     behind = described_at(path)
     if behind is None:
-        return "is damaged, or of a kind of MDF that is not read: its blocks do not fit one another; export it again, or as CSV"
+        return (
+            "is damaged, or of a kind of MDF that is not read: "
+            "its blocks do not fit one another; export it again, or as CSV"
+        )
     end = path.stat().st_size
-    return f"is cut off at byte {end}: what its channels are stands at byte {behind}, and nothing can be salvaged; copy or export it again"
+    return (
+        f"is cut off at byte {end}: what its channels are stands at byte {behind}, "
+        "and nothing can be salvaged; copy or export it again"
+    )
 
 
 def _group_name(index: int, group: Any) -> str:
-    """What the file calls a group, else its number."""
+    """Return the name of a group in the file, else its number."""
     return getattr(group.channel_group, "acq_name", "") or f"group {index + 1}"
 
 
 def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int | None) -> MdfTable:
-    """The table of a group; `end` is where the file ends, if too early."""
+    """Return the table of a group.
+
+    end: size in bytes of a truncated file; None if the file is complete.
+    """
     version = int(file.version[0])
     group: Any = file.groups[index]
     count = Counter(channel.name for channel in group.channels)
@@ -150,7 +163,7 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int |
 
 @dataclass(frozen=True)
 class MdfChannel:
-    """A channel by its number in the group, and whether its raw numbers are taken."""
+    """Channel by its number in the group, and whether its raw numbers are used."""
 
     index: int
     raw: bool
@@ -158,8 +171,12 @@ class MdfChannel:
 
 @dataclass
 class MdfTable:
-    """A channel group of an open file. start: the time of the file, in ns since 1970. whole: how
-    many records are there of a cut file."""
+    """Channel group of an open file (a RawTable).
+
+    group: index of the group.
+    start: start time of the file in ns since 1970.
+    whole: number of complete records in a truncated file; None if the file is complete.
+    """
 
     source: str
     topic: str
@@ -178,17 +195,17 @@ class MdfTable:
         self.size = Path(self.source).stat().st_size
 
     def find(self, wanted: str | int) -> str | None:
-        """As `Table.find`: the guard has looked at what is no number."""
+        """Return the name of a column (see RawTable.find); GuardedTable refuses other channels."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
-        """None: the file has no lines."""
+        """Return None, because the file has no lines."""
         return None
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """As `Table.blocks`; from a block on that cannot be decoded, the rest is lost."""
+        """Yield the rows (see RawTable.blocks); a block that cannot be decoded ends the reading."""
         readable = self.rows if self.whole is None else self.whole
         cut = f"the file is cut off; group {self.topic!r} has {readable} of {self.rows} samples"
         if self.whole is not None and losses is None:
@@ -200,8 +217,11 @@ class MdfTable:
                 time = None if self.clock is None else self._stamps(first, n)
             except LogError:
                 raise
-            except Exception as error:  # the library raises what its parts raise
-                reason = f"group {self.topic!r} is damaged or cut off: {str(error) or type(error).__name__}"
+            except Exception as error:  # asammdf raises errors of many types
+                reason = (
+                    f"group {self.topic!r} is damaged or cut off: "
+                    f"{str(error) or type(error).__name__}"
+                )
                 if losses is None:
                     raise LogError(
                         self.source, f"{reason}; read before it: {first} samples"
@@ -213,7 +233,10 @@ class MdfTable:
             losses.append(DataLoss((), cut, samples=self.rows - readable))
 
     def _read(self, name: str, first: int, n: int, losses: list[DataLoss] | None) -> Vector:
-        """Samples of a channel; nan where they are invalid."""
+        """Return samples of a channel, NaN if they are marked invalid.
+
+        Raises LogError at an invalid sample if losses are not allowed.
+        """
         values, invalid = self._samples(name, first, n)
         if invalid is None or not invalid.any():
             return values

@@ -1,5 +1,7 @@
-"""Streams as MDF 4.10, one channel group each, through asammdf (extra `mdf`). The file starts when
-the log's clock says, else in 1970."""
+"""Writer of streams as MDF 4.10, one channel group each, with asammdf (extra `mdf`).
+
+The start time of the file is that of the log's clock, or 1970 without a clock.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,7 @@ VERSION = "4.10"
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Writes all streams, one after the other; what is not written yet lies in a temporary file."""
+    """Write all streams, one after the other, through a temporary file."""
     from asammdf import MDF
 
     with (
@@ -30,15 +32,17 @@ def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> 
             _append(file, index, stream)
         file.header.abs_time = max(0, int(notes.get(TIME, {}).get(EPOCH_KEY, 0)))
         file.file_history.append(_history(notes))
-        # 2: transposed and deflated
+        # compression 2: transposed and deflated
         written = file.save(Path(folder, "log.mf4"), compression=2, add_history_block=False)
         with written.open("rb") as saved:
             shutil.copyfileobj(saved, target, 1 << 20)
 
 
 def _append(file: Any, index: int, stream: OutgoingStream) -> None:
-    """A stream as a group: asammdf takes its first block with names and units, the others as bare
-    numbers."""
+    """Write a stream as a group.
+
+    asammdf requires names and units with the first block, and plain numbers with the others.
+    """
     from asammdf import Signal
 
     for number, (time, *columns) in enumerate(stream.blocks()):
@@ -52,11 +56,14 @@ def _append(file: Any, index: int, stream: OutgoingStream) -> None:
 
 
 def _history(notes: Notes) -> Any:
-    """The block that says what made the file, without a clock."""
+    """Return the file history block, without a date."""
     from asammdf.blocks.v4_blocks import FileHistory
 
     history = FileHistory(abs_time=0)
     history.abs_time = 0
     made = escape("; ".join(f"{key}: {text}" for key, text in notes.get(PROVENANCE, {}).items()))
-    history.comment = f"<FHcomment><TX>{made}</TX><tool_id>frictool</tool_id><tool_vendor>frictool</tool_vendor></FHcomment>"
+    history.comment = (
+        f"<FHcomment><TX>{made}</TX><tool_id>frictool</tool_id>"
+        "<tool_vendor>frictool</tool_vendor></FHcomment>"
+    )
     return history

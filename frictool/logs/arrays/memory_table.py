@@ -1,4 +1,4 @@
-"""A table whose columns are in memory, given in blocks like any other."""
+"""Table whose columns are in memory."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, Row
 
 @dataclass(frozen=True)
 class MemoryTable:
-    """columns: name -> (n,) numbers. units: name -> unit that the file gives, or None. source,
-    topic, clock: as in Table.
+    """Columns in memory (a RawTable).
 
-    time_ns: (n,) where the file dates its rows. first_line: of the rows in the file, where each has
-    a line.
+    columns: name -> (n,) numbers.
+    units: name -> unit in the file, or None.
+    source, topic, clock: as in RawTable.
+    time_ns: (n,) times of the rows in ns; None if the file does not date them.
+    first_line: line of the first row in the file; None if the rows have no lines.
     """
 
     columns: Mapping[str, Vector]
@@ -43,7 +45,7 @@ class MemoryTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Raises LogError where the columns that are wanted differ in length."""
+        """Yield the rows; raise LogError if the requested columns differ in length."""
         chosen = {name: self.columns[name] for name in wanted}
         rows = _common_size(self.source, chosen)
         for first in range(0, rows, BLOCK_ROWS):
@@ -59,7 +61,7 @@ class MemoryTable:
 
 
 def _common_size(source: str, columns: Mapping[str, Vector]) -> int:
-    """The number of rows. Raises LogError where columns differ in it."""
+    """Return the number of rows; raise LogError if the columns differ in it."""
     first, *others = columns
     for name in others:
         if columns[name].size != columns[first].size:
@@ -71,8 +73,10 @@ def _common_size(source: str, columns: Mapping[str, Vector]) -> int:
 
 
 def in_memory(table: RawTable, wanted: Sequence[str], most: int) -> MemoryTable:
-    """The columns `wanted` of a table, of the blocks that hold its first `most` rows. Raises
-    LogError as its blocks do."""
+    """Return the columns `wanted` of the blocks that hold the first `most` rows of a table.
+
+    Raises LogError as the table's blocks do.
+    """
     blocks, rows = [], 0
     for block, _ in table.blocks(wanted):
         blocks.append(block)

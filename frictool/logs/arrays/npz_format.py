@@ -1,7 +1,7 @@
-"""NumPy's `.npy` and `.npz`: vectors, the columns of matrices and the fields of structured arrays;
-nothing is unpickled.
+"""Reader of NumPy's `.npy` and `.npz`, without unpickling.
 
-The first vector of dates (`datetime64`) is the clock of the rows.
+Columns are vectors, columns of matrices and fields of structured arrays. The first vector of dates
+(`datetime64`) is the clock of the rows.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
 NPY, ZIP = b"\x93NUMPY", b"PK\x03\x04"
-ALONE = "array"  # what the one array of an .npy is called
+ALONE = "array"  # name of the array of an .npy
 MOST_MEMBERS = 20_000
-MOST_COLUMNS = 1000  # of a matrix
-LONGEST_HEAD = 1 << 16
-LONGEST_REASON = 80  # characters: zipfile quotes whole members
+MOST_COLUMNS = 1000  # maximum number of columns of a matrix
+LONGEST_HEAD = 1 << 16  # bytes
+LONGEST_REASON = 80  # maximum characters of a reason: zipfile quotes whole members
 HEADS = {
     (1, 0): npy.read_array_header_1_0,
     (2, 0): npy.read_array_header_2_0,
@@ -42,8 +42,13 @@ HEADS = {
 
 @dataclass(frozen=True)
 class NpyArray:
-    """An array: how to open its bytes, where in them its numbers begin, and what its head says of
-    them."""
+    """Array of a file.
+
+    open: function that opens its bytes.
+    start: offset of its numbers in these bytes.
+    by_columns: True for column order.
+    shape, dtype: as declared in its head.
+    """
 
     name: str
     open: Callable[[], ByteStream]
@@ -63,7 +68,7 @@ class NpyArray:
         return f"{'x'.join(map(str, self.shape)) or 'single'} {kind}"
 
     def columns(self) -> Iterator[tuple[str, ArrayColumn]]:
-        """The vectors in it, by the name that asks for them."""
+        """Yield name and column of each vector in the array."""
         sides = [n for n in self.shape if n != 1]
         if self.dtype.hasobject or math.prod(self.shape) < 2:
             return
@@ -73,7 +78,7 @@ class NpyArray:
             high, wide = self.shape
             to_row, to_column = (
                 (1, high) if self.by_columns else (wide, 1)
-            )  # numbers from one to the next
+            )  # distance to the next row and to the next column, in numbers
             for k in range(min(self.shape)):
                 if high >= wide:
                     yield f"{self.name}[:, {k}]", self._line(k * to_column, high, to_row)
@@ -85,7 +90,7 @@ class NpyArray:
         return ArrayColumn(self.open, self.start + first * size, self.dtype, rows, stride * size)
 
     def _fields(self) -> Iterator[tuple[str, ArrayColumn]]:
-        """A vector itself, or the fields of a structured one."""
+        """Yield the vector itself, or the fields of a structured one."""
         rows = math.prod(self.shape)
         if self.dtype.names is None or self.dtype.fields is None:
             yield (
@@ -104,7 +109,7 @@ class NpyArray:
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is an array, or a zip archive whose first member is one."""
+    """Return whether the file is an array, or a zip archive whose first member is one."""
     return head.startswith(NPY) or (
         head.startswith(ZIP)
         and head[30 : 30 + int.from_bytes(head[26:28], "little")].endswith(b".npy")
@@ -112,8 +117,10 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """The one table of the file. Raises LogError where it holds no vector, or its archive has no
-    readable directory."""
+    """Return the one table of the file.
+
+    Raises LogError if it holds no vector, or if the directory of its archive cannot be read.
+    """
     with open_log(path) as stream:
         is_array = stream.read(len(NPY)) == NPY
     size = path.stat().st_size
@@ -135,7 +142,8 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     if not columns:
         raise LogError(
             path,
-            f"has no vector of real numbers; found: {listed([f'{name} ({text})' for name, text in others.items()])}",
+            "has no vector of real numbers; found: "
+            f"{listed([f'{name} ({text})' for name, text in others.items()])}",
         )
     return (
         ArrayTable(
@@ -145,12 +153,12 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
 
 
 def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
-    """The arrays of an archive."""
+    """Yield the arrays of an archive."""
     try:
         with zipfile.ZipFile(path) as archive:
             found = [one for one in archive.infolist() if one.filename.endswith(".npy")]
     except Exception as error:
-        # beside BadZipFile, zipfile raises what struct, codecs and others do on a damaged directory
+        # on a damaged directory zipfile also raises errors of struct, codecs and others
         raise LogError(
             path,
             f"is no whole zip archive ({error}); its directory is at its end: is the file cut off?",
@@ -164,11 +172,11 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
 
 
 def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
-    """The bytes of one array of an archive, which closes with it."""
+    """Return the bytes of one array of an archive."""
     try:
         with zipfile.ZipFile(path) as archive:
             return ArchiveBytes(archive.open(member), member.file_size)
-    except Exception as error:  # as above, and RuntimeError where it is encrypted
+    except Exception as error:  # as above, and RuntimeError if the member is encrypted
         stream = FileBytes(path, 0, 0)
         stream.damage = f"cannot be opened in its archive ({str(error)[:LONGEST_REASON]})"
         return stream
@@ -177,18 +185,18 @@ def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
 def _member(
     name: str, opened: Callable[[], ByteStream], size: int, damage: list[str]
 ) -> Iterator[NpyArray]:
-    """The array of `size` bytes, head and all, that are opened so; nothing where its head cannot be
-    read."""
+    """Yield the array in `size` bytes; nothing if its head cannot be read."""
     with opened() as stream, warnings.catch_warnings():
         file = cast(IO[bytes], stream)
-        warnings.simplefilter("ignore")  # of Python 2's long integers, of aliases of types
+        warnings.simplefilter("ignore")  # warnings about Python 2's long integers and type aliases
         try:
             shape, by_columns, dtype = HEADS[npy.read_magic(file)](
                 file, max_header_size=LONGEST_HEAD
             )
-        except Exception as error:  # whatever evaluating a damaged head and its type raises
+        except Exception as error:  # a damaged head or type raises errors of many types
             damage.append(
-                f"array {name!r} {stream.damage or f'has a damaged head ({str(error) or type(error).__name__})'}"
+                f"array {name!r} "
+                f"{stream.damage or f'has a damaged head ({str(error) or type(error).__name__})'}"
             )
             return
         start = stream.position

@@ -1,5 +1,7 @@
-"""Streams as NumPy arrays, `np.load(file)["position"]`; of several streams `axis_force.position`.
-Units and notes are arrays of text."""
+"""Writer of streams as NumPy arrays, `np.load(file)["position"]`.
+
+Arrays of several streams are named `axis_force.position`. Units and notes are arrays of text.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +16,12 @@ from numpy.lib import format as npy
 from frictool.logs.canonical.mcap_writer import Notes
 from frictool.logs.conversion import OutgoingStream, flat_names
 
-UNITS, NOTES = "units", "notes"  # (n, 2): names and units; JSON
-START = (1980, 1, 1, 0, 0, 0)  # of every member: the earliest that an archive knows
+UNITS, NOTES = "units", "notes"  # names of the arrays: (n, 2) names and units; notes as JSON
+START = (1980, 1, 1, 0, 0, 0)  # date of every member, the earliest that an archive can hold
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Writes all streams, one after the other."""
+    """Write all streams, one after the other."""
     units = []
     with zipfile.ZipFile(target, "w") as archive:
         for stream, key in zip(streams, flat_names(streams), strict=True):

@@ -1,7 +1,7 @@
-"""Parquet through pyarrow (extra `parquet`): row groups in batches, nested fields as `a.b`, units
-from the fields' metadata.
+"""Reader of Parquet with pyarrow (extra `parquet`), one row group after the other in batches.
 
-The first column of timestamps is the clock of the rows, exact to the nanosecond.
+Nested fields are named `a.b`, and units are read from the fields' metadata. The first column of
+timestamps is the clock of the rows, exact to 1 ns.
 """
 
 from __future__ import annotations
@@ -26,25 +26,28 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
 MAGIC = b"PAR1"
-UNIT = b"unit"  # key of a field's metadata
-BUFFER = 1 << 20  # bytes of a column that are read at once
-DEEPEST = 8  # structures within structures
+UNIT = b"unit"  # key in a field's metadata
+BUFFER = 1 << 20  # bytes of a column read at once
+DEEPEST = 8  # maximum depth of structures
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins with Parquet's signature."""
+    """Return whether the file begins with the signature of Parquet."""
     return head.startswith(MAGIC)
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """The one table of the file. Raises LogError where its end, which says what is in it, is
-    damaged or missing."""
+    """Return the one table of the file.
+
+    Raises LogError if the footer, which describes the content, is damaged or missing.
+    """
     with open_log(path) as stream:
         stream.seek(-min(len(MAGIC), path.stat().st_size), 2)
         if stream.read() != MAGIC:
             raise LogError(
                 path,
-                "is cut off: a Parquet file says at its end what is in it, and has no such end; nothing can be salvaged",
+                "is cut off: a Parquet file says at its end what is in it, and has no such end; "
+                "nothing can be salvaged",
             )
     library(path, "pyarrow.parquet", "parquet")
     return open_guarded(path, _open)
@@ -56,7 +59,7 @@ def _open(path: Path) -> Sequence[LibraryTable]:
 
     pa.set_cpu_count(1)
     pa.set_io_thread_count(1)
-    pa.set_memory_pool(pa.system_memory_pool())  # which gives back what is free
+    pa.set_memory_pool(pa.system_memory_pool())  # this pool returns free memory to the system
     file = pq.ParquetFile(
         path, buffer_size=BUFFER, pre_buffer=False, page_checksum_verification=True
     )
@@ -81,7 +84,8 @@ def _open(path: Path) -> Sequence[LibraryTable]:
     if not columns:
         raise LogError(
             path,
-            f"has no column of real numbers; found: {listed([f'{name} ({field.type})' for name, field in fields.items()])}",
+            "has no column of real numbers; found: "
+            f"{listed([f'{name} ({field.type})' for name, field in fields.items()])}",
         )
     return (
         ParquetTable(
@@ -96,7 +100,7 @@ def _open(path: Path) -> Sequence[LibraryTable]:
 
 
 def _flat(name: str, field: Any, depth: int) -> Iterator[tuple[str, Any]]:
-    """The fields inside a field, each by its path."""
+    """Yield path and field of each field inside a field."""
     import pyarrow as pa
 
     if not pa.types.is_struct(field.type) or depth == DEEPEST:
@@ -129,7 +133,7 @@ def _unit(field: Any) -> str | None:
 
 @dataclass
 class ParquetTable:
-    """The rows of an open file."""
+    """Rows of an open file (a RawTable)."""
 
     source: str
     file: Any
@@ -143,14 +147,16 @@ class ParquetTable:
         self.size = Path(self.source).stat().st_size
 
     def find(self, wanted: str | int) -> str | None:
-        """As `Table.find`: the guard has looked at what is no number."""
+        """Return the name of a column (see RawTable.find); GuardedTable refuses other columns."""
         return find(self.names, wanted)
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """As `Table.blocks`; a row group that cannot be decoded is lost from there on, the next one
-        is read."""
+        """Yield the rows (see RawTable.blocks).
+
+        A damaged row group is lost from the damage on; reading continues with the next row group.
+        """
         chosen = [*wanted, *([] if self.clock is None else [self.clock])]
         total, row = self.file.metadata.num_rows, 0
         check_rows(self.source, self.size, total, len(chosen))
@@ -168,7 +174,7 @@ class ParquetTable:
                     row += batch.num_rows
                 if row != end:
                     raise ValueError(f"it announces {end} rows up to there, {row} are there")
-            except (OSError, ValueError) as error:  # pyarrow's own errors are these
+            except (OSError, ValueError) as error:  # pyarrow raises these
                 reason = f"row group {group + 1} is damaged: {error}"
                 if losses is None:
                     raise LogError(self.source, f"{reason}; read before it: {row} rows") from None
@@ -176,7 +182,7 @@ class ParquetTable:
                 row = end
 
     def line(self, row: int) -> int | None:
-        """None: the file has no lines."""
+        """Return None, because the file has no lines."""
         return None
 
     def _block(self, row: int, batch: Any, wanted: Sequence[str]) -> RowBlock:
@@ -190,7 +196,8 @@ class ParquetTable:
         if array.null_count:
             raise LogError(
                 self.source,
-                f"column {self.clock!r} has no time in some of the rows {row + 1} to {row + len(array)}",
+                f"column {self.clock!r} has no time in some of the rows {row + 1} to "
+                f"{row + len(array)}",
             )
         exact: Nanoseconds = (
             array.cast(pa.timestamp("ns", array.type.tz))
@@ -201,12 +208,12 @@ class ParquetTable:
 
 
 def _inside(batch: Any, path: str) -> Any:
-    """The array of a column, or of a field in it; null where one of its structures is."""
+    """Return the array of a column or of a field in it; null if an enclosing structure is null."""
     import pyarrow.compute as pc
 
     name = _first(batch.schema.names, path)
     array, rest = batch.column(batch.schema.names.index(name)), path[len(name) :]
-    while rest:  # a dot, and the path inside the structure; a field's name may be empty
+    while rest:  # a dot and the path inside the structure; the name of a field may be empty
         fields = [field.name for field in array.type]
         inner = _first(fields, rest[1:])
         array, rest = pc.struct_field(array, [fields.index(inner)]), rest[1 + len(inner) :]
@@ -219,7 +226,7 @@ def _first(names: Sequence[str], path: str) -> str:
 
 
 def _numbers(array: Any) -> Vector:
-    """As float64; nan where it is null."""
+    """Return an array as float64, NaN for null."""
     import pyarrow as pa
 
     if pa.types.is_duration(array.type):

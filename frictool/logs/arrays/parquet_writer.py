@@ -1,5 +1,7 @@
-"""A stream as Parquet: doubles, the unit in each field's metadata, the log's notes in the schema's
-(extra `parquet`)."""
+"""Writer of a stream as Parquet (extra `parquet`).
+
+Values are doubles, units are in the fields' metadata, and the log's notes are in the schema's.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,7 @@ from frictool.logs.conversion import OutgoingStream
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Writes the one stream, a row group for each block."""
+    """Write the one stream, a row group for each block."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

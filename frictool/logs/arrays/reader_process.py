@@ -1,13 +1,14 @@
-"""Tables that a library reads, in a process of their own: on a damaged file HDF5, Arrow and asammdf
-may crash, hang, or take all memory.
+"""Tables that a library reads in a child process.
 
-    here                                            child: limited memory, silent
-    tables(path)  ── open ──▶ the library's tables ──▶ what they are
+On a damaged file HDF5, Arrow and asammdf may crash, hang, or use all memory.
+
+    parent                                          child: limited memory, no output
+    tables(path)  ── open ──▶ the library's tables ──▶ their descriptions
     blocks(...)   ── open ──▶ the library's blocks ──▶ block, block, ... loss, ... end
 
-The child is ended if it takes more processor time for an answer than a file of that size can need.
-Any crash becomes a message of one line. Processor time does not depend on other programs of the
-machine.
+The child is killed if it uses more processor time for an answer than a file of that size can need.
+Any crash becomes a message of one line. The limit is processor time, because it does not depend on
+other programs of the computer.
 """
 
 from __future__ import annotations
@@ -30,18 +31,21 @@ from frictool.errors import LogError
 from frictool.logs.arrays.array_table import find_array
 from frictool.logs.table import DataLoss, RawTable, RowBlock
 
-WAIT_S = 8.0  # s of processor time for an answer, in addition to the time to read the whole file
-LOOK_S = 0.5  # s between two checks of the processor time
-# longest elapsed time, relative to the processor time allowed: a child may wait for ever without
-# using the processor
+WAIT_S = 8.0  # s, processor time for an answer in addition to the time to read the whole file
+LOOK_S = 0.5  # s, interval between two checks of the processor time
+# longest elapsed time relative to the processor time allowed, since a child may hang without using
+# the processor
 LONGEST_WAIT = 20.0
-SLOWEST = 10e6  # bytes/s
-MEMORY = 700_000_000  # bytes that a child may take, beside what it starts with
-TEXT = 300  # characters of a library's message
+SLOWEST = 10e6  # bytes/s, slowest reading
+MEMORY = 700_000_000  # bytes that a child may allocate in addition to those at its start
+TEXT = 300  # maximum characters of a library's message
 
 
 class LibraryTable(RawTable, Protocol):
-    """A table that also says of what is no column of numbers, by its name, what it is."""
+    """Table with a description of each item that is not a numeric column.
+
+    others: name -> description.
+    """
 
     others: Mapping[str, str]
 
@@ -51,7 +55,11 @@ Open = Callable[[Path], Sequence[LibraryTable]]
 
 @dataclass
 class GuardedTable:
-    """A table whose rows are read in a child process; `opened` and `index` say which."""
+    """Table whose rows are read in a child process.
+
+    opened: function that opens the file in the child.
+    index: index of the table in its result.
+    """
 
     source: str
     topic: str
@@ -64,8 +72,11 @@ class GuardedTable:
     index: int
 
     def find(self, wanted: str | int) -> str | None:
-        """As `Table.find`; `TOPIC/NAME` asks for a column of this table alone. Raises LogError
-        where it is no column of real numbers."""
+        """Return the name of a column (see RawTable.find).
+
+        `TOPIC/NAME` requests a column of this table only. Raises LogError if the item is not a
+        column of real numbers.
+        """
         if (
             isinstance(wanted, str)
             and self.topic
@@ -82,8 +93,10 @@ class GuardedTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """As `Table.blocks`. Raises LogError where the library fails, whatever it does; with
-        `losses`, that is one of them."""
+        """Yield the rows (see RawTable.blocks).
+
+        Any failure of the library raises LogError; with `losses` it is recorded as a loss.
+        """
         read = 0
         try:
             for kind, *answer in _child(
@@ -103,13 +116,15 @@ class GuardedTable:
             losses.append(DataLoss((), f"{error} (after {read} samples)"))
 
     def line(self, row: int) -> int | None:
-        """None: the file has no lines."""
+        """Return None, because the file has no lines."""
         return None
 
 
 def open_guarded(path: Path, opened: Open) -> tuple[GuardedTable, ...]:
-    """The tables that `opened(path)` gives, to be read in child processes. Raises LogError where
-    they cannot be opened."""
+    """Return the tables of `opened(path)`, to be read in child processes.
+
+    Raises LogError if they cannot be opened.
+    """
     for kind, *answer in _child(path, _tables, (opened,)):
         if kind == "tables":
             return tuple(
@@ -120,7 +135,7 @@ def open_guarded(path: Path, opened: Open) -> tuple[GuardedTable, ...]:
 
 
 def _tables(send: Callable[[Any], None], path: Path, opened: Open) -> None:
-    """In the child: what the tables are."""
+    """Send the descriptions of the tables; runs in the child."""
     kept = ("topic", "names", "units", "clock", "size", "others")
     send(("tables", [{name: getattr(one, name) for name in kept} for one in opened(path)]))
 
@@ -133,7 +148,7 @@ def _blocks(
     wanted: tuple[str, ...],
     salvage: bool,
 ) -> None:
-    """In the child: the rows of one table; a loss before the block that follows it."""
+    """Send the rows of one table, each loss before the block that follows it; runs in the child."""
     losses: list[DataLoss] | None = [] if salvage else None
     for block, done in opened(path)[index].blocks(wanted, losses):
         _send_losses(send, losses)
@@ -151,8 +166,10 @@ def _send_losses(send: Callable[[Any], None], losses: list[DataLoss] | None) -> 
 def _child(
     path: Path, work: Callable[..., None], arguments: tuple[Any, ...]
 ) -> Iterator[tuple[Any, ...]]:
-    """What `work` sends from a child process. Raises LogError where the child tells of an error,
-    dies, or falls silent."""
+    """Yield the answers that `work` sends from a child process.
+
+    Raises LogError if the child reports an error, dies, or does not answer.
+    """
     method = (
         "fork"
         if "fork" in multiprocessing.get_all_start_methods() and sys.platform != "darwin"
@@ -160,11 +177,12 @@ def _child(
     )
     context = multiprocessing.get_context(method)
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_run, args=(theirs, path, work, arguments), daemon=True)  # type: ignore[attr-defined]  # not of every context
+    # not every context has Process
+    process = context.Process(target=_run, args=(theirs, path, work, arguments), daemon=True)  # type: ignore[attr-defined]
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore", DeprecationWarning
-        )  # forking beside threads: the child starts none of their work anew
+        )  # fork with threads running: the child uses none of them
         process.start()
     theirs.close()
     patience = WAIT_S + path.stat().st_size / SLOWEST
@@ -193,8 +211,10 @@ def _child(
 
 
 def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
-    """Return whether an answer comes within `patience` s of processor time and LONGEST_WAIT times
-    that of elapsed time."""
+    """Return whether an answer comes in time.
+
+    patience: allowed processor time in s; the elapsed time may be LONGEST_WAIT times as long.
+    """
     begun, used = time.monotonic(), _processor_time(pid)
     while not ours.poll(LOOK_S):
         waited, now = time.monotonic() - begun, _processor_time(pid)
@@ -223,10 +243,10 @@ def _processor_time(pid: int | None) -> float | None:
 def _run(
     connection: Connection, path: Path, work: Callable[..., None], arguments: tuple[Any, ...]
 ) -> None:
-    """The child: works in silence, tells of every failure."""
+    """Run `work` in the child without output, and report any failure."""
     signal.signal(
         signal.SIGTERM, signal.SIG_DFL
-    )  # the command line's handler waits for a library that hangs
+    )  # the handler of the command line would wait for a hanging library
     _silence()
     _limit_memory()
     try:
@@ -238,22 +258,23 @@ def _run(
         connection.send(
             ("error", f"is damaged, or has pieces that need more than {MEMORY // 10**6} MB to read")
         )
-    except BrokenPipeError:  # who reads has seen enough
+    except BrokenPipeError:  # the parent has stopped reading
         pass
-    except BaseException as error:  # a library's exit is as much a failure as what it raises
+    except BaseException as error:  # SystemExit of a library is a failure, too
         text = " ".join(str(error).split())[:TEXT]
         connection.send(
             (
                 "error",
-                f"is cut off, damaged, or of a kind that is not read: {text or type(error).__name__}",
+                "is cut off, damaged, or of a kind that is not read: "
+                f"{text or type(error).__name__}",
             )
         )
 
 
 def _silence() -> None:
-    """What a library has to say of a file is not for the user's terminal."""
+    """Discard the output of the library."""
     faulthandler.disable()
-    nothing = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  # open as long as the process
+    nothing = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  # open until the process ends
     sys.stdout = sys.stderr = nothing
     with contextlib.suppress(OSError, ValueError):
         os.dup2(nothing.fileno(), 1)
@@ -262,7 +283,7 @@ def _silence() -> None:
 
 
 def _limit_memory() -> None:
-    """Where the system can tell what is used already and can limit what is added: Linux."""
+    """Limit the memory that the child may add, on systems that support it (Linux)."""
     with contextlib.suppress(ImportError, OSError, ValueError, StopIteration):
         import resource
 

@@ -1,8 +1,7 @@
-"""An MDF file whose end is missing, as a logger leaves it that lost its supply: heads and the first
-records are there.
+"""Reading of an MDF file whose end is missing because its logger lost power.
 
-asammdf refuses such a file. Here it reads zeros behind the end, and only the records that lie
-before it are believed.
+Such a file contains the heads and the first records. asammdf refuses it. Here it reads zeros after
+the end, and only the records before the end are used.
 """
 
 from __future__ import annotations
@@ -12,21 +11,22 @@ import struct
 from pathlib import Path
 from typing import Any
 
-ORIGINAL_FILE, PLAIN = 0, 0  # asammdf's codes: data lie where they lay, and are not compressed
-VIRTUAL_END = 1 << 40
-HEADER = 64  # where the block HD of version 4 stands, from which links lead to all others
+# asammdf's codes for data in the original file, and for uncompressed data
+ORIGINAL_FILE, PLAIN = 0, 0
+VIRTUAL_END = 1 << 40  # bytes, size that the file pretends to have
+HEADER = 64  # offset of block HD of version 4, whose links lead to all other blocks
 DESCRIBING = (
     b"##HD",
     b"##DG",
     b"##CG",
     b"##CN",
-)  # in that order they say where which channel's bits are
+)  # blocks that describe the channels, from the file to the single channel
 MOST_BLOCKS = 100_000
-_BLOCK = struct.Struct("<4s4xQQ")  # its kind, length, number of links; the links follow
+_BLOCK = struct.Struct("<4s4xQQ")  # kind, length, number of links; the links follow
 
 
 class ZeroPaddedFile(io.BufferedIOBase):
-    """A file with zeros behind its end."""
+    """File with zeros after its end."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("rb")
@@ -61,8 +61,10 @@ class ZeroPaddedFile(io.BufferedIOBase):
 
 
 def records_before(group: Any, end: int) -> int:
-    """How many records of an asammdf group lie before byte `end` of the file. Raises ValueError
-    where they have been moved elsewhere."""
+    """Return the number of records of an asammdf group before byte `end` of the file.
+
+    Raises ValueError if the records are not stored in order in the file.
+    """
     if group.data_location != ORIGINAL_FILE or group.uses_ld:
         raise ValueError("the records of its groups are mixed or lie by columns")
     found = 0
@@ -77,8 +79,10 @@ def records_before(group: Any, end: int) -> int:
 
 
 def described_at(path: Path) -> int | None:
-    """Where a file of version 4 says that a block lies which describes its channels, behind its
-    end; None where all are there."""
+    """Return the offset of a missing block that describes channels of a version 4 file.
+
+    Returns None if no such block is missing.
+    """
     size = path.stat().st_size
     with path.open("rb") as stream:
         waiting, seen = [HEADER], {HEADER}
@@ -94,11 +98,11 @@ def described_at(path: Path) -> int | None:
             if at + length > size:
                 return at
             links = struct.unpack(f"<{count}Q", stream.read(8 * count))
-            # the first leads to the next block of the same kind, the second to the first of the
-            # next kind; others to texts, data, tools
+            # the first link leads to the next block of this kind, the second to the first of the
+            # next kind, others to texts, data and tools
             new = {
                 link for link in links[: 1 if at == HEADER else 2] if link
-            } - seen  # the head has none beside it
+            } - seen  # the head HD has no next block
             seen |= new
             waiting += new
     return None

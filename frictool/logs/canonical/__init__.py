@@ -1,1 +1,1 @@
-"""The canonical log: MCAP, its writer and its reader side by side."""
+"""Reader and writer of the canonical log, an MCAP file."""

@@ -1,9 +1,8 @@
-"""The canonical log (mcap_layout.py) in the order of its file: declarations are gathered, samples
-are given, and every CRC is checked.
+"""Reader of the canonical log (mcap_layout.py) in the order of the file, with every CRC checked.
 
-What another tool made of a canonical log is read as well, as long as the messages are the same:
-other chunks, several streams in one chunk, lz4 or no compression, no chunks, no summary. An MCAP
-with other messages is refused.
+Canonical logs rewritten by other tools are read as well if the messages are unchanged. Such a file
+may have other chunks, several streams in one chunk, lz4 or no compression, no chunks, or no
+summary. An MCAP file with other messages is refused.
 """
 
 from __future__ import annotations
@@ -32,13 +31,12 @@ from frictool.logs.table import SALVAGE, Nanoseconds
 
 
 class CanonicalReader:
-    """The way through one open file.
+    """Reader of one open file.
 
-    Args:
-        path: for messages.
-        stream: the file.
-        lost: what cannot be read is appended to it and left out; None raises LogError.
-        only: bytes where chunks begin that are opened; None opens all.
+    path: name of the file for messages.
+    stream: the open file.
+    lost: list to which unreadable data is appended; None raises LogError instead.
+    only: byte offsets of the chunks to open; None opens all.
     """
 
     def __init__(
@@ -67,9 +65,11 @@ class CanonicalReader:
         raise LogError(self.path, message)
 
     def pieces(self) -> Iterator[ChannelSamples]:
-        """The samples. Raises LogError where the file is damaged or no canonical log, and
-        OSError."""
-        over = False  # no sample follows
+        """Yield the samples.
+
+        Raises LogError if the file is damaged or not a canonical log, and OSError.
+        """
+        over = False  # True after the data section: no sample follows
         for item, done in contents(self._records, self._only):
             self.done = done
             if isinstance(item, FileSection):
@@ -106,7 +106,7 @@ class CanonicalReader:
                 self._lose(part)
 
     def _lose(self, part: FileSection) -> None:
-        """Notes what cannot be read. Raises LogError where nothing may be lost."""
+        """Record a section that cannot be read; raise LogError if losses are not allowed."""
         last = max(
             (one.last for one in self.channels.values() if one.last is not None), default=None
         )
@@ -120,11 +120,12 @@ class CanonicalReader:
             else "no sample in it can be read: copy it again from where it was recorded"
         )
         self.fail(
-            f"is damaged or cut off at byte {part.at} of {self.size}, {after}: {part.reason}; {advice}"
+            f"is damaged or cut off at byte {part.at} of {self.size}, {after}: {part.reason}; "
+            f"{advice}"
         )
 
     def _has_more(self) -> bool:
-        """Return whether a salvage of the file would find samples."""
+        """Return whether a salvage of the file would recover samples."""
         with self.path.open("rb") as stream:
             try:
                 return any(
@@ -140,14 +141,16 @@ class CanonicalReader:
             self._channel(channel)
 
     def _channel(self, channel: Channel) -> None:
-        """Declares a stream. Raises LogError where it is none of a canonical log."""
+        """Declare a stream; raise LogError if a canonical log has no such channel."""
         schema = self._declarations.schemas.get(channel.schema_id)
         fields = axis_fields(channel, schema)
         if fields is None:
             kind = schema.name if schema is not None else "no schema"
             self.fail(
-                f"is no canonical log: channel {channel.topic!r} carries {kind} in {channel.message_encoding or 'no encoding'}; "
-                "allowed: /axis and /axis/NAME with flat float64 fields in cdr, as `frictool ingest` and `simulate` write them"
+                f"is no canonical log: channel {channel.topic!r} carries {kind} in "
+                f"{channel.message_encoding or 'no encoding'}; "
+                "allowed: /axis and /axis/NAME with flat float64 fields in cdr, "
+                "as `frictool ingest` and `simulate` write them"
             )
         known = self.channels.setdefault(
             channel.id, DeclaredStream(channel.id, channel.topic, fields)
@@ -158,8 +161,10 @@ class CanonicalReader:
             )
 
     def _of_one_channel(self, part: FileSection) -> ChannelSamples | None:
-        """The messages of chunks that hold those of one channel and nothing else, and none of them
-        is unfit: so are nearly all."""
+        """Return the samples of chunks that hold only valid messages of one channel, else None.
+
+        This is the fast path, which nearly all chunks take.
+        """
         data = part.data
         if len(data) <= RECORD_HEAD + 2 or data[0] != MESSAGE_OPCODE:
             return None
@@ -176,10 +181,10 @@ class CanonicalReader:
         return self._kept(channel, time, values, part)
 
     def _mixed(self, part: FileSection) -> Iterator[ChannelSamples]:
-        """The messages of several channels, of another tool, or unfit. Where it is no whole chunk,
-        one that is wrong is damage by itself.
+        """Yield the samples of a section with several channels, other layouts or invalid messages.
 
-        Otherwise raises ValueError.
+        A wrong message in a whole chunk raises ValueError. Outside of a whole chunk it is recorded
+        as damage.
         """
         data = part.data
         bounds = record_bounds(data) if part.whole else whole_records(data)[0]
@@ -214,7 +219,7 @@ class CanonicalReader:
     def _taken(
         self, channel: DeclaredStream, records: Records, part: FileSection
     ) -> Iterator[ChannelSamples]:
-        """Those samples of one channel that are finite, and in the order of time."""
+        """Yield the samples of one channel that are finite and increase in time."""
         time, values = _columns(records)
         if not np.isfinite(values).all():
             good = np.logical_and.reduce(np.isfinite(values))
@@ -257,11 +262,11 @@ class CanonicalReader:
         time: Nanoseconds,
         good: NDArray[np.bool_],
     ) -> None:
-        """SampleBlock that are left out, although they can be read. Raises LogError where nothing
-        may be lost."""
+        """Record readable samples that are left out; raise LogError if losses are not allowed."""
         if self._missing is None:
             self.fail(
-                f"stream {channel.topic}: {what} at sample {channel.samples + row + 1}, {time[row] / NS:.9g} s"
+                f"stream {channel.topic}: {what} at sample {channel.samples + row + 1}, "
+                f"{time[row] / NS:.9g} s"
             )
         bad = time[~good]
         self._missing.lost.append(
@@ -269,8 +274,11 @@ class CanonicalReader:
         )
 
     def _check_counts(self) -> None:
-        """Compares with the statistics, which may tell how much was lost. Raises LogError where
-        they count otherwise."""
+        """Compare the sample counts with the statistics.
+
+        In a salvage, the statistics complete the counts of the losses. Otherwise a difference
+        raises LogError.
+        """
         counts = self._declarations.counts or {}
         found = {
             number: self.channels[number].samples if number in self.channels else 0
@@ -285,10 +293,11 @@ class CanonicalReader:
                     self.channels[number].topic if number in self.channels else f"channel {number}"
                 )
                 self.fail(
-                    f"is damaged: {found[number]} messages of {name} are there, the statistics count {count}"
+                    f"is damaged: {found[number]} messages of {name} are there, "
+                    f"the statistics count {count}"
                 )
 
 
 def _columns(records: Records) -> tuple[Nanoseconds, NDArray[np.float64]]:
-    """Time (n,) in ns, and the values (fields, n)."""
+    """Return time (n,) in ns, and the values (fields, n)."""
     return records["log_time"].astype(np.int64), np.ascontiguousarray(records["values"].T)

@@ -1,29 +1,29 @@
-"""The bytes of a file one after the other, and the CRC of those taken: read and summed in large
-pieces, whatever is taken."""
+"""Buffered reading of a file with a running CRC of the bytes taken."""
 
 from __future__ import annotations
 
 import zlib
 from typing import BinaryIO
 
-PIECE = 1 << 19
+PIECE = 1 << 19  # bytes of the buffer
 
 
 class CountedBytes:
-    """Takes bytes off a stream of `size` bytes; `offset` is where it stands. Raises OSError."""
+    """Bytes of a stream of `size` bytes, taken in order; `offset` is the read position.
+
+    All methods that read raise OSError.
+    """
 
     def __init__(self, stream: BinaryIO, size: int) -> None:
         self._stream, self._size = stream, size
         self._held = memoryview(bytearray(PIECE))
-        self._place = self._end = (
-            0  # in what is held: where the next byte is, and behind the last one that was read
-        )
+        self._place = self._end = 0  # buffer index of the next byte, and of the end of the data
         self._crc: int | None = 0
-        self._counted = 0  # in what is held: up to where the CRC counts
+        self._counted = 0  # buffer index up to which the CRC has been computed
         self.offset = 0
 
     def take(self, length: int) -> bytes:
-        """The next bytes; fewer where the file ends."""
+        """Return the next bytes; fewer at the end of the file."""
         if self._place + length > self._end:
             length = min(length, self._size - self.offset)
             if length > PIECE:
@@ -35,14 +35,14 @@ class CountedBytes:
         return data
 
     def peek(self, length: int) -> bytes:
-        """The same without going on, of at most PIECE bytes."""
+        """Return the next bytes, at most PIECE, without moving the read position."""
         data = self.take(length)
         self._place -= len(data)
         self.offset -= len(data)
         return data
 
     def crc(self) -> int | None:
-        """Of what was taken since it was begun; None once bytes were stepped over."""
+        """Return the CRC of the bytes taken since `begin_crc`; None after a jump by `step_to`."""
         self._count(self._place)
         return self._crc
 
@@ -50,21 +50,22 @@ class CountedBytes:
         self._crc, self._counted = 0, self._place
 
     def step_to(self, offset: int) -> None:
-        """Goes on at `offset`, wherever the stream stands."""
+        """Continue at byte `offset` of the file."""
         self._stream.seek(offset)
         self._place, self._end, self._crc, self._counted, self.offset = 0, 0, None, 0, offset
 
     def _fill(self) -> None:
-        """Reads on behind what is left."""
+        """Refill the buffer after the bytes not yet taken."""
         self._count(self._place)
         left = self._end - self._place
         self._held[:left] = self._held[self._place : self._end]
         self._place, self._end, self._counted = 0, left, 0
         more = self._held[left : min(PIECE, left + self._size - self.offset)]
-        self._end += self._stream.readinto(more)  # type: ignore[attr-defined]  # a buffered file has it, the protocol does not say so
+        # a buffered file has readinto, BinaryIO does not declare it
+        self._end += self._stream.readinto(more)  # type: ignore[attr-defined]
 
     def _taken_at_once(self, length: int) -> bytes:
-        """More than is ever held."""
+        """Return more bytes than the buffer holds."""
         self._count(self._end)
         left = self._held[self._place : self._end]
         more = self._stream.read(length - len(left))

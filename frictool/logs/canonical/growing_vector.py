@@ -1,5 +1,4 @@
-"""A vector that grows at its end, so that what is read stands in one place at once and is not held
-twice."""
+"""Vector that grows at its end, so that a file is read into one array without a second copy."""
 
 from __future__ import annotations
 
@@ -8,18 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-MARGIN = 1.05  # of the length that a file seems to need: compression varies along it
+MARGIN = 1.05  # factor on the estimated final length: compression varies along the file
 
 
 class GrowingVector:
-    """Room is taken for the length that the file seems to need, and no more than `most` on that
-    ground."""
+    """Vector whose memory is reserved for the estimated final length, at most `most` elements."""
 
     def __init__(self, dtype: DTypeLike, most: int) -> None:
         self._data, self._size, self._most = np.empty(0, dtype), 0, most
 
     def append(self, values: NDArray[Any], share: float) -> None:
-        """values (n,); share: of the file, read so far with them."""
+        """Append values (n,); `share` is the fraction of the file read so far, including them."""
         end = self._size + values.size
         if end > self._data.size:
             seems = int(min(end / share * MARGIN, self._most))

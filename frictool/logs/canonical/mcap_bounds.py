@@ -1,4 +1,4 @@
-"""Records that lie one behind the other in memory, as in a chunk: where each begins and ends."""
+"""Bounds of consecutive records in memory, as in an MCAP chunk."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from numpy.typing import NDArray
 
 from frictool.logs.canonical.mcap_layout import RECORD_HEAD
 
-SHORTEST = (
-    14  # least bytes of the body of a schema, channel or message; a chunk holds no other records
-)
-MOST_SHORT = 100_000  # most records with a shorter body that are read
+SHORTEST = 14  # bytes, shortest body of a schema, channel or message, the only records of a chunk
+MOST_SHORT = 100_000  # maximum number of records with a shorter body that are read
 _HEAD = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
 
 
 class RecordBounds(NamedTuple):
-    """Records that lie one behind the other in `data`: kind (n,), where the body begins (n,), its
-    bytes (n,)."""
+    """Bounds of consecutive records.
+
+    opcode: (n,) kind of each record.
+    start: (n,) index of the first byte of its body.
+    length: (n,) length of its body in bytes.
+    """
 
     opcode: NDArray[np.uint8]
     start: NDArray[np.int64]
@@ -31,8 +33,10 @@ class RecordBounds(NamedTuple):
 
 
 def record_bounds(data: bytes) -> RecordBounds:
-    """Return the bounds of each record of a chunk. Raises ValueError at a broken record;
-    `whole_records` returns those before it."""
+    """Return the bounds of each record of a chunk; raise ValueError at a broken record.
+
+    `whole_records` returns those before it.
+    """
     bounds, end = whole_records(data)
     if end != len(data):
         if end < len(data) and not data[end]:
@@ -50,8 +54,10 @@ def record_bounds(data: bytes) -> RecordBounds:
 
 
 def whole_records(data: bytes) -> tuple[RecordBounds, int]:
-    """Return the complete records and the end of the last one; it stops at a record of kind 0, and
-    at too many short records."""
+    """Return the bounds of the complete records, and the byte after the last one.
+
+    The search stops at a record of kind 0 and after MOST_SHORT short records.
+    """
     uniform = _uniform(data)
     if uniform is not None:
         return uniform, len(data)
@@ -78,7 +84,7 @@ def whole_records(data: bytes) -> tuple[RecordBounds, int]:
 
 
 def _uniform(data: bytes) -> RecordBounds | None:
-    """The same without a loop, where all records are of one kind and one length."""
+    """Return the bounds without a loop if all records have one opcode and length, else None."""
     if len(data) < RECORD_HEAD:
         return None
     opcode, length = _HEAD.unpack_from(data)

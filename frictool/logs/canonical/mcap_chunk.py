@@ -1,5 +1,4 @@
-"""The records inside an MCAP chunk: decompressed within the size that it declares, its CRC
-checked."""
+"""Decompression of MCAP chunks within their declared size, with the CRC checked."""
 
 from __future__ import annotations
 
@@ -9,8 +8,8 @@ import zlib
 
 import zstandard
 
-LARGEST = 256_000_000  # bytes; ours hold at most 4 million
-PIECE = 1 << 16
+LARGEST = 256_000_000  # bytes, maximum plain size of a chunk; frictool writes at most 4 million
+PIECE = 1 << 16  # bytes decompressed at once
 _FIXED = struct.Struct(
     "<QQQII"
 )  # start, end, uncompressed size, CRC, length of the compression's name
@@ -18,7 +17,7 @@ _U64 = struct.Struct("<Q")
 
 
 class _ThreadDecompressor(threading.local):
-    """A decompressor for each thread: one works on one frame at a time."""
+    """One decompressor per thread, because each can process only one frame at a time."""
 
     def __init__(self) -> None:
         self.zstd = zstandard.ZstdDecompressor()
@@ -28,10 +27,10 @@ _own = _ThreadDecompressor()
 
 
 def chunk_data(body: bytes) -> bytes:
-    """The plain records of the chunk whose content is `body`.
+    """Return the plain records of the chunk with content `body`.
 
-    Raises ValueError where sizes do not fit, decompression fails, or the CRC is wrong (0: the
-    writer left it out).
+    Raises ValueError if sizes disagree, decompression fails, or the CRC is wrong. A CRC of 0 means
+    that the writer left it out.
     """
     _, _, size, crc, name_length = _FIXED.unpack_from(body)
     name_end = _FIXED.size + name_length
@@ -51,8 +50,10 @@ def chunk_data(body: bytes) -> bytes:
 
 
 def plain_size(body: bytes) -> int:
-    """The bytes of the records in a chunk, as its head announces them, or as many as are looked at;
-    0 where the head is cut."""
+    """Return the plain size in bytes that the head of a chunk declares, at most LARGEST.
+
+    Returns 0 if the head is truncated.
+    """
     return min(int(_FIXED.unpack_from(body)[2]), LARGEST) if len(body) >= _FIXED.size else 0
 
 
@@ -78,10 +79,9 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
 
 
 def chunk_prefix(rest: bytes) -> bytes:
-    """The plain records of a chunk whose content was cut, as far as they can be had; the last is a
-    part of a record.
+    """Return the plain records of a truncated chunk as far as they can be decompressed.
 
-    Raises ValueError where not even the chunk's own head is there.
+    The last record may be incomplete. Raises ValueError if the head of the chunk is truncated.
     """
     if len(rest) < _FIXED.size + _U64.size:
         raise ValueError("the head of a chunk is cut")
@@ -96,7 +96,7 @@ def chunk_prefix(rest: bytes) -> bytes:
                 while size > 0 and (piece := stream.read(min(size, PIECE))):
                     pieces.append(piece)
                     size -= len(piece)
-        except zstandard.ZstdError:  # it begins well and is damaged further on
+        except zstandard.ZstdError:  # damaged after a valid start
             pass
         return b"".join(pieces)
     if compression == b"lz4":

@@ -1,5 +1,4 @@
-"""What the records of an MCAP file declare: schemas, channels, metadata, and how many messages
-there should be."""
+"""Schemas, channels, metadata and message counts that the records of an MCAP file declare."""
 
 from __future__ import annotations
 
@@ -16,13 +15,15 @@ from mcap.records import Channel, Metadata, Schema, Statistics
 
 from frictool.logs.canonical.mcap_bounds import RecordBounds
 
-UNREADABLE = (McapError, struct.error, ValueError)  # what a damaged record raises
+UNREADABLE = (McapError, struct.error, ValueError)  # errors that a damaged record raises
 
 
 @dataclass
 class McapDeclarations:
-    """Gathered record by record. counts: of messages by the statistics, channel -> how many; None
-    where there are none."""
+    """Declarations collected record by record.
+
+    counts: channel -> number of messages according to the statistics; None without statistics.
+    """
 
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
@@ -30,8 +31,10 @@ class McapDeclarations:
     counts: dict[int, int] | None = None
 
     def take(self, opcode: int, body: bytes) -> Channel | None:
-        """Takes in a record; kinds that declare nothing are skipped. Returns the channel if it is
-        one. Raises UNREADABLE."""
+        """Read a record and return its channel, if it is a channel record.
+
+        Records that declare nothing are skipped. A damaged record raises one of UNREADABLE.
+        """
         stream = ReadDataStream(io.BytesIO(body))
         if opcode == Opcode.SCHEMA:
             schema = Schema.read(stream)
@@ -49,8 +52,10 @@ class McapDeclarations:
 
 
 def declared(data: bytes, bounds: RecordBounds) -> Iterator[tuple[int, bytes]]:
-    """The schemas and channels among the records of a chunk, each with its kind: it holds no other
-    declaration, and above all no chunk."""
+    """Yield opcode and body of the schemas and channels in a chunk.
+
+    A chunk may not contain other declarations or other chunks.
+    """
     for place in np.flatnonzero(
         (bounds.opcode == Opcode.SCHEMA) | (bounds.opcode == Opcode.CHANNEL)
     ).tolist():

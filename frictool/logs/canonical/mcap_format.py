@@ -1,5 +1,4 @@
-"""The canonical log, whole: read into memory, and written from there. The layout is in
-mcap_layout.py."""
+"""Reading and writing of a whole canonical log in memory; its layout is in mcap_layout.py."""
 
 from __future__ import annotations
 
@@ -23,12 +22,14 @@ from frictool.logs.table import Nanoseconds
 
 
 def read_mcap(path: Path) -> Log:
-    """The canonical log at `path`: streams in the order of their channels, time in s, signals in SI
-    as written.
+    """Return the canonical log at `path`, with time in s and signals in SI.
 
-    Raises LogError, naming the byte and the time reached, where the file is missing, no MCAP, cut
-    off, or damaged (every CRC is checked); and where it is an MCAP that is not canonical, naming
-    the channel. Memory is bounded by what the file really holds.
+    The streams are in the order of their channels. The memory used is bounded by the actual content
+    of the file and not by its declared sizes.
+
+    Raises LogError if the file is missing, no MCAP, truncated or damaged (every CRC is checked).
+    The message names the byte and the time reached. Also raises LogError, with the name of the
+    channel, if the MCAP file is not canonical.
     """
     with open_log(path) as stream:
         walk = CanonicalReader(path, stream)
@@ -59,11 +60,13 @@ def read_mcap(path: Path) -> Log:
 
 
 def write_mcap(log: Log, stream: BinaryIO) -> None:
-    """Writes a log as canonical MCAP. Times are rounded to ns; a log that starts before 0 is
-    shifted, and the reader shifts it back.
+    """Write a log as canonical MCAP.
 
-    Raises LogError where a stream is empty, a value is not finite, or times do not increase by at
-    least 1 ns; ValueError where a topic or a signal has a name that ROS 2 tools would refuse.
+    Times are rounded to ns. A log that starts before 0 is shifted, and the reader removes the
+    shift.
+
+    Raises LogError if a stream is empty, a value is not finite, or times do not increase by at
+    least 1 ns. Raises ValueError if ROS 2 does not allow the name of a topic or a signal.
     """
     written = tuple(_head(one) for one in log.streams)
     times = [_nanoseconds(log.source, one) for one in log.streams]
@@ -88,19 +91,22 @@ def _nanoseconds(source: str, stream: Stream) -> Nanoseconds:
     if not stream.time.size or not stream.signals:
         raise LogError(
             source,
-            f"stream {stream.topic} has no {'signals' if stream.time.size else 'samples'}; nothing to write",
+            f"stream {stream.topic} has no {'signals' if stream.time.size else 'samples'}; "
+            "nothing to write",
         )
     for name, values in {"time": stream.time, **stream.signals}.items():
         if not np.isfinite(values).all():
             sample = int(np.flatnonzero(~np.isfinite(values))[0])
             raise LogError(
                 source,
-                f"stream {stream.topic}, {name}: sample {sample + 1} is {values[sample]}; allowed: finite numbers",
+                f"stream {stream.topic}, {name}: sample {sample + 1} is {values[sample]}; "
+                "allowed: finite numbers",
             )
     if np.abs(stream.time).max() > LATEST:
         raise LogError(
             source,
-            f"stream {stream.topic}: time {stream.time[-1]:g} s is beyond {LATEST:g} s; is its unit right?",
+            f"stream {stream.topic}: time {stream.time[-1]:g} s is beyond {LATEST:g} s; "
+            "is its unit right?",
         )
     time = np.rint(stream.time * NS).astype(np.int64)
     if time.size > 1 and np.diff(time).min() <= 0:

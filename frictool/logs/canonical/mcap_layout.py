@@ -1,17 +1,17 @@
-"""The canonical log's layout inside MCAP, shared by its writer and its reader.
+"""Layout of the canonical log inside MCAP, shared by its writer and its reader.
 
     Header                 profile `ros2`
     Schema, Channel        one channel per stream: `/axis`, `/axis/NAME`, `/mechanism`; encoding
                            `cdr`; schema `ros2msg`, flat `float64`
-    Metadata               `units` (`/axis.position` -> `rad`), `time` (where times were shifted),
-                           `provenance`, ...
-    Chunk, MessageIndex    at most four seconds of one stream, zstd; nothing in it but its messages,
-                           so that it is one NumPy array
-    DataEnd                with the CRC of everything before it
+    Metadata               `units` (`/axis.position` -> `rad`), `time` (the shift of the times and
+                           the clocks, if any), `provenance`, ...
+    Chunk, MessageIndex    at most four seconds of one stream, zstd; the chunk contains messages
+                           only, so that it is one NumPy array
+    DataEnd                CRC of everything before it
     summary                schemas, channels, statistics, chunk and metadata indexes, offsets
 
-A message is the time in ns (log time = publish time) and the values of all fields: 35 bytes of
-framing and 8 a field, in one dtype.
+A message holds the time in ns (log time = publish time) and the values of all fields. It has one
+dtype, with 35 bytes of framing and 8 bytes per field.
 """
 
 from __future__ import annotations
@@ -27,28 +27,27 @@ PROFILE = "ros2"
 MESSAGE_ENCODING = "cdr"
 SCHEMA_ENCODING = "ros2msg"
 SCHEMA_NAME = (
-    "frictool_msgs/msg/Axis"  # a second set of fields is Axis2: tools key a schema by its name
+    "frictool_msgs/msg/Axis"  # a second set of fields is Axis2: tools identify a schema by its name
 )
 UNITS = "units"  # metadata record: MESSAGE PATH -> unit
-TIME = "time"  # metadata record: SHIFT_KEY -> ns added to every time, where a log starts before 0
+TIME = "time"  # metadata record: SHIFT_KEY -> ns added to every time if a log starts before 0
 SHIFT_KEY = "shift_ns"
-# of the record `time`: the clocks' time at 0 of the log, in ns; the clocks stand beside it, TOPIC
-# -> clock
+# key of the record `time`: clock time in ns at 0 of the log; the record also holds TOPIC -> clock
 EPOCH_KEY = "epoch_ns"
-KIND = "log"  # metadata record: what kind of log this is
+KIND = "log"  # metadata record: kind of the log
 UNIT, DATE = (
     "unit",
     "date",
-)  # keys of the record KIND: which actuator the log is of, and of when (ISO 8601), where somebody has said so
-COLUMNS = "columns"  # metadata record: MESSAGE PATH -> the raw column that it was made from
+)  # optional keys of the record KIND: actuator and date (ISO 8601) of the log
+COLUMNS = "columns"  # metadata record: MESSAGE PATH -> raw column from which the signal was made
 
-RECORD_HEAD = 9  # opcode (1), length (8)
+RECORD_HEAD = 9  # bytes of a record's head: opcode (1), length (8)
 MESSAGE_OPCODE = 0x05
 CDR_HEAD = 0x00000100  # bytes 00 01 00 00: plain CDR, little-endian
 NS = 1_000_000_000
-LATEST = 9_000_000_000.0  # s; a time in ns has to fit 63 bits
+LATEST = 9_000_000_000.0  # s, latest time whose value in ns fits 63 bits
 
-# what ROS 2 accepts as the name of a field and of a topic
+# names of fields and topics that ROS 2 accepts
 FIELD_NAME = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")
 TOPIC = re.compile(r"/(axis|mechanism)(/[A-Za-z_][A-Za-z0-9_]*)*")
 _FIELD_LINE = re.compile(r"float64[ \t]+([A-Za-z][A-Za-z0-9_]*)")
@@ -58,8 +57,7 @@ Records = NDArray[np.void]
 
 @dataclass(frozen=True)
 class StreamHeader:
-    """What a stream is, before its samples: topic, and its fields with their units, in the order of
-    the file."""
+    """Topic of a stream, and its fields with their units in the order of the file."""
 
     topic: str
     fields: tuple[str, ...]
@@ -68,7 +66,8 @@ class StreamHeader:
     def __post_init__(self) -> None:
         if not TOPIC.fullmatch(self.topic):
             raise ValueError(
-                f"topic {self.topic!r}; allowed: /axis, /axis/NAME or /mechanism, NAME of letters, digits and _"
+                f"topic {self.topic!r}; allowed: /axis, /axis/NAME or /mechanism, "
+                "NAME of letters, digits and _"
             )
         for name in self.fields:
             if not FIELD_NAME.fullmatch(name):
@@ -78,7 +77,7 @@ class StreamHeader:
 
 
 def message_dtype(fields: int) -> np.dtype[np.void]:
-    """A message record with `fields` float64 values, byte for byte as it stands in a chunk."""
+    """Return the dtype of a message with `fields` float64 values, byte for byte as in a chunk."""
     return np.dtype(
         [
             ("opcode", "u1"),
@@ -94,17 +93,19 @@ def message_dtype(fields: int) -> np.dtype[np.void]:
 
 
 def schema_text(fields: tuple[str, ...]) -> str:
-    """The `ros2msg` definition of a message with these fields.
+    r"""Return the `ros2msg` definition of a message with these fields.
 
     >>> schema_text(("position", "current"))
-    'float64 position\\nfloat64 current\\n'
+    'float64 position\nfloat64 current\n'
     """
     return "".join(f"float64 {name}\n" for name in fields)
 
 
 def schema_fields(text: str) -> tuple[str, ...] | None:
-    """The fields of a `ros2msg` definition, or None where it is not a flat list of distinct
-    float64."""
+    """Return the fields of a `ros2msg` definition, or None.
+
+    None means that the definition is not a flat list of distinct float64 fields.
+    """
     lines = [line.partition("#")[0].strip() for line in text.splitlines()]
     matches = [_FIELD_LINE.fullmatch(line) for line in lines if line]
     names = tuple(match.group(1) for match in matches if match)
@@ -112,5 +113,5 @@ def schema_fields(text: str) -> tuple[str, ...] | None:
 
 
 def message_path(topic: str, field: str) -> str:
-    """How plotting tools name a signal: the key of the `units` record."""
+    """Return the name of a signal in plotting tools, which is its key in the `units` record."""
     return f"{topic}.{field}"

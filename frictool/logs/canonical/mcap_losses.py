@@ -1,5 +1,4 @@
-"""What cannot be read of a canonical log, while the rest of it is salvaged: how many samples of
-which stream, and when."""
+"""Losses of a canonical log during a salvage: number of samples, stream and time."""
 
 from __future__ import annotations
 
@@ -9,8 +8,12 @@ from frictool.logs.canonical.mcap_sections import FileSection
 
 
 class CanonicalLoss(NamedTuple):
-    """What cannot be read: of one channel, or of all; when, in ns as stored; how many samples; None
-    is not known."""
+    """Samples that cannot be read; None means unknown.
+
+    channel: the channel; None for all channels.
+    first, last: bounds of the loss in ns, as stored.
+    samples: number of lost samples.
+    """
 
     reason: str
     channel: int | None = None
@@ -20,20 +23,26 @@ class CanonicalLoss(NamedTuple):
 
 
 class MissingSamples:
-    """Appends to `lost` what is missing, as it is found."""
+    """Recorder of losses, which it appends to `lost`."""
 
     def __init__(self, lost: list[CanonicalLoss]) -> None:
         self.lost = lost
         self._endless: int | None = (
-            None  # the place in `lost` of an interruption that no sample has ended yet
+            None  # index in `lost` of an interruption without a sample after it
         )
 
     def unread(self, part: FileSection, last: int | None, size: int) -> None:
-        """A part that cannot be read, behind the sample at `last`: the indexes behind it tell what
-        was in it, where there are any."""
+        """Record a section that cannot be read.
+
+        The indexes of its chunk, if there are any, give the number and the times of its samples.
+
+        part: the section.
+        last: time of the last sample before it, in ns; None before any sample.
+        size: bytes of the file.
+        """
         if (
             self.lost and "CRC of the" in part.reason
-        ):  # of a whole section, in which damage has been found already
+        ):  # the CRC covers a whole section, whose damage has been recorded already
             return
         reason = f"{part.reason}, at byte {part.at} of {size}"
         told = [(channel, times) for channel, times in part.indexed() if times.size]
@@ -44,19 +53,25 @@ class MissingSamples:
             ]
         elif part.empty:
             self.lost.append(CanonicalLoss(reason, samples=0))
-        elif self._endless is None:  # else the interruption has been told already
+        elif self._endless is None:  # otherwise the interruption has been recorded already
             self._endless = len(self.lost)
             self.lost.append(CanonicalLoss(reason, first=last))
 
     def until(self, time: int) -> None:
-        """The next sample that can be read."""
+        """End an interruption at the time, in ns, of the next readable sample."""
         if self._endless is not None:
             self.lost[self._endless] = self.lost[self._endless]._replace(last=time)
             self._endless = None
 
     def check(self, counts: dict[int, int], found: dict[int, int]) -> None:
-        """Puts numbers to what was lost, by the statistics' counts: to the one loss that has none,
-        else to all of them together."""
+        """Complete the counts of the losses from the statistics.
+
+        If exactly one loss has no count, it gets the missing samples. Otherwise they are added as
+        further losses.
+
+        counts: channel -> number of samples in the statistics.
+        found: channel -> number of samples read.
+        """
         told = {
             number: sum(one.samples or 0 for one in self.lost if one.channel == number)
             for number in counts

@@ -1,5 +1,4 @@
-"""What the metadata records of a canonical log say: its streams' units, its times, and what its
-writer noted."""
+"""Units, times and notes in the metadata records of a canonical log."""
 
 from __future__ import annotations
 
@@ -23,8 +22,10 @@ Metadata = dict[str, dict[str, str]]  # name -> key -> text
 
 
 def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) -> list[StreamHeader]:
-    """The streams in the order of their channels. Raises LogError where there is none, or one has
-    no samples or no units."""
+    """Return the headers of the streams in the order of their channels.
+
+    Raises LogError if there is no stream, or if one has no samples or no units.
+    """
     units, found = metadata.get(UNITS, {}), []
     for one in channels:
         if not one.samples:
@@ -33,7 +34,8 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) ->
         if missing:
             raise LogError(
                 path,
-                f"is no canonical log: metadata {UNITS!r} has no {message_path(one.topic, missing[0])!r}",
+                f"is no canonical log: metadata {UNITS!r} has no "
+                f"{message_path(one.topic, missing[0])!r}",
             )
         found.append(
             StreamHeader(
@@ -48,13 +50,12 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) ->
 
 
 def shift_ns(path: Path, metadata: Metadata) -> int:
-    """What was added to every time. Raises LogError where it is no number."""
+    """Return the time in ns that was added to every time; raise LogError if it is no number."""
     return _nanoseconds(path, metadata, SHIFT_KEY) or 0
 
 
 def epoch_ns(path: Path, metadata: Metadata) -> int | None:
-    """What the clocks showed at 0 of the log; None where none dates it. Raises LogError where it is
-    no number."""
+    """Return the clock time in ns at 0 of the log, or None; raise LogError if it is no number."""
     return _nanoseconds(path, metadata, EPOCH_KEY)
 
 
@@ -66,7 +67,7 @@ def _nanoseconds(path: Path, metadata: Metadata, key: str) -> int | None:
 
 
 def notes(metadata: Metadata) -> Metadata:
-    """The records without what the streams carry."""
+    """Return the records without the units and the time shift, which the streams carry."""
     clocks = {key: text for key, text in metadata.get(TIME, {}).items() if key != SHIFT_KEY}
     others = {name: entries for name, entries in metadata.items() if name not in (UNITS, TIME)}
     return {**others, **({TIME: clocks} if clocks else {})}

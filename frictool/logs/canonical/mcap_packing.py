@@ -1,5 +1,4 @@
-"""Samples as a chunk of the canonical log and the index behind it, as their bytes stand in the file
-(mcap_layout.py)."""
+"""Packing of samples into a chunk of the canonical log and its index (mcap_layout.py)."""
 
 from __future__ import annotations
 
@@ -23,11 +22,11 @@ from frictool.logs.log import Vector
 from frictool.logs.table import Nanoseconds
 
 ZSTD = b"zstd"
-# a fast level (1 takes a third more time to write and to read), and no match that is shorter than
-# the head that all messages share
+# a fast level (level 1 takes a third more time to write and to read); matches are at least 7 bytes,
+# since all messages share their head
 COMPRESSION = zstandard.ZstdCompressionParameters.from_level(-3, min_match=7)
 
-# two records that are many; what is behind each is as long as it says
+# fixed parts of the two frequent records; the variable part after each has its length in front
 _CHUNK = struct.Struct(
     "<BQ QQQI I4s Q"
 )  # start, end, plain size, CRC, name of the compression, packed size
@@ -39,8 +38,7 @@ _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
 
 class ChunkSamples(NamedTuple):
-    """Samples on their way into the file: of which stream, how many were before them, and
-    themselves."""
+    """Samples of a chunk to be packed; `before` is the number of earlier samples of the stream."""
 
     stream: int
     before: int
@@ -49,8 +47,13 @@ class ChunkSamples(NamedTuple):
 
 
 class PackedChunk(NamedTuple):
-    """A chunk and its index behind it, as they are written. span: first and last time. sizes: of
-    the content, compressed and plain."""
+    """Packed chunk and its message index.
+
+    span: first and last time in ns.
+    record: bytes of the chunk record.
+    behind: bytes of the message index after it.
+    sizes: compressed and plain size of the content in bytes.
+    """
 
     channel: int
     span: tuple[int, int]
@@ -59,7 +62,7 @@ class PackedChunk(NamedTuple):
     sizes: tuple[int, int]
 
     def summed_up(self, start: int) -> bytes:
-        """The record that says in the file's summary where the chunk is: at byte `start`."""
+        """Return the chunk index record of the summary, for a chunk at byte `start` of the file."""
         length, behind = len(self.record), len(self.behind)
         offsets = (_CHANNEL_OFFSET.size, self.channel, start + length)
         index = (*self.span, start, length, *offsets, behind, len(ZSTD), ZSTD, *self.sizes)
@@ -67,7 +70,7 @@ class PackedChunk(NamedTuple):
 
 
 class ChunkPacker:
-    """Packs the samples of the streams `heads`, one chunk at a time."""
+    """Packer of the samples of the streams `heads`, one chunk at a time."""
 
     def __init__(self, heads: tuple[StreamHeader, ...]) -> None:
         self._blanks = [_blank(number, head) for number, head in enumerate(heads)]
@@ -111,8 +114,7 @@ class ChunkPacker:
 
 
 def _blank(stream: int, head: StreamHeader) -> tuple[np.dtype[np.void], bytes]:
-    """The layout of a stream's messages, and the bytes of one with what is the same in all of
-    them."""
+    """Return the dtype of a stream's messages, and one message with the constant fields set."""
     dtype = message_dtype(len(head.fields))
     record = np.zeros(1, dtype)
     record["opcode"], record["length"], record["channel"] = (

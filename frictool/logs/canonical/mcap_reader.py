@@ -1,4 +1,4 @@
-"""Reads the canonical log (mcap_layout.py) stream by stream, without holding it."""
+"""Reader of the canonical log (mcap_layout.py) stream by stream, without holding it in memory."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from frictool.logs.table import DataLoss
 def open_mcap(
     path: Path, salvage: bool = False
 ) -> tuple[list[CanonicalStream], dict[str, dict[str, str]], list[DataLoss]]:
-    """The streams of a canonical log, its metadata records, and what cannot be read of it: the file
-    has been read once, and checked.
+    """Return the streams of a canonical log, its metadata records and its losses.
 
-    Raises LogError as `read_mcap` does; with `salvage` only where nothing can be read.
+    The whole file is read once and checked. Raises LogError as `read_mcap` does; with `salvage`,
+    only if nothing can be read.
     """
     lost: list[CanonicalLoss] | None = [] if salvage else None
     chunks: dict[int, set[int]] = {}
@@ -68,10 +68,12 @@ def open_mcap(
 
 @dataclass
 class CanonicalStream:
-    """One stream of a canonical log that has been checked (a Flow). chunks: where those begin that
-    hold its samples.
+    """One stream of a checked canonical log (a StreamSource).
 
-    epoch: what its clock showed at 0 of the log, in ns, where a clock dates it.
+    number: channel number.
+    chunks: byte offsets of the chunks that hold its samples.
+    shift: time in ns that the writer added to every time.
+    epoch: clock time in ns at 0 of the log; None if no clock dates it.
     """
 
     source: str
@@ -88,7 +90,7 @@ class CanonicalStream:
     warnings: tuple[str, ...] = ()
 
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
-        """See Flow. What is damaged has been told by `open_mcap`."""
+        """Yield the samples (see StreamSource); `open_mcap` has already reported any damage."""
         path = Path(self.source)
         with open_log(path) as stream:
             walk = CanonicalReader(path, stream, [] if salvage else None, self.chunks)
@@ -101,10 +103,10 @@ class CanonicalStream:
 
 
 def is_canonical(path: Path) -> bool:
-    """Whether an MCAP file is a log of frictool's own: its first channel tells; one without any is
-    taken for one.
+    """Return whether a file is an MCAP log written by frictool, judged by its first channel.
 
-    False for what is no MCAP. Raises LogError where the file cannot be read.
+    An MCAP file counts as canonical, too, if it has no channel or is damaged before the first one.
+    Raises LogError if the file cannot be read.
     """
     if not head_of(path).startswith(MAGIC[:5]):
         return False
@@ -132,7 +134,7 @@ def is_canonical(path: Path) -> bool:
 
 
 def checked_pieces(walk: CanonicalReader) -> Iterator[ChannelSamples]:
-    """The pieces of a walk. Raises LogError where the system refuses to read on."""
+    """Yield the pieces of a reader; raise LogError if the operating system cannot read the file."""
     try:
         yield from walk.pieces()
     except OSError as error:
@@ -140,7 +142,7 @@ def checked_pieces(walk: CanonicalReader) -> Iterator[ChannelSamples]:
 
 
 def _loss(one: CanonicalLoss, walk: CanonicalReader, shift: int) -> DataLoss:
-    """What is lost, in the log's time and by its channels."""
+    """Return a loss in the log's time, with the paths of the affected signals."""
     of = (
         walk.channels.values() if one.channel not in walk.channels else [walk.channels[one.channel]]
     )

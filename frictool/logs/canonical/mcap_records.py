@@ -1,11 +1,10 @@
-"""The records of an MCAP file in their order: each is checked, and what cannot be read is named and
-stepped over.
+"""Records of an MCAP file in order, each checked; damaged bytes are reported and skipped.
 
-    file ──▶ Record, Record, Damage, Record, Loose, ...
+    file ──▶ FileRecord, FileRecord, DamagedBytes, FileRecord, LooseMessages, ...
 
-A `Damage` stands where bytes cannot be records, where a CRC is wrong, where the file ends too
-early. The walk goes on at the next record that can be one, so that a caller who salvages simply
-carries on; any other raises an error at the first `Damage`.
+`DamagedBytes` is yielded if bytes cannot be records, a CRC is wrong, or the file ends too early.
+Reading resumes at the next plausible record. A caller that salvages continues after `DamagedBytes`;
+any other caller raises an error.
 """
 
 from __future__ import annotations
@@ -23,15 +22,16 @@ from frictool.logs.canonical.crc_stream import PIECE, CountedBytes
 from frictool.logs.canonical.mcap_bounds import whole_records
 from frictool.logs.canonical.mcap_layout import MAGIC, RECORD_HEAD
 
-RECORD_BYTES = 1 << 30  # no record that is read whole comes near
-LONGEST_REST = 64_000_000  # bytes of a chunk that the end of the file cut
-PEEKED = 64  # first bytes of a body in which its lengths stand
-MESSAGE_HEAD = 22  # channel (2), sequence (4), log time (8), publish time (8)
+RECORD_BYTES = 1 << 30  # bytes, maximum length of a record that is read whole
+LONGEST_REST = 64_000_000  # bytes, largest truncated chunk at the end of the file that is read
+PEEKED = 64  # first bytes of a body, which contain its lengths
+# bytes of a message's head: channel (2), sequence (4), log time (8), publish time (8)
+MESSAGE_HEAD = 22
 FRAMED = (
     Opcode.CHUNK,
     Opcode.MESSAGE_INDEX,
-)  # have lengths of their own, which tell whether the record's is right
-CHECKED = (Opcode.DATA_END, Opcode.FOOTER)  # have the CRC of what is before them
+)  # records with inner lengths, which confirm the record's length
+CHECKED = (Opcode.DATA_END, Opcode.FOOTER)  # records with a CRC of the bytes before them
 _HEAD = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
 _CHUNK = struct.Struct(
@@ -44,7 +44,7 @@ _KINDS = frozenset(int(opcode) for opcode in Opcode)
 
 
 class FileRecord(NamedTuple):
-    """One record: its body is empty where it is an attachment, which no log needs."""
+    """One record at byte `offset`; the body of an attachment is empty, because no log needs it."""
 
     opcode: int
     body: bytes
@@ -52,18 +52,17 @@ class FileRecord(NamedTuple):
 
 
 class LooseMessages(NamedTuple):
-    """Messages outside chunks that follow one another, as they stand in the file: whole records,
-    the first of them at `offset`."""
+    """Consecutive messages outside of chunks: whole records, the first at byte `offset`."""
 
     data: bytes
     offset: int
 
 
 class DamagedBytes(NamedTuple):
-    """Bytes `start` to `end` of the file that are lost, and why. rest: what is there of a chunk
-    that the end of the file cut.
+    """Bytes `start` to `end` of the file that are lost, and the reason.
 
-    bare: these are no more than the head of a chunk whose records follow one by one.
+    rest: available part of a chunk that the end of the file truncates.
+    bare: True if only the head of a chunk is lost and its records follow one by one.
     """
 
     start: int
@@ -74,22 +73,20 @@ class DamagedBytes(NamedTuple):
 
 
 class FileRecords:
-    """Walks a file of `size` bytes; `offset` is where it stands."""
+    """Iterator over the records of a file of `size` bytes; `offset` is its read position."""
 
     def __init__(self, stream: BinaryIO, size: int) -> None:
         self._stream = stream
         self.size = self._size = size
         self._bytes = CountedBytes(stream, size)
-        self._doubtful: int | None = (
-            None  # where the last message begins, if it is what was read last
-        )
+        self._doubtful: int | None = None  # offset of the last message, if it was read last
 
     @property
     def offset(self) -> int:
         return self._bytes.offset
 
     def __iter__(self) -> Iterator[FileRecord | LooseMessages | DamagedBytes]:
-        """The records up to the footer. Raises OSError."""
+        """Yield the records up to the footer; may raise OSError."""
         take = self._bytes.take
         if take(len(MAGIC)) != MAGIC:
             yield DamagedBytes(
@@ -129,7 +126,7 @@ class FileRecords:
             )
 
     def _following(self) -> bytes:
-        """The messages that come next, some at a time."""
+        """Return the messages that follow directly, up to PIECE bytes."""
         bounds, end = whole_records(self._bytes.peek(PIECE))
         others = np.flatnonzero((bounds.opcode != Opcode.MESSAGE) | (bounds.length < MESSAGE_HEAD))
         if others.size:
@@ -153,8 +150,10 @@ class FileRecords:
         return known and fits
 
     def _wrong_crc(self, opcode: int, head: bytes, body: bytes, before: int | None) -> str | None:
-        """What is wrong at the end of the data section, or of the summary. before: the CRC up to
-        it; 0 stands for no CRC."""
+        """Return a text if the CRC of the data section or the summary is wrong, else None.
+
+        before: CRC of the bytes before the record; None if unknown. A stored CRC of 0 means no CRC.
+        """
         if len(body) < 4:
             return None
         self._bytes.begin_crc()
@@ -170,8 +169,11 @@ class FileRecords:
         return None if right else f"the CRC of the {section} is wrong"
 
     def _stepped_over(self, start: int, opcode: int, length: int) -> DamagedBytes:
-        """Goes on at the next record; what lies between is lost. A message before it may have had a
-        wrong length, and others be in it."""
+        """Continue at the next record and return the bytes in between as damaged.
+
+        The search begins inside the last message, because its length may be wrong and span other
+        records.
+        """
         found = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
         self._doubtful = None
         bare = opcode == Opcode.CHUNK and found == start + RECORD_HEAD + _CHUNK.size + _LENGTH.size
@@ -197,7 +199,7 @@ class FileRecords:
         )
 
     def _next_record(self, start: int) -> int | None:
-        """Where the next record begins, from `start` on."""
+        """Return the offset of the next record at or after `start`, or None."""
         while start < self._size:
             self._stream.seek(start)
             window = self._stream.read(PIECE)
@@ -208,8 +210,10 @@ class FileRecords:
         return None
 
     def _begins(self, at: int) -> bool:
-        """Whether a record begins here: its lengths agree with one another, and another record or
-        the end follows it."""
+        """Return whether a record begins here.
+
+        Its lengths have to agree, and another record or the end of the file has to follow.
+        """
         self._stream.seek(at)
         data = self._stream.read(RECORD_HEAD + PEEKED)
         opcode, length = _HEAD.unpack_from(data)
@@ -228,8 +232,10 @@ class FileRecords:
 
 
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
-    """Whether the lengths in the first bytes of a body agree with its own; kinds without such
-    lengths are not gone on with."""
+    """Return whether the lengths inside a body agree with the record's length.
+
+    Returns False for kinds without such lengths: reading does not resume at them.
+    """
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
         start, end, _, _, name = _CHUNK.unpack_from(body)
         packed = (

@@ -1,10 +1,8 @@
-"""An MCAP file of any kind as what it declares and where its messages are, in the order of the
-file: the one walk of all readers.
+"""Declarations and message sections of any MCAP file in order; all MCAP readers use this module.
 
-    FileRecords ──▶ Record, Part, Part, Record, ...
+    FileRecords ──▶ FileRecord, FileSection, FileSection, FileRecord, ...
 
-Chunks are decompressed, and their CRCs checked, by a thread that runs some megabytes ahead of who
-reads.
+A thread decompresses the chunks and checks their CRCs. It works some megabytes ahead of the reader.
 """
 
 from __future__ import annotations
@@ -29,21 +27,23 @@ from frictool.logs.canonical.mcap_records import (
 )
 from frictool.logs.unpacked_size import UnpackedBudget
 
-BATCH_BYTES = (
-    1 << 20
-)  # of plain records: chunks of a slow log are small, and each batch costs a change of threads
-AHEAD_BYTES = 1 << 24  # that wait at most, unless one chunk alone has more
-INDEX_BYTES = 1 << 26  # of indexes behind a chunk that are kept
+# bytes of plain records of a batch: each batch costs a thread switch, and slow logs have small
+# chunks
+BATCH_BYTES = 1 << 20
+AHEAD_BYTES = 1 << 24  # bytes that may wait for the reader, unless one chunk is larger
+INDEX_BYTES = 1 << 26  # bytes of indexes kept per chunk
 _INDEX = struct.Struct("<HI")  # channel, bytes of entries
 
 
 @dataclass
 class FileSection:
-    """Where messages are, or were, at byte `at`.
+    """A readable or unreadable section of messages at byte `at`.
 
-    data: records that follow one another. whole: they are all that a chunk holds, so that one that
-    does not fit makes all of it doubtful. reason: why something here cannot be read; "" where all
-    can. empty: no message was in what cannot be read.
+    data: consecutive records.
+    reason: why a part of the section cannot be read; "" if all of it can.
+    whole: True if `data` is the complete content of chunks, so that one invalid record makes all of
+        it doubtful.
+    empty: True if the unreadable part held no message.
     """
 
     at: int
@@ -51,14 +51,15 @@ class FileSection:
     reason: str = ""
     whole: bool = False
     empty: bool = False
-    packed: bytes = b""  # of a chunk, or of its beginning, that is not opened yet
+    packed: bytes = b""  # compressed content of a chunk, or its beginning, before decompression
     joined: list[FileSection] = field(
         default_factory=list
-    )  # chunks that follow one another, where `data` is that of them all
-    indexes: list[bytes] = field(default_factory=list)  # bodies of the records behind it
+    )  # consecutive chunks whose data is joined in `data`
+    # bodies of the message indexes after the chunk
+    indexes: list[bytes] = field(default_factory=list)
 
     def indexed(self) -> list[tuple[int, NDArray[np.int64]]]:
-        """By the indexes behind a chunk: channel, and the times (n,) of its messages, in ns."""
+        """Return channel and message times (n,) in ns from each index after a chunk."""
         return [
             (
                 _INDEX.unpack_from(body)[0],
@@ -71,9 +72,9 @@ class FileSection:
 def contents(
     records: FileRecords, only: frozenset[int] | None = None
 ) -> Iterator[tuple[FileRecord | FileSection, int]]:
-    """Everything in its order, each with the bytes of the file up to its end. Raises OSError.
+    """Yield all items in order, each with the file offset of its end; may raise OSError.
 
-    only: bytes where chunks begin that are opened; None opens all.
+    only: byte offsets of the chunks to open; None opens all.
     """
     worker = ThreadPoolExecutor(1)
     waiting: deque[tuple[Future[list[tuple[FileRecord | FileSection, int]]], int]] = deque()
@@ -95,7 +96,7 @@ def contents(
 def _parts(
     records: FileRecords, only: frozenset[int] | None
 ) -> Iterator[tuple[FileRecord | FileSection, int]]:
-    """Each part with the indexes behind it."""
+    """Yield each item; a section includes the message indexes after it."""
     part, end, kept, over = None, 0, 0, False
     for item in records:
         if part is not None:
@@ -126,8 +127,10 @@ def _parts(
 def _batches(
     parts: Iterable[tuple[FileRecord | FileSection, int]], budget: UnpackedBudget
 ) -> Iterator[tuple[list[tuple[FileRecord | FileSection, int]], int]]:
-    """Yield batches of parts with their unpacked size in bytes; a large chunk is alone, and one
-    beyond the budget stays packed."""
+    """Yield batches of items with their unpacked size in bytes.
+
+    A large chunk forms its own batch. A chunk beyond the budget is not unpacked.
+    """
     batch: list[tuple[FileRecord | FileSection, int]] = []
     held = 0
     for item, end in parts:
@@ -154,8 +157,7 @@ def _batches(
 def _opened(
     batch: list[tuple[FileRecord | FileSection, int]],
 ) -> list[tuple[FileRecord | FileSection, int]]:
-    """The same, with the chunks opened, and those that follow one another joined: they are taken
-    apart at once."""
+    """Return the items with the chunks decompressed and consecutive chunks joined."""
     opened: list[tuple[FileRecord | FileSection, int]] = []
     run: list[FileSection] = []
     end = 0

@@ -1,5 +1,4 @@
-"""What a canonical log holds, channel by channel, while it is read: streams as declared, and pieces
-of them."""
+"""Declared streams of a canonical log and their samples during reading."""
 
 from __future__ import annotations
 
@@ -22,13 +21,16 @@ from frictool.logs.canonical.mcap_layout import (
 )
 from frictool.logs.stream_source import SampleBlock
 
-_WORDS = ["front", "back", "cdr"]  # of a message's head, what is the same in all of a stream
+_WORDS = ["front", "back", "cdr"]  # parts of a message's head that are constant within a stream
 
 
 @dataclass
 class DeclaredStream:
-    """One stream as its channel declares it, how many samples have been found in it, and the time
-    of the last, in ns as it is stored."""
+    """One stream as its channel declares it.
+
+    samples: number of samples read so far.
+    last: time in ns of the last sample, as stored; None before the first.
+    """
 
     number: int
     topic: str
@@ -38,8 +40,8 @@ class DeclaredStream:
 
     def __post_init__(self) -> None:
         self.dtype = message_dtype(len(self.fields))
-        # kind, length and channel take 11 bytes: two words that overlap are compared, not three
-        # fields
+        # opcode, length and channel take 11 bytes: comparing two overlapping words replaces
+        # comparing three fields
         size = self.dtype.itemsize
         self._heads = np.dtype(
             {
@@ -59,14 +61,13 @@ class DeclaredStream:
         self._head = head.view(self._heads)[0]
 
     def are_mine(self, records: Records) -> bool:
-        """Whether records are messages of this channel and of its layout."""
+        """Return whether records are messages of this channel and of its layout."""
         heads = records.view(self._heads)
         return all(bool((heads[name] == self._head[name]).all()) for name in _WORDS)
 
 
 class ChannelSamples(NamedTuple):
-    """Samples of a channel, times as stored; chunks: the bytes where the records begin in which
-    they lie."""
+    """Samples of a channel with times as stored; `chunks` are the offsets of their records."""
 
     channel: int
     samples: SampleBlock
@@ -74,7 +75,7 @@ class ChannelSamples(NamedTuple):
 
 
 def axis_fields(channel: Channel, schema: Schema | None) -> tuple[str, ...] | None:
-    """The fields of a stream of a canonical log; None where the channel is none."""
+    """Return the fields of a canonical stream; None if the channel is not canonical."""
     text = schema.data.decode() if schema is not None and schema.encoding == SCHEMA_ENCODING else ""
     fields = schema_fields(text)
     return (

@@ -1,4 +1,4 @@
-"""Writes the canonical log: the layout is in mcap_layout.py. The same log gives the same bytes."""
+"""Writer of the canonical log (mcap_layout.py); the same log always gives the same bytes."""
 
 from __future__ import annotations
 
@@ -44,20 +44,19 @@ from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import Nanoseconds
 
 LIBRARY = "frictool"
-BATCH_BYTES = 1 << 20  # of values that are packed at once: chunks of a slow log are small
-MOST_PACKING = 4  # batches that wait to be written
+BATCH_BYTES = 1 << 20  # bytes of values packed at once: chunks of a slow log are small
+MOST_PACKING = 4  # maximum number of batches that wait to be written
 
 Notes = dict[str, dict[str, str]]  # metadata records: name -> key -> text
 
 
 class CanonicalWriter:
-    """Writes the head of a log, then one chunk after the other, then the summary.
+    """Writer of the head of a log, its chunks and its summary.
 
-    Args:
-        stream: where the bytes go; only written to, so that it may be a pipe.
-        heads: the streams; `chunk` names one by its position here.
-        metadata: further metadata records, name -> key -> text.
-        shift_ns: what was added to every time to make it positive; the reader subtracts it.
+    stream: output, only written to, so that it may be a pipe.
+    heads: headers of the streams; `chunk` identifies a stream by its index here.
+    metadata: further metadata records, name -> key -> text.
+    shift_ns: time in ns added to every time to make it positive; the reader subtracts it.
     """
 
     def __init__(
@@ -71,7 +70,7 @@ class CanonicalWriter:
         self._packer = ChunkPacker(heads)
         self._counts = [0] * len(heads)
         self._span: tuple[int, int] | None = None
-        self._chunks: list[bytes] = []  # their indexes
+        self._chunks: list[bytes] = []  # chunk index records
         self._metadata: list[MetadataIndex] = []
         self._thread = ThreadPoolExecutor(1)  # compresses while the next samples are read
         self._batch: list[ChunkSamples] = []
@@ -90,8 +89,11 @@ class CanonicalWriter:
             self.describe(name, entries)
 
     def chunk(self, index: int, time: Nanoseconds, values: Sequence[Vector]) -> None:
-        """Appends samples of stream `index`: time (n,) in ns, not negative; one vector (n,) for
-        each of its fields."""
+        """Append samples of stream `index`.
+
+        time: (n,) in ns, not negative.
+        values: one vector (n,) for each field.
+        """
         self._batch.append(ChunkSamples(index, self._counts[index], time, values))
         self._counts[index] += time.size
         first, last = int(time[0]), int(time[-1])
@@ -122,7 +124,7 @@ class CanonicalWriter:
             start += len(one.record) + len(one.behind)
 
     def finish(self) -> None:
-        """Writes the end of the data, the summary and the footer. The stream stays open."""
+        """Write the end of the data, the summary and the footer; the stream stays open."""
         self._drain()
         self._thread.shutdown()
         self._put(_bytes(DataEnd(self._crc)))
@@ -166,7 +168,7 @@ class CanonicalWriter:
         )
 
     def describe(self, name: str, entries: dict[str, str]) -> None:
-        """Writes a metadata record."""
+        """Write a metadata record."""
         self._drain()
         record = _bytes(Metadata(name, {key: readable(text) for key, text in entries.items()}))
         self._metadata.append(MetadataIndex(self._offset, len(record), name))
@@ -181,10 +183,11 @@ class CanonicalWriter:
 def write_streams(
     writer: CanonicalWriter, streams: list[Iterator[SampleBlock]], last: Callable[[], Notes] = dict
 ) -> None:
-    """Writes the chunks of all streams in the order of time, and the file's end. Times are in ns,
-    before the writer's shift.
+    """Write the chunks of all streams in order of time, then the end of the file.
 
-    last: gives metadata records that are known only when all samples have been read.
+    The times of the streams are in ns, without the writer's shift.
+
+    last: returns metadata records that are known only after all samples have been read.
     """
     for place, piece in merged(streams):
         writer.chunk(place, piece.time + writer.shift_ns, piece.values)
@@ -194,7 +197,7 @@ def write_streams(
 
 
 def _declarations(heads: tuple[StreamHeader, ...]) -> tuple[list[Schema], list[Channel]]:
-    """One schema per distinct set of fields, one channel per stream."""
+    """Return one schema per distinct set of fields, and one channel per stream."""
     schemas: dict[tuple[str, ...], Schema] = {}
     channels = []
     for number, head in enumerate(heads, start=1):

@@ -1,5 +1,4 @@
-"""Samples on their last way: cut into the chunks of the canonical log, and those of all streams put
-in the order of time."""
+"""Division of samples into the chunks of the canonical log, and merging of streams by time."""
 
 from __future__ import annotations
 
@@ -11,15 +10,19 @@ import numpy as np
 from frictool.logs.canonical.mcap_layout import NS, message_dtype
 from frictool.logs.stream_source import SampleBlock
 
-CHUNK_NS = 4 * NS  # a quarter of a megabyte at 1 kHz: many small chunks cost time at both ends
-CHUNK_BYTES = 4_000_000  # of a fast log it is several chunks
+# ns of a chunk, 0.25 MB at 1 kHz: many small chunks slow down writing and reading
+CHUNK_NS = 4 * NS
+CHUNK_BYTES = 4_000_000  # maximum bytes of a chunk; a fast log has several in CHUNK_NS
 
 
 def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
-    """The samples of a stream in pieces of CHUNK_NS, counted from its first sample, and of no more
-    than CHUNK_BYTES each."""
-    held: list[SampleBlock] = []  # of a chunk that is not whole yet,
-    left = end = rows = 0  # which takes so many samples more, before so many ns
+    """Yield the samples of a stream in chunks of CHUNK_NS, counted from its first sample.
+
+    A chunk has at most CHUNK_BYTES.
+    """
+    held: list[SampleBlock] = []  # parts of the current chunk
+    # samples and time limit (ns) left for the current chunk, maximum samples of a chunk
+    left = end = rows = 0
     start: int | None = None
     for piece in pieces:
         low, size = 0, piece.time.size
@@ -56,8 +59,10 @@ def join_blocks(parts: Sequence[SampleBlock]) -> SampleBlock:
 
 
 def merged(streams: Sequence[Iterator[SampleBlock]]) -> Iterator[tuple[int, SampleBlock]]:
-    """The pieces of all streams, each with the stream's place, in the order of their first times;
-    of each, one is read ahead."""
+    """Yield (stream index, block) of all streams in order of the blocks' first times.
+
+    One block of each stream is read ahead.
+    """
     waiting: list[tuple[int, int, SampleBlock]] = []
     for place, stream in enumerate(streams):
         _push(waiting, place, stream)

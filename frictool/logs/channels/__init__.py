@@ -1,1 +1,1 @@
-"""What columns mean: from the columns of a bench file to channels in SI."""
+"""Mapping of the columns of a bench file to channels in SI."""

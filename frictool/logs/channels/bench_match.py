@@ -1,9 +1,8 @@
-"""Whether a log is one of this rig: a canonical log was made with some bench, and the bench may be
-another today.
+"""Check that a canonical log fits a bench, which may have changed since the log was made.
 
-A raw file is mapped by the bench that is given, and always fits it. A canonical log carries units,
-a clock and often an effort that the constant of its own bench gave: here they are compared with the
-bench, and such an effort is made anew from the drive.
+A raw file is mapped by the bench in use and always fits it. A canonical log carries units, a clock
+and often an effort computed with the constant of its own bench. They are compared with the bench,
+and such an effort is recomputed from the drive.
 """
 
 from __future__ import annotations
@@ -23,17 +22,19 @@ from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.time_base import time_base
 from frictool.logs.quality.wrap_detection import WrapSearch
 
-ROUNDING = 1e-9  # relative: an effort that follows the drive so closely was computed from it
-SAME_CONSTANT = 1e-6  # relative
+# relative deviation from the drive up to which an effort counts as computed from it
+ROUNDING = 1e-9
+SAME_CONSTANT = 1e-6  # relative tolerance of an unchanged constant
 
 
 def match_bench(log: Log, bench: Bench) -> Log:
-    """Return the log with the effort of its main stream recomputed with the bench's constant, if
-    the log computed it from the drive.
+    """Return the log with the effort of its main stream recomputed with the bench's constant.
 
-    Raises LogError where a unit is one of the other kind of axis, the period differs from the
-    bench's by more than 20 %, or the position wraps. Oddities and a changed constant become
-    warnings of the log.
+    An effort that was measured stays unchanged. Oddities and a changed constant become warnings of
+    the log.
+
+    Raises LogError if a unit belongs to the other kind of axis, the period differs from the bench's
+    by more than 20 %, or the position wraps.
     """
     stream = log.main
     _check_units(log, stream, bench)
@@ -51,7 +52,10 @@ def match_bench(log: Log, bench: Bench) -> Log:
         before = _ratio(drive, stream.signals[EFFORT])
         if np.any(drive) and abs(before / constant - 1.0) > SAME_CONSTANT:
             unit = si_unit(drive_dimension(bench.actuator.drive, constant=True), bench.axis)
-            made = f"effort made anew from {bench.actuator.drive} with the bench's actuator.constant, {constant:.6g} {unit}"
+            made = (
+                f"effort made anew from {bench.actuator.drive} with the bench's "
+                f"actuator.constant, {constant:.6g} {unit}"
+            )
             noted.append(f"{made}; the log's was made with {before:.6g} {unit}")
     streams = tuple(
         replace(stream, signals=signals) if one is stream else one for one in log.streams
@@ -65,12 +69,15 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
             continue
         wanted = si_unit(CHANNEL_DIMENSIONS[name], bench.axis)
         if unit != wanted:
-            found = f"{message_path(stream.topic, name)} is in {unit!r}, the {bench.axis} axis of bench {bench.name!r} has it in {wanted!r}"
+            found = (
+                f"{message_path(stream.topic, name)} is in {unit!r}, "
+                f"the {bench.axis} axis of bench {bench.name!r} has it in {wanted!r}"
+            )
             raise LogError(log.source, f"{found}; is this the bench of this log?")
 
 
 def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
-    """Return a warning of a jump that may be a wrap. Raises LogError where the position wraps."""
+    """Return a warning about a jump that may be a wrap; raise LogError if the position wraps."""
     if "position" not in stream.signals:
         return ()
     wraps = WrapSearch(bench)
@@ -87,8 +94,10 @@ def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
 
 
 def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
-    """Whether the effort is absent, or no mere multiple of the drive: `columns` tells where
-    `ingest` has written it, else the numbers."""
+    """Return whether the effort is absent or not a multiple of the drive.
+
+    The metadata record `columns`, which `ingest` writes, decides; without it, the numbers do.
+    """
     if EFFORT not in stream.signals:
         return True
     columns = log.metadata.get(COLUMNS, {})
@@ -103,12 +112,11 @@ def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
 
 
 def _path_before(log: Log, path: str) -> str:
-    """What a channel's path was before `ingest --resample` put it on one grid."""
+    """Return the path of a channel before `ingest --resample` put it on one grid."""
     return log.metadata.get(RESAMPLED, {}).get(path, "").partition(", from ")[2] or path
 
 
 def _ratio(drive: Vector, effort: Vector) -> float:
-    """The constant that gives the effort from the drive, at the largest drive; 0 where there is
-    none."""
+    """Return effort over drive at the largest drive; 0 if the drive is 0."""
     largest = int(np.argmax(np.abs(drive)))
     return float(effort[largest] / drive[largest]) if drive[largest] else 0.0

@@ -1,5 +1,7 @@
-"""Which table of a raw file gives which channel: each time base that has one becomes a stream of
-its own."""
+"""Assignment of channels to the tables of a raw file.
+
+Each time base that provides a channel becomes a stream.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,7 @@ from frictool.logs.text.units import ISO_8601
 
 ChannelColumns = dict[
     str, tuple[Column, str]
-]  # channel -> what the bench says of it, and the column's name in the table
+]  # channel -> column of the bench, and its name in the table
 
 
 def bind(
@@ -27,21 +29,26 @@ def bind(
     taken: Sequence[str] = (),
     lost: list[DataLoss] | None = None,
 ) -> list[ChannelMapper]:
-    """The streams of a raw file: `/axis`, made of the table with the position, else of the first;
-    further ones `/axis/NAME`.
+    """Return the streams of a raw file.
 
-    stem: the file's, where it is not the first of its log: its streams are `/axis/STEM`,
-    `/axis/STEM_NAME`. taken: topics of the others. lost: a channel whose column lies behind where
-    the file was cut is appended to it and left out; None raises LogError.
+    The table with the position, or else the first table with a channel, becomes `/axis`. The others
+    become `/axis/NAME`.
 
-    Raises LogError where the bench maps no channel, a column is missing or in several tables, its
-    unit contradicts the bench, or a table has no time.
+    stem: stem of the file's name if it is not the first of its log; its streams are then
+        `/axis/STEM` and `/axis/STEM_NAME`.
+    taken: topics already in use.
+    lost: list for channels whose column lies in the missing part of a truncated file; they are left
+        out. None raises LogError for them.
+
+    Raises LogError if the bench maps no channel, a column is missing or in several tables, its unit
+    contradicts the bench, or a table has no time.
     """
     source = tables[0].source
     if not bench.columns.keys() - {TIME}:
         raise LogError(
             source,
-            f"bench {bench.name!r} maps no channel: columns needs at least one of {', '.join(CHANNEL_DIMENSIONS)}",
+            f"bench {bench.name!r} maps no channel: columns needs at least one of "
+            f"{', '.join(CHANNEL_DIMENSIONS)}",
         )
     found: dict[int, ChannelColumns] = {}
     behind: dict[str, LostColumnError] = {}
@@ -81,12 +88,13 @@ def bind(
 
 
 def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int, str]:
-    """The table that has a channel's column, and the column's name there."""
+    """Return the index of the table with a channel's column, and the column's name there."""
     wanted, source = column.column, tables[0].source
     if isinstance(wanted, int) and len(tables) > 1:
         raise LogError(
             source,
-            f"has {len(tables)} time bases, so that columns have no number; give columns.{channel}.column by its name",
+            f"has {len(tables)} time bases, so that columns have no number; "
+            f"give columns.{channel}.column by its name",
         )
     found = [
         (home, name)
@@ -105,7 +113,7 @@ def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int
 
 
 def _time(table: RawTable, bench: Bench) -> ChannelColumns:
-    """The column that dates a table, where the bench names one and the table has it."""
+    """Return the column that dates a table, if the bench names one and the table has it."""
     column = bench.columns.get("time")
     if column is None:
         return {}
@@ -114,14 +122,16 @@ def _time(table: RawTable, bench: Bench) -> ChannelColumns:
         pick(table.names, column.column, table.source)
     if name is None or (
         name == table.clock and column.unit == ISO_8601
-    ):  # the table dates its rows by it
+    ):  # the table dates its rows by this column
         return {}
     return {TIME: (column, name)}
 
 
 def topic_for(stem: str, name: str, taken: Collection[str]) -> str:
-    """`/axis`, or `/axis/STEM`, `/axis/NAME`, `/axis/STEM_NAME` in letters that ROS 2 allows, with
-    a number where it is taken."""
+    """Return `/axis`, `/axis/STEM`, `/axis/NAME` or `/axis/STEM_NAME` with characters ROS 2 allows.
+
+    A number is appended if the topic is already in use.
+    """
     words = re.sub(r"[^A-Za-z0-9]+", "_", "_".join(filter(None, (stem, name)))).strip("_")
     topic = (
         f"{MAIN_TOPIC}/{words if not words[:1].isdigit() else '_' + words}" if words else MAIN_TOPIC

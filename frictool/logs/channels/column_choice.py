@@ -1,13 +1,12 @@
-"""ColumnChoice of the column and the unit of each channel of a file; open questions where the file
-does not decide.
+"""Choice of the column and the unit of each channel, with questions if the file does not decide.
 
-    fits        unit of the channel's dimension and name of the channel's quantity; the unit alone
-                if no name decides
-    is chosen   the column with the clearest name; a question if several are equally clear
-    unit        as the file gives it, else the end of the name; a question if there is neither
+    fit       a column fits a channel if its unit has the channel's dimension and its name is that
+              of the quantity; if no name decides, the unit suffices
+    choice    the fitting column with the clearest name; a question if several are equally clear
+    unit      from the file, else from the end of the name; a question if there is neither
 
-Recordings of ROS give joint states in SI, counts are whole numbers under the name of an encoder,
-and times of a logger at more than 50 Hz can only be seconds. Nothing else is assumed.
+Three kinds of units are inferred. ROS recordings give joint states in SI. Integers under the name
+of an encoder are counts. Times of a logger at more than 50 Hz can only be in seconds.
 """
 
 from __future__ import annotations
@@ -38,13 +37,13 @@ CHANNELS = (
     EFFORT,
 )
 DRIVES = ("current", "voltage")
-MOST_NAMES = 8  # most names of columns in a question
+MOST_NAMES = 8  # maximum number of column names in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
 SECONDS = (
     1e-5,
     0.02,
-)  # s: a time without a unit is in seconds if its steps lie in this range; in ms, no logger is so fast
-CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> units to choose from, rotary and linear
+)  # s, range of the steps of a time without unit that is in seconds; in ms, no logger is so fast
+CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rotary and linear
     TIME: ("s, ms, us", "s, ms, us"),
     "position": ("rad, deg, turn, count", "m, mm, count"),
     "velocity": ("rad/s, deg/s, turn/s, rpm", "m/s, mm/s"),
@@ -52,7 +51,7 @@ CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> units to choose from,
     "voltage": ("V, mV", "V, mV"),
     EFFORT: ("N m, mN m", "N"),
 }
-LABEL = re.compile(r"\[([^\]]*)\]$")  # the joint of a recording's column
+LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
 LOAD_SIDE = (
     "the drive's torque or force, or what a sensor measures behind it? only the drive's is effort"
@@ -68,7 +67,7 @@ class OfferedColumn:
 
     @property
     def unit(self) -> str | None:
-        """Return the unit that the file gives, else the unit at the end of the name."""
+        """Return the unit from the file, else the unit at the end of the name, else None."""
         return self.table.units.get(self.name) or unit_in(self.name)
 
     @property
@@ -78,8 +77,12 @@ class OfferedColumn:
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Column and unit chosen for a channel, OPEN while a question remains; columns: all that fit;
-    table: that of the first one."""
+    """Column and unit chosen for a channel; each is OPEN while a question remains.
+
+    table: table of the first fitting column.
+    columns: all fitting columns.
+    questions: open questions.
+    """
 
     column: str
     unit: str
@@ -110,15 +113,14 @@ def fits(unit: str, dimension: str, axis: Axis) -> bool:
 
 
 def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
-    """Choose a column for each channel that at least one column fits; return the choices by
-    channel."""
+    """Return the choice for each channel that at least one column fits."""
     fitting: dict[str, list[tuple[int, OfferedColumn]]] = {}
     for one in offered:
         found, rank = _channels(one, axis)
         for channel in found:
             dated = (
                 channel == TIME and one.table.time_ns is not None
-            )  # the file dates its rows by itself, and more exactly
+            )  # the file itself dates its rows, and more exactly
             if not dated:
                 fitting.setdefault(channel, []).append((rank, one))
     chosen: dict[str, ColumnChoice] = {}
@@ -130,8 +132,7 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
         choice = _choice(channel, [one for one in contenders if _label(one.name) == label], axis)
         if channel != EFFORT or choice.column != OPEN or not any(name in chosen for name in DRIVES):
             chosen[channel] = (
-                # an effort that a sensor may have measured is not needed if there is a current or a
-                # voltage
+                # an effort of unclear origin is not needed if there is a current or a voltage
                 choice
             )
     return chosen
@@ -143,8 +144,10 @@ def _label(name: str) -> str:
 
 
 def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
-    """Return the channels that a column fits and the rank of its clarity, 0 for the best; several
-    channels if its name is contradictory."""
+    """Return the channels that a column fits, and the rank of its clarity, 0 for the clearest.
+
+    Several channels are returned if its name is ambiguous.
+    """
     given = [
         name
         for name in dict.fromkeys((*CHANNEL_DIMENSIONS, TIME))
@@ -196,7 +199,7 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
 
 
 def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQuestion | None]:
-    """Return the unit of a column, or OPEN and the question for it."""
+    """Return the unit of a column and None, or OPEN and the question."""
     if one.unit is not None:
         return (COUNT if is_count(one.unit) else one.unit), None
     dimension, values = dimension_of(channel), one.values

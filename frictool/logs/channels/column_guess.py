@@ -1,9 +1,8 @@
-"""Guess of a rig from a bench file: column and unit of each channel, the sample period, the
-encoder's step.
+"""Guess of a rig from a bench file: columns, units, sample period and encoder step.
 
 A unit takes precedence over a name. Somebody who knows the rig has to check the guess. A column
-that fits no channel is left out. A unit that the file does not contain, and one of several columns
-that fit, are questions and not guessed (column_choice.py).
+that fits no channel is left out. Missing units, and the choice among several columns that fit,
+become questions (column_choice.py).
 """
 
 from __future__ import annotations
@@ -47,17 +46,18 @@ AXIS_NAMES: dict[Axis, set[str]] = {
     "linear": {"displacement"},
 }
 _ANGLE = re.compile(r"rad|deg|°|rev|rpm|turn|cycle", re.IGNORECASE)
-ROUND = 1e-3
-MOST_ROWS = 1 << 18  # that are looked at
+ROUND = 1e-3  # relative tolerance for rounding a period to 3 digits
+MOST_ROWS = 1 << 18  # maximum number of rows read
 
 
 @dataclass(frozen=True)
 class ColumnGuess:
     """Channels, sample period and encoder step guessed from a file.
 
-    columns: channel -> (column, unit), each OPEN while one of `questions` remains. left: columns
-    that fit no channel, or a channel with a better column. period [s], step [rad | m]: None if the
-    file does not give them.
+    columns: channel -> (column, unit), each OPEN while one of `questions` remains.
+    left: columns that fit no channel, or only a channel with a better column.
+    period: sample period in s; None if unknown.
+    step: encoder step in rad or m; None if unknown.
     """
 
     axis: Axis
@@ -68,12 +68,12 @@ class ColumnGuess:
     questions: tuple[ColumnQuestion, ...] = ()
 
     def asks(self, channel: str) -> bool:
-        """Return whether a question is open about this channel."""
+        """Return whether a question about this channel is open."""
         return any(one.channel == channel for one in self.questions)
 
     @property
     def drive(self) -> Literal["current", "voltage"] | None:
-        """What drives the axis, where the file has it."""
+        """Return the drive that the file contains, `current` before `voltage`, or None."""
         return (
             "current"
             if "current" in self.columns
@@ -84,9 +84,11 @@ class ColumnGuess:
 
 
 def guess_from(path: Path, axis: Axis | None = None) -> ColumnGuess:
-    """What the log or the bag at `path` tells; `axis` where it is known.
+    """Return the guess for the log or bag at `path`.
 
-    Raises LogError where it cannot be read, and where neither `axis` nor the log tells the kind of
+    axis: kind of the axis if it is known.
+
+    Raises LogError if the file cannot be read, or if neither `axis` nor the log gives the kind of
     axis.
     """
     (parts,) = sources([path])
@@ -96,8 +98,10 @@ def guess_from(path: Path, axis: Axis | None = None) -> ColumnGuess:
 
 
 def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = None) -> StartingRig:
-    """A rig's documents to start from, with what the log tells. Raises LogError as `guess_from`
-    does."""
+    """Return the initial documents of a rig, filled in from a log.
+
+    Raises LogError as `guess_from` does.
+    """
     found = guess_from(log, axis)
     return StartingRig(
         name=name,
@@ -119,14 +123,16 @@ def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = N
 
 
 def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
-    """Return the start of each table that has numbers, those with most columns first. Raises
-    LogError where none has."""
+    """Return the first rows of each table with numbers, the tables with most columns first.
+
+    Raises LogError if no table has numbers.
+    """
     found: list[MemoryTable] = []
     for table in sorted(tables, key=lambda one: -len(one.names)):
         first, _ = (
             next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
         )
-        # columns of texts, and those that date the rows, have no finite number
+        # text columns and columns that date the rows have no finite numbers
         names = (
             []
             if first is None
@@ -147,15 +153,14 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
 
 
 def _table(log: Log) -> MemoryTable:
-    """The main stream of a canonical log."""
+    """Return the main stream of a canonical log as a table."""
     return MemoryTable(
         {TIME: log.main.time, **log.main.signals}, {TIME: "s", **log.main.units}, log.source
     )
 
 
 def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGuess:
-    """The guess for the tables of a file, which have been read. Raises LogError where nothing tells
-    the kind of axis."""
+    """Return the guess for the tables of a file; raise LogError if the kind of axis is unknown."""
     axis = axis or kind_of_axis(tables)
     if axis is None:
         wanting = "has no unit or name that tells a rotary from a linear axis"
@@ -180,16 +185,17 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
 
 
 def _liveliest_first(table: MemoryTable) -> list[str]:
-    """The columns; of several joints those of the one of which most numbers change come first, and
-    what is taken is of one joint."""
+    """Return the column names, those of the joint with most changing columns first."""
     label = {name: found[1] if (found := LABEL.search(name)) else "" for name in table.columns}
     moving = Counter(label[name] for name, values in table.columns.items() if np.ptp(values) > 0.0)
     return sorted(table.columns, key=lambda name: -moving[label[name]])
 
 
 def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
-    """The kind of axis that the units of positions and velocities tell, else the names; None where
-    nothing tells, or both are told."""
+    """Return the kind of axis given by the units of positions and velocities, else by the names.
+
+    Returns None if nothing indicates the kind or the indications contradict each other.
+    """
     units = [
         unit for table in tables for unit in table.units.values() if unit and not is_count(unit)
     ]
@@ -204,8 +210,10 @@ def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
 
 
 def _tells(unit: str, axis: Axis) -> bool:
-    """Whether only this kind of axis has positions or velocities in the unit; a per cent or a hertz
-    would pass for an angle's."""
+    """Return whether the unit of a position or velocity identifies this kind of axis.
+
+    A percentage or a frequency must not pass for an angle or its rate.
+    """
     named = axis == "linear" or _ANGLE.search(unit) is not None
     return named and any(fits(unit, kind, axis) for kind in ("position", "velocity"))
 
@@ -213,7 +221,7 @@ def _tells(unit: str, axis: Axis) -> bool:
 def _si(
     table: MemoryTable, columns: dict[str, tuple[str, str]], channel: str, axis: Axis
 ) -> Vector | None:
-    """A channel in SI, or None where the file does not have it in a unit that says so."""
+    """Return a channel in SI, or None if the table lacks it or its unit is unknown."""
     name, unit = columns.get(channel, (OPEN, OPEN))
     if OPEN in (name, unit) or unit == COUNT or name not in table.columns:
         return None
@@ -221,10 +229,10 @@ def _si(
 
 
 def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
-    """The sample period: the mean interval of a log without gaps, else the median; 3 digits where
-    they say it within 0.1 %, else 6.
+    """Return the sample period in s: the mean interval of a log without gaps, else the median.
 
-    None where no bench could have it: the time is in another unit than it seems.
+    It has 3 digits if that changes it by less than 0.1 %, else 6. Returns None if no bench could
+    have this period, because the unit of time is then probably wrong.
     """
     time = _si(table, columns, TIME, axis)
     if time is None and table.time_ns is not None and table.time_ns.size:

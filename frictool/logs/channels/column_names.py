@@ -1,11 +1,12 @@
-"""Names of columns: the quantity, the unit, and whether it is a command."""
+"""Interpretation of column names: quantity, unit, and whether the column is a command."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 
-# a name is read by its clearest words: "q_current" is a current although q alone is a position
+# levels of clarity; the clearest word decides: "q_current" is a current although q alone is a
+# position
 QUANTITIES: tuple[dict[str, str], ...] = (
     {
         "time": r"time|times|timestamp|timestamps|temps|zeit",
@@ -19,21 +20,25 @@ QUANTITIES: tuple[dict[str, str], ...] = (
     {"time": r"t", "voltage": r"u|v", "current": r"i", "position": r"q|x|y"},
 )
 _COMMAND = re.compile(
-    r"ref|reference|setpoint|target|desired|des|command|cmd|commanded|goal|demand|qg|consigne|soll|sollwert"
+    r"ref|reference|setpoint|target|desired|des|command|cmd|commanded|goal|demand|qg|consigne|"
+    r"soll|sollwert"
 )
 _NO_SIGNAL = re.compile(
     r"error|err|deviation|limit|max|min|bus|vbus|supply|vsupply|battery|vdc|temperature"
 )
-UNITS: Mapping[str, str] = {  # words that end a name and are units
+UNITS: Mapping[str, str] = {  # units that may end a name
     "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "us": "us", "ns": "ns",
-    "rad": "rad", "radians": "rad", "deg": "deg", "degrees": "deg", "turns": "turn", "revs": "turn", "rpm": "rpm", "mm": "mm", "nm": "N m",
-    "a": "A", "amp": "A", "amps": "A", "ampere": "A", "ma": "mA", "v": "V", "volt": "V", "volts": "V", "mv": "mV",
+    "rad": "rad", "radians": "rad", "deg": "deg", "degrees": "deg", "turns": "turn", "revs": "turn",
+    "rpm": "rpm", "mm": "mm", "nm": "N m",
+    "a": "A", "amp": "A", "amps": "A", "ampere": "A", "ma": "mA", "v": "V", "volt": "V",
+    "volts": "V", "mv": "mV",
     "count": "count", "counts": "count", "ticks": "count",
 }  # fmt: skip
 RATES: Mapping[tuple[str, str], str] = {
-    ("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("mm", "s"): "mm/s", ("m", "s"): "m/s", ("rev", "s"): "turn/s", ("turns", "s"): "turn/s",
+    ("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("mm", "s"): "mm/s", ("m", "s"): "m/s",
+    ("rev", "s"): "turn/s", ("turns", "s"): "turn/s",
 }  # fmt: skip
-_HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")  # of a name such as motorCurrent
+_HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")  # word boundary in a name such as motorCurrent
 
 
 def words(name: str) -> list[str]:
@@ -46,11 +51,14 @@ def words(name: str) -> list[str]:
 
 
 def quantities(name: str) -> list[str]:
-    """Return the channels that the clearest words of a name fit: none, one, or several that
-    contradict one another.
+    """Return the channels that the clearest words of a name fit.
 
-    >>> quantities("q_current"), quantities("TorqueCur"), quantities("i_q"),
-    quantities("bus_voltage") (['current'], ['current', 'effort'], ['current'], [])
+    The result is empty if the name denotes no channel, and has several channels if it is ambiguous.
+
+    >>> quantities("q_current"), quantities("TorqueCur")
+    (['current'], ['current', 'effort'])
+    >>> quantities("i_q"), quantities("bus_voltage")
+    (['current'], [])
     """
     found = set(words(name))
     if any(map(_NO_SIGNAL.fullmatch, found)):
@@ -64,23 +72,27 @@ def quantities(name: str) -> list[str]:
 
 
 def clarity(name: str) -> int:
-    """Return the rank of the word that names the quantity: 0 for the clearest, len(QUANTITIES) if
-    there is no such word."""
+    """Return the rank of the word that names the quantity, 0 for the clearest.
+
+    Returns len(QUANTITIES) if there is no such word.
+    """
     found = {*words(name), "".join(words(name))}
     levels = (set("|".join(level.values()).split("|")) for level in QUANTITIES)
     return next((number for number, level in enumerate(levels) if found & level), len(QUANTITIES))
 
 
 def is_command(name: str) -> bool:
-    """Return whether a name says that its numbers were commanded and not measured."""
+    """Return whether a name denotes a command and not a measurement."""
     return any(map(_COMMAND.fullmatch, words(name)))
 
 
 def unit_in(name: str) -> str | None:
-    """Return the unit that ends a name of more than one word, or None.
+    """Return the unit at the end of a name of more than one word, or None.
 
-    >>> unit_in("measured_velocity_deg_s"), unit_in("timestamp_ms"), unit_in("torque_Nm"),
-    unit_in("pos_estimate") ('deg/s', 'ms', 'N m', None)
+    >>> unit_in("measured_velocity_deg_s"), unit_in("timestamp_ms")
+    ('deg/s', 'ms')
+    >>> unit_in("torque_Nm"), unit_in("pos_estimate")
+    ('N m', None)
     """
     parts = [part.lower() for part in re.split(r"[^A-Za-z]+", name) if part]
     if len(parts) > 2 and (parts[-2], parts[-1]) in RATES:

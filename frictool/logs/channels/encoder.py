@@ -1,15 +1,14 @@
-"""An encoder's counter to counts without end, block after block.
+"""Conversion of an encoder's counter to unbounded counts, block after block.
 
-    n        what the counter shows, modulo 2^b where it has b bits, signed or not
+    n        value of the counter, modulo 2^b if it has b bits, signed or unsigned
     wrap     d[k] = n[k] - n[k-1],  d <- d - 2^b round(d / 2^b): a real step is less than half the
              range
-    index    a pulse sets the counter to one value once a revolution: counts = n + start, and from
-             one pulse to the next
-             `start` moves by a whole number of revolutions, so that counts lost in between are made
-             good
+    index    a pulse sets the counter to one value once per revolution: counts = n + start. From one
+             pulse to the next, `start` changes by a whole number of revolutions, which restores
+             counts lost in between.
 
-What is left over and longer than the top speed allows are skipped counts; they are counted, not
-repaired: nobody knows their sign.
+Any remaining step that the top speed does not allow consists of skipped counts. They are counted
+and not repaired, because their sign is unknown.
 """
 
 from __future__ import annotations
@@ -21,16 +20,19 @@ from frictool.documents.bench import Bench
 from frictool.logs.log import Vector
 from frictool.logs.quality.jumps import PositionJumps, allowance, lone
 
+# bits of the registers to which a negative count may be sign-extended before it is read as unsigned
 EXTENDED = (
     16,
     24,
     32,
-)  # bits of the registers to which a negative count may have been sign-extended before it was read as unsigned
+)
 
 
 def outside(raw: Vector, bits: int) -> int | None:
-    """The first of `raw` (n,) that no counter of so many bits shows, read as signed, as unsigned,
-    or sign-extended; None where all fit."""
+    """Return the index of the first of `raw` (n,) that no counter of `bits` bits shows, or None.
+
+    Signed, unsigned and sign-extended values are allowed.
+    """
     modulus = 2.0**bits
     fits = (raw >= -modulus / 2.0) & (raw < modulus)
     for register in EXTENDED:
@@ -40,17 +42,20 @@ def outside(raw: Vector, bits: int) -> int | None:
 
 
 def folded(raw: Vector, bits: int, signed: bool) -> Vector:
-    """Counts (n,) as a counter of so many bits shows them, in [-2^(b-1), 2^(b-1)) where signed,
-    else in [0, 2^b)."""
+    """Return counts (n,) as a counter of `bits` bits shows them.
+
+    The range is [-2^(b-1), 2^(b-1)) if signed, else [0, 2^b).
+    """
     low = -(2.0 ** (bits - 1)) if signed else 0.0
     return np.asarray(np.mod(raw - low, 2.0**bits) + low)
 
 
 class EncoderCounter:
-    """The counter of a bench's encoder, as far as it has been followed.
+    """State of an encoder's counter during a reading.
 
-    jumps: the steps that are neither a wrap nor a reset, too long for the axis. resets: how often
-    an index pulse has set the counter. lost: counts that the index pulses made good.
+    jumps: steps that are neither a wrap nor a reset and too long for the axis.
+    resets: number of resets by index pulses.
+    lost: number of counts that the index pulses restored.
     """
 
     def __init__(self, bench: Bench) -> None:
@@ -64,10 +69,10 @@ class EncoderCounter:
         self._top_speed = (
             None if bench.mechanics.top_speed is None else bench.mechanics.top_speed.value
         )
-        self._raw: float | None = None  # of the last sample
+        self._raw: float | None = None  # counter value of the last sample
         self._time = self._counts = self._step = 0.0
-        self._index: float | None = None  # the count to which pulses set the counter
-        self._start: float | None = None  # counts minus the counter at the last pulse
+        self._index: float | None = None  # counter value set by index pulses
+        self._start: float | None = None  # counts minus counter value at the last pulse
         self.jumps, self.resets, self.lost = (
             PositionJumps(unwrapped=bench.encoder.period is not None),
             0,
@@ -75,8 +80,11 @@ class EncoderCounter:
         )
 
     def follow(self, time: Vector, raw: Vector) -> Vector:
-        """The counts (n,) of the counter's next samples: time (n,) in s, increasing; raw (n,)
-        finite and within `outside`."""
+        """Return the counts (n,) of the next samples.
+
+        time: (n,) in s, increasing.
+        raw: (n,) counter values, finite and accepted by `outside`.
+        """
         if raw.size == 0:
             return raw.copy()
         if self._bits is not None and self._signed is not None:
@@ -101,8 +109,7 @@ class EncoderCounter:
         return counts
 
     def _too_long(self, steps: Vector, intervals: Vector) -> tuple[Vector, NDArray[np.bool_]]:
-        """The longest steps (n,) that pass for motion, in counts, and where (n,) a step is
-        longer."""
+        """Return the limit (n,) of a step in counts, and True (n,) for the steps beyond it."""
         if self._top_speed is not None:
             limit = allowance(self._top_speed, intervals, self._resolution)
             return limit, np.abs(steps) > limit
@@ -113,8 +120,10 @@ class EncoderCounter:
     def _reset(
         self, steps: Vector, raw: Vector, limit: Vector, long: NDArray[np.bool_]
     ) -> NDArray[np.bool_]:
-        """Takes the pulses' jumps out of `steps` (n,), in place; returns where (n,) steps too long
-        are left."""
+        """Remove the jumps of index pulses from `steps` (n,) in place.
+
+        Returns True (n,) for the steps that are still too long.
+        """
         places = np.flatnonzero(long)
         if places.size == 0:
             return long
@@ -124,7 +133,7 @@ class EncoderCounter:
                 landings[np.argmax(np.sum(np.abs(landings[:, None] - landings) <= slack, axis=0))]
             )
         left = long.copy()
-        counts, after = self._counts, 0  # of the sample before `after`
+        counts, after = self._counts, 0  # counts of the sample before index `after`
         for place in places.tolist():
             if abs(raw[place] - self._index) > limit[place]:
                 continue
@@ -143,11 +152,12 @@ class EncoderCounter:
         return left
 
     def findings(self) -> tuple[str, ...]:
-        """What is odd about the counter, one line each, for people."""
+        """Return the oddities of the counter, one line each."""
         odd = []
         if self.lost:
             odd.append(
-                f"the encoder lost {self.lost:.0f} counts, which its index pulses made good ({self.resets} of them)"
+                f"the encoder lost {self.lost:.0f} counts, which its index pulses made good "
+                f"({self.resets} of them)"
             )
         jumps = self.jumps.text()
         return (*odd, jumps) if jumps else tuple(odd)

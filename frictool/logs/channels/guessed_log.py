@@ -1,5 +1,4 @@
-"""Log made of a raw file without a bench: columns recognised by name and unit, in the units of the
-file, not converted."""
+"""Log from a raw file without a bench: columns recognised by name and unit, without conversion."""
 
 from __future__ import annotations
 
@@ -34,15 +33,16 @@ class GuessedLog:
 
 
 def guess_log(path: Path) -> GuessedLog:
-    """Return the first rows of the table with the position as a log in the units of the file.
+    """Return the first rows of the table with the position, in the units of the file.
 
-    Raises LogError if the file cannot be read, has no time of its rows, or no recognisable channel.
+    Raises LogError if the file cannot be read, does not date its rows, or has no recognisable
+    channel.
     """
     (parts,) = sources([path])
     tables = read_start(open_tables(parts))
     axis: Axis = (
         kind_of_axis(tables) or "rotary"
-    )  # without a unit or a telling name: no unit here depends on the kind of axis
+    )  # default if neither units nor names decide; no unit here depends on the kind of axis
     found = guess(tables, axis)
     named = {channel: column for channel, (column, _) in found.columns.items() if column != OPEN}
     home = named.get(
@@ -84,8 +84,10 @@ def guess_log(path: Path) -> GuessedLog:
 def _lost(
     time: Vector, rows: NDArray[np.bool_], finite: dict[str, NDArray[np.bool_]]
 ) -> list[DataLoss]:
-    """Return the runs of rows (n,) that are left out, each with the columns that hold no number
-    there and the times beside it."""
+    """Return the runs of omitted rows (n,).
+
+    Each has the columns without numbers, and the times of the rows before and after it.
+    """
     lost = LossList()
     edges = np.flatnonzero(np.diff(rows.astype(np.int8), prepend=1, append=1))
     for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):

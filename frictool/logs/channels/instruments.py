@@ -1,5 +1,4 @@
-"""The bench as one file's instrument has it: the instrument's columns, layout and period where it
-says them."""
+"""Bench adapted to the instrument of one file: its columns, layout and period."""
 
 from __future__ import annotations
 
@@ -16,8 +15,13 @@ from frictool.logs.canonical.mcap_layout import NS
 
 @dataclass(frozen=True)
 class InstrumentBench:
-    """name: of the instrument, None where the file is no instrument's. ahead_ns: of its clock,
-    where that is given; else `estimate`."""
+    """Bench of one file.
+
+    name: name of the instrument; None if the file is of no instrument.
+    bench: the adapted bench.
+    ahead_ns: known lead of the instrument's clock in ns.
+    estimate: how to estimate the lead from the samples; None if it is known.
+    """
 
     name: str | None
     bench: Bench
@@ -26,8 +30,10 @@ class InstrumentBench:
 
 
 def view_of(path: Path, bench: Bench) -> InstrumentBench:
-    """The bench as it is for a file, by the file's name. Raises LogError where it is of several
-    instruments."""
+    """Return the bench for a file, selected by the file's name.
+
+    Raises LogError if the name fits several instruments.
+    """
     fitting = {
         name: one
         for name, one in (bench.instruments or {}).items()
@@ -38,7 +44,8 @@ def view_of(path: Path, bench: Bench) -> InstrumentBench:
     if len(fitting) > 1:
         raise LogError(
             path,
-            f"is of several instruments of bench {bench.name!r}: {', '.join(fitting)}; make their `files` tell them apart",
+            f"is of several instruments of bench {bench.name!r}: {', '.join(fitting)}; "
+            "make their `files` tell them apart",
         )
     ((name, one),) = fitting.items()
     seen = msgspec.structs.replace(

@@ -1,8 +1,7 @@
-"""A table at the bench's period: each column holds its last value, as a controller's input
-registers latch a counter.
+"""Table sampled at the bench's period: each column holds its last value, as input registers do.
 
-An oscilloscope samples far faster than the bench, and a logic analyser only writes what changes: of
-both the log keeps what a controller with the bench's period would have seen.
+An oscilloscope samples far faster than the bench, and a logic analyser writes changes only. From
+both, the log keeps the values that a controller with the bench's period would have read.
 """
 
 from __future__ import annotations
@@ -14,14 +13,13 @@ import numpy as np
 from frictool.errors import LogError
 from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock
 
-NS = 1e9
+NS = 1e9  # ns per s
 
 
 class LatchedTable:
-    """A table (a Table) whose rows are `period_ns` apart, from its first on.
+    """Table (a RawTable) whose rows are `period_ns` apart, from its first row on.
 
-    time: the column that dates the rows and the seconds of its unit; None where the table dates
-    them itself.
+    time: column that dates the rows, and its unit in s; None if the table itself dates them.
     """
 
     def __init__(self, table: RawTable, period_ns: int, time: tuple[str, float] | None) -> None:
@@ -38,13 +36,13 @@ class LatchedTable:
         return self._table.find(wanted)
 
     def line(self, row: int) -> int | None:
-        """None: its rows are no lines of the file."""
+        """Return None, because the rows are not lines of the file."""
         return None
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """See Table. Raises LogError where time does not increase."""
+        """Yield the rows (see RawTable); raise LogError if time decreases."""
         asked = wanted if self._time is None else tuple(dict.fromkeys([*wanted, self._time[0]]))
         start = row = 0
         last: dict[str, float] | None = None
@@ -54,7 +52,8 @@ class LatchedTable:
                 start = int(time[0])
                 last = {name: float(values[0]) for name, values in block.columns.items()}
             self._check(block, time)
-            end = int((time[-1] - start) // self._period) + 1  # rows that are known by now
+            # number of rows that the samples so far determine
+            end = int((time[-1] - start) // self._period) + 1
             while row < end:
                 rows = np.arange(row, min(end, row + BLOCK_ROWS))
                 at = np.searchsorted(time, start + rows * self._period, side="right")
@@ -94,8 +93,10 @@ class LatchedTable:
 
 
 def row_times(block: RowBlock, time: tuple[str, float] | None) -> Nanoseconds:
-    """When the rows of a block are, in ns, by the column and the seconds of its unit, or by the
-    table."""
+    """Return the times of the rows of a block in ns, from the time column or from the table.
+
+    time: time column and its unit in s; None if the table dates the rows.
+    """
     if time is None:
         assert block.time_ns is not None
         return block.time_ns

@@ -1,5 +1,4 @@
-"""Losses of one stream while it is mapped: each gets its channels' paths, and the times of the
-samples before and after it."""
+"""Losses of one stream while it is mapped, with their signal paths and the times around them."""
 
 from __future__ import annotations
 
@@ -18,25 +17,30 @@ Rows = NDArray[np.intp]  # indices into a block
 
 
 class DroppedRows(NamedTuple):
-    """Rows of a block that mapping leaves out, of all channels, and why."""
+    """Rows of a block that mapping omits from all channels, and the reason."""
 
     reason: str
     rows: Rows
 
 
 class LossLedger:
-    """Fills `losses`. named: column -> the paths of the channels made from it; every: the paths of
-    all channels."""
+    """Collector of losses into `losses`.
+
+    named: column -> paths of the channels made from it.
+    every: paths of all channels.
+    """
 
     def __init__(
         self, losses: LossList, named: Mapping[str, tuple[str, ...]], every: tuple[str, ...]
     ) -> None:
         self._losses, self._named, self._every = losses, named, every
-        self._open: list[DataLoss] = []  # their end is not known yet
+        self._open: list[DataLoss] = []  # losses whose end is still unknown
 
     def take(self, inbox: list[DataLoss] | None, before: int | None) -> None:
-        """Empties what a table has appended before it gave its next block; before: the last
-        sample's time in ns."""
+        """Move the losses that a table appended before its next block into the ledger.
+
+        before: time of the last sample in ns; None before the first.
+        """
         for loss in inbox or ():
             open_ended = loss.start_s is None and loss.end_s is None
             start = before / NS if open_ended and before is not None else loss.start_s
@@ -46,7 +50,7 @@ class LossLedger:
             inbox.clear()
 
     def reach(self, after: int) -> None:
-        """The next sample's time in ns: it ends what has no end yet."""
+        """Close the open losses at the time, in ns, of the next sample."""
         for loss in self._open:
             self._losses.append(replace(loss, end_s=after / NS))
         self._open.clear()
@@ -54,8 +58,12 @@ class LossLedger:
     def drop(
         self, dropped: list[DroppedRows], kept: Rows, time: Nanoseconds, before: int | None
     ) -> None:
-        """Rows of a block left out; kept: the others, with their times in ns; before: the time of
-        the last sample before the block."""
+        """Record omitted rows of a block.
+
+        kept: indices of the other rows.
+        time: their times in ns.
+        before: time in ns of the last sample before the block; None before the first.
+        """
         for reason, rows in dropped:
             for run in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
                 low, high = np.searchsorted(kept, (run[0], run[-1]))
@@ -72,7 +80,7 @@ class LossLedger:
                     self._open.append(loss)
 
     def close(self) -> None:
-        """No sample follows."""
+        """Record the open losses; no sample follows."""
         for loss in self._open:
             self._losses.append(loss)
         self._open.clear()

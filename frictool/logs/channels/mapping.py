@@ -1,9 +1,9 @@
-"""Conversion of raw columns to channels in SI, block by block; `bench.columns` names the column and
-the unit of each channel.
+"""Conversion of raw columns to channels in SI, block by block.
 
-A channel is (scale * raw + offset) in the unit of the bench. In `count`, it is times the encoder's
-resolution and direction, and the counter of a position is followed first (encoder.py). Positions
-and references that wrap are unwrapped (unwrapping.py).
+`bench.columns` names the column and the unit of each channel. The value of a channel is (scale *
+raw + offset) in that unit. In the unit `count`, it is multiplied by the encoder's resolution and
+direction, and the counter of a position is followed first (encoder.py). Positions and references
+that wrap are unwrapped (unwrapping.py).
 """
 
 from __future__ import annotations
@@ -35,19 +35,21 @@ from frictool.logs.table import SALVAGE, DataLoss, Nanoseconds, RawTable, RowBlo
 from frictool.logs.text.units import ISO_8601
 
 TIME = "time"
-LARGEST = 1e100  # of a raw number: what is made of it stays finite
+LARGEST = 1e100  # largest raw number, so that converted values stay finite
 COUNT = "count"
 EFFORT = "effort"
 
-MOST_COUNTS = 2.0**53  # beyond, a float does not tell one count from the next
-ROUNDED = "times are so large that a double holds them to {:.2g} s; to keep each ns, count them from the start, or write ISO 8601"
-RATE_NOTED = 0.01  # relative difference of the log's period from the bench's
-RATE_REFUSED = 0.2
+MOST_COUNTS = 2.0**53  # largest count up to which a double represents every integer
+ROUNDED = (
+    "times are so large that a double holds them to {:.2g} s; to keep each ns, "
+    "count them from the start, or write ISO 8601"
+)
+RATE_NOTED = 0.01  # relative difference of the log's period from the bench's that is a warning
+RATE_REFUSED = 0.2  # relative difference that is an error
 
 
 class ChannelSource(NamedTuple):
-    """Where a channel comes from: the column of the file by its name, what the bench says of it,
-    and the factor to SI of its numbers."""
+    """Column of a channel: its name in the file, its entry in the bench, and its factor to SI."""
 
     channel: str
     name: str
@@ -60,16 +62,17 @@ class ChannelSource(NamedTuple):
 
 
 class ChannelMapper:
-    """A table's columns on their way to one stream (a Flow).
+    """Mapping of a table's columns to one stream (a StreamSource).
 
-    Args:
-        table: where they come from.
-        bench: the rig.
-        columns: channel -> the bench's column and its name in the table; `time` where a column
-        gives it. topic: of the stream. derive: whether `effort` is made from the drive where no
-        column gives it. period: what the rate is checked against, in s; None leaves it unchecked.
+    table: the table.
+    bench: the rig.
+    columns: channel -> column of the bench, and its name in the table; includes `time` if a column
+        dates the rows.
+    topic: topic of the stream.
+    derive: True if `effort` is to be computed from the drive.
+    period: expected sample period in s; None disables the check.
 
-    Raises LogError where a unit contradicts the file's.
+    Raises LogError if a unit contradicts that of the file.
     """
 
     def __init__(
@@ -112,7 +115,7 @@ class ChannelMapper:
         self._begin()
 
     def _begin(self) -> None:
-        """Forgets what has been read."""
+        """Reset the state for a new reading."""
         self.done, self.losses, self.warnings = 0, LossList(), ()
         self._counter, self._intervals, self._opening = (
             EncoderCounter(self._bench),
@@ -125,9 +128,7 @@ class ChannelMapper:
         columns = {one.channel: one.name for one in self._sources}
         self._unwrapping = Unwrapping(self.source, self._bench, columns, count)
         self._clocks = ClockPair()
-        self._rounding = (
-            0.0  # s, of the times: that of the double which holds the number in the file
-        )
+        self._rounding = 0.0  # s, spacing of doubles at the raw times of the file
         self._ledger = LossLedger(
             self.losses,
             self._paths,
@@ -135,8 +136,11 @@ class ChannelMapper:
         )
 
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
-        """See Flow. Also refuses times that do not increase, fewer than 2 samples, and a period
-        that is not the bench's by 20 %."""
+        """Yield the samples (see StreamSource).
+
+        Also raises LogError if times do not increase, there are fewer than 2 samples, or the period
+        differs from the expected one by more than 20 %.
+        """
         self._begin()
         inbox: list[DataLoss] | None = [] if salvage else None
         for block, done in self._table.blocks(self._wanted, inbox):
@@ -164,7 +168,8 @@ class ChannelMapper:
         if self._intervals.samples < 2:
             raise LogError(
                 self.source,
-                f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; a log has at least 2",
+                f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; "
+                "a log has at least 2",
             )
         sign = sign_of(self._opening.stream).text
         rate = check_rate(self.source, self._intervals.base(), self._period)
@@ -185,11 +190,11 @@ class ChannelMapper:
 
     @property
     def _last(self) -> int | None:
-        """The time of the last sample, in ns."""
+        """Return the time of the last sample in ns, or None."""
         return self._intervals.last_ns if self._intervals.samples else None
 
     def _finite(self, block: RowBlock, salvage: bool) -> tuple[Rows, list[DroppedRows]]:
-        """The rows without nan, inf and numbers that nothing measures, and the others."""
+        """Return the rows with valid numbers (finite, at most LARGEST), and the dropped ones."""
         bad = {name: ~(np.abs(block.columns[name]) <= LARGEST) for name in self._wanted}
         bad = {name: mask for name, mask in bad.items() if mask.any()}
         if not bad:
@@ -197,18 +202,21 @@ class ChannelMapper:
         if not salvage:
             name, mask = next(iter(bad.items()))
             row = int(np.argmax(mask))
-            found = f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number, {LARGEST:g} at most; {SALVAGE}"
+            found = (
+                f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number, "
+                f"{LARGEST:g} at most; {SALVAGE}"
+            )
             raise fail_at(self._table, block.first_row + row, found)
         dropped, left = [], np.ones(next(iter(bad.values())).size, np.bool_)
         for name, mask in bad.items():
-            rows = np.flatnonzero(mask & left)  # a row that lacks several numbers is lost once
+            rows = np.flatnonzero(mask & left)  # a row without several numbers is one loss
             if rows.size:
                 dropped.append(DroppedRows(f"column {name!r} has no finite number there", rows))
             left &= ~mask
         return np.flatnonzero(left), dropped
 
     def _times(self, block: RowBlock, rows: Rows) -> Nanoseconds:
-        """The times of rows of a block, in ns."""
+        """Return the times of rows of a block in ns."""
         if self._time is None and block.time_ns is not None:
             return block.time_ns[rows]
         if self._time is None:
@@ -235,7 +243,7 @@ class ChannelMapper:
     def _in_order(
         self, block: RowBlock, rows: Rows, time: Nanoseconds, salvage: bool
     ) -> tuple[Rows, Nanoseconds, list[DroppedRows]]:
-        """The rows and their times without those whose time does not increase."""
+        """Return the rows whose times increase, these times, and the dropped rows."""
         back = np.flatnonzero(time[1:] <= time[:-1]) + 1
         if time.size and self._last is not None and time[0] <= self._last:
             back = np.insert(back, 0, 0)
@@ -248,7 +256,10 @@ class ChannelMapper:
                 f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
             )
             if time[row] == before and self._time is not None:
-                found += "; if it is too coarse, leave time out of columns: rows are then sample_period_s apart"
+                found += (
+                    "; if it is too coarse, leave time out of columns: "
+                    "rows are then sample_period_s apart"
+                )
             raise fail_at(self._table, block.first_row + int(rows[row]), f"{found}; {SALVAGE}")
         kept = increasing(time, self._last)
         return (
@@ -258,7 +269,7 @@ class ChannelMapper:
         )
 
     def _mapped(self, block: RowBlock, rows: Rows, time: Nanoseconds) -> SampleBlock:
-        """The rows in SI."""
+        """Return the rows in SI."""
         every = rows.size == next(iter(block.columns.values())).size
         values: dict[str, Vector] = {}
         for one in self._sources:
@@ -276,7 +287,7 @@ class ChannelMapper:
     def _counted(
         self, block: RowBlock, source: ChannelSource, rows: Rows, time: Nanoseconds, raw: Vector
     ) -> Vector:
-        """The encoder's counts without the jumps of its counter."""
+        """Return the counts of the encoder without wraps and resets of its counter."""
         bits = self._bench.encoder.wrap_bits
         if bits is None:
             allowed, bad = (
@@ -296,8 +307,7 @@ def _in_counts(source: ChannelSource) -> bool:
 
 
 def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Column) -> float:
-    """What the scaled numbers of a channel are multiplied by to be in SI, checked against the unit
-    in the file."""
+    """Return the factor from a channel's scaled numbers to SI, after a check of the file's unit."""
     unit, given, dimension = (
         column.unit,
         table.units.get(name),
@@ -319,7 +329,7 @@ def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Colu
         except ValueError as error:
             raise LogError(table.source, f"{key}: {error}") from None
         agrees = given in (None, unit) or _same(str(given), dimension, bench, factor)
-    if not agrees and column.scale == 1.0:  # a scale may be what turns one unit into the other
+    if not agrees and column.scale == 1.0:  # a scale may convert one unit to the other
         raise LogError(
             table.source,
             f"column {name!r} is in {given!r}, but {key} says {unit!r}; make them agree",
@@ -335,8 +345,10 @@ def _same(unit: str, dimension: str, bench: Bench, factor: float) -> bool:
 
 
 def check_rate(source: str, base: TimeBase, wanted: float | None) -> tuple[str, ...]:
-    """Raises LogError where a stream's period is not the one that is wanted, in s; returns what is
-    merely odd about its times."""
+    """Return the oddities of a stream's times; raise LogError if the period is wrong.
+
+    wanted: expected period in s; None disables the check of the period.
+    """
     period = 1.0 / base.rate_hz
     noted = []
     if wanted is not None:
@@ -350,6 +362,7 @@ def check_rate(source: str, base: TimeBase, wanted: float | None) -> tuple[str, 
             noted.append(rates)
     if base.gaps:
         noted.append(
-            f"{base.gaps} gap{'s' * (base.gaps != 1)} in time, the longest {base.longest_gap_s:.6g} s"
+            f"{base.gaps} gap{'s' * (base.gaps != 1)} in time, "
+            f"the longest {base.longest_gap_s:.6g} s"
         )
     return tuple(noted)

@@ -1,5 +1,7 @@
-"""Columns of counts, made of an encoder's two channels as an oscilloscope or a logic analyser
-records them (kernels/quadrature.py)."""
+"""Count columns made from an encoder's two channels, recorded by an oscilloscope or logic analyser.
+
+The counting is in kernels/quadrature.py.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,7 @@ from frictool.logs.table import DataLoss, RawTable, RowBlock, pick
 
 
 class QuadratureTable:
-    """A table (a Table) with a further column of counts for each of `encoders`."""
+    """Table (a RawTable) with an additional column of counts for each of `encoders`."""
 
     def __init__(self, table: RawTable, encoders: Mapping[str, Quadrature]) -> None:
         self._table = table
@@ -44,9 +46,10 @@ class QuadratureTable:
         return self._table.line(row)
 
     def findings(self) -> tuple[str, ...]:
-        """How many transitions were illegal in what has been read; nothing where none was."""
+        """Return a message about the illegal transitions of each encoder that had any."""
         return tuple(
-            f"quadrature {name!r}: {bad} of {moves} transitions are illegal, each two counts of unknown sign: is the sample rate above"
+            f"quadrature {name!r}: {bad} of {moves} transitions are illegal, "
+            "each two counts of unknown sign: is the sample rate above"
             " four times the line rate, and the threshold between the levels?"
             for name, (bad, moves) in self._illegal.items()
             if bad

@@ -1,4 +1,4 @@
-"""Questions that remain when the columns of a log are guessed, for somebody who knows the rig."""
+"""Questions that a guess of a log's columns leaves to somebody who knows the rig."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from dataclasses import dataclass
 class ColumnQuestion:
     """Open question on the column or the unit of a channel.
 
-    key: `column` or `unit`; candidates: the columns or units that fit; why: the reason for the
-    question, as text.
+    key: `column` or `unit`.
+    candidates: columns or units that fit.
+    why: reason for the question.
     """
 
     channel: str
@@ -21,10 +22,10 @@ class ColumnQuestion:
 
     @property
     def note(self) -> str:
-        """Return the comment beside the key in the bench."""
+        """Return the comment next to the key in the bench."""
         return f"fill in {self.key} {alternatives(self.candidates)}: {self.why}"
 
 
 def alternatives(names: Sequence[str]) -> str:
-    """Return `a, b or c`."""
+    """Return the names as `a, b or c`."""
     return " or ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -1,7 +1,6 @@
-"""What a table goes through before its columns are mapped, where the bench asks for it: zeros,
-quadrature, the bench's period.
+"""Preparation of tables before mapping, as the bench requires: zero offsets, quadrature, period.
 
-Table ──▶ Zeroed ──▶ Counted ──▶ Latched ──▶ mapping
+RawTable ──▶ ZeroedTable ──▶ QuadratureTable ──▶ LatchedTable ──▶ mapping
 """
 
 from __future__ import annotations
@@ -19,7 +18,8 @@ from frictool.logs.channels.quadrature_table import QuadratureTable
 from frictool.logs.channels.zeroed_table import zeroed
 from frictool.logs.table import RawTable
 
-# of the intervals: a file with a row where a channel changes may have the bench's period on average
+# least share of intervals equal to the bench's period; a file with a row per change may have this
+# period on average only
 REGULAR = 0.9
 
 FindingTexts = Callable[[], tuple[str, ...]]
@@ -28,10 +28,9 @@ FindingTexts = Callable[[], tuple[str, ...]]
 def prepare_tables(
     tables: Sequence[RawTable], bench: Bench
 ) -> tuple[tuple[RawTable, ...], list[FindingTexts]]:
-    """The tables as the bench wants them, and what tells of each, when it has been read, what was
-    odd.
+    """Return the prepared tables, and functions that return the oddities of each after reading.
 
-    Raises LogError where a channel of an encoder is in no table, or in a file of several.
+    Raises LogError if no table has a channel of an encoder, or if the file has several tables.
     """
     ready = tuple(zeroed(table, bench.columns) for table in tables)
     if not bench.quadrature:
@@ -45,7 +44,7 @@ def prepare_tables(
 
 
 def _latched(table: RawTable, bench: Bench) -> RawTable:
-    """The table at the bench's period, unless it has that already."""
+    """Return the table at the bench's period, unchanged if it already has this period."""
     time = None
     column = bench.columns.get("time")
     name = None if column is None else table.find(column.column)
@@ -57,7 +56,7 @@ def _latched(table: RawTable, bench: Bench) -> RawTable:
                 table.source, f"columns.time.unit of bench {bench.name!r}: {error}"
             ) from None
     elif table.clock is None:
-        return table  # rows that nothing dates are the bench's period apart
+        return table  # rows without times are one bench period apart
     first, _ = next(
         iter(table.blocks([name] if time is not None and name else table.names[:1], [])), (None, 0)
     )

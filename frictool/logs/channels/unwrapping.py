@@ -1,11 +1,12 @@
-"""Unwrapping of positions and references that a sensor shows modulo a period, block by block: each
-step is the shorter of the two.
+"""Unwrapping of positions and references that a sensor shows modulo a period, block by block.
+
+Each step is taken as the shorter of the two possible ones:
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
-The period is `encoder.wrap`; of a position that is not in counts, also the range of a counter of
-`encoder.wrap_bits`. A position that wraps although the bench does not say so is refused
-(quality/wrap_detection.py).
+The period is `encoder.wrap`. For a position that is not in counts, it may also be the range of a
+counter of `encoder.wrap_bits`. A position that wraps although the bench does not declare it is
+refused (quality/wrap_detection.py).
 """
 
 from __future__ import annotations
@@ -21,12 +22,11 @@ from frictool.logs.log import Vector
 from frictool.logs.quality.wrap_detection import WrapSearch
 
 POSITION, REFERENCE = "position", "reference"
-SLACK = 0.01  # of the period: tolerance of the range of the numbers
+SLACK = 0.01  # tolerance of the range of the numbers, relative to the period
 
 
 class PeriodicSignal:
-    """Unwrapped signal of one period, in the unit of its numbers, up to the last sample
-    followed."""
+    """Unwrapping of one signal in the unit of its numbers."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -37,11 +37,8 @@ class PeriodicSignal:
     def follow(self, shown: Vector) -> Vector:
         """Return the next samples (n,) without the jumps of the period.
 
-        Raises
-        ------
-        ValueError
-            If a step is longer than half a period although the numbers cover more than one period:
-            they do not wrap at this period.
+        Raises ValueError if a step is longer than half a period although the numbers cover more
+        than one period: they do not wrap at this period.
         """
         if not shown.size:
             return shown
@@ -53,7 +50,8 @@ class PeriodicSignal:
         )
         if turns.any() and self._high - self._low > (1.0 + SLACK) * self._period:
             raise ValueError(
-                f"found {self._low:.6g} and {self._high:.6g}, farther apart than one period of {self._period:.6g}"
+                f"found {self._low:.6g} and {self._high:.6g}, "
+                f"farther apart than one period of {self._period:.6g}"
             )
         self._last, self._turns = float(shown[-1]), float(turns[-1])
         return shown - self._period * turns
@@ -62,16 +60,10 @@ class PeriodicSignal:
 class Unwrapping:
     """Unwrapping of the position and the reference of one stream.
 
-    Parameters
-    ----------
-    source
-        The file, for messages.
-    bench
-        The rig.
-    columns
-        Channel -> name of its column, of all channels of the stream.
-    count
-        Size of one count of the position in rad or m; None if the position is not in counts.
+    source: name of the file for messages.
+    bench: the rig.
+    columns: channel -> name of its column, for all channels of the stream.
+    count: size of one count of the position in rad or m; None if the position is not in counts.
     """
 
     def __init__(
@@ -84,7 +76,7 @@ class Unwrapping:
             periods = {name: encoder.period for name in (POSITION, REFERENCE) if name in columns}
             if count is not None and encoder.wrap is not None:
                 periods[POSITION] = encoder.wrap.value / abs(count)
-            elif count is not None:  # the counter of wrap_bits is followed in encoder.py
+            elif count is not None:  # encoder.py removes the wraps of a counter with wrap_bits
                 periods.pop(POSITION, None)
         self._periodic = {name: PeriodicSignal(period) for name, period in periods.items()}
         self._wraps = WrapSearch(
@@ -92,10 +84,11 @@ class Unwrapping:
         )
 
     def follow(self, channel: str, shown: Vector) -> Vector:
-        """Return the next samples (n,) of a channel without the jumps of its period: raw numbers of
-        a position in counts, else rad or m.
+        """Return the next samples (n,) of a channel without the jumps of its period.
 
-        Raises LogError where the numbers cover more than the period of the bench.
+        shown: raw numbers of a position in counts, else rad or m.
+
+        Raises LogError if the numbers cover more than the period of the bench.
         """
         if channel not in self._periodic:
             return shown
@@ -109,20 +102,22 @@ class Unwrapping:
             ) from None
 
     def check(self, time: Vector, position: Vector) -> None:
-        """Raise LogError where a wrap is left in the position: the next samples (n,) in s, and rad
-        or m."""
+        """Raise LogError if the next samples of the position still wrap.
+
+        time: (n,) in s.
+        position: (n,) in rad or m.
+        """
         self._wraps.take(time, position)
         self._refuse()
 
     def finish(self) -> None:
-        """Raise LogError where a wrap is left in the last samples of the position; call it after
-        the last block."""
+        """Raise LogError if the last samples still wrap; to be called after the last block."""
         self._wraps.finish()
         self._refuse()
 
     @property
     def question(self) -> str | None:
-        """Return a warning of a jump that may be a wrap, or None."""
+        """Return a warning about a jump that may be a wrap, or None."""
         wrap = self._wraps.possible()
         return None if wrap is None else wrap.question
 

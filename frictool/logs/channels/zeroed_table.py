@@ -1,5 +1,7 @@
-"""Columns whose zero is the mean of their first samples, as an offset of an amplifier that is taken
-while nothing moves yet."""
+"""Columns whose zero is the mean of their first samples.
+
+An example is the offset of an amplifier, taken while nothing moves.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +17,10 @@ from frictool.logs.table import DataLoss, LostColumnError, RawTable, RowBlock
 
 
 class ZeroedTable:
-    """A table (a Table) some columns of which have the mean of their first `counts[name]` finite
-    numbers taken off."""
+    """Table (a RawTable) whose columns in `counts` have their zero subtracted.
+
+    counts: column -> number of first finite values whose mean is the zero.
+    """
 
     def __init__(self, table: RawTable, counts: Mapping[str, int]) -> None:
         self._table, self._counts = table, counts
@@ -46,10 +50,10 @@ class ZeroedTable:
             yield replace(block, columns=columns), done
 
     def _zero(self, name: str, losses: list[DataLoss] | None) -> float:
-        """The mean, in a reading of its own that goes no further than it has to.
+        """Return the mean of the first values, from a separate reading that stops early.
 
-        Where the table is shorter it is the mean of what there is, which `losses` is told. Raises
-        LogError without them, and of nothing.
+        If the table is shorter, the mean is that of all values, and a note is appended to `losses`.
+        Without `losses`, or without any value, this raises LogError.
         """
         wanted = self._counts[name]
         found = np.empty(0)
@@ -61,7 +65,8 @@ class ZeroedTable:
         if losses is None or not found.size:
             raise LogError(
                 self.source,
-                f"column {name!r} has {found.size} samples, fewer than its zero_first_samples, {wanted}",
+                f"column {name!r} has {found.size} samples, fewer than its zero_first_samples, "
+                f"{wanted}",
             )
         losses.append(
             DataLoss(
@@ -74,8 +79,10 @@ class ZeroedTable:
 
 
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
-    """The table with the zeros that the bench's columns ask for. A column that may lie behind
-    damage is left to who binds it."""
+    """Return the table with the zeros that the bench's columns request.
+
+    A column that may lie in damaged data is left to `bind`.
+    """
     counts: dict[str, int] = {}
     for one in columns.values():
         if one.zero_first_samples is not None:

@@ -1,1 +1,1 @@
-"""Time: clocks against each other, their gaps, and streams on one grid."""
+"""Clock offset and drift between instruments, gaps in time, and resampling to one grid."""

@@ -1,5 +1,4 @@
-"""How far the clock of one file's instrument is ahead of another's, found from what both have
-recorded (clock_offset.py)."""
+"""Clock offset between two files, from signals that both have recorded (clock_offset.py)."""
 
 from __future__ import annotations
 
@@ -13,24 +12,25 @@ from frictool.logs.log import Vector
 from frictool.logs.stream_source import StreamSource
 
 CLOCK_OFFSET = (
-    "clock_offset"  # metadata record: topic -> how far its clock was ahead, and how that is known
+    "clock_offset"  # metadata record: topic -> lead of its clock, and the source of this value
 )
-MOST_SAMPLES = 1_000_000  # of the start of each that are compared
+MOST_SAMPLES = 1_000_000  # maximum number of samples compared, from the start of each stream
 
 
 def aligned(
     reference: StreamSource, flow: StreamSource, estimate: ClockEstimate, reference_ahead_ns: int
 ) -> tuple[int, str]:
-    """How far the clock of `flow` is ahead, in ns, and how that is known.
+    """Return the lead in ns of the clock of `flow`, and a text on its estimation.
 
-    Raises LogError where their samples do not tell, or the two are of one file.
+    Raises LogError if the samples do not determine the offset, or if both streams are of one file.
     """
     from frictool.logs.clocks.clock_offset import clock_offset
 
     if reference.source == flow.source:
         raise LogError(
             flow.source,
-            "clock_estimate compares an instrument with the log's first file; name another file before this one",
+            "clock_estimate compares an instrument with the log's first file; "
+            "name another file before this one",
         )
     try:
         t, x = _signal(reference, estimate.reference)
@@ -46,7 +46,10 @@ def aligned(
 
 
 def _signal(flow: StreamSource, name: str) -> tuple[Vector, Vector]:
-    """Times in s and values of a field. Raises ValueError where there is no such field."""
+    """Return the times in s and the values of a field, each (n,).
+
+    Raises ValueError if the stream has no such field.
+    """
     if name not in flow.head.fields:
         raise ValueError(
             f"{Path(flow.source).name} has no {name}; it has {', '.join(flow.head.fields)}"

@@ -1,19 +1,19 @@
-"""How the clocks of two instruments run against each other.
+"""Offset and drift between the clocks of two instruments.
 
-    both clocks date the same messages    the received time is the sent one, an offset, a drift and
-                                          a delay that is never negative: the
-                                          line below all points that lies closest to them, an edge
-                                          of their lower convex hull
-    both instruments measure one signal   in each of several windows the lag at which the two are
-                                          most alike, first by cross-correlation,
-                                          then what is left of it by least squares, y(t) - x(t) =
-                                          -lag x'(t); the lags lie on a line (Theil and Sen's)
+    both clocks date the same messages    received time = sent time + offset + drift + delay, with a
+                                          delay that is never negative. Offset and drift are those
+                                          of the line below all points that is closest to them, an
+                                          edge of their lower convex hull.
+    both instruments measure one signal   in each of several windows, the lag with the highest
+                                          cross-correlation, refined by least squares of y(t) - x(t)
+                                          = -lag x'(t). A Theil-Sen line through the lags gives
+                                          offset and drift.
 
-One offset of two whole records, with its interval, is clock_offset.py's; here a window needs its
-lag only, in a fraction of the time.
+clock_offset.py estimates one offset of two whole records, with its confidence interval. Here a
+window needs its lag only, which takes a fraction of the time.
 
-An offset of x s says that what one clock calls t the other calls t + x; a drift of d that it gains
-d s in a second.
+With an offset of x s, the second clock shows t + x when the first shows t. With a drift of d s/s,
+the second clock gains d s per second.
 """
 
 from __future__ import annotations
@@ -28,17 +28,15 @@ from frictool.logs.log import Stream, Vector
 from frictool.logs.quality.opening_samples import LONGEST
 from frictool.logs.table import Nanoseconds
 
-WINDOWS = 12
-FEWEST_SAMPLES = 64  # of a window
-LONGEST_LAG = 0.25  # of a window
-ALIKE = 0.8  # least correlation of a window that tells a lag
-SMOOTH = 64  # of a window: a moving mean over one part in so many
-PASSES = 4
-FEWEST_MESSAGES = 100
-CLEAR = (
-    3.0  # times the delays beyond the shortest: a drift over the whole time that is less is none
-)
-FEWEST = 3  # windows that tell a drift; one or two tell an offset
+WINDOWS = 12  # number of windows of a long record
+FEWEST_SAMPLES = 64  # least number of samples of a window
+LONGEST_LAG = 0.25  # largest lag relative to the window
+ALIKE = 0.8  # least correlation of a window whose lag is used
+SMOOTH = 64  # the moving mean spans 1/SMOOTH of a window
+PASSES = 4  # refinements of offset and drift
+FEWEST_MESSAGES = 100  # least number of messages for a finding
+CLEAR = 3.0  # least drift over the whole time, relative to the mean delay beyond the shortest
+FEWEST = 3  # least number of windows for a drift; one or two give an offset only
 
 
 LagOf = Callable[[Vector, Vector], tuple[float, float]]
@@ -46,11 +44,13 @@ LagOf = Callable[[Vector, Vector], tuple[float, float]]
 
 @dataclass(frozen=True)
 class ClockDrift:
-    """offset in s, at the middle of what was looked at; drift in s/s, None where too little tells
-    it; windows: how many were used.
+    """Offset and drift of one clock relative to another.
 
-    spread: the largest distance of a window's lag from the line, s; of messages, the mean delay
-    beyond the shortest.
+    offset: in s, at the middle of the evaluated time.
+    drift: in s/s; None if there are too few windows.
+    windows: number of windows or messages used.
+    spread: largest distance of a window's lag from the line in s; for messages, the mean delay
+        beyond the shortest in s.
     """
 
     offset: float
@@ -60,8 +60,12 @@ class ClockDrift:
 
 
 def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
-    """The receiver's clock against the sender's, (n,) ns each, of messages in order; None where
-    there are fewer than 2 sent times."""
+    """Return offset and drift of the receiver's clock relative to the sender's.
+
+    Returns None if fewer than two sent times differ.
+
+    sent, received: (n,) in ns, in the order of the messages.
+    """
     middle, first = (
         int((int(sent[0]) + int(sent[-1])) // 2) if sent.size else 0,
         int(received[0] - sent[0]) if sent.size else 0,
@@ -88,22 +92,24 @@ def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
 
 
 class ClockPair:
-    """The messages that two clocks have dated, the first LONGEST of them, block after block."""
+    """Messages dated by two clocks, collected until LONGEST of them are reached."""
 
     def __init__(self) -> None:
         self._sent: list[Nanoseconds] = []
         self._received: list[Nanoseconds] = []
 
     def take(self, sent: Nanoseconds, received: Nanoseconds) -> None:
-        """Adds messages (n,): when they were sent by the one clock and received by the other, in
-        ns."""
+        """Add messages (n,) with the times in ns at which they were sent and received."""
         if sum(part.size for part in self._sent) < LONGEST:
             self._sent.append(sent)
             self._received.append(received)
 
     def finding(self, clock: str | None, period: float) -> str | None:
-        """One line where the clocks drift apart by more than a period [s], and by more than the
-        delays could feign."""
+        """Return a warning if the clocks drift apart, else None.
+
+        The drift over all messages has to exceed one period in s, and to be too large to be caused
+        by delays.
+        """
         sent = np.concatenate(self._sent) if self._sent else np.empty(0, np.int64)
         found = (
             of_messages(sent, np.concatenate(self._received))
@@ -115,13 +121,19 @@ class ClockPair:
         apart = found.drift * float(np.ptp(sent)) / NS
         if abs(apart) <= max(period, CLEAR * found.spread):
             return None
-        runs = f"the recorder's clock gains {1e6 * found.drift:.4g} us in a second on {clock}, {apart:.4g} s over these messages"
+        runs = (
+            f"the recorder's clock gains {1e6 * found.drift:.4g} us in a second on {clock}, "
+            f"{apart:.4g} s over these messages"
+        )
         return f"{runs}; the log is dated by {clock}"
 
 
 def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:
-    """The clock of `other` against that of `one` by a signal that both have; None where they are
-    not alike for long enough."""
+    """Return offset and drift of the clock of `other` relative to that of `one`.
+
+    They are estimated from a signal that both streams have. Returns None if the two records of the
+    signal do not correlate for long enough.
+    """
     period = max(one.period, other.period)
     low, high = max(one.time[0], other.time[0]), min(one.time[-1], other.time[-1])
     if not high - low > FEWEST_SAMPLES * period:
@@ -144,12 +156,14 @@ def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:
 def _line(
     grid: Vector, ahead: Vector, ours: Vector, theirs: Vector, lag_of: LagOf
 ) -> ClockDrift | None:
-    """The line through the lags of the windows, where `theirs` (n,) was taken `ahead` (n,) s after
-    the times of `ours` (n,)."""
+    """Return offset and drift of the line through the lags of the windows.
+
+    `theirs` (n,) was sampled `ahead` (n,) s after the times `grid` (n,) of `ours` (n,).
+    """
     period, rows = float(grid[1] - grid[0]), max(FEWEST_SAMPLES, grid.size // WINDOWS)
     mean = np.full(
         max(1, rows // SMOOTH), 1.0 / max(1, rows // SMOOTH)
-    )  # against noise, in both alike, so that it shifts nothing
+    )  # noise filter; the same for both signals, so that it shifts neither
     ours, theirs = np.convolve(ours, mean, "same"), np.convolve(theirs, mean, "same")
     used = []
     for start in range(0, grid.size - rows + 1, rows):
@@ -167,7 +181,7 @@ def _line(
 
 
 def _lag(one: Vector, other: Vector) -> tuple[float, float]:
-    """By how many samples `other` (n,) comes after `one` (n,), and the correlation there."""
+    """Return by how many samples `other` (n,) lags `one` (n,), and the correlation at that lag."""
     one, other = one - one.mean(), other - other.mean()
     scale = float(np.linalg.norm(one) * np.linalg.norm(other))
     if scale == 0.0:
@@ -175,15 +189,17 @@ def _lag(one: Vector, other: Vector) -> tuple[float, float]:
     size, most = 2 * one.size, int(LONGEST_LAG * one.size)
     product = np.fft.irfft(np.conj(np.fft.rfft(one, size)) * np.fft.rfft(other, size), size)
     around = np.concatenate((product[-most:], product[: most + 1])) / scale
-    # fewer samples overlap at a lag: without this every maximum would lie too near to 0
+    # fewer samples overlap at a lag: without this correction the maximum moves towards 0
     around *= one.size / (one.size - np.abs(np.arange(-most, most + 1)))
     best = int(np.argmax(around))
     return float(best - most), float(around[best])
 
 
 def _small_lag(one: Vector, other: Vector) -> tuple[float, float]:
-    """As `_lag`, of signals that nearly agree, to a fraction of a sample; each may have a scale and
-    an offset of its own."""
+    """Return lag and correlation of signals that nearly agree, to a fraction of a sample.
+
+    Scale and offset of the two signals may differ.
+    """
     spread = float(np.std(one)) * float(np.std(other))
     if spread == 0.0:
         return 0.0, 0.0
@@ -193,6 +209,6 @@ def _small_lag(one: Vector, other: Vector) -> tuple[float, float]:
 
 
 def _slope(at: Vector, lags: Vector) -> float:
-    """The median of the slopes of all pairs."""
+    """Return the median slope of all pairs of points (Theil-Sen)."""
     first, second = np.triu_indices(at.size, 1)
     return float(np.median((lags[second] - lags[first]) / (at[second] - at[first])))

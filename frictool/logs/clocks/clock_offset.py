@@ -1,15 +1,15 @@
-"""How far one instrument's clock is ahead of another's, from a quantity that both have recorded.
+"""Clock offset between two instruments, from a quantity that both have recorded.
 
-    y(u) = a + b x(u - tau) + e        u: times of the clock that is ahead by tau; x by linear
+    y(u) = a + b x(u - tau) + e        u: times of the clock that leads by tau; x by linear
                                        interpolation
 
-both smoothed alike before: the noise of x is smaller between its samples than at them, and would
-draw tau there.
+Both signals get the same smoothing first. Linear interpolation reduces the noise of x between its
+samples. Without smoothing, the estimate of tau would be biased towards these times.
 
-tau is where the least squares of e are smallest, for |tau| <= most. Its variance follows from the
-slope s = b x' with what a and b can make good taken out, and from the autocovariance of s e (W. K.
-Newey, K. D. West, Econometrica 55, 1987), since what is left of a fit of two instruments is no
-white noise:
+tau minimises the sum of squares of e, with |tau| <= most. Its variance follows from two quantities.
+The first is the slope s = b x' without the part that a and b can compensate. The second is the
+autocovariance of s e (W. K. Newey, K. D. West, Econometrica 55, 1987), since the residual of a fit
+of two instruments is not white:
 
     var tau = sum_k w_k sum_i (s e)_i (s e)_{i+k} / (sum_i s_i^2)^2
 """
@@ -24,16 +24,16 @@ from scipy.optimize import minimize_scalar
 
 from frictool.logs.log import Vector
 
-FEWEST = 50  # samples that both have
-MOST = 20_000  # samples that are used: every n-th of more
-SMOOTHED = 2.0  # samples of the slower of the two, a standard deviation
-LEAST_EXPLAINED = 0.5  # of the variance of y
-AS_GOOD = 1.5  # times the least squares: another offset that fits so well cannot be ruled out
-NORMAL_95 = 1.96
+FEWEST = 50  # least number of common samples
+MOST = 20_000  # maximum number of samples used; of more, every n-th
+SMOOTHED = 2.0  # standard deviation of the smoothing, in samples of the slower signal
+LEAST_EXPLAINED = 0.5  # least explained share of the variance of y
+AS_GOOD = 1.5  # ratio to the least sum of squares up to which another offset cannot be ruled out
+NORMAL_95 = 1.96  # standard deviations of a 95 % interval
 
 
 class ClockOffset(NamedTuple):
-    """tau and the ends of its 95 % interval, in s; explained: part of the variance of y."""
+    """Offset tau and its 95 % interval in s, and the explained share of the variance of y."""
 
     value: float
     low: float
@@ -42,14 +42,19 @@ class ClockOffset(NamedTuple):
 
 
 def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> ClockOffset:
-    """tau of y (m,) at times u (m,) against x (n,) at times t (n,), all times in s.
+    """Return the offset tau of the clock of y relative to that of x.
 
-    Raises ValueError, with a message for people, where the two tell no offset.
+    Raises ValueError, with a message for users, if the signals do not determine the offset.
+
+    t, x: (n,) times in s and values of the first signal.
+    u, y: (m,) times in s and values of the second signal.
+    most: largest absolute offset in s.
     """
     within = np.flatnonzero((u - most >= t[0]) & (u + most <= t[-1]))
     if within.size < FEWEST:
         raise ValueError(
-            f"they have {within.size} samples in common for any offset up to {most:g} s; at least {FEWEST} are needed"
+            f"they have {within.size} samples in common for any offset up to {most:g} s; "
+            f"at least {FEWEST} are needed"
         )
     within = within[:: -(-within.size // MOST)]
     steps = float(np.median(np.diff(t))), float(np.median(np.diff(u)))
@@ -78,19 +83,21 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     explained = 1.0 - left(tau) / max(float(np.sum(y**2)), np.finfo(float).tiny)
     if explained < LEAST_EXPLAINED:
         raise ValueError(
-            f"at best, at {tau:.6g} s, the one explains {max(explained, 0.0):.0%} of the other; are they the same quantity?"
+            f"at best, at {tau:.6g} s, the one explains {max(explained, 0.0):.0%} of the other; "
+            "are they the same quantity?"
         )
     half = NORMAL_95 * _deviation(t, x, u, y, tau, width)
     _refuse_others(lags, misfit, best, max(half, 2.0 * step))
     if half > most / 2.0:
         raise ValueError(
-            f"the offset is {tau:.6g} s, give or take {half:.2g} s; that tells nothing within {most:g} s"
+            f"the offset is {tau:.6g} s, give or take {half:.2g} s; "
+            f"that tells nothing within {most:g} s"
         )
     return ClockOffset(tau, tau - half, tau + half, explained)
 
 
 def _fit(t: Vector, x: Vector, u: Vector, y: Vector, tau: float) -> tuple[float, Vector]:
-    """b, and what is left of y."""
+    """Return the gain b and the residual of y."""
     shifted = np.interp(u - tau, t, x)
     shifted -= shifted.mean()
     power = float(shifted @ shifted)
@@ -116,7 +123,7 @@ def _deviation(t: Vector, x: Vector, u: Vector, y: Vector, tau: float, width: fl
 
 
 def _refuse_others(lags: Vector, misfit: Vector, best: int, near: float) -> None:
-    """Raises ValueError where another minimum fits as well, as it is with periodic motion."""
+    """Raise ValueError if another minimum fits as well, as with periodic motion."""
     inner = misfit[1:-1]
     minima = 1 + np.flatnonzero((inner <= misfit[:-2]) & (inner <= misfit[2:]))
     others = [

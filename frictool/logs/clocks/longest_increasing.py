@@ -1,7 +1,7 @@
-"""The most samples of a sequence whose times increase: what is kept where a clock has jumped back.
+"""Longest strictly increasing subsequence of sample times, kept if a clock has jumped back.
 
-The longest increasing subsequence (Fredman 1975): the last elements of the best subsequences of
-each length are kept in order, and each element replaces the first of them that is not smaller.
+The algorithm is Fredman's (1975). It keeps the last elements of the best subsequences of each
+length in order. Each new element replaces the first of them that is not smaller.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ from frictool.logs.table import Nanoseconds
 
 
 def increasing(time: Nanoseconds, after: int | None) -> NDArray[np.intp]:
-    """Indices (m,), ascending, of a longest strictly increasing choice of the times (n,) in ns, all
-    of them later than `after`."""
-    ends: list[int] = []  # the smallest last time of a choice of each length
+    """Return the indices (m,) of a longest strictly increasing subsequence of the times (n,) in ns.
+
+    All chosen times are later than `after`; None sets no such limit.
+    """
+    ends: list[int] = []  # smallest last time of a subsequence of each length
     places: list[int] = []
     before = np.full(time.size, -1)
     for place, value in enumerate(time.tolist()):

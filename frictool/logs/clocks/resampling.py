@@ -1,12 +1,11 @@
-"""Streams of different time bases on one grid, where the user asks for it: nothing is extrapolated,
-and commands are held.
+"""Resampling of streams with different time bases to one grid, without extrapolation.
 
     held      a command or a drive at the control period keeps its value until the next one: the
               last sample at or before each time
     linear    everything else, between the samples around each time
 
-The grid begins at the first time at which every stream has a sample, to the ns, and ends where the
-first of them ends.
+The grid begins, to the ns, at the first time at which every stream has a sample. It ends when the
+first stream ends.
 """
 
 from __future__ import annotations
@@ -24,15 +23,19 @@ from frictool.logs.table import BLOCK_ROWS, Nanoseconds
 
 HELD = ("reference", "current", "voltage")
 EFFORT = "effort"
-# metadata record: `period_s`, and MESSAGE PATH -> `held` or `linear`, with the former path if it is
-# another
+# metadata record: `period_s`, and MESSAGE PATH -> `held` or `linear`, with the original path if it
+# differs
 RESAMPLED = "resampled"
 
 
 @dataclass(frozen=True)
 class GridField:
-    """One field of the grid's stream: of which stream and of which of its fields; whether it is
-    held."""
+    """One field of the resampled stream.
+
+    stream: index of the stream that provides it.
+    place: index of the field in that stream.
+    held: True if the value is held, False if it is interpolated.
+    """
 
     stream: int
     place: int
@@ -41,8 +44,13 @@ class GridField:
 
 @dataclass(frozen=True)
 class ResamplingGrid:
-    """The stream `/axis` to be: its head, where each field comes from, the period in ns, and what
-    the log says of all that."""
+    """Resampled stream `/axis`.
+
+    head: its header.
+    parts: origin of each field.
+    period_ns: sample period in ns.
+    note: entries of the metadata record RESAMPLED.
+    """
 
     head: StreamHeader
     parts: tuple[GridField, ...]
@@ -51,8 +59,10 @@ class ResamplingGrid:
 
 
 def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) -> ResamplingGrid:
-    """The fields of all streams in one; derived: topics whose effort is made from the drive and is
-    held as the drive is."""
+    """Return the fields of all streams as one stream.
+
+    derived: topics whose effort is computed from the drive and therefore held as the drive is.
+    """
     fields: list[str] = []
     units: list[str] = []
     parts: list[GridField] = []
@@ -73,7 +83,7 @@ def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) 
 
 
 def _prefixed(topic: str, name: str, taken: list[str]) -> str:
-    """`NAME_field` for a field of `/axis/NAME` whose name another stream has."""
+    """Return `NAME_field` for a field of `/axis/NAME` whose name is already in use."""
     words = "_".join(
         filter(None, topic.removeprefix(MAIN_TOPIC).lower().replace("/", "_").split("_"))
     )
@@ -89,8 +99,10 @@ def _prefixed(topic: str, name: str, taken: list[str]) -> str:
 def resampled(
     streams: Sequence[Iterator[SampleBlock]], on: ResamplingGrid
 ) -> Iterator[SampleBlock]:
-    """The grid's stream, in pieces. Each stream is kept only as far as the next grid times need
-    it."""
+    """Yield the resampled stream in blocks.
+
+    Of each stream, only the samples that later grid times need are kept.
+    """
     kept: list[SampleBlock | None] = [None] * len(streams)
     start: int | None = None
     row = 0
@@ -117,7 +129,7 @@ def resampled(
 
 
 def _at(samples: SampleBlock, part: GridField, time: Nanoseconds) -> Vector:
-    """A signal at times (n,) in ns that lie within its own."""
+    """Return a signal at times (n,) in ns within its own time range."""
     values = samples.values[part.place]
     before = np.searchsorted(samples.time, time, side="right") - 1
     if part.held:

@@ -1,9 +1,8 @@
-"""The time base of a stream that is seen block by block: rate, jitter and gaps without keeping its
-times.
+"""Time base of a stream that is read block by block, without keeping its times.
 
-The intervals are counted in classes 0.1 % wide, each with the sum of what they are longer than the
-first interval, and of its square. The period is the mean of the class that holds the median; where
-all intervals are alike that is exact.
+The intervals are counted in classes that are 0.1 % wide. Each class holds the sum of the intervals'
+excess over the first interval, and of its square. The period is the mean of the class that contains
+the median. If all intervals are equal, this is exact.
 """
 
 from __future__ import annotations
@@ -16,23 +15,23 @@ from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.quality.time_base import GAP, TimeBase
 from frictool.logs.table import Nanoseconds
 
-WIDTH = math.log1p(1e-3)  # of a class, in ln(interval / ns)
+WIDTH = math.log1p(1e-3)  # width of a class in ln(interval / ns)
 CLASSES = math.ceil(math.log(2.0**63) / WIDTH) + 1
 
 
 class SampleIntervals:
-    """Times of one stream as they come."""
+    """Intervals of one stream, collected block after block."""
 
     def __init__(self) -> None:
         self.samples = 0
         self.first_ns = self.last_ns = 0
         self._longest = self._reference = 0
         self._counts = np.zeros(CLASSES)
-        self._sums = np.zeros(CLASSES)  # ns, beyond the reference
-        self._squares = np.zeros(CLASSES)  # ns^2
+        self._sums = np.zeros(CLASSES)  # ns, excess over the reference
+        self._squares = np.zeros(CLASSES)  # ns^2, squared excess
 
     def add(self, time: Nanoseconds) -> None:
-        """Times (n,) in ns that follow those before, strictly increasing."""
+        """Add times (n,) in ns that follow the previous ones, strictly increasing."""
         if not time.size:
             return
         intervals = np.diff(time, prepend=self.last_ns) if self.samples else np.diff(time)
@@ -59,13 +58,13 @@ class SampleIntervals:
             kept[lowest:highest] += np.bincount(classes - lowest, weights, highest - lowest)
 
     def base(self) -> TimeBase:
-        """The quality so far. With one sample, rate and jitter are NaN."""
+        """Return the time base so far; with one sample, rate and jitter are NaN."""
         if self.samples < 2:
             return TimeBase(self.samples, math.nan, math.nan, 0, 0.0, 0.0)
         upto = np.cumsum(self._counts)
         middle = np.searchsorted(
             upto, [(self.samples - 2) // 2, (self.samples - 1) // 2], side="right"
-        )  # of an even number, two
+        )  # an even number of intervals has two medians
         period = (self._reference + float((self._sums[middle] / self._counts[middle]).mean())) / NS
         regular = slice(0, int(math.log(GAP * period * NS) / WIDTH) + 1)
         count = float(self._counts[regular].sum())

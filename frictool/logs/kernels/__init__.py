@@ -1,1 +1,1 @@
-"""The compiled loops of this room: from bytes to numbers."""
+"""Compiled loops that convert bytes and encoder signals to numbers."""

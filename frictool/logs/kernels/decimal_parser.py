@@ -1,15 +1,16 @@
-"""Decimal text to the nearest double, exactly rounded.
+"""Conversion of decimal text to the nearest double, exactly rounded.
 
-    text = digits [mark digits] [e exponent]  ->  w * 10^q,  w the digits as a whole number
+    text = digits [mark digits] [e exponent]  ->  w * 10^q,  w: the digits as an integer
 
-Two ways are fast, and a text that neither decides is left to Python:
+Two methods are fast. Python converts a text that neither decides.
 
 - w < 2^53 and |q| <= 22: both factors are doubles, so that one multiplication or division rounds
-  once (W. D. Clinger, 1990);
-- else the leading 64 bits of w * 5^q from a table of the powers' leading 64 bits. What the table
-  cuts off moves the product by less than 2 units of its last place: only where it lies that close
-  to half-way between two doubles is the rounding unknown, about once in 500 (D. Lemire, Number
-  parsing at a gigabyte per second, 2021, decides those from 128 bits).
+  once (W. D. Clinger, 1990).
+- Otherwise, the leading 64 bits of w * 5^q are computed from a table of the leading 64 bits of the
+  powers. Truncation of the table changes the product by less than 2 units of its last bit. The
+  rounding is therefore unknown only if the product is that close to half-way between two doubles,
+  about once in 500 (D. Lemire, Number parsing at a gigabyte per second, 2021, decides those from
+  128 bits).
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ NUMBER, UNDECIDED, NO_NUMBER = (
     0,
     1,
     2,
-)  # status: the value is right; a number that Python has to round; no number
+)  # status: exact value; number that Python has to round; no number
 
-MOST_DIGITS = 19  # of 10^19 < 2^64
+MOST_DIGITS = 19  # maximum number of digits: 10^19 < 2^64
 LOWEST, HIGHEST = (
     -300,
     288,
-)  # powers of ten that neither under- nor overflow, whatever the 19 digits
-LARGEST_EXPONENT = 100_000  # beyond, the digits are not counted on: Python says 0 or inf
+)  # powers of ten without underflow or overflow for any 19 digits
+LARGEST_EXPONENT = 100_000  # limit at which an exponent is clamped; Python then gives 0 or inf
 
 TENS = np.array([10.0**power for power in range(23)])
 POINT, PLUS, MINUS, ZERO, SMALL_E, BIG_E = (ord(sign) for sign in ".+-0eE")
@@ -44,7 +45,7 @@ _EXACT = np.uint64(1 << 53)
 
 
 def _fives() -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
-    """The leading 64 bits of 5^q, cut off, and the power of two that they are multiplied by."""
+    """Return the truncated leading 64 bits of each 5^q, and the power of two that scales them."""
     leading, shifts = [], []
     for power in range(LOWEST, HIGHEST + 1):
         if power >= 0:
@@ -62,8 +63,7 @@ FIVES, SHIFTS = _fives()
 
 @kernel
 def _by_powers(digits: np.uint64, power: int) -> tuple[float, int]:
-    """digits * 10^power from the table of powers, digits > 0. Returns (value, NUMBER), or (0,
-    UNDECIDED)."""
+    """Return (digits * 10^power, NUMBER) from the table, or (0, UNDECIDED); digits > 0."""
     if power < LOWEST or power > HIGHEST:
         return 0.0, UNDECIDED
     left = 0
@@ -71,7 +71,7 @@ def _by_powers(digits: np.uint64, power: int) -> tuple[float, int]:
         digits <<= _ONE
         left += 1
     five = FIVES[power - LOWEST]
-    # the upper word of the product of two words, by halves
+    # upper word of the product of two words, computed from their halves
     a, b, c, d = digits >> _HALF, digits & _LOW, five >> _HALF, five & _LOW
     middle = a * d + ((b * d) >> _HALF)
     upper = a * c + (middle >> _HALF) + ((b * c + (middle & _LOW)) >> _HALF)
@@ -90,7 +90,7 @@ def _by_powers(digits: np.uint64, power: int) -> tuple[float, int]:
 
 @inner_kernel
 def rounded(digits: np.uint64, power: int) -> tuple[float, int]:
-    """digits * 10^power as the nearest double. Returns (value, NUMBER), or (0, UNDECIDED)."""
+    """Return (digits * 10^power as the nearest double, NUMBER), or (0, UNDECIDED)."""
     if digits <= _EXACT and -22 <= power <= 22:
         whole = float(digits)
         return (whole / TENS[-power] if power < 0 else whole * TENS[power]), NUMBER
@@ -101,8 +101,7 @@ def rounded(digits: np.uint64, power: int) -> tuple[float, int]:
 
 @inner_kernel
 def _over_digits(text: NDArray[np.uint8], at: int, digits: np.uint64) -> tuple[int, np.uint64]:
-    """Where the digits end that begin at `at`, and the whole number that they make behind those
-    before, modulo 2^64."""
+    """Return the end of the digits at `at`, and `digits` extended by them, modulo 2^64."""
     digit = np.uint64(text[at]) - _ZERO
     while digit <= _NINE:
         digits = digits * _TEN + digit
@@ -113,7 +112,7 @@ def _over_digits(text: NDArray[np.uint8], at: int, digits: np.uint64) -> tuple[i
 
 @kernel
 def _significant(text: NDArray[np.uint8], at: int, end: int) -> int:
-    """How many digits there are from `at` to `end`, after the zeros that they begin with."""
+    """Return the number of digits from `at` to `end` after leading zeros."""
     count = 0
     for k in range(at, end):
         count += ZERO <= text[k] <= ZERO + 9 and (count > 0 or text[k] != ZERO)
@@ -122,8 +121,7 @@ def _significant(text: NDArray[np.uint8], at: int, end: int) -> int:
 
 @kernel
 def _exponent(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
-    """The exponent whose sign or digits begin at `at`, and where it ends; 0 digits end where they
-    begin."""
+    """Return the exponent whose sign or digits begin at `at`, and its end."""
     down = text[at] == MINUS
     if down or text[at] == PLUS:
         at += 1
@@ -136,10 +134,9 @@ def _exponent(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
 
 @inner_kernel
 def scan_number(text: NDArray[np.uint8], at: int, mark: int) -> tuple[float, int, int]:
-    """The number that begins at `text[at]`, with `mark` before its decimals; the text ends in a
-    byte that belongs to no number.
+    """Return (value, end, status) of the number that begins at `text[at]`.
 
-    Returns (value, where it ends, status).
+    `mark` is the byte before the decimals. The text has to end in a byte that no number contains.
     """
     negative = text[at] == MINUS
     if negative or text[at] == PLUS:

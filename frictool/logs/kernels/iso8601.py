@@ -1,10 +1,9 @@
-"""ISO 8601 to nanoseconds since 1970-01-01, exactly.
+"""Conversion of ISO 8601 to integer nanoseconds since 1970-01-01.
 
-    YYYY-MM-DD[T| ]hh:mm[:ss[.fff...]][Z|+hh[[:]mm]]     a date and a time of day; without a zone it
-                                                         counts as UTC
-    hh:mm[:ss[.fff...]]                                  a time of day alone, as on 1970-01-01
+    YYYY-MM-DD[T| ]hh:mm[:ss[.fff...]][Z|+hh[[:]mm]]     date and time of day; UTC without a zone
+    hh:mm[:ss[.fff...]]                                  time of day, counted as on 1970-01-01
 
-Days are counted by the civil calendar from 1 March, so that the leap day is a year's last (H.
+Days are counted by the civil calendar from 1 March, so that the leap day is the last of a year (H.
 Hinnant, chrono-compatible date algorithms).
 """
 
@@ -16,16 +15,16 @@ from numpy.typing import NDArray
 from frictool.logs.kernels.decimal_parser import NO_NUMBER, NUMBER
 from frictool.runtime.kernels import kernel
 
-FIRST_YEAR, LAST_YEAR = 1678, 2261  # whole years that fit 63 bits of ns
+FIRST_YEAR, LAST_YEAR = 1678, 2261  # first and last full year that fit 63 bits of ns
 SECOND = 1_000_000_000
-NO_DATE = -1_000_000  # before FIRST_YEAR
+NO_DATE = -1_000_000  # days; earlier than FIRST_YEAR
 DASH, COLON, BLANK, SMALL_T, BIG_T, BIG_Z, POINT, COMMA, PLUS = (ord(sign) for sign in "-: tTZ.,+")
 MONTH_DAYS = np.array([31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31])
 
 
 @kernel
 def _whole(text: NDArray[np.uint8], at: int, length: int) -> int:
-    """The number of `length` digits at `at`, or -1."""
+    """Return the number of `length` digits at `at`, or -1."""
     value = 0
     for k in range(length):
         digit = int(text[at + k]) - 48
@@ -37,8 +36,10 @@ def _whole(text: NDArray[np.uint8], at: int, length: int) -> int:
 
 @kernel
 def days_of(year: int, month: int, day: int) -> int:
-    """Days from 1970-01-01 to a date, or NO_DATE where there is none such between FIRST_YEAR and
-    LAST_YEAR."""
+    """Return the days from 1970-01-01 to a date, or NO_DATE.
+
+    NO_DATE means that the date does not exist or is not between FIRST_YEAR and LAST_YEAR.
+    """
     if not (FIRST_YEAR <= year <= LAST_YEAR and 1 <= month <= 12 and day >= 1):
         return NO_DATE
     leap = year % 4 == 0 and (year % 100 != 0 or year % 400 == 0)
@@ -58,11 +59,11 @@ def days_of(year: int, month: int, day: int) -> int:
 
 @kernel
 def scan_stamp(text: NDArray[np.uint8], at: int, comma: bool) -> tuple[int, int, int]:
-    """The stamp that begins at `text[at]`; the text ends in a byte that belongs to none.
+    """Return (ns, end, NUMBER or NO_NUMBER) of the time stamp that begins at `text[at]`.
 
-    comma: whether one may stand before the fraction of a second; it does not where it ends a cell.
+    The text has to end in a byte that no stamp contains.
 
-    Returns (ns, where it ends, NUMBER or NO_NUMBER).
+    comma: True if a comma may precede the fraction of a second; False if a comma ends a cell.
     """
     days = 0
     if _whole(text, at, 2) < 0 or text[at + 2] != COLON:
@@ -86,7 +87,7 @@ def scan_stamp(text: NDArray[np.uint8], at: int, comma: bool) -> tuple[int, int,
         if (text[at] == POINT or (comma and text[at] == COMMA)) and _whole(text, at + 1, 1) >= 0:
             at += 1
             weight = SECOND
-            while _whole(text, at, 1) >= 0:  # what is below 1 ns is cut off
+            while _whole(text, at, 1) >= 0:  # digits below 1 ns are truncated
                 weight //= 10
                 fraction += weight * _whole(text, at, 1)
                 at += 1

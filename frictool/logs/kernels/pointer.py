@@ -1,9 +1,8 @@
-"""An array as a bare pointer to its first element, for loops that hand it from function to
-function.
+"""Pointer to the first element of an array, for loops that pass it from function to function.
 
-numba counts references to an array wherever one is handed over, inlined or not, with an atomic
-addition each time: more than the reading of a digit costs. A pointer is not counted, and its
-indices are not looked at for being negative. The caller keeps the array alive.
+numba counts references to an array in every call, inlined or not, with an atomic addition. This
+costs more than reading a digit. A pointer is not counted, and its indices are not checked for
+negative values. The caller has to keep the array alive.
 """
 
 from __future__ import annotations
@@ -23,5 +22,5 @@ def _first_element(context: Any, array: Any) -> Any:
     return types.CPointer(array.dtype)(array), code  # type: ignore[no-untyped-call]  # numba has no types
 
 
-# of a contiguous array (n,); read by index as the array is
+# pointer to a contiguous array (n,); elements are read by index
 pointer_to = cast(Callable[[NDArray[Any]], NDArray[Any]], intrinsic(_first_element))

@@ -1,10 +1,12 @@
-"""An encoder's channels A and B to counts, four a period: A leads B where the count rises.
+r"""Counting of an encoder's quadrature channels A and B, four counts per period.
 
-    A   __/~~\\__/~~          state  A B    00  10  11  01
-    B   ____/~~\\__           count mod 4    0   1   2   3
+A leads B if the count rises.
 
-From one sample to the next the state may stay, or move by one; where it moves by two, nobody knows
-which way: an illegal transition.
+    A   __/~~\__/~~          state  A B    00  10  11  01
+    B   ____/~~\__           count mod 4    0   1   2   3
+
+From one sample to the next the state may stay or move by one. A move by two is an illegal
+transition, because its direction is unknown.
 """
 
 from __future__ import annotations
@@ -15,8 +17,8 @@ from numpy.typing import NDArray
 from frictool.runtime.kernels import kernel
 
 UNKNOWN = -1  # level before the first sample
-LEVEL_A, LEVEL_B, COUNT, ILLEGAL = 0, 1, 2, 3  # fields of the state
-TURN = np.array([0, 3, 1, 2])  # count modulo 4, of 2 A + B
+LEVEL_A, LEVEL_B, COUNT, ILLEGAL = 0, 1, 2, 3  # indices into the state
+TURN = np.array([0, 3, 1, 2])  # count modulo 4 for the state 2 A + B
 
 
 @kernel
@@ -28,12 +30,13 @@ def count_quadrature(
     state: NDArray[np.int64],
     counts: NDArray[np.float64],
 ) -> None:
-    """Counts (n,) of the levels a, b (n,), which are high from `high` on and low again from `low`
-    down; low <= high.
+    """Count the levels a, b (n,) into `counts` (n,).
 
-    state: (4,), carried from block to block; it starts as (UNKNOWN, UNKNOWN, 0, 0), and its last
-    two fields are the count and the number of illegal transitions. A sample that is not finite
-    leaves its level as it was.
+    A level is high from `high` on, and low again from `low` down; low <= high. A sample that is not
+    finite leaves its level unchanged.
+
+    state: (4,) carried from block to block, first (UNKNOWN, UNKNOWN, 0, 0). Its last two fields are
+        the count and the number of illegal transitions.
     """
     for k in range(a.size):
         before = (

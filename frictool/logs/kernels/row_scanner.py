@@ -1,14 +1,14 @@
-"""Rows of text to numbers: cells between delimiters, quoted or not, one pass over the bytes.
+"""Conversion of text rows to numbers: quoted or plain cells between delimiters, in one pass.
 
-The bytes are of any encoding that has ASCII in it (UTF-8, Latin-1). What is no plain number is not
-judged here but listed for the caller.
+The bytes may have any encoding that contains ASCII (UTF-8, Latin-1). A cell that is not a plain
+number is not judged here but listed as an issue for the caller.
 
-    text ──▶ cell ──▶ slot >= 0: values[slot, row]     issue CELL: no plain number, text[start:stop]
-                                                       is the cell
+    text ──▶ cell ──▶ slot >= 0: values[slot, row]     issue CELL: no plain number; the cell is
+                                                       text[start:stop]
                       STAMP:     stamps[row]
-                      SKIP:      passed over, whatever it holds
-             row  ──▶ issue ROW: not as many cells as the others     issue CUT: the text ends
-                                                                     without a line end
+                      SKIP:      ignored
+             row  ──▶ issue ROW: wrong number of cells     issue CUT: the text ends without a line
+                                                           end
 """
 
 from __future__ import annotations
@@ -23,16 +23,22 @@ from frictool.logs.kernels.iso8601 import COMMA, scan_stamp
 from frictool.logs.kernels.pointer import pointer_to
 from frictool.runtime.kernels import inner_kernel, kernel
 
-SKIP, STAMP = -1, -2  # slots
+SKIP, STAMP = -1, -2  # slots of a column that is ignored, and of one with time stamps
 CELL, ROW, CUT = 0, 1, 2  # kinds of issues
 ISSUE_FIELDS = 6  # row, kind, line, column (of a CELL) or number of cells (of a ROW), start, stop
 BLANK, TAB, FEED, RETURN, QUOTE = 32, 9, 10, 13, 34
-PADDING = 64  # bytes after the end of the text that may be looked at: line feeds
+PADDING = 64  # line feeds after the end of the text, which the scanner may read
 
 
 class ScanProgress(NamedTuple):
-    """rows: filled in all. used: bytes of the rows read. lines: that they are. issues: listed.
-    last_line: of the last row, in the text."""
+    """Progress of a scan.
+
+    rows: number of rows filled in total.
+    used: bytes of the rows read.
+    lines: number of lines read.
+    issues: number of issues listed.
+    last_line: line of the last row in the text.
+    """
 
     rows: int
     used: int
@@ -55,7 +61,7 @@ def _is_break(byte: int, delimiter: int) -> bool:
 
 @kernel
 def _past_cell(text: NDArray[np.uint8], at: int, end: int, delimiter: int) -> tuple[int, int]:
-    """Where the cell that begins at `at` ends, and how many line ends lie inside its quotes."""
+    """Return the end of the cell that begins at `at`, and the number of line ends in its quotes."""
     lines = 0
     if text[at] == QUOTE:
         at += 1
@@ -72,8 +78,10 @@ def _past_cell(text: NDArray[np.uint8], at: int, end: int, delimiter: int) -> tu
 def _scan(
     text: NDArray[np.uint8], at: int, delimiter: int, mark: int, stamped: bool
 ) -> tuple[float, int, int, bool]:
-    """The cell that begins at `at`, as a number or a stamp: (value, ns, where it ends, whether the
-    whole cell is one)."""
+    """Return (value, ns, end, plain) of the cell at `at`, read as a number or a stamp.
+
+    plain: True if the whole cell is a number or a stamp.
+    """
     value, stamp = 0.0, 0
     quoted = text[at] == QUOTE
     if quoted:
@@ -99,7 +107,7 @@ def _ends_line(byte: int) -> bool:
 
 @inner_kernel
 def _next_cell(text: NDArray[np.uint8], at: int, delimiter: int) -> tuple[int, bool]:
-    """From where a cell ends to where the next begins, and whether there is one in this row."""
+    """Return the start of the next cell after a cell's end, and whether this row has one."""
     if _ends_line(text[at]):
         return at, False
     after = _over_blanks(text, at if delimiter == BLANK else at + 1, delimiter)
@@ -144,18 +152,21 @@ def read_rows(
     issues: NDArray[np.int64],
     row: int,
 ) -> ScanProgress:
-    """Whole rows from the start of the text, until it, the rows or the issues are full.
+    """Read whole rows from the start of the text until the text, `values` or `issues` is exhausted.
 
-    Args:
-        buffer: (end + PADDING,) bytes; those from `end` on are line feeds.
-        last: whether nothing follows the text; else a row that reaches its end is left for the next
-        time. delimiter, mark: the bytes between cells (BLANK: any number of blanks and tabs) and
-        before decimals. slots: (columns,) where each column goes. values: (slots, rows), filled
-        from `row` on; nan where a CELL is listed. stamps: (rows,), or (0,) where no column is a
-        STAMP. issues: (m, ISSUE_FIELDS), m > columns + 1.
+    buffer: (end + PADDING,) bytes; those from `end` on are line feeds.
+    last: True if nothing follows the text. If False, a row that reaches the end is left for the
+        next call.
+    delimiter: byte between cells; BLANK stands for any number of blanks and tabs.
+    mark: byte before decimals.
+    slots: (columns,) destination of each column.
+    values: (slots, rows), filled from `row` on; NaN for each CELL issue.
+    stamps: (rows,), or (0,) if no column is a STAMP.
+    issues: (m, ISSUE_FIELDS) with m > columns + 1.
     """
     columns, rows, text = slots.size, values.shape[1], pointer_to(buffer)
-    zero = 0 * row  # a constant would have numba compile what is called with it twice
+    # not the literal 0, for which numba would compile the called functions a second time
+    zero = 0 * row
     begin, lines, listed, last_line = zero, zero, zero, zero
     while begin < end and row < rows and listed + columns + 1 < issues.shape[0]:
         cells, surplus, inside, found = zero, False, zero, listed

@@ -1,1 +1,1 @@
-"""What the samples of a log say of the instruments that took them."""
+"""Quality of a log's signals: instruments, signs, saturation, jumps and kind of test."""

@@ -1,10 +1,9 @@
-"""Steps of a position that no axis makes: counts that were skipped, a counter that wraps, a counter
-that an index pulse resets.
+"""Jumps of a position that no motion explains: lost counts, a wrapping counter, an index reset.
 
-A step is a jump where it is longer than the allowance, twice what the top speed covers in its
-interval and two counts more (a servo may be faster than its specification). Where no top speed is
-known, it is one where it stands alone: ten times its neighbours, and three times what all but one
-step in a hundred of the block are.
+A step is a jump if it exceeds twice the distance that the top speed covers in its interval, plus
+two counts. The factor two is needed because a servo may be faster than its specification. If no top
+speed is known, a step is a jump if it is ten times as long as its neighbours and three times as
+long as the 99 % quantile of the steps in the block.
 """
 
 from __future__ import annotations
@@ -17,26 +16,32 @@ from numpy.typing import NDArray
 
 from frictool.logs.log import Vector
 
-SPEEDING = 2.0  # of the top speed
-SLACK_COUNTS = 2.0
-WRAP_BITS = range(8, 33)  # as encoder.wrap_bits allows
-ALONE = 10.0  # times the steps beside it
-RARE = 3.0  # times the step that ORDINARY of all steps do not exceed
-ORDINARY = 0.99
-JUMPS = "the position jumps"  # first words of the warning of jumps
-FEWEST_WRAPS = 2  # jumps of one length before they are called wraps; one may be lost counts
-FEWEST_RESETS = 3  # jumps to one value before it is called an index's
+SPEEDING = 2.0  # factor on the top speed
+SLACK_COUNTS = 2.0  # counts added to the allowed step
+WRAP_BITS = range(8, 33)  # bits that encoder.wrap_bits allows
+ALONE = 10.0  # least ratio of an isolated step to its neighbours
+RARE = 3.0  # least ratio of an isolated step to the quantile ORDINARY of all steps
+ORDINARY = 0.99  # quantile level
+JUMPS = "the position jumps"  # first words of a warning about jumps
+FEWEST_WRAPS = 2  # least number of equal jumps that count as wraps; a single one may be lost counts
+FEWEST_RESETS = 3  # least number of jumps to one value that count as index resets
 
 
 def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
-    """The longest steps (n,) in counts within `intervals` (n,) in s; top speed in rad/s | m/s,
-    resolution in rad | m of a count."""
+    """Return the longest steps (n,) in counts that motion explains.
+
+    top_speed: rad/s or m/s.
+    intervals: (n,) in s.
+    resolution: size of one count in rad or m.
+    """
     return np.asarray(SPEEDING * top_speed * intervals / resolution + SLACK_COUNTS)
 
 
 def lone(steps: Vector) -> NDArray[np.bool_]:
-    """True (n,) where a step of counts (n,) is so much longer than those beside it that no motion
-    explains it."""
+    """Return True (n,) for each isolated step that no motion explains.
+
+    steps: (n,) in counts.
+    """
     size = np.abs(steps)
     if size.size < 3 or size.max() <= ALONE * SLACK_COUNTS:
         return np.zeros(size.size, dtype=np.bool_)
@@ -47,8 +52,12 @@ def lone(steps: Vector) -> NDArray[np.bool_]:
 
 @dataclass
 class PositionJumps:
-    """The jumps of one position, gathered block after block, all in counts but for the time of the
-    first in s."""
+    """Jumps of one position, collected block after block; in counts, `first_s` in s.
+
+    shortest, longest: bounds of the jumps' lengths.
+    lowest_landing, highest_landing: bounds of the counter's value after a jump.
+    slack: bound of the motion contained in a jump.
+    """
 
     count: int = 0
     first_s: float = math.nan
@@ -58,11 +67,16 @@ class PositionJumps:
     lowest_landing: float = math.inf
     highest_landing: float = -math.inf
     slack: float = SLACK_COUNTS
-    unwrapped: bool = False  # the wraps of the counter have been undone before
+    unwrapped: bool = False  # True if the wraps of the counter have been removed before
 
     def take(self, time: Vector, steps: Vector, landings: Vector, slack: float) -> None:
-        """Adds jumps (m,): when, how far, to which count of the counter; `slack`: what motion may
-        have added to a step."""
+        """Add jumps (m,).
+
+        time: (m,) in s.
+        steps: (m,) lengths in counts.
+        landings: (m,) counter values after the jump.
+        slack: bound in counts of the motion contained in a step.
+        """
         if not steps.size:
             return
         if not self.count:
@@ -79,8 +93,10 @@ class PositionJumps:
 
     @property
     def wrap_bits(self) -> int | None:
-        """Return the bits of a counter that wraps: several jumps are as long as its range and land
-        within it, up to the slack."""
+        """Return the bits of a counter that wraps, or None.
+
+        Several jumps are as long as the counter's range and land within it, up to the slack.
+        """
         if (
             self.count < FEWEST_WRAPS
             or self.highest_landing - self.lowest_landing > self.longest + self.slack
@@ -92,8 +108,7 @@ class PositionJumps:
 
     @property
     def index(self) -> float | None:
-        """The count to which every jump returns, within the slack, where there are enough to
-        tell."""
+        """Return the count to which every jump returns within the slack, or None."""
         if (
             self.count < FEWEST_RESETS
             or self.highest_landing - self.lowest_landing > 2.0 * self.slack
@@ -102,7 +117,10 @@ class PositionJumps:
         return 0.5 * (self.lowest_landing + self.highest_landing)
 
     def text(self) -> str | None:
-        """One line: how many, the first, and what it may be; None where there is no jump."""
+        """Return a line with the number of jumps, the first one and a likely cause.
+
+        Returns None if there is no jump.
+        """
         if not self.count:
             return None
         when = "once, at" if self.count == 1 else f"{self.count} times, the first at"
@@ -111,12 +129,15 @@ class PositionJumps:
         )
 
     def hint(self) -> str:
-        """What the jumps may be, and what to try."""
+        """Return the likely cause of the jumps and the setting to try."""
         bits, index = None if self.unwrapped else self.wrap_bits, self.index
         if bits is not None:
             return f"does its counter wrap? then set encoder.wrap_bits, here to {bits}"
         if index is not None:
-            return f"each returns to about {index:.0f}: does an index pulse reset the counter? then set encoder.index_reset: true"
+            return (
+                f"each returns to about {index:.0f}: does an index pulse reset the counter? "
+                "then set encoder.index_reset: true"
+            )
         return "are counts lost? " + (
             "is mechanics.top_speed right?"
             if self.unwrapped

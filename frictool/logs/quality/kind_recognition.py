@@ -1,15 +1,16 @@
-"""Kind of test that a log records, recognised from its signals; it decides which parameters can be
-identified.
+"""Recognition of the kind of test from a log's signals.
 
-rest    the position does not move
-steps   the reference is constant but for a few jumps; without a reference: the axis rests at one
-        place after the other
-ramp    the axis rests for most of the time; during each rest the effort rises from a low level
-        along a line until the axis starts (`ramps`)
-sines   few lines hold nearly all power of the excitation: of the reference's acceleration, else of
-        the drive, else of the position
-stroke  the axis goes one way, or one way and back
-free    it moves in any other manner
+The kind decides which parameters can be identified.
+
+    rest    the position does not move
+    steps   the reference is constant but for a few jumps; without a reference, the axis rests at
+            one position after the other
+    ramp    the axis rests for most of the time; during each rest the effort rises from a low level
+            along a line until the axis starts (`ramps`)
+    sines   few spectral lines hold nearly all power of the reference's acceleration; without a
+            reference, of the drive; without a drive, of the position
+    stroke  the axis moves in one direction, or in one direction and back
+    free    any other motion
 """
 
 from __future__ import annotations
@@ -23,21 +24,21 @@ from frictool.logs.log import Stream, Vector
 from frictool.logs.quality.ramps import REST, are_ramps, rests_of
 from frictool.logs.quality.time_base import encoder_step
 
-Kind = Literal["rest", "steps", "ramp", "sines", "stroke", "free"]  # of KINDS (log_kinds.py)
+Kind = Literal["rest", "steps", "ramp", "sines", "stroke", "free"]  # keys of KINDS (log_kinds.py)
 STILL_COUNTS, STILL_SHARE = (
     1.5,
     1e-3,
-)  # a rest may move by so many counts, or this share of the range against an encoder's noise
-FEW_JUMPS = 0.02  # of the samples
-LINES, PURE = 12, 0.9  # so many spectral lines hold this share of the power
-LOBE = 2  # bins on either side of a line that a Hann window fills
-FEWEST_BINS = 64
-PLACES = 500
-ONE_WAY_AND_BACK = 2.2  # ranges of path
+)  # largest motion at rest: counts, or share of the range (noise of the encoder)
+FEW_JUMPS = 0.02  # largest number of reference jumps relative to the number of samples
+LINES, PURE = 12, 0.9  # number of spectral lines, and their least share of the power
+LOBE = 2  # bins on each side of a line that a Hann window fills
+FEWEST_BINS = 64  # least number of lobe widths in the spectrum
+PLACES = 500  # samples at which the path length is evaluated
+ONE_WAY_AND_BACK = 2.2  # largest path of a stroke, relative to the position's range
 
 
 def kind_of(stream: Stream) -> Kind | None:
-    """The kind of test, or None of a stream without a position or with too few samples to tell."""
+    """Return the kind of test; None without a position or with too few samples."""
     signals = stream.signals
     position = signals.get("position")
     if position is None or position.size < 2 * REST:
@@ -77,8 +78,10 @@ def kind_of(stream: Stream) -> Kind | None:
 
 
 def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
-    """First sample and first sample after of each time in which the position stays within `still`
-    for REST samples."""
+    """Return the rests as (first sample, first sample after).
+
+    A rest is a time of at least REST samples in which the position stays within `still`.
+    """
     spread = maximum_filter1d(position, REST) - minimum_filter1d(position, REST)
     inside = maximum_filter1d(
         (spread <= still).astype(np.int8), REST, origin=-1 if REST % 2 == 0 else 0
@@ -88,8 +91,10 @@ def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
 
 
 def _is_lines(values: Vector) -> bool:
-    """Whether LINES lines of the spectrum hold the share PURE of the power, and no less than
-    FEWEST_BINS bins could."""
+    """Return whether LINES spectral lines hold the share PURE of the power.
+
+    A spectrum that is too coarse gives False.
+    """
     window = np.hanning(values.size)
     power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2
     total, held = float(power.sum()), 0.0
@@ -104,6 +109,8 @@ def _is_lines(values: Vector) -> bool:
 
 
 def _path(position: Vector) -> float:
-    """How far the axis has gone altogether; counts to and fro and noise are left out by looking at
-    PLACES places only."""
+    """Return the length of the path of the axis.
+
+    The position is sampled PLACES times only, to leave out noise and alternation between counts.
+    """
     return float(np.abs(np.diff(position[:: max(1, position.size // PLACES)])).sum())

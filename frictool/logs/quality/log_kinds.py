@@ -1,14 +1,14 @@
-"""The kinds of test that a log may be of, and what each is, for people; what tells them apart is in
-kind_recognition.py."""
+"""Kinds of test with their descriptions for users; kind_recognition.py distinguishes them."""
 
 from __future__ import annotations
 
 KINDS = {
     "sines": "the axis is driven by one sine or several",
     "ramp": "the effort grows from rest until the axis moves, falls back, grows again (breakaway)",
-    "steps": "the reference jumps from place to place, or the axis rests at one place after the other",
+    "steps": "the reference jumps from place to place, "
+    "or the axis rests at one place after the other",
     "stroke": "the axis goes one way, or one way and back",
     "free": "it moves in any other manner",
     "rest": "the position does not move",
 }
-TEST = "test"  # key of the metadata record `log`: the kind that was given to `ingest`
+TEST = "test"  # key of the metadata record `log`: kind of test declared at `ingest`

@@ -1,5 +1,4 @@
-"""The first samples of a stream, kept in memory: a log of hours shows in its opening which test it
-is and which way its sensors count."""
+"""First samples of a stream, from which the kind of test and the sensors' signs are recognised."""
 
 from __future__ import annotations
 
@@ -8,11 +7,11 @@ from frictool.logs.canonical.sample_chunks import join_blocks
 from frictool.logs.log import Stream
 from frictool.logs.stream_source import SampleBlock
 
-LONGEST = 1 << 18  # samples
+LONGEST = 1 << 18  # maximum number of samples kept
 
 
 class OpeningSamples:
-    """The opening of the stream that `head` describes, piece after piece."""
+    """First samples of the stream with the header `head`, collected block after block."""
 
     def __init__(self, head: StreamHeader) -> None:
         self._head = head
@@ -20,7 +19,7 @@ class OpeningSamples:
         self._samples = 0
 
     def take(self, piece: SampleBlock) -> None:
-        """Adds samples that follow those before."""
+        """Add samples that follow the previous ones."""
         left = LONGEST - self._samples
         if left > 0:
             self._pieces.append(piece.part(0, left))
@@ -28,7 +27,7 @@ class OpeningSamples:
 
     @property
     def stream(self) -> Stream:
-        """What was kept, at least one sample."""
+        """Return the samples kept as a stream; at least one sample must have been added."""
         samples = join_blocks(self._pieces)
         fields = self._head.fields
         units = dict(zip(fields, self._head.units, strict=True))

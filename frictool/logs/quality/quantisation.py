@@ -1,5 +1,4 @@
-"""The values that a signal takes, gathered block after block: their step is the quantisation of
-what measured it."""
+"""Quantisation of a signal, from the distinct values collected block after block."""
 
 from __future__ import annotations
 
@@ -10,26 +9,26 @@ from frictool.logs.quality.time_base import encoder_step, levels
 
 MOST = (
     1 << 17
-)  # distinct values kept: what takes more lies on no lattice that matters, or shows it in these
+)  # distinct values after which no more are collected: these suffice to show any relevant step
 
 
 class DistinctValues:
-    """Distinct values of one signal, the first MOST of them."""
+    """Distinct values of one signal; collection stops once there are MOST of them."""
 
     def __init__(self) -> None:
         self._values: Vector = np.empty(0)
 
     def take(self, values: Vector) -> None:
-        """Adds values (n,), finite."""
+        """Add values (n,), all finite."""
         if self._values.size < MOST:
             self._values = np.union1d(self._values, values)
 
     @property
     def count(self) -> int:
-        """How many values were taken, at least."""
+        """Return the least number of distinct values of the signal."""
         return levels(self._values) if self._values.size else 0
 
     @property
     def step(self) -> float | None:
-        """The step of the lattice on which they lie, or None."""
+        """Return the quantisation step of the values, or None if they lie on no lattice."""
         return encoder_step(self._values) if self._values.size else None

@@ -1,11 +1,13 @@
-"""Recognise breakaway ramps: the drive rises along a line while the axis rests, the axis starts,
-the drive falls back, several times.
+"""Recognition of breakaway ramps.
 
-A creeping axis also rests between two counts of its encoder, and the drive of its servo rises there
-along a line, by the servo's gain times a count. The two differ in that rise. In a ramp the drive
-starts low, rises by most of the friction, and starts the axis in its own direction. In a creeping
-motion, and in one that follows a load such as gravity, the drive changes by a small share of its
-level, or it brakes the load.
+In each ramp the drive rises along a line while the axis rests, the axis starts, and the drive falls
+back. A log has several ramps.
+
+A creeping axis also rests between two counts of its encoder. There the drive of its servo rises
+along a line, by the servo's gain times one count. The height of the rise distinguishes the two. In
+a ramp the drive starts low, rises by most of the friction, and starts the axis in its own
+direction. In a creeping motion, or a motion that follows a load such as gravity, the drive changes
+by a small share of its level, or it brakes the load.
 """
 
 from __future__ import annotations
@@ -18,25 +20,27 @@ from numpy.typing import NDArray
 
 from frictool.logs.log import Vector
 
-REST = 30  # samples without motion: enough to fit a line to the drive
+REST = 30  # least number of samples of a rest: enough to fit a line to the drive
 STRAIGHT = 0.8  # least squared correlation of drive and time in the second half of a rest
 # least rise in the second half of a rest, relative to the drive at the start of the motion; a ramp
 # from 0 has 0.5
 RISE = 0.25
-FEWEST_RAMPS = 5
-RAMP_SHARE = 0.75  # least share of ramps in the time of the rests that end in a motion
-REST_SHARE = 0.5  # least share of rests in the time of the log
+FEWEST_RAMPS = 5  # least number of ramps
+RAMP_SHARE = 0.75  # least time of the ramps, relative to the time of all rests that end in motion
+REST_SHARE = 0.5  # least time of the rests, relative to the time of the log
 
 
 def rests_of(moved: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first sample of each rest and the first after it; moved (n - 1,): whether the
-    position changes between two samples."""
+    """Return (first sample, first sample after) of each rest of at least REST samples.
+
+    moved: (n - 1,) True if the position changes between two samples.
+    """
     edges = [0, *(np.flatnonzero(moved) + 1).tolist()]
     return [(start, end) for start, end in itertools.pairwise(edges) if end - start >= REST]
 
 
 def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector) -> bool:
-    """Return whether the log is one of breakaway ramps; parameters as of `ramps_among`."""
+    """Return whether the log consists of breakaway ramps; parameters as in `ramps_among`."""
     length = np.array([end - start for start, end in rests])
     if np.sum(length) < REST_SHARE * position.size:
         return False
@@ -51,16 +55,15 @@ def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector)
 def ramps_among(
     rests: Sequence[tuple[int, int]], position: Vector, drive: Vector
 ) -> NDArray[np.bool_]:
-    """Return which rests (m,) are breakaway ramps.
+    """Return True (m,) for each rest that is a breakaway ramp.
 
-    Parameters
-    ----------
-    rests
-        First sample of each rest and first sample after it, each rest at least `REST` samples long.
-    position, drive
-        (n,) in any unit; the drive is an effort, a current or a voltage. Its level midway between
-        both directions counts as its zero, so that a constant load or a sensor's offset does not
-        matter; where the axis starts in one direction only, zero is zero.
+    rests: (first sample, first sample after) of each rest, at least `REST` samples long.
+    position: (n,) in any unit.
+    drive: (n,) effort, current or voltage in any unit.
+
+    If the axis starts in both directions, the zero of the drive is midway between its levels at the
+    starts in either direction, so that a constant load or a sensor's offset has no effect. If it
+    starts in one direction only, the drive has no offset removed.
     """
     direction = np.array([_direction(position, end) for _, end in rests])
     lines = [
@@ -75,14 +78,15 @@ def ramps_among(
 
 
 def _direction(position: Vector, end: int) -> float:
-    """Return the sign of the motion that follows a rest, 0 where the position comes back or the log
-    ends."""
+    """Return the sign of the motion after a rest; 0 if the position returns or the log ends."""
     return float(np.sign(position[min(end + REST, position.size) - 1] - position[end - 1]))
 
 
 def _line(drive: Vector) -> tuple[float, float, float]:
-    """Return the level of the drive at the end of a rest, and its rise and squared correlation with
-    time over the second half."""
+    """Return the drive's level at the end of a rest, its rise, and its correlation with time.
+
+    Rise and squared correlation are those of the second half of the rest.
+    """
     half = drive[drive.size // 2 :]
     if np.ptp(half) == 0.0:
         return float(half[-1]), 0.0, 0.0
@@ -92,8 +96,7 @@ def _line(drive: Vector) -> tuple[float, float, float]:
 
 
 def _zero(level: Vector, direction: Vector) -> float:
-    """Return the drive midway between the starts of both directions, 0 where there is one
-    direction."""
+    """Return the drive midway between the starts of both directions; 0 with one direction."""
     forward, backward = level[direction > 0.0], level[direction < 0.0]
     return (
         0.5 * float(np.median(forward) - np.median(backward))

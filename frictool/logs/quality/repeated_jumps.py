@@ -1,23 +1,23 @@
-"""Repeated jumps of one size in a position: a wrap of any period, without a list of periods.
+"""Repeated jumps of one size in a position: detection of a wrap with any period.
 
-A step s is long if it exceeds half of the position's range, without single samples that leave and
-come back. If the sensor wraps, the axis moves by u against the direction of s, and the period is P
-= |s| + u. The four steps around s bound u, so that each long step gives an interval of P. The
-search takes the period that lies in most of these intervals, and compares the motion around the
-steps with it:
+A step s is long if it exceeds half of the position's range. The range excludes single samples that
+leave it and come back. If the sensor wraps, the axis moves by u against the direction of s, and the
+period is P = |s| + u. The four steps around s bound u, so that each long step gives an interval of
+P. The search takes the period that lies in most of these intervals. Then it classifies the motion
+around the steps:
 
-    forward     before and after the step, the axis moves against s, as one that goes on across the
-                end of the period
-    backward    before or after, it moves along s, as after a dropout; no wrap
-    at rest     neither: noise, or an axis that stands
+    forward     the axis moves against s both before and after the step, as it does if it continues
+                across the end of the period
+    backward    the axis moves along s before or after the step, as after a dropout; no wrap
+    at rest     neither of them: noise, or an axis at rest
 
 The motion on one side is the sum of 2, 8, 32 or 128 steps. It counts if it exceeds 4 times the mean
-difference of neighbouring steps, which is noise, and 3 times the smallest of these steps, which is
-a count. Noise at the end of the period makes several steps to and fro: the first of them counts if
-their number is odd.
+difference of neighbouring steps, which is a measure of noise, and 3 times the smallest of these
+steps, which is one count. Noise at the end of the period causes several alternating steps. The
+first of them counts if their number is odd.
 
-A sawtooth whose return takes one sample looks like a wrap, unless the drive can move the axis so
-far in that time.
+A sawtooth whose return takes one sample looks like a wrap. `RepeatedJump.movable` therefore states
+if the drive can move the axis that far in one sample.
 """
 
 from __future__ import annotations
@@ -37,36 +37,39 @@ NEIGHBOURS = 2  # number of steps before and after a step that bound the motion 
 SCALES = (2, 8, 32, 128)  # numbers of steps over which the motion before and after a step is summed
 WINDOW = SCALES[-1]
 TO_AND_FRO = 32  # samples between long steps of opposite signs that belong together
-CLEAR = 4.0  # times the mean difference of neighbouring steps: what a motion has to exceed
-COUNTS = 3.0  # times the smallest step: the same
-FEWEST = 8.0  # encoder steps: nothing is decided in a narrower range
-LONG = 0.5  # of the range: a longer step may be a wrap
-BACK = (
-    0.25  # of a step: a sample is out of range if the step after it undoes this step but for less
-)
-MOST = 5_000  # long steps kept
-FASTEST = 0.45  # of the period: bound of the motion between two samples
-KNOWN = 0.1  # of the period: bound of the mean width of the intervals that the long steps give
-SLOW = 0.01  # of the period: bound of the motion in a step of a slow axis
+CLEAR = 4.0  # least ratio of a motion to the mean difference of neighbouring steps
+COUNTS = 3.0  # least ratio of a motion to the smallest step
+FEWEST = 8.0  # encoder steps, least range of the position for a decision
+LONG = 0.5  # least step that may be a wrap, relative to the range
+BACK = 0.25  # a sample is an outlier if the next step undoes its step up to this share
+MOST = 5_000  # maximum number of long steps kept
+FASTEST = 0.45  # bound of the motion between two samples, relative to the period
+KNOWN = 0.1  # bound of the mean width of the period intervals, relative to the period
+SLOW = 0.01  # bound of the motion per step of a slow axis, relative to the period
 MOSTLY = 0.9  # least share of wraps among the long steps
-NEARLY_ALL = 0.95  # share of wraps beside which the axis is not faster than the bound
-WILD = 3.0  # times the motion beside the wraps: a longer step is left out
-MOVING = 0.25  # least share of wraps across which the axis moves on
-RANGE_SLACK = 0.01  # of the period: tolerance of the position's range
-CURVED = 0.5  # of the spread of the neighbouring steps: what the step between them may exceed it by
-FORCE_SLACK = 4.0  # times the acceleration that drive and inertia of the bench give
-SPEED_SLACK = 2.0  # times the top speed of the bench
+# quantile of the motion around the wraps that counts as the axis's fastest motion
+NEARLY_ALL = 0.95
+WILD = 3.0  # steps longer than this multiple of the fastest motion are left out
+MOVING = 0.25  # least share of wraps with forward motion
+RANGE_SLACK = 0.01  # tolerance of the position's range, relative to the period
+# share of the spread of the neighbouring steps by which the motion in the jump may lie outside
+CURVED = 0.5
+FORCE_SLACK = 4.0  # factor on the acceleration that the bench's drive and inertia allow
+SPEED_SLACK = 2.0  # factor on the top speed of the bench
 
 
 @dataclass(frozen=True)
 class RepeatedJump:
-    """Steps that fit one period.
+    """Jumps that fit one period.
 
-    low, high: bounds of the period. reach: range of the position, in rad or m as they are. count:
-    number of steps; first: time in s and positions before and after the first. forward: number of
-    steps across which the axis moves on. slow: it moves less than P / 100 in the steps beside.
-    centred: all steps lead from one end of plus and minus half a period to the other. movable: the
-    drive can move the axis that far in one sample.
+    low, high: bounds of the period in rad or m.
+    reach: range of the raw position in rad or m.
+    count: number of jumps.
+    first: time in s, and positions before and after the first jump.
+    forward: number of jumps across which the axis moves forward.
+    slow: True if the axis moves by less than P / 100 in the neighbouring steps.
+    centred: True if all jumps lead from one end of plus and minus half a period to the other.
+    movable: True if the drive can move the axis that far in one sample.
     """
 
     low: float
@@ -81,7 +84,7 @@ class RepeatedJump:
 
 
 class RepeatedJumps:
-    """Search for repeated jumps in a position [rad | m] of one bench, block after block."""
+    """Search for repeated jumps in a position in rad or m, block after block."""
 
     def __init__(self, bench: Bench) -> None:
         mechanics, actuator = bench.mechanics, bench.actuator
@@ -95,17 +98,17 @@ class RepeatedJumps:
         self._low, self._high = math.inf, -math.inf
         self._time: Vector = np.empty(0)
         self._position: Vector = np.empty(0)
-        self._first = 0  # number of the first sample kept
-        self._judged = 0  # steps at the start of the samples kept that have been judged
+        self._first = 0  # index in the log of the first sample kept
+        self._judged = 0  # number of steps already judged, from the first sample kept
         self._ends: Matrix = np.empty(
             (0, 5)
-        )  # time before and after, position before and after, and number of each long step
+        )  # of each long step: time before and after, position before and after, index
         self._around: Matrix = np.empty(
             (0, 2 * WINDOW)
-        )  # the steps around it; NaN outside of the log
+        )  # steps around each long step; NaN outside of the log
 
     def take(self, time: Vector, position: Vector) -> None:
-        """Add samples (n,) that follow those before: s, and rad or m."""
+        """Add samples (n,) that follow the previous ones: time in s, position in rad or m."""
         if position.size:
             self._time, self._position = (
                 np.append(self._time, time),
@@ -114,17 +117,16 @@ class RepeatedJumps:
             self._judge(self._position.size - 1 - WINDOW)
 
     def finish(self) -> None:
-        """Judge the last steps too; call it after the last samples."""
+        """Judge the remaining steps; to be called after the last samples."""
         self._judge(self._position.size - 1)
 
     def found(self) -> RepeatedJump | None:
-        """Return the jump of the steps judged so far, or None if none of one size repeats itself as
-        a wrap does."""
+        """Return the jump of the steps judged so far; None if no jump repeats as a wrap does."""
         crossing = self._crossings()
         steps = (self._ends[:, 3] - self._ends[:, 2])[crossing]
         size, around = np.abs(steps), -np.sign(steps)[:, None] * self._around[crossing]
         beside = around[:, WINDOW - NEIGHBOURS : WINDOW + NEIGHBOURS].copy()
-        beside[np.abs(beside) > self._long] = np.nan  # long steps themselves
+        beside[np.abs(beside) > self._long] = np.nan  # exclude long steps
         usable = np.isfinite(beside).sum(axis=1) >= NEIGHBOURS
         if not usable.any() or self._high - self._low < self._narrow:
             return None
@@ -167,8 +169,10 @@ class RepeatedJumps:
         )
 
     def _crossings(self) -> NDArray[np.intp]:
-        """Return the first of each odd number of long steps to and fro; an even number leads back,
-        as a glitch does."""
+        """Return the index of the first step of each odd group of alternating long steps.
+
+        An even group leads back, as a glitch does.
+        """
         sign, place = np.sign(self._ends[:, 3] - self._ends[:, 2]), self._ends[:, 4]
         starts = np.flatnonzero(
             (np.diff(sign, prepend=0.0) == 0.0) | (np.diff(place, prepend=-np.inf) > TO_AND_FRO)
@@ -181,8 +185,7 @@ class RepeatedJumps:
         return LONG * (self._high - self._low)
 
     def _judge(self, end: int) -> None:
-        """Keep the long steps before `end` that have not been judged, and the samples that later
-        steps need."""
+        """Keep the new long steps before `end`, and the samples that later steps need."""
         start = self._judged
         if end <= start:
             return
@@ -210,8 +213,7 @@ class RepeatedJumps:
         self._first += dropped
 
     def _extend(self, steps: Vector, start: int, end: int) -> None:
-        """Widen the range by the samples after the judged steps, without those that leave and come
-        back."""
+        """Widen the range by the samples after the judged steps, without outliers."""
         after = np.append(steps[start + 1 :], 0.0)[: end - start]
         back = np.abs(steps[start:end] + after) < BACK * np.abs(steps[start:end])
         inside = self._position[start + 1 : end + 1][~back]
@@ -223,7 +225,7 @@ class RepeatedJumps:
         )
 
     def _can_move(self, ends: Matrix) -> bool:
-        """Return whether the axis can make one of the steps, from one speed to the same speed."""
+        """Return whether the axis can cover a step with equal speeds before and after it."""
         interval, size = ends[:, 1] - ends[:, 0], np.abs(ends[:, 3] - ends[:, 2])
         return bool(
             (
@@ -233,8 +235,10 @@ class RepeatedJumps:
 
 
 def _directions(around: Matrix) -> tuple[int, int]:
-    """Return the numbers of forward and of backward motions (m, 2 WINDOW), each the steps around
-    one long step and against it."""
+    """Return the numbers of forward and of backward motions.
+
+    around: (m, 2 WINDOW) steps around each long step, positive against it.
+    """
     change = np.abs(np.diff(around, axis=1))
     noise = np.nansum(change, axis=1) / np.maximum(np.isfinite(change).sum(axis=1), 1)
     size = np.abs(around)
@@ -251,8 +255,12 @@ def _directions(around: Matrix) -> tuple[int, int]:
 
 
 def _most_covered(low: Vector, high: Vector) -> tuple[float, float]:
-    """Return the bounds of the region that nearly the most of the intervals low to high (n,)
-    cover."""
+    """Return the bounds of the region that the most intervals cover.
+
+    Adjoining values count as well if at least MOSTLY times that number of intervals covers them.
+
+    low, high: (n,) bounds of the intervals.
+    """
     ends = np.concatenate((low, high))
     opens = np.concatenate((np.ones(low.size), -np.ones(high.size)))
     order = np.lexsort((-opens, ends))

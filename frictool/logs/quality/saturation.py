@@ -1,11 +1,12 @@
-"""Flat tops: a signal that stays at its extreme value because its amplifier, its sensor or its
-converter goes no further.
+"""Flat tops: a signal stays at its extreme because an amplifier, sensor or converter saturates.
 
-Around a maximum a smooth signal is a parabola: in classes of one width its topmost holds at most
-1/(sqrt(2) - 1) = 2.4 times the samples of the next, however it is quantised. A clipped one has most
-of them in the topmost, in runs of the same value. A signal that repeats its values everywhere (a
-command between two updates) says nothing by repeating them at the top, and one that ends at 0 is at
-rest there.
+Around a maximum a smooth signal is a parabola. If its values are sorted into classes of equal
+width, the topmost class holds at most 1/(sqrt(2) - 1) = 2.4 times the samples of the next class,
+for any quantisation. A clipped signal has most samples in the topmost class, in runs of the same
+value.
+
+Two kinds of signals are excluded. A signal that repeats its values everywhere (a command between
+two updates) also repeats them at the top. A signal whose extreme is 0 is at rest there.
 """
 
 from __future__ import annotations
@@ -17,16 +18,16 @@ from numpy.typing import NDArray
 
 from frictool.logs.log import Vector
 
-SHORTEST = 4  # samples in a row at the extreme
-SHARP = 5.0  # times the samples of the class beside it; a parabola has 2.4
-CLASS = 1e-3  # of the range: the width of a class, where the quantisation is finer
-# share of samples that repeat the one before, away from the extremes: a signal that is held
+SHORTEST = 4  # least number of consecutive samples at the extreme
+SHARP = 5.0  # least ratio of the outermost class to the next; a parabola has 2.4
+CLASS = 1e-3  # width of a class relative to the range; a coarser quantisation step takes its place
+# share of repeated values away from the extremes, above which a signal counts as held
 REPEATING = 0.5
 
 
 @dataclass(frozen=True)
 class FlatTop:
-    """A signal is flat at the value `at` for `samples` samples, `longest` of them in a row."""
+    """Flat top at the value `at`: number of its samples, and of its longest run."""
 
     at: float
     samples: int
@@ -34,8 +35,7 @@ class FlatTop:
 
 
 class FlatTopDetector:
-    """The extremes of one signal whose lowest and highest value, and step where it has one, are
-    known from a first pass."""
+    """Detector of flat tops of one signal, with range and quantisation step from a first pass."""
 
     def __init__(self, low: float, high: float, step: float | None) -> None:
         self._low, self._high = low, high
@@ -45,7 +45,7 @@ class FlatTopDetector:
         self._repeats = self._others = 0
 
     def take(self, values: Vector) -> None:
-        """Adds values (n,) that follow those before."""
+        """Add values (n,) that follow the previous ones."""
         if not values.size:
             return
         for side, depth in zip(self._sides, (values - self._low, self._high - values), strict=True):
@@ -61,7 +61,7 @@ class FlatTopDetector:
         self._last = float(values[-1])
 
     def found(self) -> tuple[FlatTop, ...]:
-        """The flat tops, the lower before the upper."""
+        """Return the flat tops, the lower before the upper."""
         if (
             self._high <= self._low
             or self._others < SHORTEST
@@ -77,8 +77,7 @@ class FlatTopDetector:
 
 
 class _ExtremeCounts:
-    """How many samples lie in the outermost class and in the next, and the longest run in the
-    outermost."""
+    """Numbers of samples in the outermost and the next class, and the longest outermost run."""
 
     def __init__(self) -> None:
         self.samples = self.beside = self.longest = self._run = 0

@@ -1,16 +1,16 @@
-"""Judgement of the signs of effort and motion.
+"""Check of the signs of effort and motion.
 
-Friction takes energy: between two times at which the axis stands, the work of the effort, W = sum F
-dx, is what friction has taken, and positive. With one sensor reversed it is negative. A spring or a
-weight gives its work back. The other signals tell which sensor it is:
+Friction dissipates energy. The work of the effort between two times of standstill, W = sum F dx,
+goes into friction and is positive. If one sensor is reversed, W is negative. A spring or a weight
+returns its work. Other signals show which sensor is reversed:
 
-    velocity against the differences of the position     negative: the velocity's sensor is reversed
-    position against its reference                       negative: the position's sensor is;
-                                                         positive: the effort's
+    correlation of velocity and differences of position    negative: velocity is reversed
+    correlation of position and its reference              negative: position is reversed;
+                                                           positive: effort is reversed
 
-On a slow axis with a coarse encoder the sum misleads: a controller's derivative brakes at each
-count, in the sample in which the count shows. The sign counts as reversed only if the mean effort
-from the first to the last count of the strokes is negative as well.
+On a slow axis with a coarse encoder W misleads, because a controller's derivative term brakes at
+each count, in the sample in which the count appears. The sign therefore counts as reversed only if
+the mean effort from the first to the last count of the strokes is negative as well.
 """
 
 from __future__ import annotations
@@ -23,32 +23,38 @@ import numpy as np
 
 from frictool.logs.log import Stream, Vector
 
-CLEAR = 0.1  # share of the work to and fro that the net work has to be, to say anything
-STANDS = 0.1  # of the top speed
-LEAST_SPAN = 0.5  # of the log between the two stands
-LEAST_STROKE = 0.05  # of the position's range
-SURE = 2.0  # standard errors
-AGREES = 0.5  # least correlation of two signals of one motion
-# differences of the position are taken over one part in so many of the log, and 64 samples at most
+CLEAR = 0.1  # least net work relative to the absolute work for a decision
+STANDS = 0.1  # speed that counts as standstill, relative to the largest speed
+LEAST_SPAN = 0.5  # least share of the log between the first and the last standstill
+LEAST_STROKE = 0.05  # least length of a stroke, relative to the position's range
+SURE = 2.0  # standard errors by which the mean effort has to be negative
+AGREES = 0.5  # least correlation of two signals that show the same motion
+# differences of the position are taken over 1/WINDOWS of the log, at most 64 samples
 WINDOWS = 400
 
 
 @dataclass(frozen=True)
 class SignCheck:
-    """work: net over absolute, -1 to 1; None where the log cannot tell. reversed: signals of the
-    wrong sign, as far as it is known."""
+    """Result of the check.
+
+    work: net over absolute work, -1 to 1; None if it is undetermined.
+    reversed: signals with the wrong sign, as far as known.
+    """
 
     work: float | None
     reversed: tuple[str, ...] = ()
 
     @property
     def text(self) -> str | None:
-        """One line where something is reversed."""
+        """Return a warning if a signal is reversed, else None."""
         if not self.reversed:
             return None
         names = " or ".join(self.reversed)
         if self.work is not None and self.work <= -CLEAR:
-            found = f"the effort takes energy from the axis ({100 * self.work:.0f} % of the work), which friction cannot give"
+            found = (
+                f"the effort takes energy from the axis ({100 * self.work:.0f} % of the work), "
+                "which friction cannot give"
+            )
         else:
             found = "the velocity runs against the position"
         fix = "encoder.direction, or a scale of -1 in columns"
@@ -56,7 +62,7 @@ class SignCheck:
 
 
 def sign_of(stream: Stream) -> SignCheck:
-    """What a stream tells of the signs of its signals."""
+    """Check the signs of a stream's signals."""
     signals = stream.signals
     position, velocity = signals.get("position"), signals.get("velocity")
     effort = next((name for name in ("effort", "current", "voltage") if name in signals), None)
@@ -84,7 +90,7 @@ def sign_of(stream: Stream) -> SignCheck:
 
 
 def _culprit(effort: str, signals: dict[str, Vector]) -> str:
-    """Of position and effort the one that is reversed, where the reference tells."""
+    """Return the reversed signal, position or effort; both if the reference does not decide."""
     reference = signals.get("reference")
     together = 0.0 if reference is None else _correlation(reference, signals["position"])
     if together > AGREES:
@@ -98,10 +104,12 @@ def _window(position: Vector) -> int:
 
 
 def net_work(position: Vector, effort: Vector) -> float | None:
-    """Return the work of the effort between the first and the last stand over its absolute work, -1
-    to 1; both arguments (n,).
+    """Return the net work of the effort relative to its absolute work, -1 to 1.
 
-    None if the stands span too little of the log, or nothing moves.
+    The work is counted between the first and the last standstill. Returns None if they span too
+    little of the log, or if nothing moves.
+
+    position, effort: (n,).
     """
     window = _window(position)
     speed = np.abs(position[window:] - position[:-window])
@@ -116,8 +124,10 @@ def net_work(position: Vector, effort: Vector) -> float | None:
 
 
 def _brakes(position: Vector, effort: Vector) -> bool:
-    """Return whether the mean effort along the strokes of a position (n,), weighted by length, is
-    negative beyond its uncertainty."""
+    """Return whether the mean effort along the strokes is negative beyond its uncertainty.
+
+    The mean is weighted by the length of the strokes.
+    """
     window = _window(position)
     speed = np.sign(position[window:] - position[:-window])
     moving = np.flatnonzero(speed)
@@ -143,7 +153,7 @@ def _brakes(position: Vector, effort: Vector) -> bool:
     if (signs > 0.0).any() and (signs < 0.0).any():
         efforts = efforts - 0.5 * (
             np.median(efforts[signs > 0.0]) + np.median(efforts[signs < 0.0])
-        )  # the offset
+        )  # remove the offset of the effort
     along = signs * efforts
     average = float(np.average(along, weights=weights))
     spread = math.sqrt(float(np.average((along - average) ** 2, weights=weights)) / signs.size)

@@ -1,9 +1,9 @@
-"""What the samples of a log say of the instruments that took them, stream by stream, in bounded
-memory.
+"""Survey of the signals of a log and their instruments, stream by stream, in bounded memory.
 
-pass 1   times, range, values taken (quantisation), changes (what is held), velocities, jumps
-pass 2   flat tops, for which the range and the quantisation have to be known
-opening  the first samples in memory: the kind of test, the signs of effort and motion
+    pass 1   times, range, distinct values (quantisation), changes (hold), first samples
+    pass 2   flat tops, samples at a limit, velocities and jumps, which need range and quantisation
+
+The first samples stay in memory, for the kind of test and the signs of effort and motion.
 """
 
 from __future__ import annotations
@@ -32,18 +32,21 @@ POSITION, REFERENCE = "position", "reference"
 UNSATURATED = (
     POSITION,
     REFERENCE,
-)  # at the ends of a stroke a position stands, and so does what it is to follow
-AT_LIMIT = 0.98  # of the limit: a measurement of it has noise
+)  # not checked for flat tops: both stand still at the ends of a stroke
+AT_LIMIT = 0.98  # share of the limit that counts as reached, because measurements have noise
 Pieces = Callable[[], Iterator[SampleBlock]]
 
 
 @dataclass
 class SignalSurvey:
-    """One signal: its unit, range, quantisation (None: no lattice), for how many samples it is held
-    (None: it is not), flat tops.
+    """Survey of one signal; values in `unit`.
 
-    levels: how many values it takes, at least. at_limit: samples at the bench's limit, None where
-    it has none for this signal.
+    low, high: range.
+    levels: least number of distinct values.
+    step: quantisation step; None if the values lie on no lattice.
+    hold: number of samples for which a value is held; None if it is not held.
+    flat: flat tops.
+    at_limit: number of samples at the bench's limit; None if the signal has no limit.
     """
 
     name: str
@@ -59,8 +62,14 @@ class SignalSurvey:
 
 @dataclass
 class StreamSurvey:
-    """One stream: its times, its signals, the velocities that the position shows over `window`
-    samples, its jumps, its opening."""
+    """Survey of one stream.
+
+    base: time base.
+    opening: first samples.
+    velocity: lowest and highest velocity of the position in rad/s or m/s.
+    window: samples over which the velocity is taken.
+    jumps: jumps of the position.
+    """
 
     topic: str
     base: TimeBase
@@ -72,10 +81,10 @@ class StreamSurvey:
 
 
 def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> StreamSurvey:
-    """The survey of one stream; `pieces` gives its samples from the start, and is asked twice.
-    Raises LogError as `pieces` does.
+    """Return the survey of one stream; raise LogError as `pieces` does.
 
-    limits: signal -> the largest value, either way, that the bench lets it have.
+    pieces: returns the samples from the start; called twice.
+    limits: signal -> largest absolute value that the bench allows.
     """
     signals = {
         name: SignalSurvey(name, unit) for name, unit in zip(head.fields, head.units, strict=True)
@@ -108,7 +117,7 @@ def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> S
 def _second_pass(
     head: StreamHeader, pieces: Pieces, found: StreamSurvey, limits: Mapping[str, float]
 ) -> None:
-    """Flat tops, samples at a limit, velocities and jumps, into `found`."""
+    """Add flat tops, samples at a limit, velocities and jumps to `found`."""
     tops = {
         name: FlatTopDetector(one.low, one.high, one.step)
         for name, one in found.signals.items()
@@ -140,7 +149,7 @@ def _second_pass(
 
 
 def _jumps(jumps: PositionJumps, time: Vector, position: Vector, step: float | None) -> None:
-    """The steps of a piece that stand alone, in counts."""
+    """Add the isolated steps of a block to the jumps, in counts."""
     if step is not None and position.size > 2:
         steps = np.diff(position) / step
         alone = lone(steps)
@@ -153,8 +162,10 @@ def _jumps(jumps: PositionJumps, time: Vector, position: Vector, step: float | N
 
 
 def _blocks(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
-    """The same samples, BLOCK_ROWS at a time: what is found does not depend on how a file is
-    cut."""
+    """Yield the samples in blocks of BLOCK_ROWS.
+
+    Equal blocks make the survey independent of the file's chunks.
+    """
     waiting: list[SampleBlock] = []
     rows = 0
     for piece in pieces:
@@ -170,7 +181,7 @@ def _blocks(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
 
 
 def in_memory(stream: Stream) -> tuple[StreamHeader, Pieces]:
-    """A stream in memory, as `survey` takes it."""
+    """Return a stream in memory in the form that `survey` takes."""
     samples = SampleBlock(
         np.rint(stream.time * NS).astype(np.int64), tuple(stream.signals.values())
     )
@@ -180,7 +191,7 @@ def in_memory(stream: Stream) -> tuple[StreamHeader, Pieces]:
 
 
 def row(found: StreamSurvey, one: SignalSurvey, column: str | None) -> dict[str, Any]:
-    """The machine's view of one signal; times in s, values in its unit."""
+    """Return the survey of one signal for JSON output; times in s, values in the signal's unit."""
     base = found.base
     return {
         "name": one.name,

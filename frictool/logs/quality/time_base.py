@@ -1,4 +1,4 @@
-"""What a log's samples say about the instrument: rate, jitter, gaps, the step of the encoder."""
+"""Time base of a log (rate, jitter, gaps) and quantisation step of an encoder."""
 
 from __future__ import annotations
 
@@ -8,16 +8,23 @@ import numpy as np
 
 from frictool.logs.log import Vector
 
-GAP = 1.5  # periods: a longer interval has lost a sample
-FEWEST_LEVELS = 8  # distinct positions below which no step is read from them
-MOST_STEPS = 8  # the two nearest positions seen may be up to this many steps apart
-ON_LATTICE = 0.05  # steps
+GAP = 1.5  # periods, interval above which a sample is missing
+FEWEST_LEVELS = 8  # least number of distinct positions for an estimate of the step
+MOST_STEPS = 8  # maximum distance of the two nearest positions, in steps
+ON_LATTICE = 0.05  # tolerance of a position on the lattice, in steps
 
 
 @dataclass(frozen=True)
 class TimeBase:
-    """samples; rate in Hz, of the median period; jitter in s, the standard deviation of the
-    intervals that are no gaps; gaps; span in s."""
+    """Time base of a stream.
+
+    samples: number of samples.
+    rate_hz: inverse of the median period, in Hz.
+    jitter_s: standard deviation of the intervals without gaps, in s.
+    gaps: number of gaps.
+    longest_gap_s: longest gap in s.
+    duration_s: time from the first to the last sample, in s.
+    """
 
     samples: int
     rate_hz: float
@@ -28,8 +35,10 @@ class TimeBase:
 
 
 def time_base(time: Vector) -> TimeBase:
-    """The quality of strictly increasing times (n,) in s. With one sample, rate and jitter are
-    NaN."""
+    """Return the time base of strictly increasing times (n,) in s.
+
+    With one sample, rate and jitter are NaN.
+    """
     if time.size < 2:
         return TimeBase(int(time.size), float("nan"), float("nan"), 0, 0.0, 0.0)
     intervals = np.diff(time)
@@ -48,24 +57,26 @@ def time_base(time: Vector) -> TimeBase:
 
 
 def levels(position: Vector) -> int:
-    """How many values the positions (n,) take."""
+    """Return the number of distinct values of the positions (n,)."""
     return int(_distances(position).size) + 1
 
 
 def _distances(position: Vector) -> Vector:
-    """Between neighbouring values that were seen, ascending; equal counts may be unequal by
-    rounding, and are one value."""
+    """Return the distances of neighbouring distinct values, in the order of the values.
+
+    Values that differ by rounding only count as one.
+    """
     values = np.unique(position)
     distances = np.diff(values)
     return np.asarray(distances[distances > 16 * np.spacing(np.abs(values).max())])
 
 
 def encoder_step(position: Vector) -> float | None:
-    """The step of which all positions (n,) are multiples, up to a common offset; None where they
-    lie on no lattice.
+    """Return the step of which all positions (n,) are multiples, up to a common offset.
 
-    Neighbouring positions that were seen may be several steps apart: the step is the largest whole
-    fraction of their smallest distance of which every distance is a multiple.
+    Returns None if they lie on no lattice. Neighbouring positions may be several steps apart. The
+    step is therefore the largest integer fraction of their smallest distance that divides every
+    distance.
     """
     distances = _distances(position)
     if distances.size < FEWEST_LEVELS - 1:

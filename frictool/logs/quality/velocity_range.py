@@ -1,5 +1,4 @@
-"""The velocities that a position shows, through differences over so many samples that a count of
-the encoder matters little."""
+"""Velocity range of a position, from differences over enough samples to suppress encoder counts."""
 
 from __future__ import annotations
 
@@ -7,14 +6,13 @@ import numpy as np
 
 from frictool.logs.log import Vector
 
-WINDOWS = (1, 2, 4, 8, 16, 32, 64, 128, 256)  # samples
-RESOLVED = 0.01  # one count is at most this share of the longest way over the window
-SHARE_OF_LOG = 8  # the window is no longer than one part in so many of the log
+WINDOWS = (1, 2, 4, 8, 16, 32, 64, 128, 256)  # samples over which the position is differenced
+RESOLVED = 0.01  # largest size of a count, relative to the longest distance over the window
+SHARE_OF_LOG = 8  # the window is at most 1/SHARE_OF_LOG of the log
 
 
 class VelocityRange:
-    """Lowest and highest velocity of one position in rad/s | m/s, block after block, over each of
-    WINDOWS."""
+    """Lowest and highest velocity of one position in rad/s or m/s, over each of WINDOWS."""
 
     def __init__(self, step: float | None) -> None:
         self._step = step or 0.0
@@ -25,7 +23,7 @@ class VelocityRange:
         self._position: Vector = np.empty(0)
 
     def take(self, time: Vector, position: Vector) -> None:
-        """Adds samples (n,) that follow those before: s, rad | m."""
+        """Add samples (n,) that follow the previous ones: time in s, position in rad or m."""
         before = self._time.size
         self._samples += time.size
         time, position = (
@@ -47,8 +45,10 @@ class VelocityRange:
 
     @property
     def window(self) -> int:
-        """The shortest window, in samples, that the encoder resolves, or the longest that the log
-        bears."""
+        """Return the shortest window in samples that the encoder resolves.
+
+        If the encoder resolves none, this is the longest window that the length of the log allows.
+        """
         longest = max(1, self._samples // SHARE_OF_LOG)
         allowed: list[int] = [window for window in WINDOWS if window <= longest]
         return next(
@@ -58,6 +58,6 @@ class VelocityRange:
 
     @property
     def range(self) -> tuple[float, float] | None:
-        """(lowest, highest) over that window, or None where there are too few samples."""
+        """Return (lowest, highest) over that window; None with too few samples."""
         low, high = self._ranges[self.window]
         return (low, high) if low <= high else None

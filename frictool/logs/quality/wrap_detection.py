@@ -1,19 +1,21 @@
-"""Detection of positions that wrap: the sensor shows the position modulo a period (one turn, or the
-range of a counter).
+"""Detection of positions that wrap: the sensor shows the position modulo a period.
 
-At a wrap the position goes from one end of the period to the other while the axis moves on at one
-speed. Jumps that repeat themselves with one size, across which the axis moves on, and a range of
-the position within that size show the period (`repeated_jumps.py`). A wrap is sure
+The period is one turn or the range of a counter. At a wrap the position goes from one end of the
+period to the other while the axis continues at constant speed. Repeated jumps of one size with
+forward motion, and a range of the position within that size, reveal the period
+(`repeated_jumps.py`).
 
-    natural period    2^b counts of the encoder and, on a rotary axis, half a turn, one turn and 2^b
-                      turns: if it occurs three times, or
-                      once on a slow axis; one turn: if it occurs once
-    other period      if the drive cannot move the axis that far in one sample, and it occurs three
-                      times; on a slow axis, twice, or
-                      once from one end of plus and minus half a period to the other
+A natural period is 2^b counts of the encoder and, on a rotary axis, half a turn or 2^b turns. A
+wrap is certain in these cases:
 
-Slow means less than a hundredth of the period in the steps beside. A glitch goes there and back, a
-lost count has another length, and a fast axis leaves the range.
+    natural period    it occurs three times; once on a slow axis; once if it is one turn
+    other period      the drive cannot move the axis that far in one sample, and it occurs three
+                      times; on a slow axis twice, or once if all jumps lead from one end of the
+                      range -P/2 to P/2 to the other
+
+An axis is slow if it moves by less than a hundredth of the period in the neighbouring steps. Other
+causes look different: a glitch goes there and back, lost counts have another length, and a fast
+axis leaves the range.
 """
 
 from __future__ import annotations
@@ -27,19 +29,23 @@ from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.repeated_jumps import RepeatedJump, RepeatedJumps
 from frictool.logs.quality.wrap_line import BITS, TURN, WrapLine
 
-ROUNDING = 1e-9  # relative: tolerance of a period that is known exactly
-TURNS = (0.5, *(2.0**power for power in range(17)))
-SEVERAL = 3  # this number of wraps is sure, however fast the axis
-TWICE = 2  # this number is sure on a slow axis
-NATURAL_SLACK = 1e-3  # relative difference of a natural period from the bounds of a jump
+ROUNDING = 1e-9  # relative tolerance of a period that is known exactly
+TURNS = (0.5, *(2.0**power for power in range(17)))  # natural periods in turns
+SEVERAL = 3  # number of wraps that is certain at any speed of the axis
+TWICE = 2  # number of wraps that is certain on a slow axis
+NATURAL_SLACK = 1e-3  # relative tolerance of a natural period outside the bounds of a jump
 
 
 @dataclass(frozen=True)
 class Wrap:
-    """Wrap of a position: its period [rad | m], its number of occurrences, and time [s] and
-    positions before and after the first.
+    """Wrap of a position.
 
-    line: the line to write under `encoder` of the bench.
+    period: in rad or m.
+    count: number of wraps.
+    time: time of the first wrap in s.
+    before, after: positions before and after the first wrap.
+    line: line to write under `encoder` of the bench.
+    unit: unit of the positions.
     """
 
     period: float
@@ -52,13 +58,19 @@ class Wrap:
 
     @property
     def text(self) -> str:
-        """Return the text of the wrap, with the line to write into the bench."""
-        return f"the position wraps {self._jump} while the axis moves on; write under encoder in the bench: {self.line}"
+        """Return the message about the wrap, with the line to write into the bench."""
+        return (
+            f"the position wraps {self._jump} while the axis moves on; "
+            f"write under encoder in the bench: {self.line}"
+        )
 
     @property
     def question(self) -> str:
-        """Return the text of a jump that may be a wrap."""
-        return f"{JUMPS} {self._jump}; if the sensor wraps, write under encoder in the bench: {self.line}; else samples are lost"
+        """Return the message about a jump that may be a wrap."""
+        return (
+            f"{JUMPS} {self._jump}; if the sensor wraps, write under encoder in the bench: "
+            f"{self.line}; else samples are lost"
+        )
 
     @property
     def _jump(self) -> str:
@@ -67,10 +79,10 @@ class Wrap:
 
 
 class WrapSearch:
-    """Search for wraps in a position [rad | m] of one axis, block after block.
+    """Search for wraps in a position in rad or m, block after block.
 
-    counted: the position was read as whole counts of the encoder, so that `wrap_bits` mends a wrap
-    of 2^b counts.
+    counted: True if the position was read in whole counts of the encoder, so that `wrap_bits`
+        removes a wrap of 2^b counts.
     """
 
     def __init__(self, bench: Bench, counted: bool = False) -> None:
@@ -82,21 +94,20 @@ class WrapSearch:
         self._unit = si_unit("position", bench.axis)
 
     def take(self, time: Vector, position: Vector) -> None:
-        """Add samples (n,) that follow those before: s, and rad or m."""
+        """Add samples (n,) that follow the previous ones: time in s, position in rad or m."""
         self._jumps.take(time, position)
 
     def finish(self) -> None:
-        """Judge the last steps too; call it after the last samples."""
+        """Judge the remaining steps; to be called after the last samples."""
         self._jumps.finish()
 
     def found(self) -> Wrap | None:
-        """Return the wrap of the steps judged so far, or None."""
+        """Return the certain wrap of the steps judged so far, or None."""
         jump = self._jumps.found()
         return self._wrap(jump) if jump is not None and self._is_sure(jump) else None
 
     def possible(self) -> Wrap | None:
-        """Return a jump of the steps judged so far that may be a wrap or may be lost samples, or
-        None."""
+        """Return a jump of the steps judged so far that may be a wrap or lost samples, or None."""
         jump = self._jumps.found()
         return None if jump is None or self._is_sure(jump) else self._wrap(jump)
 
@@ -109,8 +120,11 @@ class WrapSearch:
         )
 
     def _natural_period(self, jump: RepeatedJump) -> float | None:
-        """Return the natural period within the bounds of a jump; None if a round number lies below
-        it and above the range."""
+        """Return the natural period within the bounds of a jump.
+
+        Returns None if a round number between the position's range and the natural period fits as
+        well.
+        """
         slack = NATURAL_SLACK * jump.high
         natural = next(
             (period for period in self._natural if jump.low - slack <= period <= jump.high + slack),

@@ -1,5 +1,7 @@
-"""The line of a bench that states the period of a position that wraps, in the unit of the log or in
-turns, whichever number is shorter."""
+"""Bench line that states the period of a wrapping position.
+
+The unit is that of the log or turns, whichever gives the shorter number.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +10,18 @@ import math
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import factor_to_si, si_unit
 
-BITS = range(8, 33)  # of a counter, as encoder.wrap_bits allows
+BITS = range(8, 33)  # bits of a counter that encoder.wrap_bits allows
 TURN = 2.0 * math.pi  # rad
-DIGITS = 12  # of a period that no shorter number fits
-ROUND = 2  # digits of a round number
+DIGITS = 12  # maximum number of digits of a period
+ROUND = 2  # maximum number of digits of a round number
 COUNT, ANGLE, WHOLE = "count", "deg", "turn"
 
 
 class WrapLine:
     """Writer of the line `wrap` or `wrap_bits` under `encoder`.
 
-    counted: the position was read as whole counts of the encoder, so that `wrap_bits` mends a wrap
-    of 2^b counts.
+    counted: True if the position was read in whole counts of the encoder, so that `wrap_bits`
+        removes a wrap of 2^b counts.
     """
 
     def __init__(self, bench: Bench, counted: bool) -> None:
@@ -35,7 +37,7 @@ class WrapLine:
         self._factor = factor_to_si(self._unit, "position", bench.axis)
 
     def of(self, low: float, high: float) -> str:
-        """Return the line of a period between two bounds in rad or m."""
+        """Return the line for a period between two bounds in rad or m."""
         bits = next((one for one in BITS if low <= self._resolution * 2.0**one <= high), None)
         if self.counted and bits is not None:
             return f"wrap_bits: {bits}"
@@ -51,18 +53,18 @@ class WrapLine:
         return f"wrap: {{value: {value}, unit: {unit}}}"
 
     def is_round(self, low: float, high: float) -> bool:
-        """Return whether a number of two digits in the unit of the log lies between two bounds in
-        rad or m."""
+        """Return whether a round number in the log's unit lies between two bounds in rad or m."""
         return low < high and shortest(low / self._factor, high / self._factor)[0] <= ROUND
 
     def round(self, low: float, high: float) -> float:
-        """Return that number in rad or m."""
+        """Return the shortest number between two bounds, converted to rad or m."""
         return float(shortest(low / self._factor, high / self._factor)[1]) * self._factor
 
 
 def shortest(low: float, high: float) -> tuple[int, str]:
-    """Return the number of digits and the text of the shortest positive decimal between two bounds;
-    DIGITS at most.
+    """Return the number of digits and the text of the shortest positive decimal between two bounds.
+
+    The number has at most DIGITS digits.
 
     >>> shortest(24.98, 25.03), shortest(3.13, 3.15)
     ((2, '25'), (3, '3.14'))

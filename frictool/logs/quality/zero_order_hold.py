@@ -1,8 +1,8 @@
-"""Zero-order-hold signals: a command, or a current measured once in a control period, keeps its
-value for several samples of the log.
+"""Detection of zero-order hold: a signal that keeps its value for several samples of the log.
 
-A signal is held where it hardly ever changes from one sample to the next, and its changes are no
-single steps of its quantisation: a slow position changes seldom too, by one count each time.
+Examples are a command, or a current that is measured once per control period. A signal is held if
+it rarely changes from one sample to the next, and its changes are larger than single steps of its
+quantisation. A slow position also changes rarely, but by one count each time.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from frictool.logs.log import Vector
 
-FEWEST = 3  # changes
-MOST = 100_000  # changes looked at
+FEWEST = 3  # least number of changes for a decision
+MOST = 100_000  # maximum number of changes evaluated
 RARE = 0.05  # share of intervals between changes that may be shorter than the hold
-STEPS = 1.5  # of the quantisation: a change of more is no count of a slow motion
+STEPS = 1.5  # least change in quantisation steps; smaller ones are counts of a slow motion
 
 
 class HoldDetector:
-    """The changes of one signal, gathered block after block."""
+    """Changes of one signal, collected block after block."""
 
     def __init__(self) -> None:
         self._last = np.nan
@@ -29,7 +29,7 @@ class HoldDetector:
         self._count = 0
 
     def take(self, values: Vector) -> None:
-        """Adds values (n,) that follow those before."""
+        """Add values (n,) that follow the previous ones."""
         if not values.size:
             return
         if self._count < MOST:
@@ -42,10 +42,11 @@ class HoldDetector:
         self._last = float(values[-1])
 
     def samples(self, step: float | None) -> int | None:
-        """For how many samples a value is held, at least, but for rare exceptions; None where the
-        signal is not held.
+        """Return the least number of samples for which a value is held, apart from rare exceptions.
 
-        step: of the signal's quantisation, where it has one.
+        Returns None if the signal is not held.
+
+        step: quantisation step of the signal; None if it has none.
         """
         if self._count < FEWEST:
             return None

@@ -1,1 +1,1 @@
-"""Recordings of messages on topics: MCAP of any tool, ROS 1 and ROS 2 bags."""
+"""Readers of recordings of messages on topics: MCAP of any tool, ROS 1 and ROS 2 bags."""

@@ -1,13 +1,15 @@
-"""Numbers out of serialised messages: CDR as ROS 2 writes it, and the plainer form of ROS 1.
+"""Decoding of numbers from serialised messages: CDR of ROS 2, and the serialisation of ROS 1.
 
-Where a number lies in a message depends on nothing but the lengths that come before it: of strings
-and of sequences. So one message is walked through field by field; all others of its size that carry
-the same lengths at the same places (`Layout.guards`) lie the same way, and their numbers are taken
-from them all at once. A recording of one publisher has one layout, or a few.
+The offset of a number in a message depends only on the lengths of the strings and sequences before
+it. One message is therefore parsed field by field. All other messages of its size with the same
+lengths at the same offsets (`MessageLayout.guards`) have the same layout, and their numbers are
+extracted from all of them at once. A recording of one publisher has one layout, or a few.
 
-CDR: 4 bytes say the byte order; each number is aligned to its own size behind them (to 4 bytes at
-most in version 2); a text has its length with the closing NUL, a sequence its length; a fixed array
-has none. ROS 1: little-endian, nothing aligned, texts without NUL.
+In CDR, the first 4 bytes give the byte order. Each number is aligned to its own size after them (to
+at most 4 bytes in version 2). A text is preceded by its length, which includes the closing NUL. A
+sequence is preceded by its length, a fixed array is not.
+
+ROS 1 is little-endian, without alignment, and its texts have no closing NUL.
 """
 
 from __future__ import annotations
@@ -24,23 +26,28 @@ from frictool.logs.recordings.messages import LABELS, MOST_LISTED, Messages, gat
 from frictool.logs.recordings.ros_message import NUMBERS, MessageField, MessageType
 
 Bytes = NDArray[np.uint8]
-MOST_STEPS = 200_000  # fields and messages in one message
-MOST_LAYOUTS = 64  # of one batch; further messages are read one by one
-PADDING = 7  # bytes that may follow a message
-KEPT_LAYOUTS = 16
+MOST_STEPS = 200_000  # maximum number of fields and nested messages in one message
+MOST_LAYOUTS = 64  # maximum number of layouts per batch; further messages are read one by one
+PADDING = 7  # maximum number of bytes after a message
+KEPT_LAYOUTS = 16  # layouts remembered from batch to batch
 ORDER = {
     0: ">",
     1: "<",
     6: ">",
     7: "<",
-}  # second byte of CDR: plain CDR of version 1 and of version 2
+}  # second byte of CDR -> byte order; plain CDR of versions 1 and 2
 LARGEST_ALIGNMENT = {0: 8, 1: 8, 6: 4, 7: 4}
 
 
 @dataclass(frozen=True)
 class NumberField:
-    """A number, or an array of numbers, of a message: where it begins, what each number is (`<f8`),
-    how many; None: no array."""
+    """Number, or array of numbers, in a message.
+
+    offset: byte at which it begins.
+    dtype: type of a number, such as `<f8`.
+    count: length of the array; None for a single number.
+    labels: names of the elements; empty without names.
+    """
 
     path: str
     offset: int
@@ -49,7 +56,7 @@ class NumberField:
     labels: tuple[str, ...] = ()
 
     def paths(self) -> Iterator[str]:
-        """How its numbers are called: by their labels, and by their index."""
+        """Yield the paths of its numbers, by label and by index."""
         if self.count is None:
             yield self.path
         elif self.count <= MOST_LISTED:
@@ -57,8 +64,7 @@ class NumberField:
             yield from (f"{self.path}[{index}]" for index in range(self.count))
 
     def slot(self, path: str) -> tuple[int, str] | None:
-        """Offset and kind of the number that is called `path`, or None where it is not one of
-        these."""
+        """Return offset and dtype of the number with this path, or None."""
         if self.count is None:
             return (self.offset, self.dtype) if path == self.path else None
         if not path.startswith(self.path + "[") or not path.endswith("]"):
@@ -80,8 +86,11 @@ class NumberField:
 
 @dataclass(frozen=True)
 class MessageLayout:
-    """Where the numbers of a message of `size` bytes lie; the bytes at `guards` are those that
-    decide it, and `found` what stands there."""
+    """Offsets of the numbers in a message of `size` bytes.
+
+    leaves: the numbers.
+    guards: (offset, bytes) of the lengths that determine the layout.
+    """
 
     size: int
     leaves: tuple[NumberField, ...]
@@ -94,7 +103,7 @@ class MessageLayout:
         ]
 
     def fits(self, messages: Messages) -> NDArray[np.bool_]:
-        """Which messages lie this way."""
+        """Return True (n,) for the messages with this layout."""
         fits: NDArray[np.bool_] = messages.length == self.size
         at = np.flatnonzero(fits)
         guards = np.concatenate(
@@ -107,7 +116,7 @@ class MessageLayout:
 
 
 class _CdrReader:
-    """One message, field by field."""
+    """Parser of one message, field by field."""
 
     def __init__(self, data: bytes, aligned: bool) -> None:
         self.data, self.position = data, 0
@@ -119,7 +128,8 @@ class _CdrReader:
             kind = data[1] if len(data) >= 4 and data[0] == 0 else -1
             if kind not in ORDER:
                 raise ValueError(
-                    f"begins with {data[:4].hex(' ') or 'nothing'}; allowed: plain CDR, 00 00 to 00 01 or 00 06 to 00 07"
+                    f"begins with {data[:4].hex(' ') or 'nothing'}; allowed: plain CDR, "
+                    "00 00 to 00 01 or 00 06 to 00 07"
                 )
             self.order, self.largest = ORDER[kind], LARGEST_ALIGNMENT[kind]
             self.guards.append((0, data[:2]))
@@ -134,7 +144,7 @@ class _CdrReader:
         return MessageLayout(len(self.data), tuple(self.leaves), tuple(self.guards))
 
     def take(self, size: int, alignment: int) -> int:
-        """Where the next `size` bytes begin."""
+        """Return the offset of the next `size` bytes and move past them."""
         if self.aligned:
             alignment = min(alignment, self.largest)
             self.position += -(self.position - self.base) % alignment
@@ -147,7 +157,7 @@ class _CdrReader:
         return start
 
     def length(self) -> int:
-        """A length, which decides where all that follows lies."""
+        """Return a length and record it as a guard, since it determines the following offsets."""
         start = self.take(4, 4)
         raw = self.data[start : start + 4]
         self.guards.append((start, raw))
@@ -171,12 +181,12 @@ class _CdrReader:
         if self.steps < 0:
             raise ValueError(f"has more than {MOST_STEPS} fields in it")
         if not message.fields and self.aligned:
-            self.take(1, 1)  # CDR has no empty structure
+            self.take(1, 1)  # CDR has no empty structures
         for part in message.fields:
             labels = self.field(part, f"{prefix}{part.name}", labels) or labels
 
     def field(self, part: MessageField, path: str, labels: tuple[str, ...]) -> tuple[str, ...]:
-        """One field; returns what it says of the names of the others, if it does."""
+        """Parse one field; return the element names that it provides for other arrays, or ()."""
         count = (
             None
             if part.repeat == "once"
@@ -214,21 +224,26 @@ class _CdrReader:
 
 @dataclass
 class MessageDecoder:
-    """Takes numbers out of the messages of one type. aligned: CDR, else ROS 1."""
+    """Decoder of the messages of one type.
+
+    aligned: True for CDR, False for ROS 1.
+    """
 
     message: MessageType
     aligned: bool = True
     _layouts: list[MessageLayout] = field(default_factory=list)
 
     def names(self, data: bytes) -> list[str]:
-        """The paths of the numbers of one message. Raises ValueError where it is not of the
-        type."""
+        """Return the paths of the numbers of one message.
+
+        Raises ValueError if the message is not of the type.
+        """
         return [path for leaf in self._walked(data).leaves for path in leaf.paths()]
 
     def columns(
         self, messages: Messages, paths: tuple[str, ...]
     ) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
-        """See `Decoder`."""
+        """Return the numbers of messages (see Decoder)."""
         values = np.full((len(paths), messages.start.size), np.nan)
         present = np.zeros(values.shape, bool)
         failed: dict[int, str] = {}
@@ -263,7 +278,7 @@ class MessageDecoder:
         values: Vector,
         present: NDArray[np.bool_],
     ) -> NDArray[np.intp]:
-        """Fills in the messages of this layout; returns those that are left."""
+        """Fill in the messages of this layout, and return the indices of the others."""
         if not left.size:
             return left
         fits = layout.fits(messages.at(left))

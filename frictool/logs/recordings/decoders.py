@@ -1,5 +1,4 @@
-"""Which decoder takes the numbers out of a topic's messages: by the encodings that a recording
-names."""
+"""Choice of the decoder of a topic, by the encodings that a recording names."""
 
 from __future__ import annotations
 
@@ -18,13 +17,17 @@ from frictool.logs.recordings.ros_message import parse_message, short_name
 def topic_of(
     path: Path, name: str, kind: str, encoding: str, form: str, definition: bytes
 ) -> Topic:
-    """A topic of messages of the type `kind`, written in `encoding` (`cdr`, `ros1`, `json`,
-    `protobuf`), defined by `definition` in the language `form` (`ros2msg`, ...). Where they cannot
-    be decoded, the topic says why.
+    """Return a topic of messages of the type `kind`.
+
+    encoding: encoding of the messages (`cdr`, `ros1`, `json`, `protobuf`).
+    form: language of the definition (`ros2msg`, ...).
+    definition: definition of the type.
+
+    If the messages cannot be decoded, the topic holds the reason.
     """
     try:
         return Topic(name, kind, _decoder(path, kind, encoding, form, definition))
-    except LogError as error:  # a library is missing; told where the topic is asked for
+    except LogError as error:  # a library is missing; reported if the topic is requested
         return Topic(name, kind, refused=str(error).removeprefix(f"{path}: "))
     except (ValueError, RecursionError) as error:
         return Topic(
@@ -44,7 +47,7 @@ def _decoder(path: Path, kind: str, encoding: str, form: str, definition: bytes)
     text = definition.decode("utf-8", "replace")
     if form in ("ros2idl", "omgidl"):
         return MessageDecoder(parse_idl(kind, text))
-    if not text.strip() and form in ("", "ros2msg"):  # older recorders leave the definition out
+    if not text.strip() and form in ("", "ros2msg"):  # older recorders omit the definition
         if short_name(kind) not in DEFINITIONS:
             raise ValueError("it is not in the recording, and no common one")
         text = DEFINITIONS[short_name(kind)]

@@ -1,4 +1,4 @@
-"""Messages in JSON, with or without a schema: the numbers stand in them by name."""
+"""Decoder of JSON messages, with or without a schema."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import msgspec
 
 from frictool.logs.recordings.object_decoder import ObjectDecoder
 
-LONGEST = 2_000_000  # bytes of a message
+LONGEST = 2_000_000  # bytes, maximum size of a message
 
 
 def _decoded(data: bytes) -> object:
@@ -20,7 +20,7 @@ def _decoded(data: bytes) -> object:
 
 
 class JsonDecoder(ObjectDecoder):
-    """Numbers of JSON messages; true is 1, false 0, null nothing."""
+    """Decoder of JSON messages; true is 1, false is 0, and null is no number."""
 
     def __init__(self) -> None:
         super().__init__(_decoded)

@@ -1,5 +1,4 @@
-"""MCAP as other tools record it: messages on any topics, in chunks or without, with a summary or
-without."""
+"""Reader of MCAP recordings of other tools, with any topics, with or without chunks and summary."""
 
 from __future__ import annotations
 
@@ -25,16 +24,18 @@ from frictool.logs.recordings.decoders import topic_of
 from frictool.logs.recordings.messages import Messages, gather
 from frictool.logs.recordings.recording import SAMPLED, MessageGap, Topic
 
-LONGEST_SUMMARY = 64_000_000
+LONGEST_SUMMARY = 64_000_000  # bytes
 _FOOTER = struct.Struct("<BQQQI")
 
-MessagesByChannel = dict[int, Messages]  # channel -> its messages
+MessagesByChannel = dict[int, Messages]  # channel -> messages
 
 
 @dataclass
 class McapLoss:
-    """What cannot be read; of: how many messages of each channel were in it, None where nobody
-    knows."""
+    """Loss in an MCAP file.
+
+    of: channel -> number of lost messages; None if unknown.
+    """
 
     reason: str
     of: dict[int, int] | None = None
@@ -42,7 +43,7 @@ class McapLoss:
 
 @dataclass
 class _McapPass:
-    """One way through the file, with what has been declared so far."""
+    """One pass through the file, with the declarations read so far."""
 
     stream: BinaryIO
     size: int
@@ -54,12 +55,14 @@ class _McapPass:
 
     @property
     def counts(self) -> dict[int, int]:
-        """Messages, by the statistics."""
+        """Return channel -> number of messages according to the statistics."""
         return self.declarations.counts or {}
 
     def pieces(self) -> Iterator[tuple[MessagesByChannel | McapLoss, int]]:
-        """The messages, chunk by chunk, and what is lost between them, each with the bytes worked
-        through. Raises OSError."""
+        """Yield messages and losses chunk by chunk, each with the bytes processed so far.
+
+        May raise OSError.
+        """
         for item, done in contents(FileRecords(self.stream, self.size)):
             if isinstance(item, FileSection):
                 for piece in self._part(item):
@@ -84,7 +87,10 @@ class _McapPass:
             )
 
     def _grouped(self, part: FileSection) -> MessagesByChannel:
-        """Messages by their channel; what the records declare is taken in. Raises ValueError."""
+        """Return the messages by channel, and read the declarations.
+
+        Raises ValueError if a record is damaged.
+        """
         data = part.data
         bounds = record_bounds(data) if part.whole else whole_records(data)[0]
         for opcode, body in declared(data, bounds):
@@ -105,17 +111,16 @@ class _McapPass:
         }
 
     def take(self, opcode: int, body: bytes) -> None:
-        """A declaration; one that is damaged is missed where its messages are."""
+        """Read a declaration; a damaged one is reported later, at its messages."""
         with suppress(*UNREADABLE):
             self.declarations.take(opcode, body)
 
 
 class McapRecording:
-    """An MCAP file, opened: what it carries is known, its messages are still to be read (a
-    `Container`)."""
+    """Open MCAP file with known topics and unread messages (a RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
-        """Raises LogError where the file cannot be read."""
+        """Open the file and read its topics; raise LogError if the file cannot be read."""
         self.source, self._path = str(path), path
         self.topics: dict[str, Topic] = {}
         with open_log(path) as stream:
@@ -126,7 +131,7 @@ class McapRecording:
                 raise LogError(path, f"cannot be read: {error.strerror or error}") from None
 
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
-        """See `Container`. Raises LogError where the file cannot be read."""
+        """Yield the messages (see RecordingFile); raise LogError if the file cannot be read."""
         told, unknown = 0, False
         with open_log(self._path) as stream:
             one = _McapPass(
@@ -196,8 +201,7 @@ class McapRecording:
         return "" if schema is None else schema.name
 
     def _look(self, stream: BinaryIO) -> None:
-        """Learns the topics: from the summary where there is one, and from the first messages of
-        each."""
+        """Read the topics from the summary, if there is one, and from their first messages."""
         one = _McapPass(stream, self.size)
         self._summary(stream, one)
         left = {number for number, count in one.counts.items() if count}
@@ -228,7 +232,7 @@ class McapRecording:
             )
 
     def _summary(self, stream: BinaryIO, one: _McapPass) -> None:
-        """Takes in what the summary tells, where there is one. Raises OSError."""
+        """Read the summary, if there is one; may raise OSError."""
         end = self.size - len(MAGIC) - _FOOTER.size
         if end < 0:
             return

@@ -1,4 +1,4 @@
-"""Messages of one topic as they stand in a recording: serialised, many at once."""
+"""Serialised messages of one topic, many at once."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ LABELS = (
     "names",
     "joint_names",
     "interface_names",
-)  # arrays of texts that name the elements of the arrays beside and below them
-MOST_LISTED = 1000  # elements of an array that are listed one by one
+)  # arrays of texts that name the elements of the arrays in the same message and below
+MOST_LISTED = 1000  # maximum number of array elements that are listed one by one
 
 Bytes = NDArray[np.uint8]
 Integers = NDArray[np.int64]
@@ -22,8 +22,13 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Messages:
-    """n messages: when each was recorded [ns], where in `data` its payload begins and how many
-    bytes it has; all of them lie in it."""
+    """Messages (n,) of one topic.
+
+    log_time: (n,) recording times in ns.
+    data: bytes that contain all payloads.
+    start: (n,) index of the first byte of each payload.
+    length: (n,) bytes of each payload.
+    """
 
     log_time: Integers
     data: Bytes
@@ -35,12 +40,12 @@ class Messages:
         return self.data[start : start + int(self.length[index])].tobytes()
 
     def at(self, which: NDArray[np.intp] | slice) -> Messages:
-        """Some of them."""
+        """Return a selection of the messages."""
         return Messages(self.log_time[which], self.data, self.start[which], self.length[which])
 
 
 def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
-    """Messages that are read one by one, put one behind the other."""
+    """Return one `Messages` made from messages that were read one by one."""
     length = np.fromiter(map(len, payloads), np.int64, len(payloads))
     return Messages(
         np.array(log_time, np.int64),
@@ -51,7 +56,7 @@ def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
 
 
 def gather(data: Bytes, start: Integers, width: int) -> Bytes:
-    """(n, width) bytes of `data` from each start on; all have to lie in it."""
+    """Return (n, width) bytes of `data` from each start on; all must be inside `data`."""
     if not start.size:
         return np.empty((0, width), np.uint8)
     windows = as_strided(data, (data.size - width + 1, width), (1, 1), writeable=False)

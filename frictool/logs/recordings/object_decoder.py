@@ -1,5 +1,7 @@
-"""The numbers of a message that another library decodes into objects (JSON, protobuf), called by
-their paths as in ROS messages."""
+"""Decoder of messages that another library decodes into objects (JSON, protobuf).
+
+The numbers have the same paths as in ROS messages.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +13,17 @@ from numpy.typing import NDArray
 from frictool.logs.log import Vector
 from frictool.logs.recordings.messages import LABELS, MOST_LISTED, Messages
 
-MOST_NUMBERS = 20_000  # of one message
-MOST_VALUES = 100_000  # of one mapping of a message
+MOST_NUMBERS = 20_000  # maximum number of numbers of one message
+MOST_VALUES = 100_000  # maximum number of keys of one mapping
 
 
 def numbers(
     found: object, path: str = "", labels: Sequence[str] = ()
 ) -> Iterator[tuple[str, float]]:
-    """Return paths and numbers of objects made of mappings, sequences, numbers and texts; an
-    element has its label and its index.
+    """Yield path and value of each number in nested mappings and sequences.
 
-    Raises ValueError where a mapping has more than MOST_VALUES keys.
+    An element of a sequence has a path with its label, if any, and one with its index. Raises
+    ValueError if a mapping has more than MOST_VALUES keys.
     """
     if isinstance(found, bool | int | float):
         try:
@@ -51,20 +53,19 @@ def _labels(found: object) -> Sequence[str]:
 
 
 class ObjectDecoder:
-    """A `Decoder` over a function that turns a message into objects, and raises ValueError where it
-    cannot."""
+    """Decoder based on a function that converts a message to objects, or raises ValueError."""
 
     def __init__(self, objects: Callable[[bytes], object]) -> None:
         self._objects = objects
 
     def names(self, data: bytes) -> list[str]:
-        """See `Decoder`."""
+        """Return the paths of the numbers of one message (see Decoder)."""
         return list(self._numbers(data))
 
     def columns(
         self, messages: Messages, paths: tuple[str, ...]
     ) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
-        """See `Decoder`."""
+        """Return the numbers of messages (see Decoder)."""
         count = messages.start.size
         values = np.full((len(paths), count), np.nan)
         present = np.zeros(values.shape, bool)

@@ -1,4 +1,4 @@
-"""Messages in protobuf, whose schema is the FileDescriptorSet that the recording carries."""
+"""Decoder of protobuf messages, defined by the FileDescriptorSet in the recording."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ EXTRA = "protobuf"
 
 
 def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
-    """The decoder of the type `kind`.
+    """Return the decoder of the type `kind`.
 
-    Raises LogError where the library is missing, ValueError where the descriptors are damaged or do
-    not hold the type.
+    Raises LogError if the library is missing. Raises ValueError if the descriptors are damaged or
+    do not contain the type.
     """
     descriptors, message, factory, pools = (
         library(path, f"google.protobuf.{name}", EXTRA)
@@ -39,7 +39,7 @@ def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
 
 
 def _add(pool: Any, files: dict[str, Any]) -> None:
-    """Adds files to a pool, each after those that it builds on."""
+    """Add files to a pool, each after its dependencies."""
     while files:
         name = next(
             (
@@ -55,8 +55,11 @@ def _add(pool: Any, files: dict[str, Any]) -> None:
 
 
 def _mapping(found: Any) -> dict[str, object]:
-    """A message as a mapping of its fields: those that are not set have their default, except
-    messages and what is optional."""
+    """Return a message as a mapping of its fields.
+
+    Fields that are not set have their default. Messages and optional fields that are not set are
+    omitted.
+    """
     values: dict[str, object] = {}
     for field in found.DESCRIPTOR.fields:
         if field.has_presence and not found.HasField(field.name):

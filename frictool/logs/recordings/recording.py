@@ -1,11 +1,12 @@
-"""A recording of messages on topics (MCAP, ROS 2 and ROS 1 bags) as tables: each topic that carries
-numbers is one, with its own time base.
+"""Tables of a recording of messages (MCAP, ROS 1 and ROS 2 bags): one per topic with numbers.
 
-    container ──Messages, Gap, Messages, ...──▶ decoder ──numbers──▶ Table
+Each topic has its own time base.
 
-A column is called by its path: `/joint_states.position[arm]`, `/motor.data`,
-`/imu.linear_acceleration.x`. The elements of an array are called by the texts of the `name` array
-beside it, and by their index from 0 as well.
+    container ──Messages, MessageGap, Messages, ...──▶ decoder ──numbers──▶ TopicTable
+
+The name of a column is its path: `/joint_states.position[arm]`, `/motor.data`,
+`/imu.linear_acceleration.x`. Elements of an array are named by the texts of the `name` array in the
+same message, and also by their index from 0.
 """
 
 from __future__ import annotations
@@ -24,48 +25,58 @@ from frictool.logs.recordings.messages import Messages
 from frictool.logs.table import BLOCK_ROWS, SALVAGE, DataLoss, Nanoseconds, RowBlock, find, listed
 
 LOG_TIME = "log time"
-STAMPS = ("header.stamp", "stamp", "timestamp")  # where a message says of what time it tells
+# fields that may hold the time of a message's content
+STAMPS = ("header.stamp", "stamp", "timestamp")
 STAMP_PARTS = (("sec", "nanosec"), ("sec", "nsec"), ("seconds", "nanos"))
-FARTHEST_APART = 3600.0  # s, of two clocks that are meant to show the same time
-SAMPLED = 20  # messages of a topic that tell what numbers it carries
-PART_BYTES = 8_000_000  # of messages that are decoded at once
+FARTHEST_APART = 3600.0  # s, largest difference of two clocks that are meant to show the same time
+SAMPLED = 20  # number of messages of a topic that are read to list its numbers
+PART_BYTES = 8_000_000  # bytes of messages decoded at once
 HOUSEKEEPING = (
     "rcl_interfaces/",
     "rosgraph_msgs/",
     "bond/",
     "diagnostic_msgs/",
-)  # types that tell of the software and not of the rig
+)  # types that describe the software and not the rig
 
 
 class MessageGap(NamedTuple):
-    """Messages of a topic that could not be read: why, and how many where that is known."""
+    """Messages of a topic that could not be read; `samples` is their number, None if unknown."""
 
     reason: str
     samples: int | None = None
 
 
 class Decoder(Protocol):
-    """Takes numbers out of the messages of one topic."""
+    """Decoder of the messages of one topic."""
 
     def names(self, data: bytes) -> list[str]:
-        """The paths of the numbers of one message. Raises ValueError where it cannot be read."""
+        """Return the paths of the numbers of one message; raise ValueError if it cannot be read."""
         ...
 
     def columns(
         self, messages: Messages, paths: tuple[str, ...]
     ) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
-        """The numbers (paths, n), nan where a message has none; whether it has it (paths, n); and
-        why a message could not be read."""
+        """Return the numbers at `paths` in n messages, their presence, and the failures.
+
+        The first array (paths, n) holds the numbers, NaN if a message lacks one. The second array
+        (paths, n) is True if the message has the number. The dictionary maps the index of an
+        unreadable message to the reason.
+        """
         ...
 
 
 @dataclass
 class Topic:
-    """A topic: the type of its messages; how they are decoded, or why they cannot be.
+    """Topic of a recording.
 
-    paths: the numbers that its first messages have. stamp: what dates these messages, and the paths
-    of its parts; None where nothing does. apart_s: by how much a stamp is from the log time: clocks
-    that are far apart were never set by one another.
+    kind: type of its messages.
+    decoder: their decoder; None if there is none.
+    refused: why they cannot be decoded; "" if they can.
+    paths: numbers of its first messages, as keys.
+    stamp: name of the stamp of these messages and the paths of its parts; None without a stamp.
+    apart_s: largest difference of stamp and log time in s. A large one shows clocks that were never
+        synchronised.
+    sampled: number of messages read for these fields.
     """
 
     name: str
@@ -78,8 +89,10 @@ class Topic:
     sampled: int = 0
 
     def sample(self, messages: Messages) -> None:
-        """Learns what there is from the first messages; those that are damaged tell nothing, and a
-        stamp of 0 is none."""
+        """Read paths and stamp from the first messages.
+
+        Damaged messages and stamps of 0 are ignored.
+        """
         first = messages.at(slice(0, max(0, SAMPLED - self.sampled)))
         self.sampled += first.start.size
         if self.decoder is None or not first.start.size:
@@ -97,21 +110,25 @@ class Topic:
 
 
 class RecordingFile(Protocol):
-    """A file of messages, opened. size: its bytes."""
+    """Open file of messages; `size` is its size in bytes."""
 
     source: str
     size: int
     topics: dict[str, Topic]
 
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
-        """The messages of a topic in the order of the file, and what is lost between them; each
-        with the bytes worked through so far."""
+        """Yield the messages of a topic and the gaps between them, in the order of the file.
+
+        Each comes with the number of bytes processed so far.
+        """
         ...
 
 
 class TopicTable:
-    """The numbers of one topic (a `Table`). clock: the stamp that dates its rows, or the log
-    time."""
+    """Numbers of one topic (a RawTable).
+
+    clock: name of the stamp that dates its rows, or the log time.
+    """
 
     def __init__(self, container: RecordingFile, topic: Topic, clock: str | None) -> None:
         stamp = (
@@ -123,7 +140,7 @@ class TopicTable:
         self.source, self.size, self.topic = container.source, container.size, topic.name
         parts = (
             topic.stamp[1] if topic.stamp is not None else ()
-        )  # they date the rows and are no signals
+        )  # these date the rows and are not signals
         self.names = tuple(
             f"{topic.name}.{path}" for path in _listed(topic.paths) if path not in parts
         )
@@ -131,12 +148,14 @@ class TopicTable:
         self.clock: str | None = stamp[0]
 
     def line(self, row: int) -> int | None:
-        """None: a recording has no lines."""
+        """Return None, because a recording has no lines."""
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """By name, by number from 1, or by an index where `names` has labels. Raises LogError where
-        the topic carries no such number."""
+        """Return a column by name, number (from 1), or index of an element that also has a label.
+
+        Raises LogError if the topic has no numbers.
+        """
         if isinstance(wanted, int) or not wanted.startswith(f"{self.topic}."):
             return find(self.names, wanted)
         if wanted[len(self.topic) + 1 :] in self._topic.paths:
@@ -151,8 +170,11 @@ class TopicTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """See `Table`. A message that has none of the wanted numbers is no row: several publishers
-        may share a topic."""
+        """Yield the rows (see RawTable).
+
+        A message without any of the requested numbers is not a row, because several publishers may
+        share a topic.
+        """
         decoder = self._topic.decoder
         if decoder is None:
             raise LogError(self.source, f"topic {self.topic}: {self._topic.refused}")
@@ -202,14 +224,15 @@ class TopicTable:
 
 
 def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[TopicTable, ...]:
-    """A table for each topic; those without numbers have no columns.
+    """Return a table for each topic; topics without numbers have no columns.
 
-    clock: `log time`, or the path of a stamp in the messages; None takes the stamp where there is
-    one, except where another topic has none and the stamps are of a clock that was never set by the
-    recorder's: streams of one log need one.
+    clock: `log time`, or the path of a stamp in the messages. None selects the stamp of each topic
+        that has one, and the log time otherwise. If some topic has no stamp and the stamps differ
+        from the log time by more than FARTHEST_APART, None selects the log time for all topics,
+        since the streams of one log need one clock.
 
-    Raises LogError that lists the topics where none carries numbers, or where no topic has the
-    clock that is asked for.
+    Raises LogError, with a list of the topics, if none carries numbers. Raises LogError if no topic
+    has the requested clock.
     """
     carrying = [
         topic
@@ -237,7 +260,7 @@ def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[Topic
 
 
 def _stamps(paths: Mapping[str, None]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """The stamps of a message, and the paths of their parts."""
+    """Yield the stamps of a message, each with the paths of its parts."""
     for stamp in STAMPS:
         for parts in STAMP_PARTS:
             named = tuple(f"{stamp}.{part}" for part in parts)
@@ -246,7 +269,7 @@ def _stamps(paths: Mapping[str, None]) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _listed(paths: Mapping[str, None]) -> list[str]:
-    """Without the indexes of arrays whose elements have labels."""
+    """Return the paths without the index paths of labelled elements."""
     elements = [(path, *path[:-1].rpartition("[")[::2]) for path in paths if path.endswith("]")]
     labelled = {array for _, array, key in elements if not key.isdigit()}
     again = {path for path, array, key in elements if key.isdigit() and array in labelled}
@@ -254,7 +277,7 @@ def _listed(paths: Mapping[str, None]) -> list[str]:
 
 
 def _parts(messages: Messages) -> Iterator[Messages]:
-    """Messages in parts of BLOCK_ROWS and PART_BYTES at most."""
+    """Yield messages in parts of at most BLOCK_ROWS messages and PART_BYTES bytes."""
     ends = np.cumsum(messages.length)
     first, before = 0, 0
     while first < messages.start.size:

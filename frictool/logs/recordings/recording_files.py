@@ -1,5 +1,7 @@
-"""Which files are one recording: recorders split what is long, and a ROS 2 bag is a folder of its
-parts."""
+"""Grouping of files into recordings.
+
+Recorders split long recordings into numbered files, and a ROS 2 bag is a folder of parts.
+"""
 
 from __future__ import annotations
 
@@ -16,18 +18,18 @@ from frictool.errors import InputFileError, LogError
 from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.table import listed
 
-METADATA = "metadata.yaml"  # beside the parts of a ROS 2 bag
+METADATA = "metadata.yaml"  # file in the folder of a ROS 2 bag
 ROOT = "rosbag2_bagfile_information"
 SUFFIXES = (".mcap", ".db3", ".bag")
 _NUMBERED = re.compile(r"(.+_)(\d+)")
 
 
 def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
-    """The recordings that files and folders are: the parts of each in their order, one where it is
-    whole.
+    """Return the recordings among files and folders, each as its parts in order.
 
-    Files that follow one another and are called `run_0.mcap`, `run_1.mcap`, ... from 0 on, in any
-    order, are parts of one recording. Raises LogError as `parts_of` does.
+    Consecutive files with the names `run_0.mcap`, `run_1.mcap`, ... from 0 on, in any order, are
+    parts of one recording. Any other file is a recording of one part. Raises LogError as `parts_of`
+    does.
     """
     found: list[tuple[Path, ...]] = []
     left = list(paths)
@@ -42,12 +44,12 @@ def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
 
 
 def parts_of(folder: Path) -> list[Path]:
-    """The files of a ROS 2 bag, which is a folder, in their order. Raises LogError where the folder
-    is none."""
+    """Return the files of a ROS 2 bag in order; raise LogError if the folder is no such bag."""
     if not (folder / METADATA).exists():
         raise LogError(
             folder,
-            f"is a directory; expected: a log file, or the folder of a ROS 2 bag, which has a {METADATA}",
+            "is a directory; expected: a log file, or the folder of a ROS 2 bag, "
+            f"which has a {METADATA}",
         )
     try:
         found = SafeConstructor().construct_document(compose(read_text(folder / METADATA)))
@@ -77,7 +79,7 @@ def parts_of(folder: Path) -> list[Path]:
 
 
 def are_parts(paths: Sequence[Path]) -> bool:
-    """Whether files are by their names the parts of one split recording."""
+    """Return whether files are, by their names, the parts of one split recording."""
     matches = [_NUMBERED.fullmatch(path.stem) for path in paths]
     alike = (
         len(

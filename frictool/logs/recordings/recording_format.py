@@ -1,5 +1,7 @@
-"""Recordings of messages: MCAP of any tool, ROS 2 bags (MCAP, db3, folders of parts), ROS 1 bags.
-Each topic with numbers is a table."""
+"""Format of recordings: MCAP of any tool, ROS 2 bags (MCAP, db3, folders of parts), ROS 1 bags.
+
+Each topic with numbers is a table.
+"""
 
 from __future__ import annotations
 
@@ -19,18 +21,23 @@ from frictool.logs.table import RawTable
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is an MCAP or a bag."""
+    """Return whether the file is an MCAP or a bag."""
     return head.startswith((MAGIC[:5], ros1_bag.MAGIC, ros2_sqlite.MAGIC))
 
 
 def tables(path: Path, layout: Layout | None) -> tuple[RawTable, ...]:
-    """A table for each topic that carries numbers. Raises LogError where there is none, or where
-    the file cannot be read."""
+    """Return a table for each topic.
+
+    Raises LogError if no topic carries numbers, or if the file cannot be read.
+    """
     return tables_of(_opened(path), None if layout is None else layout.clock)
 
 
 def tables_of_parts(paths: Sequence[Path], layout: Layout | None) -> tuple[RawTable, ...]:
-    """The same of the parts of one recording, in their order."""
+    """Return the tables of the parts of one recording, in order.
+
+    Raises LogError as `tables` does.
+    """
     return tables_of(
         SplitRecording(paths[0], [_opened(path) for path in paths]),
         None if layout is None else layout.clock,

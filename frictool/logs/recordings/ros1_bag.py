@@ -1,5 +1,7 @@
-"""A ROS 1 bag (`.bag`, version 2.0): records of a header of named fields and of data, the messages
-in chunks."""
+"""Reader of ROS 1 bags (`.bag`, version 2.0).
+
+A bag consists of records with a header of named fields and data. Messages are in chunks.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +21,8 @@ from frictool.logs.recordings.recording import SAMPLED, MessageGap, Topic
 from frictool.logs.unpacked_size import UnpackedBudget
 
 MAGIC = b"#ROSBAG V2.0\n"
-LARGEST_CHUNK = 256_000_000  # bytes
-LONGEST_HEADER = 1_000_000
+LARGEST_CHUNK = 256_000_000  # bytes, maximum plain size of a chunk
+LONGEST_HEADER = 1_000_000  # bytes, maximum size of a record's header
 MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
 NS = 1_000_000_000
 _U32 = struct.Struct("<I")
@@ -32,17 +34,17 @@ TopicMessages = dict[str, tuple[list[int], list[bytes]]]  # topic -> log times a
 
 @dataclass
 class BagLoss:
-    """What cannot be read, and what is whole of it."""
+    """Loss in a bag, with the readable messages of the damaged part in `rest`."""
 
     reason: str
     rest: TopicMessages
 
 
 class BagRecording:
-    """A `.bag` file, opened (a `Container`)."""
+    """Open `.bag` file (a RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
-        """Raises LogError where the file cannot be read."""
+        """Open the file and read its topics; raise LogError if the file cannot be read."""
         self.source, self._path, self.size = str(path), path, 0
         self.topics: dict[str, Topic] = {}
         self._names: dict[int, str] = {}  # connection -> topic
@@ -62,7 +64,7 @@ class BagRecording:
                 raise LogError(path, f"cannot be read: {error.strerror or error}") from None
 
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
-        """See `Container`. Raises LogError where the file cannot be read."""
+        """Yield the messages (see RecordingFile); raise LogError if the file cannot be read."""
         with open_log(self._path) as stream:
             try:
                 for piece, done in self._pieces(stream):
@@ -75,8 +77,10 @@ class BagRecording:
                 raise LogError(self._path, f"cannot be read: {error.strerror or error}") from None
 
     def _list(self, stream: BinaryIO) -> set[str]:
-        """The topics with messages by the list at the end of the bag; none where there is no such
-        list. Raises OSError."""
+        """Return the topics with messages in the index at the end of the bag; may raise OSError.
+
+        The result is empty if there is no such index.
+        """
         found: set[str] = set()
         try:
             stream.seek(len(MAGIC))
@@ -100,10 +104,10 @@ class BagRecording:
         return found
 
     def _pieces(self, stream: BinaryIO) -> Iterator[tuple[TopicMessages | BagLoss, int]]:
-        """The messages, chunk by chunk. Raises OSError."""
+        """Yield the messages chunk by chunk; may raise OSError."""
         stream.seek(len(MAGIC))
         budget = UnpackedBudget(self.size)
-        over = False  # behind the chunks stand the connections again, and where the chunks are
+        over = False  # True after the chunks, in the index of connections and chunks
         while (start := stream.tell()) < self.size:
             where = f"is damaged or cut off at byte {start} of {self.size}"
             try:
@@ -153,8 +157,10 @@ class BagRecording:
             )
 
     def _grouped(self, data: bytes) -> tuple[TopicMessages, int]:
-        """The messages of a chunk by topic, and where the last whole record ends. Raises
-        ValueError."""
+        """Return the messages of a chunk by topic, and the end of the last whole record.
+
+        Raises ValueError if a message's connection is not declared.
+        """
         found: TopicMessages = {}
         position = 0
         while position < len(data):
@@ -183,7 +189,7 @@ class BagRecording:
         return found, position
 
     def _connect(self, fields: Fields, data: bytes) -> None:
-        """A connection: the topic, the type and the definition of its messages."""
+        """Read a connection: topic, type and definition of its messages."""
         about = _fields(data)
         name = fields.get(b"topic", about.get(b"topic", b"")).decode("utf-8", "replace")
         kind = about.get(b"type", b"").decode("utf-8", "replace")
@@ -195,8 +201,10 @@ class BagRecording:
 
 
 def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
-    """The header of a record of the file, and the length of the data behind it. Raises
-    ValueError."""
+    """Return the header of a record in the file, and the length of its data.
+
+    Raises ValueError if the record is truncated.
+    """
     raw = read(4)
     if len(raw) < 4:
         raise ValueError("a record is cut in its first bytes")
@@ -210,8 +218,10 @@ def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
 
 
 def _record(data: bytes, position: int) -> tuple[Fields, int, int]:
-    """The header of a record in a chunk, the length of its data, and where they begin. Raises
-    ValueError."""
+    """Return the header of a record in a chunk, and length and start of its data.
+
+    Raises ValueError if the record is truncated.
+    """
     if position + 4 > len(data):
         raise ValueError("a record is cut in its first bytes")
     end = position + 4 + _U32.unpack_from(data, position)[0]
@@ -221,7 +231,10 @@ def _record(data: bytes, position: int) -> tuple[Fields, int, int]:
 
 
 def _fields(data: bytes) -> Fields:
-    """`name=value`, each behind its length. Raises ValueError."""
+    """Return the fields `name=value`, each stored after its length.
+
+    Raises ValueError if a field is truncated or has no name.
+    """
     fields: Fields = {}
     position = 0
     while position < len(data):
@@ -237,7 +250,7 @@ def _fields(data: bytes) -> Fields:
 
 
 def _kind(fields: Fields) -> int:
-    """Return the kind of a record; 0 where its header does not say it."""
+    """Return the kind of a record; 0 if its header does not contain it."""
     return int.from_bytes(fields.get(b"op", b"")[:1], "little")
 
 
@@ -249,7 +262,10 @@ def _number(fields: Fields, name: bytes) -> int:
 
 
 def _plain(fields: Fields, data: bytes, budget: UnpackedBudget) -> bytes:
-    """The records of a chunk, as far as they can be had. Raises ValueError."""
+    """Return the decompressed records of a chunk as far as possible.
+
+    Raises ValueError if the chunk is too large or cannot be decompressed.
+    """
     size, compression = _number(fields, b"size"), fields.get(b"compression", b"none")
     if size > LARGEST_CHUNK:
         raise ValueError(f"a chunk of {size} bytes is announced; allowed: {LARGEST_CHUNK}")

@@ -1,5 +1,8 @@
-"""A ROS 2 bag in SQLite (`.db3`): its tables `topics` and `messages`, and since ROS 2 Iron the
-definitions of its messages."""
+"""Reader of ROS 2 bags in SQLite (`.db3`).
+
+Such a bag has the tables `topics` and `messages` and, since ROS 2 Iron, the definitions of its
+messages.
+"""
 
 from __future__ import annotations
 
@@ -15,21 +18,21 @@ from frictool.logs.recordings.messages import Messages, pack_messages
 from frictool.logs.recordings.recording import SAMPLED, MessageGap, Topic
 
 MAGIC = b"SQLite format 3\0"
-LARGEST_MESSAGE = 64_000_000  # bytes
-LONGEST_ROW = 120  # characters of one in a message
-AT_ONCE_BYTES = 1_000_000
-AT_ONCE_ROWS = 4096
+LARGEST_MESSAGE = 64_000_000  # bytes, maximum size of a message
+LONGEST_ROW = 120  # maximum characters of a row in an error message
+AT_ONCE_BYTES = 1_000_000  # bytes of a batch
+AT_ONCE_ROWS = 4096  # rows of a batch
 
 
 class Db3Recording:
-    """A `.db3` file, opened (a `Container`)."""
+    """Open `.db3` file (a RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
-        """Raises LogError where the file cannot be read or is no bag."""
+        """Open the file and read its topics; raise LogError if it cannot be read or is no bag."""
         open_log(path).close()
         self.source, self._path, self.size = str(path), path, path.stat().st_size
         self.topics: dict[str, Topic] = {}
-        self._numbers: dict[str, list[int]] = {}  # topic -> its numbers in the bag
+        self._numbers: dict[str, list[int]] = {}  # topic -> its ids in the bag
         try:
             with closing(self._connection()) as bag:
                 self._look(bag)
@@ -37,24 +40,27 @@ class Db3Recording:
             raise LogError(path, f"is no ROS 2 bag, or is damaged: {error}") from None
 
     def _connection(self) -> sqlite3.Connection:
-        """Read-only: nothing is locked, and no journal is taken in or left."""
+        """Return a read-only connection that takes no lock.
+
+        It neither reads nor leaves a journal.
+        """
         bag = sqlite3.connect(f"{self._path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         bag.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_MESSAGE)
         bag.execute("PRAGMA trusted_schema = OFF")
         bag.execute(
             "PRAGMA writable_schema = ON"
-        )  # or a file that was cut is refused before a row is read; nothing is written all the same
+        )  # otherwise SQLite refuses a truncated file before it reads a row; nothing is written
         bag.text_factory = lambda data: data.decode("utf-8", "replace")
         return bag
 
     def _missing(self) -> int:
-        """Bytes that the file's head announces and that are not there."""
+        """Return how many bytes the head of the file declares beyond its end."""
         with open_log(self._path) as stream:
             head = stream.read(100)
         page = int.from_bytes(head[16:18], "big")
         known = (
             head[24:28] == head[92:96]
-        )  # else an old library wrote the file last, and the number of pages is none
+        )  # otherwise an old library wrote the file last, and the number of pages is invalid
         return (
             max(0, (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big") - self.size)
             if known
@@ -68,7 +74,8 @@ class Db3Recording:
         if not {"topics", "messages"} <= tables:
             raise LogError(
                 self._path,
-                f"is an SQLite file and no ROS 2 bag: it has no tables topics and messages; found: {sorted(tables)}",
+                "is an SQLite file and no ROS 2 bag: it has no tables topics and messages; "
+                f"found: {sorted(tables)}",
             )
         definitions: dict[str, tuple[str, str]] = {}
         if "message_definitions" in tables:
@@ -82,14 +89,15 @@ class Db3Recording:
             number, name, kind, encoding = row
             if not isinstance(number, int) or not all(isinstance(text, str) for text in row[1:]):
                 raise sqlite3.DataError(
-                    f"a row of its table topics is {str(row)[:LONGEST_ROW]}; allowed: a number and three texts"
+                    f"a row of its table topics is {str(row)[:LONGEST_ROW]}; allowed: "
+                    "a number and three texts"
                 )
             form, text = definitions.get(kind, ("ros2msg", ""))
             topic = self.topics.setdefault(
                 name, topic_of(self._path, name, kind, encoding, form, text.encode())
             )
             self._numbers.setdefault(topic.name, []).append(number)
-            with suppress(sqlite3.Error):  # told when the messages are read
+            with suppress(sqlite3.Error):  # reported when the messages are read
                 topic.sample(
                     next(
                         (piece for piece, _ in self._read(bag, topic.name, SAMPLED)),
@@ -98,12 +106,13 @@ class Db3Recording:
                 )
 
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
-        """See `Container`."""
+        """Yield the messages (see RecordingFile)."""
         journal = self._path.with_name(f"{self._path.name}-wal")
         if journal.is_file() and journal.stat().st_size:
             yield (
                 MessageGap(
-                    f"was not closed: {journal.name} beside it holds messages; `sqlite3 {self._path.name} vacuum` takes them in"
+                    f"was not closed: {journal.name} beside it holds messages; "
+                    f"`sqlite3 {self._path.name} vacuum` takes them in"
                 ),
                 0,
             )
@@ -123,11 +132,16 @@ class Db3Recording:
     def _read(
         self, bag: sqlite3.Connection, topic: str, most: int = -1
     ) -> Iterator[tuple[Messages, int]]:
-        """Messages of a topic in the order in which they were recorded. Raises sqlite3.Error behind
-        those that could be read."""
+        """Yield messages of a topic in the order of recording.
+
+        Raises sqlite3.Error after the last readable message.
+        """
         numbers = self._numbers[topic]
         marks = ", ".join("?" * len(numbers))
-        query = f"SELECT rowid, timestamp, data FROM messages WHERE topic_id IN ({marks}) ORDER BY rowid LIMIT ?"
+        query = (
+            f"SELECT rowid, timestamp, data FROM messages WHERE topic_id IN ({marks}) ORDER BY "
+            "rowid LIMIT ?"
+        )
         rows = bag.execute(query, (*numbers, most))
         done = 0
         for part in _batches(rows):
@@ -146,7 +160,7 @@ class Db3Recording:
 
 
 def _batches(rows: Iterator[tuple[int, int, bytes]]) -> Iterator[list[tuple[int, int, bytes]]]:
-    """Some rows at a time; an error is raised behind all rows before it."""
+    """Yield rows in batches; an error is raised after all rows before it."""
     part: list[tuple[int, int, bytes]] = []
     size = 0
     try:

@@ -1,5 +1,7 @@
-"""Definitions of common ROS messages, for recordings that leave them out: bags of ROS 2 before Iron
-carry only the names of their types."""
+"""Definitions of common ROS messages, for recordings without definitions.
+
+Bags of ROS 2 before Iron contain only the names of the types.
+"""
 
 from __future__ import annotations
 
@@ -29,19 +31,26 @@ _FIELDS: dict[str, str] = {
     **{
         f"geometry_msgs/{name}Stamped": f"std_msgs/Header header\n{name} {field}"
         for name, field in (
-            ("Vector3", "vector"), ("Point", "point"), ("Quaternion", "quaternion"), ("Pose", "pose"),
+            ("Vector3", "vector"), ("Point", "point"), ("Quaternion", "quaternion"),
+            ("Pose", "pose"),
             ("Twist", "twist"), ("Accel", "accel"), ("Wrench", "wrench"),
         )
     },
-    "sensor_msgs/JointState": "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
+    "sensor_msgs/JointState": (
+        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n"
+        "float64[] effort"
+    ),
     "sensor_msgs/Imu": (
-        "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
+        "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\n"
+        "float64[9] orientation_covariance\n"
         "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
         "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance"
     ),
     "sensor_msgs/Temperature": "std_msgs/Header header\nfloat64 temperature\nfloat64 variance",
     "control_msgs/InterfaceValue": "string[] interface_names\nfloat64[] values",
-    "control_msgs/DynamicJointState": "std_msgs/Header header\nstring[] joint_names\nInterfaceValue[] interface_values",
+    "control_msgs/DynamicJointState": (
+        "std_msgs/Header header\nstring[] joint_names\nInterfaceValue[] interface_values"
+    ),
 }  # fmt: skip
 
 _ALL = "".join(f"===\nMSG: {name}\n{fields}\n" for name, fields in _FIELDS.items())

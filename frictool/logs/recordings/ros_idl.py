@@ -1,5 +1,7 @@
-"""Definitions of messages in OMG IDL (`ros2idl`) as ROS 2 writes it: modules, structures,
-sequences, arrays, typedefs, enumerations."""
+"""Parser of message definitions in OMG IDL (`ros2idl`) as ROS 2 writes it.
+
+It handles modules, structures, sequences, arrays, typedefs and enumerations.
+"""
 
 from __future__ import annotations
 
@@ -24,16 +26,21 @@ _TOKENS = re.compile(
     re.VERBOSE | re.MULTILINE | re.DOTALL,
 )
 _BASIC = {
-    "boolean": "bool", "octet": "byte", "char": "char", "float": "float32", "double": "float64", "short": "int16", "long": "int32",
-    "long long": "int64", "unsigned short": "uint16", "unsigned long": "uint32", "unsigned long long": "uint64",
-    **{name: name for name in NUMBERS if name.startswith(("int", "uint"))}, **{name: name for name in TEXTS},
+    "boolean": "bool", "octet": "byte", "char": "char", "float": "float32", "double": "float64",
+    "short": "int16", "long": "int32",
+    "long long": "int64", "unsigned short": "uint16", "unsigned long": "uint32",
+    "unsigned long long": "uint64",
+    **{name: name for name in NUMBERS if name.startswith(("int", "uint"))},
+    **{name: name for name in TEXTS},
 }  # fmt: skip
 Type = tuple[str, Repeat, int]
 
 
 def parse_idl(name: str, text: str) -> MessageType:
-    """The message `name` (`sensor_msgs/msg/JointState`) of an IDL text. Raises ValueError where it
-    is not as ROS 2 writes it."""
+    """Return the message `name` (`sensor_msgs/msg/JointState`) of an IDL text.
+
+    Raises ValueError if the text is not written as in ROS 2.
+    """
     parser = _IdlParser([match["token"] for match in _TOKENS.finditer(text) if match["token"]])
     parser.definitions(())
     for known, lines in WELL_KNOWN.items():
@@ -69,14 +76,14 @@ class _IdlParser:
             pass
 
     def annotations(self) -> None:
-        """`@key`, `@verbatim (language="comment", text="...")`."""
+        """Skip annotations such as `@key` and `@verbatim (language="comment", text="...")`."""
         while self.peek().startswith("@"):
             self.next()
             if self.peek() == "(":
                 self.skip_to(")")
 
     def definitions(self, scope: tuple[str, ...]) -> None:
-        """What stands in a module, up to its end."""
+        """Read the definitions of a module up to its end."""
         while self.peek() not in ("", "}"):
             self.annotations()
             kind = self.next()
@@ -117,7 +124,7 @@ class _IdlParser:
                     yield name, kind, repeat, size
 
     def declared(self, scope: tuple[str, ...]) -> Iterator[tuple[str, Type]]:
-        """`TYPE NAME[SIZE], NAME;`"""
+        """Yield name and type of each name declared in `TYPE NAME[SIZE], NAME;`."""
         base = self.type(scope)
         while True:
             name, (kind, repeat, size) = self.next(), base

@@ -1,9 +1,10 @@
-"""What a ROS message is made of: its definition (`ros2msg`, `ros1msg`: the type and all that it
-contains, one text) as a tree of fields.
+"""Parser of ROS message definitions (`ros2msg`, `ros1msg`) into a tree of fields.
 
-float64[] position        # a sequence; float64[6] has a fixed length, float64[<=6] a bound, which
-                          says nothing of the bytes
-std_msgs/Header header    # a message in it, defined behind a line of ===
+A definition is one text with the type and all types that it contains.
+
+    float64[] position        # a sequence; float64[6] has a fixed length; the bound of
+                              # float64[<=6] does not affect the bytes
+    std_msgs/Header header    # a nested message, defined after a line of ===
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from __future__ import annotations
 import re
 from typing import Literal, NamedTuple
 
-DEEPEST = 32  # messages in messages
-MOST_FIELDS = 20_000
+DEEPEST = 32  # maximum depth of nested messages
+MOST_FIELDS = 20_000  # maximum number of fields of a message with all nested ones
 NUMBERS = {
     "bool": "u1",
     "byte": "u1",
@@ -29,10 +30,10 @@ NUMBERS = {
     "float64": "f8",
 }
 TEXTS = ("string", "wstring")
-WELL_KNOWN = {  # what definitions use and do not define
+WELL_KNOWN = {  # types that definitions use without defining them
     "builtin_interfaces/Time": "int32 sec\nuint32 nanosec\n",
     "builtin_interfaces/Duration": "int32 sec\nuint32 nanosec\n",
-    "time": "uint32 sec\nuint32 nanosec\n",  # of ROS 1, as are those that follow
+    "time": "uint32 sec\nuint32 nanosec\n",  # ROS 1, like the next
     "duration": "int32 sec\nint32 nanosec\n",
 }
 
@@ -43,15 +44,18 @@ Repeat = Literal["once", "fixed", "sequence"]
 
 
 class MessageType(NamedTuple):
-    """A type of message and its fields in their order."""
+    """Message type with its fields in order."""
 
     name: str
     fields: tuple[MessageField, ...]
 
 
 class MessageField(NamedTuple):
-    """One field. kind: a key of NUMBERS, one of TEXTS, or the message that it holds; size: of a
-    fixed array, else 0."""
+    """Field of a message.
+
+    kind: key of NUMBERS, one of TEXTS, or the type of a nested message.
+    size: length of a fixed array, else 0.
+    """
 
     name: str
     kind: str | MessageType
@@ -61,13 +65,13 @@ class MessageField(NamedTuple):
 
 Definitions = dict[
     str, list[tuple[str, str, Repeat, int]]
-]  # message -> name, kind, repeat and size of each field
+]  # message -> (name, kind, repeat, size) of each field
 
 
 def parse_message(name: str, text: str) -> MessageType:
-    """The message `name` (`sensor_msgs/msg/JointState`) of a definition.
+    """Return the message `name` (`sensor_msgs/msg/JointState`) of a definition.
 
-    Raises ValueError where a line is no field, or a message that is used is not defined.
+    Raises ValueError if a line is no field, or if a nested message is not defined.
     """
     main = short_name(name)
     parts = _SEPARATOR.split(text)
@@ -78,7 +82,7 @@ def parse_message(name: str, text: str) -> MessageType:
 
 
 def short_name(name: str) -> str:
-    """`sensor_msgs/msg/JointState` and `sensor_msgs/JointState` are one message.
+    """Return the name of a message type without `msg/`.
 
     >>> short_name("sensor_msgs/msg/JointState")
     'sensor_msgs/JointState'
@@ -87,8 +91,10 @@ def short_name(name: str) -> str:
 
 
 def assembled(name: str, definitions: Definitions) -> MessageType:
-    """The tree under a message. Raises ValueError where a message that is used is not defined, or
-    the tree has no end."""
+    """Return the tree of a message.
+
+    Raises ValueError if a nested message is not defined, or if the tree is too deep or too large.
+    """
     left = MOST_FIELDS
 
     def build(name: str, depth: int) -> MessageType:
@@ -98,7 +104,8 @@ def assembled(name: str, definitions: Definitions) -> MessageType:
         left -= len(definitions[name])
         if depth > DEEPEST or left < 0:
             raise ValueError(
-                f"message {name!r} lies more than {DEEPEST} messages deep, or has more than {MOST_FIELDS} fields in it"
+                f"message {name!r} lies more than {DEEPEST} messages deep, "
+                f"or has more than {MOST_FIELDS} fields in it"
             )
         fields = (
             MessageField(
@@ -115,7 +122,7 @@ def assembled(name: str, definitions: Definitions) -> MessageType:
 
 
 def _fields(message: str, lines: str) -> list[tuple[str, str, Repeat, int]]:
-    """The fields of one message; constants (`uint8 ERROR=40`) take no bytes."""
+    """Return the fields of one message; constants (`uint8 ERROR=40`) take no bytes."""
     found: list[tuple[str, str, Repeat, int]] = []
     for line in lines.splitlines():
         if not line.strip() or line.lstrip().startswith("#"):
@@ -139,7 +146,7 @@ def _full_name(kind: str, message: str) -> str:
         return kind
     if kind in WELL_KNOWN:
         return kind
-    if kind == "Header":  # wherever it is used in ROS 1
+    if kind == "Header":  # in ROS 1, independent of the package
         return "std_msgs/Header"
     package = message.rpartition("/")[0]
     return short_name(kind) if "/" in kind else f"{package}/{kind}"

@@ -1,4 +1,4 @@
-"""A recording that was split: its parts, in their order, as one."""
+"""Split recording: the parts of one recording in order, read as one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frictool.logs.recordings.recording import MessageGap, RecordingFile, Topic
 
 
 class SplitRecording:
-    """Parts of one recording, opened (a `Container`). A part may lack topics that others have."""
+    """Open parts of one recording (a RecordingFile); a part may lack topics of other parts."""
 
     def __init__(self, path: Path, parts: list[RecordingFile]) -> None:
         self.source, self._parts = str(path), parts
@@ -23,13 +23,14 @@ class SplitRecording:
                 if known.kind != topic.kind:
                     raise LogError(
                         part.source,
-                        f"topic {name} carries {topic.kind}, and {known.kind} in another part; are these one recording?",
+                        f"topic {name} carries {topic.kind}, and {known.kind} in another part; "
+                        "are these one recording?",
                     )
                 if not known.paths:
                     self.topics[name] = topic
 
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
-        """See `Container`."""
+        """Yield the messages of all parts (see RecordingFile)."""
         before = 0
         for part in self._parts:
             for piece, done in part.messages(topic) if topic in part.topics else ():

@@ -1,1 +1,1 @@
-"""Text: CSV and its kin, as instruments write it."""
+"""Reader and writer of text files: CSV and similar formats of instruments."""

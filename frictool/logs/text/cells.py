@@ -1,7 +1,6 @@
-"""The cells of a line of text, what is a number among them, and which signs part them.
+"""Cells of a line of text, the numbers in them, and detection of delimiter and decimal mark.
 
-The lines at the start of a file tell: of the signs that are tried, those are taken that make the
-most numbers of what stands there.
+The first lines of the file decide: of all candidates, those that yield the most numbers are used.
 """
 
 from __future__ import annotations
@@ -22,7 +21,8 @@ THOUSANDS = {
     "blank": " \u00a0\u202f",
     "apostrophe": "'\u2019",
 }
-# in this order where several do alike: a comma between cells leaves the point for decimals
+# in order of preference if several fit equally well: a comma between cells implies the decimal
+# point
 DIALECTS = (
     (",", "."),
     (";", "."),
@@ -33,7 +33,8 @@ DIALECTS = (
     (BLANK, ","),
     (",", ","),
 )
-_BETWEEN_BLANKS = re.compile(r'"[^"]*"|\S+(?:[ \t]+\[[^\]]*\])?')  # a name keeps the unit behind it
+# a name includes the unit after it
+_BETWEEN_BLANKS = re.compile(r'"[^"]*"|\S+(?:[ \t]+\[[^\]]*\])?')
 _STAMP = re.compile(r"(\d{4}-\d\d-\d\d[Tt ])?\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[+-]\d\d(:?\d\d)?)?")
 _NUMBERS = {
     mark: re.compile(
@@ -45,19 +46,21 @@ _NUMBERS = {
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
-    """The cells of a line, without the blanks and quotes around them; between blanks there are no
-    empty cells."""
+    """Return the cells of a line without blanks and quotes around them.
+
+    With blanks as delimiters there are no empty cells.
+    """
     if delimiter == BLANK:
         return [cell.strip('"') for cell in _BETWEEN_BLANKS.findall(line)]
     try:
         cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
-    except csv.Error:  # longer than that reader takes
+    except csv.Error:  # the field is too long for csv.reader
         cells = line.split(delimiter)
     return [cell.strip() for cell in cells]
 
 
 def number(cell: str, mark: str, thousands: str = "") -> float | None:
-    """The number in a cell, or None where it holds none.
+    """Return the number in a cell, or None if it is no number.
 
     >>> number("1.234,5", ",", "."), number("-3e2", "."), number("1_0", ".")
     (1234.5, -300.0, None)
@@ -69,12 +72,12 @@ def number(cell: str, mark: str, thousands: str = "") -> float | None:
 
 
 def is_stamp(cell: str) -> bool:
-    """Whether a cell holds a date and a time of day, or a time of day, as ISO 8601 writes them."""
+    """Return whether a cell holds a time of day, with or without a date, in ISO 8601."""
     return _STAMP.fullmatch(cell) is not None
 
 
 def dialect(lines: Sequence[str], given: Layout) -> tuple[str, str]:
-    """The delimiter and the decimal mark, as far as the bench's layout leaves them open."""
+    """Return the delimiter and the decimal mark, as in the bench's layout or else as detected."""
 
     def numbers(tried: tuple[str, str]) -> float:
         total = 0.0
@@ -86,7 +89,7 @@ def dialect(lines: Sequence[str], given: Layout) -> tuple[str, str]:
             )
             total += (
                 found**2 / len(cells) if cells else 0.0
-            )  # so many, times the share that they are
+            )  # number of numeric cells, times their share
         return total
 
     delimiter, mark = DELIMITERS.get(given.delimiter or ""), MARKS.get(given.decimal or "")

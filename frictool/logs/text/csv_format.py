@@ -1,13 +1,12 @@
-"""Raw text of a bench, CSV and its kin: rows of numbers, read in blocks by a compiled pass over the
-bytes (kernels/row_scanner.py).
+"""Reader of CSV and similar text, in blocks, with a compiled scanner (kernels/row_scanner.py).
 
     bytes ──▶ layout, from the first lines (layout.py)
-          ──▶ rows ──▶ Block, Block, ...
-                └─ a cell that is no plain number is looked at here: it is a number all the same, or
-                it is blank, or it is no number
+          ──▶ rows ──▶ RowBlock, RowBlock, ...
+                └─ the cells that the scanner rejects are examined here: a number in another
+                   notation, blank, or no number
 
-Without salvage the first of the last two ends the reading; with it, it is nan, and a row that has
-not the cells of the others is left out.
+Without salvage, a cell without a number ends the reading. With salvage, the cell is NaN, and a row
+with the wrong number of cells is left out.
 """
 
 from __future__ import annotations
@@ -32,22 +31,28 @@ from frictool.logs.text.layout import LONGEST_LINE, find_layout
 from frictool.logs.text.row_batches import RowBatch, RowIssue, TextWindow, batches
 from frictool.logs.text.text_encoding import decoded, encoding_of, head_bytes, is_text, text_bytes
 
-NO_END = "the last line has no line end: the file may be cut; add a line end if it is whole, or write layout.whole: true in the bench"
+NO_END = (
+    "the last line has no line end: the file may be cut; add a line end if it is whole, "
+    "or write layout.whole: true in the bench"
+)
 _DATE = re.compile(r"\d+[./-]\d+[./-]\d+\b")
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file may be text: it begins without a NUL character, or is UTF-16."""
+    """Return whether the file may be text: it begins without a NUL character, or is UTF-16."""
     return is_text(head)
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[CsvTable, ...]:
-    """The one table of the file. Raises LogError where it has no row of numbers."""
+    """Return the one table of the file; raise LogError if it has no row of numbers."""
     return (CsvTable(path, layout or Layout()),)
 
 
 class CsvTable:
-    """The rows of a text file (a Table). `told` says how it was found to be laid out."""
+    """Rows of a text file (a RawTable).
+
+    told: description of the detected layout.
+    """
 
     def __init__(self, path: Path, given: Layout) -> None:
         with open_log(path) as stream:
@@ -75,7 +80,7 @@ class CsvTable:
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
-        """The line of a row: blank lines count as lines and not as rows."""
+        """Return the line of a row; blank lines count as lines and not as rows."""
         slots = np.full(len(self.names), SKIP)
         return next(
             (
@@ -89,8 +94,11 @@ class CsvTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """See Table. A cell that is no number is nan where damage is a loss; a row without the
-        cells of the others is left out."""
+        """Yield the rows (see RawTable).
+
+        With `losses`, a cell without a number is NaN, and a row with the wrong number of cells is
+        left out.
+        """
         chosen = [
             name
             for name in dict.fromkeys(wanted)
@@ -147,10 +155,10 @@ class CsvTable:
     def _judged(
         self, batch: RowBatch, slots: NDArray[np.int64], losses: list[DataLoss] | None
     ) -> Iterator[tuple[int, DataLoss]]:
-        """The rows of a batch that are left out, and why; puts in the numbers that only looked like
-        none.
+        """Yield the rows of a batch that are left out, with the reason.
 
-        Raises LogError at the first issue where damage is no loss.
+        Numbers in another notation are filled into the batch. Raises LogError at the first issue if
+        losses are not allowed.
         """
         for issue in batch.issues:
             cell = decoded(issue.text, self.layout.encoding).strip().strip('"').strip()
@@ -168,7 +176,7 @@ class CsvTable:
             if losses is None:
                 one = issue.kind == ROW or message.endswith(
                     "allowed: a number"
-                )  # and not the way in which the whole file is written
+                )  # a single damaged value, and not the notation of the whole file
                 raise LogError(
                     self.source, f"{message}; {SALVAGE}" if one else message, line=issue.line
                 )
@@ -200,7 +208,10 @@ class CsvTable:
             if layout.mark not in signs and number(cell, layout.mark, signs) is not None
         ]
         if signs and signs[0] is not None and not hint:
-            hint = f"; does it have a sign for thousands? then give layout.thousands: {signs[0]} in the bench"
+            hint = (
+                "; does it have a sign for thousands? then give layout.thousands: "
+                f"{signs[0]} in the bench"
+            )
         if issue.what == layout.stamps or _DATE.match(cell):
             hint = "" if issue.what == layout.stamps else " or "
             hint += "a date and time of ISO 8601, such as 2026-01-31T12:00:00.5"

@@ -1,4 +1,7 @@
-"""A stream as CSV: a header `name [unit]`, each number in the fewest digits that give it again."""
+"""Writer of a stream as CSV with the header `name [unit]`.
+
+Each number has the fewest digits that restore it exactly.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from frictool.logs.conversion import OutgoingStream
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Writes the one stream. There is no place for the notes."""
+    """Write the one stream; CSV cannot hold the notes."""
     (stream,) = streams
     target.write(
         (

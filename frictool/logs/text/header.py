@@ -1,10 +1,11 @@
-"""Header of a text file: metadata, the names of the columns, their units.
+"""Header of a text file: metadata, names and units of the columns.
 
-metadata lines       a sample interval among them is found; TwinCAT's repeat their key:
-                     `Name,a,Name,b` has the names, `Unit` the units
+metadata lines       may contain a sample interval. The lines of TwinCAT repeat their key:
+                     `Name,a,Name,b` holds the names, `Unit` the units.
 header               the nearest line above the numbers that is a line of labels
-units                inside the header's names, or in a line of their own beneath it
-rows of numbers      from the first line on that has numbers where most lines have them
+units                part of the header's names, or in a separate line below
+rows of numbers      begin at the first line with numbers in the columns that have numbers in
+                     most lines
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from frictool.logs.text.units import NO_UNIT, is_unit, name_and_unit, spelled
 
 IsNumber = Callable[[str], bool]
 Rows = Sequence[Sequence[str]]
-TIME_UNITS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}  # ns
-RATE_UNITS = {"Hz": 1e9, "kHz": 1e6, "MHz": 1e3}  # ns, over the rate
+TIME_UNITS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}  # unit -> ns
+RATE_UNITS = {"Hz": 1e9, "kHz": 1e6, "MHz": 1e3}  # unit -> period in ns at a rate of 1
 _INTERVAL = re.compile(
     r"(.*\b)?(sampl\w*|time|horizontal)?[ _]*(interval|increment|period|xincr\w*|tinc|dt)\b.*",
     re.IGNORECASE,
 )
 _RATE = re.compile(r".*\bsampl\w*[ _](rate|frequency|freq)\b.*", re.IGNORECASE)
-CHANNEL_KEYS = (  # that begin the lines about the channels in an export of TwinCAT's scope
+CHANNEL_KEYS = (  # first cells of the lines about channels in an export of TwinCAT's scope
     *(
         "name",
         "symbolcomment",
@@ -49,15 +50,15 @@ CHANNEL_KEYS = (  # that begin the lines about the channels in an export of Twin
         "unit offset",
     ),
 )
-FEWEST_KEYS = 3  # lines that begin with one of them
+FEWEST_KEYS = 3  # least number of lines that begin with a key
 START, INCREMENT = (
     "start",
     "increment",
-)  # columns of an oscilloscope's export whose only numbers stand beneath their names
+)  # columns of an oscilloscope's export with a number in the line below the names only
 
 
 def trimmed(row: Sequence[str]) -> Sequence[str]:
-    """A row without the blank cells at its end."""
+    """Return a row without blank cells at its end."""
     end = len(row)
     while end and not row[end - 1]:
         end -= 1
@@ -65,8 +66,11 @@ def trimmed(row: Sequence[str]) -> Sequence[str]:
 
 
 def first_row(rows: Rows, is_number: IsNumber) -> int | None:
-    """The index of the first line of numbers, or None: it has as many cells as most lines, and
-    numbers where most of those have them."""
+    """Return the index of the first row of numbers, or None.
+
+    It has the most frequent number of cells, and numbers in most of the columns that usually have
+    them.
+    """
     numeric = [(index, row) for index, row in enumerate(rows) if any(map(is_number, row))]
     if not numeric:
         return None
@@ -74,7 +78,7 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
     full = [(index, row) for index, row in numeric if len(row) == width]
     later = [
         row for _, row in full[len(full) // 2 :]
-    ]  # what stands above the numbers is less likely among them
+    ]  # the second half is less likely to include lines above the numbers
     usual = [
         column
         for column in range(width)
@@ -89,15 +93,19 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
 
 
 def _stands_over_units(rows: Rows, index: int) -> bool:
-    """Whether what looks like numbers names the columns of an oscilloscope, `x-axis,1,2` over
-    `second,Volt,Volt`."""
+    """Return whether a line with numbers names the columns of an oscilloscope.
+
+    An example is `x-axis,1,2` above `second,Volt,Volt`.
+    """
     below = rows[index + 1] if index + 1 < len(rows) else ()
     return len(below) == len(rows[index]) and all(is_unit(cell) for cell in below)
 
 
 def labels_above(rows: Rows, first: int, is_number: IsNumber) -> tuple[int | None, int | None]:
-    """The indexes of the header and of the line of units, above the first row of numbers: (header,
-    units), None where there is none."""
+    """Return (header, units): the line indices of names and units above the first row.
+
+    None stands for a missing line.
+    """
     above = [index for index in range(first) if any(rows[index])]
     keyed = {
         rows[index][0].lower(): index for index in above if rows[index][0].lower() in CHANNEL_KEYS
@@ -116,13 +124,18 @@ def labels_above(rows: Rows, first: int, is_number: IsNumber) -> tuple[int | Non
 
 
 def _are_labels(rows: Rows, index: int, first: int) -> bool:
-    """Whether a line may name columns: more than a title where there are columns to tell apart."""
+    """Return whether a line may name columns.
+
+    A single cell above several columns is a title.
+    """
     return len(rows[first]) < 2 or len(rows[index]) > 1
 
 
 def _are_units(row: Sequence[str], is_number: IsNumber) -> bool:
-    """Whether a line holds units: half of what stands in it are, or its first cell is a unit of
-    time."""
+    """Return whether a line holds units.
+
+    At least half of its texts must be units, or its first cell must be a unit of time.
+    """
     cells = [cell for cell in row if cell.lower() not in NO_UNIT and not is_number(cell)]
     units = [cell for cell in cells if is_unit(cell)]
     return bool(units) and (2 * len(units) >= len(cells) or spelled(row[0]) in TIME_UNITS)
@@ -130,8 +143,12 @@ def _are_units(row: Sequence[str], is_number: IsNumber) -> bool:
 
 @dataclass(frozen=True)
 class ColumnLabels:
-    """names, units: of the columns. period_ns, start_ns: of the rows where the lines above say so,
-    and the words that do."""
+    """Names and units of columns, and the sample interval if the header gives it.
+
+    clock: words of the header that give the interval.
+    period_ns: interval of the rows in ns.
+    start_ns: time of the first row in ns.
+    """
 
     names: tuple[str, ...]
     units: tuple[str | None, ...]
@@ -147,7 +164,7 @@ def labels(
     unit: int | None,
     number: Callable[[str], float | None],
 ) -> ColumnLabels:
-    """Names and units of the columns, and the rows' sample interval."""
+    """Return names and units of the columns, and the sample interval of the rows."""
     names = list(rows[header]) if header is not None else []
     beneath = list(rows[unit]) if unit is not None else []
     steps = _steps_beneath(names, beneath, number) or _steps_in(
@@ -155,7 +172,7 @@ def labels(
     )
     width = len(rows[first])
     if names:
-        if names[0][:1] in ("#", "%"):  # a comment's sign before the first name
+        if names[0][:1] in ("#", "%"):  # comment sign before the first name
             names = [names[0][1:].strip(), *names[1:]] if names[0][1:].strip() else names[1:]
         named = next(
             (
@@ -179,8 +196,10 @@ def labels(
 def _label(
     names: Sequence[str], beneath: Sequence[str], column: int, number: Callable[[str], float | None]
 ) -> tuple[str, str | None]:
-    """Name and unit of a column. A text beneath a name that is no unit says more than the name, and
-    takes its place."""
+    """Return name and unit of a column.
+
+    A text below a name that is no unit is more specific than the name and replaces it.
+    """
     name, unit = name_and_unit(names[column]) if column < len(names) else ("", None)
     below = beneath[column] if column < len(beneath) else ""
     if is_unit(below):
@@ -191,8 +210,10 @@ def _label(
 def _steps_beneath(
     names: Sequence[str], beneath: Sequence[str], number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """Start and increment of the rows, in s, where columns of these names have them in the line
-    beneath."""
+    """Return clock, increment and start in ns from columns of these names.
+
+    The numbers are in the line below the names.
+    """
     found = {name.lower(): number(cell) for name, cell in zip(names, beneath, strict=False)}
     increment = found.get(INCREMENT)
     start = found.get(START) or 0.0
@@ -204,8 +225,10 @@ def _steps_beneath(
 def _steps_in(
     rows: Rows, end: int, number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """The sample interval or rate that a line of metadata gives as `key, number`, its unit in the
-    key or after the number."""
+    """Return clock, sample interval and start in ns from a line `key, number` of the metadata.
+
+    The unit is part of the key or follows the number.
+    """
     for row in rows[:end]:
         value = number(row[1]) if len(row) > 1 else None
         if value is None or not 0.0 < value < math.inf:
@@ -220,8 +243,7 @@ def _steps_in(
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """Names as they are; one without a name, or with the name of another, is called by its number
-    as well."""
+    """Return the names, with the column number appended to missing and repeated ones."""
     count = Counter(names)
     return [
         name if name and count[name] == 1 else f"{name} (column {number})".strip()

@@ -1,5 +1,4 @@
-"""How a text file is laid out, found in its first lines; what the bench's `layout` says is not
-looked for."""
+"""Detection of a text file's layout from its first lines; the bench's `layout` takes precedence."""
 
 from __future__ import annotations
 
@@ -22,20 +21,23 @@ from frictool.logs.text.header import IsNumber, Rows, first_row, labels, labels_
 from frictool.logs.text.text_encoding import TextEncoding
 from frictool.logs.text.units import ISO_8601
 
-LONGEST_LINE = 1_000_000  # characters of a line above the numbers
-# what goes without saying
+LONGEST_LINE = 1_000_000  # characters, maximum length of a line above the numbers
+# the usual layout, which is not reported
 PLAIN = "UTF-8, comma between cells, decimal point, header in line 1, numbers from line 2"
-MOST_LINES = 200  # that are looked at
+MOST_LINES = 200  # maximum number of lines examined
 
 
 @dataclass(frozen=True)
 class TextLayout:
-    """What a text file is read by. Lines count from 1, 0 is none; `first_line` is where rows of
-    numbers begin.
+    """Layout of a text file; lines count from 1, 0 means none.
 
-    names, units: of its columns. clock: what dates the rows, where no number does: either the
-    column `stamps`, by its index, which holds ISO 8601; or period_ns and start_ns, which a line
-    above the numbers or the bench says.
+    names, units: of the columns.
+    first_line: line of the first row of numbers.
+    clock: words that name the source of the times; None if a number column or nothing dates the
+        rows.
+    stamps: index of the column with times in ISO 8601, or None.
+    period_ns, start_ns: interval and start of the rows in ns, from a line above the numbers or from
+        the bench.
     """
 
     encoding: TextEncoding
@@ -54,7 +56,7 @@ class TextLayout:
 
     @property
     def told(self) -> str:
-        """What was found, for people."""
+        """Return the description of the layout for messages."""
         between = next(name for name, sign in DELIMITERS.items() if sign == self.delimiter)
         decimal = next(name for name, sign in MARKS.items() if sign == self.mark)
         lines = [
@@ -74,10 +76,12 @@ class TextLayout:
 def find_layout(
     path: Path, head: str, whole: bool, encoding: TextEncoding, given: Layout
 ) -> TextLayout:
-    """The layout of the file that begins with `head`, which is all of it where `whole`.
+    """Return the layout of a file that begins with `head`.
 
-    Raises LogError where there is no line, none with numbers after those that the bench's layout
-    names, or one longer than LONGEST_LINE.
+    whole: True if `head` is the complete file.
+
+    Raises LogError if there is no line, no row of numbers after the lines that the bench names, or
+    a line longer than LONGEST_LINE.
     """
     lines = _lines(path, head, whole, max(MOST_LINES, given.first_line or 0))
     delimiter, mark = dialect(lines[:MOST_LINES], given)
@@ -134,7 +138,7 @@ def _lines(path: Path, head: str, whole: bool, most: int) -> list[str]:
     if not any(line.strip() for line in lines):
         raise LogError(path, "is empty; a table with a header is expected")
     if len(lines) > most or (not whole and len(lines) > 1):
-        lines.pop()  # what follows, or a line that goes on beyond the head
+        lines.pop()  # the rest of the text, or a line that continues beyond the head
     for place, line in enumerate(lines, start=1):
         if len(line) >= LONGEST_LINE:
             raise LogError(
@@ -161,8 +165,7 @@ def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
 def _above(
     rows: Rows, first: int, given: Layout, is_number: IsNumber
 ) -> tuple[int | None, int | None]:
-    """The indexes of the header and of the line of units: as the bench says them, else as they are
-    found."""
+    """Return the indices of the header and the line of units, from the bench or as detected."""
     header, unit = labels_above(rows, first, is_number)
     if given.unit_line is not None:
         unit = given.unit_line - 1 if given.unit_line else None

@@ -1,5 +1,7 @@
-"""Rows of a text file in batches of bounded size: the bytes of the file are fed to the kernel
-(kernels/row_scanner.py) piece after piece."""
+"""Rows of a text file in batches of bounded size.
+
+The bytes of the file are passed to the scanner (kernels/row_scanner.py) piece by piece.
+"""
 
 from __future__ import annotations
 
@@ -14,17 +16,23 @@ from frictool.logs.kernels.row_scanner import ISSUE_FIELDS, PADDING, STAMP, read
 from frictool.logs.log import Vector
 from frictool.logs.table import BLOCK_ROWS, Nanoseconds
 
-LONGEST_ROW = 16 << 20  # bytes
-MOST_ISSUES = 4096  # that the kernel lists before they are taken from it
+LONGEST_ROW = 16 << 20  # bytes, maximum size of a row
+MOST_ISSUES = 4096  # maximum number of issues per call of the scanner
 FEED = ord("\n")
 
-Pieces = Iterator[tuple[bytes, int]]  # bytes of the text, and of the file read so far
+# bytes of the text, and number of bytes of the file read so far
+Pieces = Iterator[tuple[bytes, int]]
 
 
 @dataclass(frozen=True)
 class RowIssue:
-    """What is no plain number in row `row` of a batch: `kind` of kernels/row_scanner.py, `what` the
-    column or the number of cells, its bytes."""
+    """Issue in row `row` of a batch.
+
+    kind: kind of issue in kernels/row_scanner.py.
+    line: line in the file.
+    what: index of the column, or number of cells.
+    text: bytes of the cell or row.
+    """
 
     row: int
     kind: int
@@ -35,8 +43,13 @@ class RowIssue:
 
 @dataclass(frozen=True)
 class RowBatch:
-    """Rows as the kernel gives them: values (slots, n), stamps (n,) or none; last_line: of the last
-    row; bytes of the file read so far."""
+    """Rows read by the scanner.
+
+    values: (slots, n).
+    stamps: (n,) times in ns, or (0,).
+    last_line: line of the last row.
+    done: bytes of the file read so far.
+    """
 
     first_row: int
     rows: int
@@ -48,8 +61,7 @@ class RowBatch:
 
 
 class TextWindow:
-    """A window of the text that the kernel reads from: what it has used is dropped, what follows is
-    appended."""
+    """Window of the text for the scanner: used bytes are dropped, and the next ones appended."""
 
     def __init__(self, pieces: Pieces, skipped: int) -> None:
         self._pieces, self._skip = pieces, skipped
@@ -69,7 +81,7 @@ class TextWindow:
         self._begin += count
 
     def more(self) -> None:
-        """Appends the next piece; `last` where there was none."""
+        """Append the next piece, or set `last` if there is none."""
         piece = b""
         while not piece and not self.last:
             taken = next(self._pieces, None)
@@ -94,15 +106,16 @@ def batches(
     width: int,
     until: int | None = None,
 ) -> Iterator[RowBatch]:
-    """The rows of a text, BLOCK_ROWS at a time; with `until` no further than that row, so that the
-    last batch ends with it.
+    """Yield the rows of a text in batches of BLOCK_ROWS.
 
-    Args:
-        source: for messages. feed: the text; its first byte is in line `first_line`.
-        dialect: the bytes between cells and before decimals. slots: where each column goes, see
-        `read_rows`; width: how many of values.
+    source: name of the file for messages.
+    feed: the text; its first byte is in line `first_line`.
+    dialect: bytes between cells and before decimals.
+    slots: destination of each column, see `read_rows`.
+    width: number of value slots.
+    until: index of the last row to read; None reads all.
 
-    Raises LogError where a row is longer than LONGEST_ROW.
+    Raises LogError if a row is longer than LONGEST_ROW.
     """
     issues = np.zeros((max(MOST_ISSUES, slots.size + 3), ISSUE_FIELDS), np.int64)
     first, line = 0, first_line

@@ -1,4 +1,4 @@
-"""The bytes of a text file, as an encoding that has ASCII in it, whatever the file's own is."""
+"""Encoding of text files: the bytes are converted to an encoding that contains ASCII."""
 
 from __future__ import annotations
 
@@ -19,7 +19,11 @@ MARKS = {
 
 @dataclass(frozen=True)
 class TextEncoding:
-    """name: as Python calls it. mark: bytes of the byte-order mark before the text."""
+    """Encoding of a text file.
+
+    name: name in Python.
+    mark: bytes of the byte-order mark before the text.
+    """
 
     name: str
     mark: int
@@ -34,8 +38,11 @@ class TextEncoding:
 
 
 def encoding_of(head: bytes, given: str | None = None) -> TextEncoding:
-    """The encoding of a text that begins with `head`: what its byte-order mark says, else what is
-    given, else UTF-8, else Latin-1."""
+    """Return the encoding of a text that begins with `head`.
+
+    The byte-order mark decides; without one, `given`, else UTF-8 if valid, else Latin-1. UTF-16
+    without a mark is recognised by its NUL bytes.
+    """
     for mark, name in MARKS.items():
         if head.startswith(mark):
             return TextEncoding(name, len(mark))
@@ -51,8 +58,10 @@ def encoding_of(head: bytes, given: str | None = None) -> TextEncoding:
 
 
 def is_text(head: bytes) -> bool:
-    """Whether the bytes may begin a text: they hold no NUL character, unless as every other byte of
-    UTF-16."""
+    """Return whether the bytes may begin a text.
+
+    They contain no NUL character, except as every other byte of UTF-16.
+    """
     return b"\0" not in head or encoding_of(head).is_wide
 
 
@@ -63,10 +72,10 @@ def _looks_wide(head: bytes) -> bool:
 
 
 def text_bytes(path: Path, encoding: TextEncoding) -> Iterator[tuple[bytes, int]]:
-    """The text, piece after piece, each with the bytes of the file read so far: UTF-16 as UTF-8,
-    others as they are.
+    """Yield the text piece by piece, with the number of bytes of the file read so far.
 
-    Raises LogError where the file cannot be read.
+    UTF-16 is converted to UTF-8; other encodings are unchanged. Raises LogError if the file cannot
+    be read.
     """
     plain = _Transcoder(encoding)
     try:
@@ -80,12 +89,12 @@ def text_bytes(path: Path, encoding: TextEncoding) -> Iterator[tuple[bytes, int]
 
 
 def head_bytes(head: bytes, encoding: TextEncoding) -> bytes:
-    """The first bytes of a file as `text_bytes` gives them."""
+    """Return the first bytes of a file in the form of `text_bytes`."""
     return _Transcoder(encoding).bytes(head[encoding.mark :])
 
 
 class _Transcoder:
-    """Bytes of a text to bytes that have ASCII in them, piece after piece."""
+    """Converter of a text's bytes, piece by piece, to an encoding that contains ASCII."""
 
     def __init__(self, encoding: TextEncoding) -> None:
         self._decoder = (
@@ -103,6 +112,5 @@ class _Transcoder:
 
 
 def decoded(data: bytes, encoding: TextEncoding) -> str:
-    """A cell or a head of the text; what is no character of the encoding is shown as the
-    replacement character."""
+    """Return a part of the text as str, with the replacement character for invalid bytes."""
     return data.decode("latin-1" if encoding.name == "latin-1" else "utf-8", "replace")

@@ -1,22 +1,25 @@
-"""Units as the headers of instruments write them: told from names, and spelled as the units library
-reads them."""
+"""Units in the headers of instruments, converted to the spelling of the units library."""
 
 from __future__ import annotations
 
 import re
 
-ISO_8601 = "iso8601"  # the unit of a column of dates and times of day
-SPELLED = {  # what the units library does not read, or reads as something else
-    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "usec": "us", "µsec": "us", "nsec": "ns",
+ISO_8601 = "iso8601"  # unit of a column of dates and times of day
+SPELLED = {  # spellings that the units library does not read or reads differently
+    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "usec": "us",
+    "µsec": "us", "nsec": "ns",
     "volt": "V", "volts": "V", "amp": "A", "amps": "A", "ampere": "A", "amperes": "A",
-    "r/min": "rpm", "rev/min": "rpm", "1/min": "rpm", "min-1": "rpm", "min^-1": "rpm", "u/min": "rpm", "tr/min": "rpm",
-    "pulse": "count", "pulses": "count", "counts": "count", "cnt": "count", "cts": "count", "inc": "count", "ticks": "count",
+    "r/min": "rpm", "rev/min": "rpm", "1/min": "rpm", "min-1": "rpm", "min^-1": "rpm",
+    "u/min": "rpm", "tr/min": "rpm",
+    "pulse": "count", "pulses": "count", "counts": "count", "cnt": "count", "cts": "count",
+    "inc": "count", "ticks": "count",
     "nm": "N m", "n.m": "N m", "n*m": "N m", "mnm": "mN m", "ncm": "N cm", "knm": "kN m",
     "°": "deg", "°/s": "deg/s", "degc": "degC", "°c": "degC",
 }  # fmt: skip
 NO_UNIT = ("", "-", "--", "none", "(none)", "n/a", "unit", "units", "einheit", "unité")
 _PART = re.compile(
-    r"(?:[munpkMGcd\u00b5\u03bc])?(?:s|V|A|N|m|g|W|J|Hz|Pa|bar|rad|T)(?:\^?-?\d|²|³)?|min|h|deg|°|rpm|rev|turn|count|degC|K|%|in|ft|lbf|1"
+    r"(?:[munpkMGcd\u00b5\u03bc])?(?:s|V|A|N|m|g|W|J|Hz|Pa|bar|rad|T)(?:\^?-?\d|²|³)?|min|h|deg|"
+    r"°|rpm|rev|turn|count|degC|K|%|in|ft|lbf|1"
 )
 _BRACKETED = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]\s*")
 _IN_BRACKETS = re.compile(r"(.*?)\s*\[([^\[\]]*)\]")
@@ -25,7 +28,7 @@ _AFTER_SLASH = re.compile(r"([^/]*\S)\s*/\s*(\S+)")
 
 
 def spelled(text: str) -> str | None:
-    """The unit as the units library reads it, or None where there is none.
+    """Return the unit in the spelling of the units library, or None.
 
     >>> spelled("[r/min]"), spelled("VOLT"), spelled(" - ")
     ('rpm', 'V', None)
@@ -38,7 +41,7 @@ def spelled(text: str) -> str | None:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a cell of a header is a unit and not a name.
+    """Return whether a cell of a header is a unit and not a name.
 
     >>> is_unit("m/s"), is_unit("(mN m)"), is_unit("Force"), is_unit("Volt")
     (True, True, False, True)
@@ -52,8 +55,10 @@ def is_unit(text: str) -> bool:
 
 
 def name_and_unit(cell: str) -> tuple[str, str | None]:
-    """A header's cell parted: `speed [rpm]`, `speed (rpm)`, `speed/rpm`; brackets hold a unit
-    always, the others where it is one.
+    """Return name and unit of a header cell: `speed [rpm]`, `speed (rpm)` or `speed/rpm`.
+
+    Brackets always hold a unit. A text in parentheses or after a slash is a unit only if it is
+    known.
 
     >>> name_and_unit("speed (r/min)"), name_and_unit("torque (filtered)"), name_and_unit("U/V")
     (('speed', 'rpm'), ('torque (filtered)', None), ('U', 'V'))
