@@ -1,2 +1,4 @@
-"""The state of an installation: versions, compiled kernels, solver, C compiler, machine; each
-tried, not only looked for."""
+"""Checks of an installation: versions, compiled kernels, solver, C compiler and machine.
+
+Each part is run, not only looked for.
+"""

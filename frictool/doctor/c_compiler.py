@@ -1,4 +1,4 @@
-"""A C compiler, which `simulate --target` and the exported self-test need: found, and tried."""
+"""Check of the C compiler, which `simulate --target` and the exported self-test need."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ from pathlib import Path
 
 from frictool.doctor.installation_check import InstallationCheck
 
-NAMES = ("cc", "gcc", "clang")  # those that `simulate --target` looks for
-PROGRAM = "#include <math.h>\n#include <stdio.h>\nint main(void) { volatile double x = 2.25; return sqrt(x) == 1.5 ? 0 : 1; }\n"
-LONGEST_S = 60.0
+NAMES = ("cc", "gcc", "clang")  # compilers that `simulate --target` looks for
+PROGRAM = (
+    "#include <math.h>\n#include <stdio.h>\n"
+    "int main(void) { volatile double x = 2.25; return sqrt(x) == 1.5 ? 0 : 1; }\n"
+)
+LONGEST_S = 60.0  # s, timeout of each command
 
 
 def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationCheck:
-    """The first of `names` on the PATH compiles a program that calls sqrt, and it runs."""
+    """Compile a program that calls sqrt with the first of `names` on the PATH, and run it."""
     path = next((found for found in map(shutil.which, names) if found), None)
     if path is None:
         return InstallationCheck(

@@ -1,8 +1,7 @@
-"""Compilation of all kernels ahead of their first use, for the types of arguments that
-`kernels.json` lists.
+"""Compilation of all kernels ahead of their first use, for the types in `kernels.json`.
 
-The list holds what the tests called. `python -m frictool.doctor.compilation` prints the list of the
-kernels that are kept now.
+The list has the argument types of all calls by the tests. `python -m frictool.doctor.compilation`
+prints the list of the kernels in the present cache.
 """
 
 from __future__ import annotations
@@ -27,8 +26,11 @@ LIST = Path(__file__).with_name("kernels.json")
 
 @dataclass
 class Compilation:
-    """Kernels prepared (each for one tuple of types of arguments), those of them compiled anew, and
-    the failures with their reasons."""
+    """Result of a compilation of many kernels.
+
+    prepared: number of kernels, one per tuple of argument types. compiled: those that were not in
+    the cache. failures: messages.
+    """
 
     prepared: int = 0
     compiled: int = 0
@@ -36,7 +38,7 @@ class Compilation:
 
 
 class _Count(event.Listener):
-    """Count of the kernels that are compiled."""
+    """Counter of compiled kernels."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -45,16 +47,16 @@ class _Count(event.Listener):
         self.count += isinstance(event.data["dispatcher"]._cache, KernelStore)
 
     def on_end(self, event: Any) -> None:
-        """Nothing is counted at the end."""
+        """Do nothing; compilations are counted when they start."""
 
 
 def compile_all(
     progress: Callable[[float], None], rows: list[list[Any]] | None = None
 ) -> Compilation:
-    """Compile and keep every kernel of `rows` (module, name, kind, types); by default those of the
-    list.
+    """Compile and store every kernel of `rows` (module, name, kind, types); default: the list.
 
-    Kernels that call others come first, so that each is compiled once.
+    Callers come first, so that each kernel is compiled once. progress: is called with the completed
+    fraction (0 to 1).
     """
     rows = json.loads(LIST.read_bytes()) if rows is None else rows
     done, count = Compilation(), _Count()
@@ -79,8 +81,10 @@ def _compile(module: str, name: str, kind: str, encoded: list[Any]) -> None:
 
 
 def encode(kind: Any) -> Any:
-    """Return a numba type as JSON. Raises ValueError for one that only other kernels pass, such as
-    a literal."""
+    """Return a numba type as JSON.
+
+    Raises ValueError for a type that only other kernels pass, such as a literal.
+    """
     if isinstance(kind, types.Array):
         return ["array", str(kind.dtype), kind.ndim, kind.layout, kind.mutable]
     if isinstance(kind, types.FunctionType):
@@ -91,7 +95,8 @@ def encode(kind: Any) -> Any:
         ]
     if isinstance(kind, types.BaseTuple):
         cls = getattr(kind, "instance_class", tuple)
-        parts = list(getattr(kind, "types", None) or [kind.dtype] * kind.count)  # type: ignore[attr-defined]  # of a uniform tuple
+        # a uniform tuple has `dtype` and `count`
+        parts = list(getattr(kind, "types", None) or [kind.dtype] * kind.count)  # type: ignore[attr-defined]
         return ["tuple", f"{cls.__module__}:{cls.__qualname__}", [encode(one) for one in parts]]
     if isinstance(kind, types.Omitted):
         return ["omitted", kind.value]
@@ -103,7 +108,7 @@ def encode(kind: Any) -> Any:
 
 
 def decode(encoded: Any) -> Any:
-    """Return the numba type of what `encode` gave."""
+    """Return the numba type of the JSON from `encode`."""
     if isinstance(encoded, str):
         return getattr(types, encoded)
     head, *rest = encoded
@@ -127,15 +132,14 @@ def decode(encoded: Any) -> Any:
 
 
 def kept(folder: Path) -> Iterator[list[Any]]:
-    """Yield the rows of the kernels of the package that are kept in the folder of a toolchain,
-    callers first."""
+    """Yield the rows of the package's kernels in the folder of a toolchain, callers first."""
     sources, found = Sources(PACKAGE.parent, folder), []
     for state in kernel_cache.states(folder):
         module = f"frictool.{kernel_cache.module_of(state.path)}"
         if not sources.holds(module) or not state.path.name.endswith(
             sources.state([module]).digest
         ):
-            continue  # of a test, or of former sources
+            continue  # belongs to a test or to former sources
         for index in sorted(state.path.glob("*.nbi")):
             with open(index, "rb") as stream:
                 pickle.load(stream)

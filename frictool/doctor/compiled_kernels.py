@@ -1,4 +1,4 @@
-"""Compiled kernels: one is compiled and run, and what is kept on disk is counted."""
+"""Check of compiled kernels: one is compiled and run, those on disk are counted."""
 
 from __future__ import annotations
 
@@ -15,15 +15,17 @@ from frictool.runtime.kernel_sources import PACKAGE, Sources, UnknownSourcesErro
 
 @dataclass(frozen=True)
 class OldKernelFolder:
-    """A folder of a former toolchain, or of a former state of a module, and why it is still there:
-    "" if nothing keeps it."""
+    """Folder of a former toolchain, or of a former state of a module.
+
+    kept_by: reason why it cannot be removed; "" if there is none.
+    """
 
     folder: KernelFolder
     kept_by: str
 
 
 def check_compiling() -> InstallationCheck:
-    """A kernel compiled here and now, and its value."""
+    """Compile a kernel now and check its value."""
     start = time.perf_counter()
     found = kernels.compiler(_polynomial)(1.5, 4)
     took = time.perf_counter() - start
@@ -45,7 +47,7 @@ def check_compiling() -> InstallationCheck:
 
 
 def _polynomial(x: float, order: int) -> float:
-    """1 + x + ... + x^order: exact in double for the arguments above."""
+    """Return 1 + x + ... + x^order, which is exact in double for the arguments above."""
     total = 1.0
     for _ in range(order):
         total = 1.0 + x * total
@@ -53,7 +55,7 @@ def _polynomial(x: float, order: int) -> float:
 
 
 def check_kernel_folder() -> InstallationCheck:
-    """The folder that this state of the installation uses."""
+    """Check the folder of kernels that this installation uses."""
     folder = kernels.FOLDER
     if kernels.UNTRUSTED:
         return _distrusted(folder)
@@ -80,7 +82,7 @@ def check_kernel_folder() -> InstallationCheck:
 
 
 def _distrusted(folder: Path | None) -> InstallationCheck:
-    """Return the note that a folder of kernels is not loaded, and which one is used instead."""
+    """Return the note about a folder that is not loaded, and the folder used instead."""
     refused = "; ".join(
         f"{one} is not loaded: {reason}" for one, reason in kernels.UNTRUSTED.items()
     )
@@ -103,8 +105,7 @@ def _distrusted(folder: Path | None) -> InstallationCheck:
 
 
 def old_kernel_folders() -> list[OldKernelFolder]:
-    """Return what former versions, and other installations that keep kernels in the same place,
-    have left."""
+    """Return the folders of former versions and of other installations with the same cache."""
     found = [
         folder
         for place in kernels.cache_places()
@@ -131,7 +132,7 @@ def old_kernel_folders() -> list[OldKernelFolder]:
 
 
 def _is_current(state: Path, sources: Sources) -> bool:
-    """Return whether a folder belongs to the sources of a module as they are now."""
+    """Return True if a folder belongs to the present sources of a module."""
     module = f"{PACKAGE.name}.{kernel_cache.module_of(state)}"
     try:
         return sources.holds(module) and state.name.endswith(f"-{sources.state([module]).digest}")
@@ -140,7 +141,7 @@ def _is_current(state: Path, sources: Sources) -> bool:
 
 
 def check_old_kernels(left: list[OldKernelFolder]) -> InstallationCheck:
-    """Return how many there are; they do no harm but take space."""
+    """Return the number and size of old folders; they do no harm but take space."""
     size = sum(one.folder.size for one in left)
     facts: dict[str, Any] = {
         "folders": [

@@ -1,4 +1,4 @@
-"""All checks, in the order in which a reader asks."""
+"""All checks of an installation, in the order of the report."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frictool.doctor.resources import check_machine, check_temporary, check_term
 
 
 def examine() -> list[InstallationCheck]:
-    """What is found. A part that cannot even be asked is wrong, with the reason."""
+    """Run all checks; one that raises an exception becomes a finding with the reason."""
     asked = required_libraries()
     found = [check_python(), check_libraries(asked)]
     found += [
@@ -37,7 +37,7 @@ def examine() -> list[InstallationCheck]:
 
 
 def _tried(name: str, check: Callable[[], InstallationCheck]) -> InstallationCheck:
-    """What is broken may fail on import, in whatever way."""
+    """Run a check; a broken part may raise any exception, even on import."""
     try:
         return check()
     except Exception as error:
@@ -72,7 +72,7 @@ def _solver() -> InstallationCheck:
 
 
 def json_view(checks: list[InstallationCheck]) -> list[dict[str, Any]]:
-    """The machine's view."""
+    """Return the findings as JSON objects."""
     return [
         {
             "check": one.name,
@@ -86,7 +86,7 @@ def json_view(checks: list[InstallationCheck]) -> list[dict[str, Any]]:
 
 
 def lines(checks: list[InstallationCheck]) -> list[str]:
-    """The same for people."""
+    """Return the findings as lines of text."""
     shown = []
     for one in checks:
         shown.append(f"{one.state:<6}{one.name:<16}{one.found}")

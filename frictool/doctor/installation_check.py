@@ -1,4 +1,4 @@
-"""What is found of one part of an installation."""
+"""Finding about one part of an installation."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ State = Literal["ok", "note", "wrong"]
 
 @dataclass(frozen=True)
 class InstallationCheck:
-    """ok; note: frictool works, with something less; wrong: it does not. remedy: what to try.
-    facts: the machine's view of `found`."""
+    """Finding about one part.
+
+    state: `ok`; `note`, if frictool works with restrictions; `wrong`, if it does not work. found:
+    as text. remedy: advice. facts: finding as data.
+    """
 
     name: str
     state: State

@@ -1,5 +1,4 @@
-"""What is installed against what the package's own metadata asks for, extras with the command that
-installs them."""
+"""Check of installed libraries against the package's metadata, with install commands."""
 
 from __future__ import annotations
 
@@ -13,6 +12,7 @@ from frictool import __version__
 from frictool.doctor.installation_check import InstallationCheck
 
 PACKAGE = "frictool"
+# extras for users; the package may have only some of them
 FOR_USERS = (
     "mdf",
     "parquet",
@@ -20,16 +20,20 @@ FOR_USERS = (
     "protobuf",
     "cluster",
     "control",
-)  # extras that a user has a use for, as far as there are such
+)
 ASKED = re.compile(
-    r"(?P<name>[A-Za-z0-9._-]+)(\[[^]]*\])?\s*>=\s*(?P<least>[0-9.]+)(.*extra == \"(?P<extra>\w+)\")?"
+    r"(?P<name>[A-Za-z0-9._-]+)(\[[^]]*\])?\s*>=\s*(?P<least>[0-9.]+)"
+    r"(.*extra == \"(?P<extra>\w+)\")?"
 )
 
 
 @dataclass(frozen=True)
 class RequiredLibrary:
-    """A library: the least version, the extra that asks for it (None: every installation), what is
-    installed (None: nothing)."""
+    """Required library.
+
+    least: minimum version. extra: extra that requires it; None: every installation. installed:
+    version; None: not installed.
+    """
 
     name: str
     least: str
@@ -38,17 +42,18 @@ class RequiredLibrary:
 
     @property
     def is_met(self) -> bool:
+        """True if the installed version is sufficient."""
         return self.installed is not None and _numbers(self.installed) >= _numbers(self.least)
 
 
 def _numbers(version: str) -> tuple[int, ...]:
-    """The release of a version: 1.2 of 1.2rc1."""
+    """Return the release numbers of a version: those of 1.2 for 1.2rc1."""
     found = re.match(r"\d+(\.\d+)*", version)
     return tuple(int(part) for part in found[0].split(".")) if found else ()
 
 
 def required_libraries() -> list[RequiredLibrary]:
-    """What the installed package's metadata asks for."""
+    """Return the requirements of the installed package's metadata."""
     return list(_asked(metadata.requires(PACKAGE) or []))
 
 
@@ -69,7 +74,7 @@ def _installed(name: str) -> str | None:
 
 
 def check_python() -> InstallationCheck:
-    """The interpreter against `requires-python`."""
+    """Check the interpreter against `requires-python`."""
     found, wanted = sys.version.split()[0], metadata.metadata(PACKAGE)["Requires-Python"] or ">=3"
     least = wanted.removeprefix(">=")
     facts = {"version": found, "executable": sys.executable, "frictool": __version__}
@@ -85,7 +90,7 @@ def check_python() -> InstallationCheck:
 
 
 def check_libraries(asked: list[RequiredLibrary]) -> InstallationCheck:
-    """What every installation needs."""
+    """Check the libraries that every installation needs."""
     needed = [one for one in asked if one.extra is None]
     facts = {one.name: one.installed for one in needed}
     missing = [one for one in needed if not one.is_met]
@@ -102,7 +107,7 @@ def check_libraries(asked: list[RequiredLibrary]) -> InstallationCheck:
 
 
 def check_extras(asked: list[RequiredLibrary]) -> list[InstallationCheck]:
-    """Each extra that a user has a use for."""
+    """Check each extra for users."""
     found = []
     for extra in FOR_USERS:
         libraries = [one for one in asked if one.extra == extra]

@@ -1,4 +1,4 @@
-"""Cores, memory and terminal, as far as they change what frictool does."""
+"""Check of cores, memory, temporary folder and terminal."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pathlib import Path
 
 from frictool.doctor.installation_check import InstallationCheck
 
-LEAST_MEMORY = 2e9  # bytes: a gridded synthesis takes about one
+LEAST_MEMORY = 2e9  # bytes: a gridded synthesis takes about 1 GB
 
 
 def check_machine() -> InstallationCheck:
-    """Cores that this process may use, and memory."""
+    """Check the cores that this process may use, and the memory."""
     cores = (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     )
@@ -27,7 +27,10 @@ def check_machine() -> InstallationCheck:
         "system": platform.system(),
         "machine": platform.machine(),
     }
-    told = f"{cores} core{'s' * (cores > 1)}, {'memory unknown' if memory is None else f'{memory / 1e9:.1f} GB of memory'}"
+    told = (
+        f"{cores} core{'s' * (cores > 1)}, "
+        f"{'memory unknown' if memory is None else f'{memory / 1e9:.1f} GB of memory'}"
+    )
     shown = f"{told}, {platform.system()} {platform.machine()}"
     if memory is not None and memory < LEAST_MEMORY:
         return InstallationCheck(
@@ -37,7 +40,7 @@ def check_machine() -> InstallationCheck:
 
 
 def _memory() -> int | None:
-    """Of the machine, or of the container where that is less."""
+    """Return the memory of the machine or, if less, of the container [bytes]; None if unknown."""
     try:
         whole = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):
@@ -50,7 +53,7 @@ def _memory() -> int | None:
 
 
 def check_temporary() -> InstallationCheck:
-    """Where archives and compilations are unpacked."""
+    """Check the temporary folder, in which archives and compilations are unpacked."""
     try:
         folder = tempfile.gettempdir()
         tempfile.TemporaryFile(dir=folder).close()
@@ -71,7 +74,7 @@ def check_temporary() -> InstallationCheck:
 
 
 def check_terminal() -> InstallationCheck:
-    """Files are UTF-8 whatever the locale says; what a terminal shows is the locale's."""
+    """Check the terminal's encoding; files are UTF-8 in any locale, but terminal output is not."""
     encoding = (
         (getattr(sys.stdout, "encoding", None) or locale.getpreferredencoding(False))
         .lower()

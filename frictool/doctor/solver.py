@@ -1,4 +1,4 @@
-"""The solver of matrix inequalities, on one whose answer is known."""
+"""Check of the solver of matrix inequalities, on one with a known solution."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from frictool.doctor.installation_check import InstallationCheck
 from frictool.lmi.sdp import solve
 
 A = np.array([[-1.0, 4.0], [0.0, -3.0]])  # x' = A x, stable
-NEAR = 1e-5  # relative, of the solver's answer
+NEAR = 1e-5  # relative tolerance of the solution
 
 
 def check_solver() -> InstallationCheck:
-    """The smallest trace of a P > 0 with A'P + P A + I <= 0: that of the Lyapunov equation, where
-    the inequality is one."""
+    """Minimise the trace of P > 0 with A'P + P A + I <= 0 and compare it with the known minimum.
+
+    At the minimum, P solves the Lyapunov equation A'P + P A + I = 0.
+    """
     found = solve(np.array([1.0, 0.0, 1.0]), [_decrease, _symmetric])
     p = _symmetric(found.x[None])[0]
     expected = np.trace(solve_lyapunov())
@@ -44,7 +46,7 @@ def check_solver() -> InstallationCheck:
 
 
 def _symmetric(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """P (k, 2, 2) of its upper triangles (k, 3)."""
+    """Return P (k, 2, 2) from its upper triangles (k, 3)."""
     return np.stack(
         [np.stack([x[:, 0], x[:, 1]], axis=-1), np.stack([x[:, 1], x[:, 2]], axis=-1)], axis=-2
     )
@@ -56,7 +58,7 @@ def _decrease(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def solve_lyapunov() -> NDArray[np.float64]:
-    """P with A'P + P A + I = 0, by its linear equations."""
+    """Return P with A'P + P A + I = 0, by a linear system."""
     n = len(A)
     whole = np.kron(A.T, np.eye(n)) + np.kron(np.eye(n), A.T)
     return np.asarray(np.linalg.solve(whole, -np.eye(n).ravel()).reshape(n, n))

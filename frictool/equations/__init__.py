@@ -1,5 +1,4 @@
-"""Stage: the equations of a mechanism, derived from its description: symbols, sums of products,
-their dimensions, what is eliminated."""
+"""Equations of a mechanism, derived from its description, with their dimensions checked."""
 
 from typing import TYPE_CHECKING
 

@@ -1,5 +1,4 @@
-"""Everything that follows from the description of a mechanism, in symbols, with the dimension of
-every term checked."""
+"""Derivation of a mechanism's equations from its description."""
 
 from __future__ import annotations
 
@@ -25,13 +24,16 @@ from frictool.plant.mechanism.assembly import AssembledMechanism
 from frictool.plant.mechanism.transmissions import Transmitting
 
 Line = Equation | Condition
-ROUNDING = 1e-12  # relative; degrees, ratios and teeth are multiplied a few times
+ROUNDING = 1e-12  # relative tolerance: degrees, ratios and teeth are multiplied a few times
 
 
 @dataclass(frozen=True)
 class Derivation:
-    """sections: (title, lines), in the order of a textbook. checked: terms whose dimension was.
-    said, notes: what to know beside."""
+    """Derived equations of a mechanism.
+
+    sections: (title, lines), in the order of a textbook. checked: number of terms with a checked
+    dimension. said: driving directions of the links. notes: of the assembly.
+    """
 
     name: str
     sections: tuple[tuple[str, tuple[Line, ...]], ...]
@@ -42,8 +44,10 @@ class Derivation:
 
 
 def derive(document: Mechanism, assembled: AssembledMechanism) -> Derivation:
-    """The equations of the mechanism. Raises WrongElement where the dimensions of a sum's terms
-    differ."""
+    """Derive the equations of a mechanism.
+
+    Raises ElementError if the terms of a sum differ in dimension.
+    """
     notation = Notation(document)
     start = dict(zip(assembled.blocks, assembled.start.tolist(), strict=True))
     links = _links(document, assembled, notation, start)
@@ -125,7 +129,7 @@ def _checked(line: Line) -> int:
 def _links(
     document: Mechanism, assembled: AssembledMechanism, notation: Notation, start: dict[str, float]
 ) -> list[LinkEquations]:
-    """Those that the mechanism is made of: a redundant rigid one is not."""
+    """Return the equations of the links; redundant rigid links are left out."""
     ratios = {
         name: float(ratio)
         for name, ratio in zip(assembled.joints, assembled.packed.joints.ratio, strict=True)
@@ -170,8 +174,7 @@ def _acting(
 
 
 def _difference(one: float, other: float) -> float:
-    """one - other, 0 where it is what rounding leaves of equal places: an offset that nobody wrote
-    would stand in the equations."""
+    """Return one - other, or 0 if only rounding is left, which would appear as an offset."""
     found = one - other
     return found if abs(found) > ROUNDING * max(abs(one), abs(other)) else 0.0
 
@@ -184,8 +187,10 @@ def _trees(
     acting: list[ElementEquations],
     notation: Notation,
 ) -> tuple[list[Equation], list[Condition]]:
-    """One equation for several blocks that the links tie, seen from one that a source drives, and
-    when what is tied stays at rest."""
+    """Return one equation for each group of tied blocks, and its condition of rest.
+
+    A group is seen from a block that a source drives, if it has one.
+    """
     driven = [element.on for element in document.sources.values()]
     dry: dict[str, list[Term]] = {}
     bears: dict[str, list[Term]] = {}
@@ -205,7 +210,7 @@ def _trees(
 
 
 def _tied(blocks: tuple[str, ...], links: list[LinkEquations]) -> list[list[str]]:
-    """The blocks that the links tie together, in the document's order."""
+    """Return the groups of tied blocks, in the document's order."""
     group = {block: [block] for block in blocks}
     for link in links:
         kept, joined = sorted((group[link.a], group[link.b]), key=len, reverse=True)

@@ -1,8 +1,7 @@
-"""The dimension check: every term of a sum measures the same, by the units that the document's
-quantities have.
+"""Dimension check: all terms of a sum must have the same dimension, by the document's units.
 
-The registry multiplies the units of each term's symbols. A radian has no dimension: a torque per
-radian times an angle is a torque.
+The unit registry multiplies the units of each term's symbols. A radian is dimensionless: a torque
+per radian times an angle is a torque.
 """
 
 from __future__ import annotations
@@ -16,8 +15,10 @@ from frictool.plant.mechanism.element_error import ElementError
 
 
 def check_equation(equation: Equation) -> int:
-    """How many terms were checked. Raises WrongElement, with the element's key, for the first that
-    is not in the equation's unit."""
+    """Check an equation; return the number of terms.
+
+    Raises ElementError with the element's key for the first term of another dimension.
+    """
     of = Term(((equation.of, 1),))
     return check_sum(
         [*(term.times(of).of(term.element) for term in equation.coefficients), *equation.right],
@@ -27,7 +28,7 @@ def check_equation(equation: Equation) -> int:
 
 
 def check_sum(terms: list[Term], unit: str, within: Equation | None = None) -> int:
-    """The same of a plain sum."""
+    """Check a sum of terms in `unit`; otherwise as `check_equation`."""
     wanted = dimension_of(unit)
     for term in terms:
         found = dimension(term)
@@ -36,13 +37,14 @@ def check_sum(terms: list[Term], unit: str, within: Equation | None = None) -> i
             key = term.element or ("" if within is None else within.key)
             raise ElementError(
                 key,
-                f"the term {term.text}{where} measures {_said(found)}; allowed: {unit or '1'}, as the other terms",
+                f"the term {term.text}{where} measures {_said(found)}; "
+                f"allowed: {unit or '1'}, as the other terms",
             )
     return len(terms)
 
 
 def dimension(term: Term) -> Any:
-    """Powers of the base dimensions, as the registry has them."""
+    """Return the powers of the base dimensions of a term."""
     out = dimension_of("")
     for atom, power in term.factors:
         out = out * _of_atom(atom) ** power

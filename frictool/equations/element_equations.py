@@ -1,5 +1,7 @@
-"""What acts on blocks beside links that transmit, in symbols: springs, cams (2.23), frictions (2.3
-of the thesis), stops, sources."""
+"""Equations of elements other than transmitting links.
+
+They are springs, cams (2.23), frictions (section 2.3 of the thesis), end stops and sources.
+"""
 
 from __future__ import annotations
 
@@ -13,26 +15,29 @@ from frictool.equations.notation import RATES, Notation, function, indexed_latex
 from frictool.equations.statement import Condition
 from frictool.friction.law_registry import LAWS
 
-SIGNS = {"low": r"\geq", "high": r"\leq"}  # of what an end does
+SIGNS = {"low": r"\geq", "high": r"\leq"}  # relation of the effort of each end to 0
 
 
 @dataclass(frozen=True)
 class ElementEquations:
-    """efforts: on blocks, in their positive direction. dry: what a block bears at rest, where the
-    element sticks."""
+    """Equations of one element.
+
+    efforts: (block, effort in its positive direction). dry: for each friction that can stick, its
+    block, its effort among `efforts`, and the largest effort at rest.
+    """
 
     efforts: tuple[tuple[str, Term], ...] = ()
     equations: tuple[Equation, ...] = ()
     curves: tuple[Condition, ...] = ()
     modes: tuple[Condition, ...] = ()
-    dry: tuple[
-        tuple[str, Term, Term], ...
-    ] = ()  # block, the friction's effort among `efforts`, the largest that it bears
+    dry: tuple[tuple[str, Term, Term], ...] = ()
 
 
 def spring(name: str, element: Spring, notation: Notation, start: float) -> ElementEquations:
-    """F = k e + d e' + F0, or F = curve(e) + d e', pulling the first end back. start: q_a - q_b
-    there, where e is 0 without `free`."""
+    """Return F = k e + d e' + F0, or F = curve(e) + d e', which pulls the first end back.
+
+    start: q_a - q_b at the start [rad | m]; without `free`, e is 0 there.
+    """
     key = f"links.{name}"
     first, second = element.between
     kind = notation.kinds[first]
@@ -85,7 +90,7 @@ def spring(name: str, element: Spring, notation: Notation, start: float) -> Elem
 
 
 def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
-    """F(x) tan(alpha(x)) on the block, and friction mu F(x), (2.23) with the sign of (2.28)."""
+    """Return F(x) tan(alpha(x)) on the block and the friction mu F(x): (2.23), sign of (2.28)."""
     key, block = f"links.{name}", element.on
     place = notation.position(block)
     force, force_curve = _curve(f"F_{name}", name, "F", element.force, place, f"{key}.force")
@@ -115,7 +120,7 @@ def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
 
 
 def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquations:
-    """-F on the block, F by its law."""
+    """Return -F on the block, with F by its friction law."""
     key, block = f"links.{name}", element.on
     kind = notation.kinds[block]
     force = notation.effort("F", name, kind).of(key)
@@ -143,7 +148,7 @@ def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquat
 
 
 def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
-    """N on the block, at rigid ends; or -k s - d s' beyond compliant ones."""
+    """Return N on the block at rigid ends, or -k s - d s' beyond compliant ones."""
     key, block = f"links.{name}", element.on
     kind = notation.kinds[block]
     place = notation.position(block)
@@ -175,7 +180,10 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
     if element.compliance is None:
         shock = f"-{element.restitution:g} times itself" if element.restitution else "0"
         speed = notation.speed(block).text
-        text = f"{name} holds {block} back: {where}, else N_{name} = 0; at a shock {speed} becomes {shock}"
+        text = (
+            f"{name} holds {block} back: {where}, else N_{name} = 0; "
+            f"at a shock {speed} becomes {shock}"
+        )
         return ElementEquations(
             ((block, force),), (), (), (Condition(text, latex, unit, terms, key),)
         )
@@ -206,7 +214,7 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
 
 
 def source(name: str, element: Source, notation: Notation) -> ElementEquations:
-    """constant times current or voltage, or an effort."""
+    """Return the effort of a source: constant times current or voltage, or an effort."""
     key, block = f"sources.{name}", element.on
     kind = notation.kinds[block]
     efforts: list[tuple[str, Term]] = []
@@ -253,7 +261,7 @@ def source(name: str, element: Source, notation: Notation) -> ElementEquations:
 
 
 def _winding(name: str, element: Source, notation: Notation, drive: Term) -> Condition:
-    """|R i + K omega| <= U: what the supply leaves."""
+    """Return |R i + K omega| <= U, the limit of the supply voltage."""
     key = f"sources.{name}.winding"
     assert element.winding is not None
     assert element.constant is not None
@@ -282,15 +290,18 @@ def _winding(name: str, element: Source, notation: Notation, drive: Term) -> Con
 def _curve(
     text: str, name: str, letter: str, curve: Curve | Level, at: Term, key: str
 ) -> tuple[Term, Condition]:
-    """A curve's value at a position, and what is said of the curve: its argument is checked against
-    the points' unit."""
+    """Return a curve's value at a position, and the statement of its points.
+
+    The statement's terms let the dimension check compare the argument with the points' unit.
+    """
     values, unit = (
         (curve.factor, "") if isinstance(curve, Level) else (curve.value.values, curve.value.unit)
     )
     points = curve.position.values
     value = function(text, indexed_latex(letter, name), at.text, at.latex, unit).of(key)
     said = (
-        f"{value.text}: {len(points)} points from {points[0]:g} to {points[-1]:g} {curve.position.unit}, "
+        f"{value.text}: {len(points)} points from {points[0]:g} to {points[-1]:g} "
+        f"{curve.position.unit}, "
         f"{min(values):g} to {max(values):g} {unit}".rstrip()
     )
     argument = symbol(at.text, at.latex, curve.position.unit)

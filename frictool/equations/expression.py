@@ -1,7 +1,7 @@
-"""Sums of signed products of symbols: all that the equations of a mechanism are made of.
+"""Sums of signed products of symbols, of which the equations of a mechanism are made.
 
-Atom      a symbol, in text and in LaTeX, with its unit and, where it is a parameter, its value
-Term      sign * product of atoms to whole powers; element: the document's key of what it comes from
+Atom      symbol in text and LaTeX, with its unit; a parameter also has a value
+Term      sign * product of atoms to integer powers, with the key of its element
 Equation  (sum of terms) atom = sum of terms
 """
 
@@ -13,8 +13,10 @@ from dataclasses import dataclass, field, replace
 
 @dataclass(frozen=True)
 class Atom:
-    """unit: SI, as people write it; made: or the terms of the sum that it stands for. value: in SI,
-    of a parameter."""
+    """Symbol.
+
+    unit: SI. value: SI, of a parameter. made: terms of the sum that the symbol stands for, if any.
+    """
 
     text: str
     latex: str
@@ -25,14 +27,17 @@ class Atom:
 
 @dataclass(frozen=True)
 class Term:
-    """sign * product of atom^power; no factors: 1."""
+    """Product sign * atom^power * ...; without factors it is 1. element: key of the document."""
 
     factors: tuple[tuple[Atom, int], ...] = ()
     sign: int = 1
     element: str = ""
 
     def times(self, other: Term) -> Term:
-        """The product; what cancels is gone. The element is `other`'s, where it has one."""
+        """Return the product with common factors cancelled.
+
+        Its element is that of `other`, if it has one.
+        """
         powers: dict[Atom, int] = {}
         for atom, power in (*self.factors, *other.factors):
             powers[atom] = powers.get(atom, 0) + power
@@ -40,18 +45,20 @@ class Term:
         return Term(kept, self.sign * other.sign, other.element or self.element)
 
     def inverse(self) -> Term:
+        """Return the term with all powers negated."""
         return replace(self, factors=tuple((atom, -power) for atom, power in self.factors))
 
     def negative(self) -> Term:
+        """Return the term with the other sign."""
         return replace(self, sign=-self.sign)
 
     def of(self, element: str) -> Term:
-        """The same, said to come from this element."""
+        """Return the term with another element."""
         return replace(self, element=element)
 
     @property
     def number(self) -> float:
-        """The product of the values of all atoms that have one, with the sign."""
+        """Product of the sign and of all atoms with values."""
         product = float(self.sign)
         for atom, power in self.factors:
             product *= 1.0 if atom.value is None else atom.value**power
@@ -59,12 +66,12 @@ class Term:
 
     @property
     def rest(self) -> Term:
-        """What has no value."""
+        """Product of the atoms without values."""
         return Term(tuple((atom, power) for atom, power in self.factors if atom.value is None))
 
     @property
     def text(self) -> str:
-        """Without the sign."""
+        """Text without the sign."""
         above = (
             " ".join(_power(atom.text, power) for atom, power in self.factors if power > 0) or "1"
         )
@@ -79,7 +86,7 @@ class Term:
 
     @property
     def latex(self) -> str:
-        """Without the sign."""
+        """LaTeX without the sign."""
         above = (
             r"\,".join(
                 _power(atom.latex, power, "^{%d}") for atom, power in self.factors if power > 0
@@ -94,8 +101,10 @@ class Term:
 
 @dataclass(frozen=True)
 class Equation:
-    """(sum of `coefficients`) of = sum of `right`. unit: of every term. when: where it holds.
-    source: the thesis's number."""
+    """Equation (sum of `coefficients`) of = sum of `right`.
+
+    unit: of every term. when: condition under which it holds. source: its number in the thesis.
+    """
 
     coefficients: tuple[Term, ...]
     of: Atom
@@ -107,6 +116,7 @@ class Equation:
 
     @property
     def text(self) -> str:
+        """Equation as text."""
         many = len(self.coefficients) > 1
         factor = (
             f"({sum_text(self.coefficients)}) "
@@ -119,6 +129,7 @@ class Equation:
 
     @property
     def latex(self) -> str:
+        """Equation in LaTeX."""
         many = len(self.coefficients) > 1
         inner = sum_latex(self.coefficients)
         factor = (
@@ -132,18 +143,19 @@ class Equation:
 
     @property
     def numbers(self) -> str:
-        """The same with the parameters' values; terms of the same symbols are added."""
+        """Equation with the parameters' values; terms with the same symbols are added."""
         factor = _valued(self.coefficients)
         whole = "" if factor == "1" else f"({factor}) " if " " in factor else f"{factor} "
         return f"{whole}{self.of.text} = {_valued(self.right)}"
 
 
 def symbol(text: str, latex: str, unit: str = "", value: float | None = None) -> Term:
-    """An atom as a term."""
+    """Return an atom as a term."""
     return Term(((Atom(text, latex, unit, value), 1),))
 
 
 def product(terms: Iterable[Term]) -> Term:
+    """Return the product of the terms; 1 if there are none."""
     out = Term()
     for term in terms:
         out = out.times(term)
@@ -151,12 +163,12 @@ def product(terms: Iterable[Term]) -> Term:
 
 
 def sum_text(terms: Sequence[Term]) -> str:
-    """The text of a sum; 0 of none."""
+    """Return the text of a sum; "0" if it is empty."""
     return _joined((term.sign < 0, term.text) for term in terms)
 
 
 def sum_latex(terms: Sequence[Term]) -> str:
-    """The same in LaTeX."""
+    """Return the LaTeX of a sum; "0" if it is empty."""
     return _joined((term.sign < 0, term.latex) for term in terms)
 
 
@@ -187,7 +199,6 @@ def _joined(parts: Iterable[tuple[bool, str]]) -> str:
 def _power(base: str, power: int, form: str = "^%d") -> str:
     if power == 1:
         return base
-    single = " " not in base.partition("(")[0] and not base.startswith(
-        ("(", "|", r"\left")
-    )  # a name, or a function of something
+    # a name, or a function with its argument, needs no parentheses
+    single = " " not in base.partition("(")[0] and not base.startswith(("(", "|", r"\left"))
     return (base if single else f"({base})") + form % power

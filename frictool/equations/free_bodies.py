@@ -1,9 +1,9 @@
-"""Free bodies (2.1)-(2.2), and the constraint forces eliminated: one equation for all that moves as
-one.
+"""Free bodies (2.1)-(2.2), and one equation per rigid tree without its constraint forces.
 
-From a leaf of the tree of rigid links to its root: with the child's M q'' = f, a link to its second
-end gives lambda = M q'' - f there and takes p lambda at its first, so that the first end's inertia
-grows by p ratio M and its efforts by p f; the other way by M/(p ratio), f/p.
+The elimination goes from the leaves of the tree of rigid links to its root. Let the child have
+M q'' = f. If it is the second end of its link, lambda = M q'' - f acts there, and p lambda at the
+first end. The inertia of the first end thus grows by p ratio M and its effort by p f. If the child
+is the first end, the second end's inertia grows by M/(p ratio) and its effort by f/p.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Efforts = Mapping[str, Sequence[Term]]
 def free_body(
     block: str, efforts: Efforts, links: Sequence[LinkEquations], notation: Notation
 ) -> Equation:
-    """m q'' = sum of what acts on the block, forces of rigid links among it."""
+    """Return m q'' = sum of the efforts on the block, with the forces of rigid links."""
     right = [*efforts[block]]
     for link in links:
         if link.b == block:
@@ -41,13 +41,13 @@ def free_body(
 
 
 class RigidTree:
-    """Blocks tied by rigid links without play, `links`, seen from `root`."""
+    """Blocks tied by the rigid `links` without backlash, seen from `root`."""
 
     def __init__(self, root: str, links: Sequence[LinkEquations], notation: Notation) -> None:
         self.root, self.links, self.notation = root, links, notation
 
     def equation(self, efforts: Efforts) -> Equation:
-        """(sum of inertias) q_root'' = sum of efforts."""
+        """Return (sum of inertias) q_root'' = sum of efforts."""
         inertia = [mass.times(self.notation.inertia(block)) for block, _, mass in self._walk()]
         right = self._gathered(efforts, beside=True)
         unit = si_unit("effort", self.notation.kinds[self.root])
@@ -60,12 +60,14 @@ class RigidTree:
         )
 
     def gathered(self, efforts: Efforts) -> list[Term]:
-        """Efforts on its blocks as the root feels them."""
+        """Return the efforts on all blocks, reflected to the root."""
         return self._gathered(efforts, beside=False)
 
     def _walk(self) -> Iterator[tuple[str, Term, Term]]:
-        """Each block from the root on, what the root feels of an effort on it, and of its inertia;
-        chains are longer than calls nest."""
+        """Yield each block from the root on, with the reflection factors of its effort and inertia.
+
+        The walk is iterative, because chains may be longer than the recursion limit.
+        """
         at: dict[str, list[LinkEquations]] = {}
         for link in self.links:
             at.setdefault(link.a, []).append(link)
@@ -106,10 +108,10 @@ def rest_condition(
     bears: Efforts,
     notation: Notation,
 ) -> Condition | None:
-    """While its efforts without dry friction are within what frictions and lossy links bear, a tree
-    stays at rest; None: nothing sticks.
+    """Return the condition under which a tree stays at rest; None if nothing sticks.
 
-    At rest a lossy link passes anything between its two p.
+    Its efforts without dry friction must be within the limits of frictions and lossy links. At rest
+    a lossy link transfers any effort between its two p.
     """
     threads = {
         link.a: _modulus(link.passed.beside)
@@ -162,7 +164,7 @@ def rest_condition(
 
 
 def _modulus(term: Term) -> Term:
-    """Its size: without the sign, and with |p| and |W| for what may be negative."""
+    """Return the size of a term: without sign, and with |p| and |W|, which may be negative."""
 
     def sized(atom: Atom) -> Atom:
         signed = atom.text.startswith(("p_", "W_"))

@@ -1,5 +1,4 @@
-"""Friction laws as sums, where a sum says them; otherwise by name. In slip; what they bear at
-rest."""
+"""Friction laws as sums of terms, or by name if they have no closed form."""
 
 from __future__ import annotations
 
@@ -10,7 +9,7 @@ from frictool.equations.notation import Notation, function
 from frictool.friction.law_registry import LAWS
 from frictool.plant.mechanism.bearing_friction import si_parameters
 
-# name of a parameter -> letter in text and LaTeX; any other stands by its own name
+# parameter -> letter in text and LaTeX; any other parameter has its name as letter
 LETTERS = {
     "coulomb": ("Fc", "F_c"),
     "breakaway": ("Fs", "F_s"),
@@ -24,7 +23,7 @@ WITH_VISCOUS = ("svc", "stribeck")
 
 
 def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[Term]:
-    """F of the law, which opposes the motion."""
+    """Return the terms of F in slip, which opposes the motion."""
     symbols = _symbols(name, element, notation)
     speed = notation.speed(element.on)
     direction = function("sign", r"\mathrm{sign}", speed.text, speed.latex)
@@ -45,7 +44,7 @@ def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[T
 
 
 def _fall(symbols: dict[str, Term], speed: Term) -> Term:
-    """(F_s - F_c) exp(-|v/v_s|^delta), (2.34)."""
+    """Return (F_s - F_c) exp(-|v/v_s|^delta), (2.34)."""
     over = speed.times(symbols["stribeck_velocity"].inverse())
     breakaway, coulomb, delta = (
         symbols["breakaway"],
@@ -67,7 +66,10 @@ def _fall(symbols: dict[str, Term], speed: Term) -> Term:
 
 
 def dry_level(name: str, element: FrictionOf, notation: Notation) -> Term | None:
-    """What it bears at rest; None of a law that never sticks, or sticks by a state of its own."""
+    """Return the largest friction at rest.
+
+    None for a law that never sticks, or one whose sticking depends on a state.
+    """
     law = LAWS[element.law]
     if law.approximation or law.kind == "dynamic":
         return None
@@ -76,7 +78,7 @@ def dry_level(name: str, element: FrictionOf, notation: Notation) -> Term | None
 
 
 def _symbols(name: str, element: FrictionOf, notation: Notation) -> dict[str, Term]:
-    """Every parameter of the law that is given or has a default."""
+    """Return every parameter of the law with a value or a default."""
     key = f"links.{name}"
     kind = notation.kinds[element.on]
     given = si_parameters(key, element, kind)

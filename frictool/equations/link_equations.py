@@ -1,5 +1,4 @@
-"""Links that transmit, in symbols: what they constrain, what yields in them, what plays
-(2.3)-(2.20)."""
+"""Equations of transmitting links: constraints, compliance and backlash (2.3)-(2.20)."""
 
 from __future__ import annotations
 
@@ -27,11 +26,11 @@ SOFT_SOURCES = {"gear": "(2.5)", "belt": "(2.6)"}
 
 @dataclass(frozen=True)
 class LinkEquations:
-    """A link in symbols: force is lambda, the effort on b. play: half of its width at b. stretch: e
-    of what yields or plays.
+    """Equations of one link.
 
-    rigid: it only constrains (with play, where it touches). relations, effort, modes: what is said
-    of it.
+    force: lambda, the effort on b. passed: transfer of that effort to a. rigid: the link is a
+    constraint; with backlash, while it touches. play: half of the backlash at b. relations: of the
+    positions and speeds. effort: of lambda. modes: conditions of backlash.
     """
 
     name: str
@@ -47,7 +46,7 @@ class LinkEquations:
     modes: tuple[Condition, ...]
 
     def on_first(self) -> list[Term]:
-        """Efforts on a."""
+        """Return the efforts on a."""
         key = f"links.{self.name}"
         back = self.passed.factor.times(self.force).negative().of(key)
         return (
@@ -58,7 +57,7 @@ class LinkEquations:
 def link_equations(
     name: str, link: Transmitting, notation: Notation, offset: float
 ) -> LinkEquations:
-    """The link in symbols. offset: what q_b - ratio q_a is at the start [rad | m]."""
+    """Return the equations of a link; offset: q_b - ratio q_a at the start [rad | m]."""
     a, b = link.between
     key = f"links.{name}"
     ratio, along = ratio_of(name, link, notation)
@@ -93,7 +92,7 @@ def link_equations(
 def _relations(
     name: str, link: Transmitting, notation: Notation, ratio: Term, offset: float, constrains: bool
 ) -> tuple[Equation, ...]:
-    """q_b = ratio q_a + o and its rate, or e = q_b - ratio q_a - o of what may differ."""
+    """Return q_b = ratio q_a + o and its rate, or else the deviation e = q_b - ratio q_a - o."""
     a, b = link.between
     key, source = f"links.{name}", SOURCES[str(link.__struct_config__.tag)]
     place, rate, _ = RATES[notation.kinds[b]]
@@ -130,7 +129,10 @@ def _relations(
 def _yielding(
     name: str, link: Transmitting, notation: Notation, along: Term, force: Term, plays: bool
 ) -> tuple[Equation, ...]:
-    """lambda = -k s - d s', at the second end; a belt's k and d are along it, at its radius r_b."""
+    """Return lambda = -k s - d s' at the second end.
+
+    Stiffness and damping of a belt are along the belt, at its radius r_b.
+    """
     backlash: Backlash | None = getattr(link, "backlash", None)
     compliance = link.compliance or (backlash.compliance if backlash is not None else None)
     assert compliance is not None
@@ -163,7 +165,7 @@ def _yielding(
 def _half_width(
     name: str, link: Transmitting, backlash: Backlash, notation: Notation, ratio: Term
 ) -> Term:
-    """Half of the play at b, from the end whose unit it has."""
+    """Return half of the backlash at b; the document's width is at the end with its unit."""
     key = f"links.{name}.backlash.width"
     width = notation.parameter("w", "w", name, backlash.width, key)
     a, b = link.between
@@ -181,9 +183,10 @@ def _within(name: str, b: str, notation: Notation, play: Term) -> Condition:
 
 
 def _touching(
-    name: str, a: str, b: str, notation: Notation, ratio: Term, play: Term, rigid: bool, restitution: float
+    name: str, a: str, b: str, notation: Notation, ratio: Term, play: Term,
+    rigid: bool, restitution: float,
 ) -> Condition:  # fmt: skip
-    """What holds at the ends of the play."""
+    """Return the condition at the ends of the backlash."""
     stretch, _ = notation.stretch("e", name, notation.kinds[b])
     unit, key = RATES[notation.kinds[b]][0], f"links.{name}"
     if not rigid:
@@ -206,7 +209,10 @@ def _touching(
         f"{notation.speed(b).latex} {sign} {follows.latex}",
     )
     after = f"-{restitution:g} times itself" if restitution else "0"
-    ends = f"{stretch.text} = -{play.text} with lambda_{name} >= 0, at {stretch.text} = {play.text} with lambda_{name} <= 0"
+    ends = (
+        f"{stretch.text} = -{play.text} with lambda_{name} >= 0, "
+        f"at {stretch.text} = {play.text} with lambda_{name} <= 0"
+    )
     text = f"{name} touches at {ends}: {slip} = 0, and at a shock becomes {after}"
     return Condition(
         text,

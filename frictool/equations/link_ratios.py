@@ -1,7 +1,7 @@
-"""The ratio of a link as a formula, and what of the effort at its second end its first end feels.
+"""Ratio of a link as a formula, and the transfer of effort from its second to its first end.
 
-q_b = ratio q_a        effort lambda on b, -p lambda on a        p = ratio where nothing is lost
-p = ratio/eta where power flows from a to b (lambda v_b > 0), ratio eta_back where it comes back
+q_b = ratio q_a        effort lambda on b, -p lambda on a        p = ratio without losses
+p = ratio/eta for power from a to b (lambda v_b > 0), ratio eta_back for power from b to a
 """
 
 from __future__ import annotations
@@ -20,8 +20,11 @@ LOSS_SOURCES = {"gear": "(2.3)", "rack": "(2.20)", "screw": "(2.12)"}
 
 @dataclass(frozen=True)
 class EffortTransfer:
-    """factor: p. beside: W, another effort on a (the screw of (2.12)). equations: of p and W. told:
-    whether the load can drive (2.1.6)."""
+    """Transfer of effort to the first end.
+
+    factor: p. beside: W, a further effort on a (screw of (2.12)). equations: of p and W. told:
+    sentence about the driving directions (2.1.6).
+    """
 
     factor: Term
     beside: Term | None = None
@@ -30,8 +33,10 @@ class EffortTransfer:
 
 
 def ratio_of(name: str, link: Transmitting, notation: Notation) -> tuple[Term, Term]:
-    """The ratio with its sign, and the way along the link's compliance per unit of q_b: a belt's
-    radius, else 1."""
+    """Return the signed ratio, and the distance along the link's compliance per unit of q_b.
+
+    That distance is a belt's radius, else 1.
+    """
     key = f"links.{name}"
     match link:
         case Gear():
@@ -57,7 +62,7 @@ def ratio_of(name: str, link: Transmitting, notation: Notation) -> tuple[Term, T
 
 
 def _lead(name: str, link: Screw, notation: Notation) -> Term:
-    """The nut's way per radian."""
+    """Return the nut's travel per radian."""
     if link.lead is None:
         return _radius(name, link, notation).times(_tangent(name, link, notation, ""))
     turn = symbol("2 pi", r"2\pi", value=2.0 * math.pi)
@@ -71,7 +76,7 @@ def _radius(name: str, link: Screw, notation: Notation) -> Term:
 
 
 def _tangent(name: str, link: Screw, notation: Notation, sign: str) -> Term:
-    """tan(alpha), or tan(alpha + phi), tan(alpha - phi) with phi = atan(mu)."""
+    """Return tan(alpha), tan(alpha + phi) or tan(alpha - phi), by `sign`, with phi = atan(mu)."""
     angle = math.atan(tangent_of_lead(f"links.{name}", link))
     if link.lead_angle is not None:
         alpha = notation.parameter(
@@ -105,7 +110,7 @@ def _tangent(name: str, link: Screw, notation: Notation, sign: str) -> Term:
 def effort_transfer(
     name: str, link: Transmitting, notation: Notation, ratio: Term, force: Term
 ) -> EffortTransfer:
-    """What the first end feels of `force`, the effort lambda at the second."""
+    """Return the effort at the first end for `force`, the effort lambda at the second."""
     efficiency: float | None = getattr(link, "efficiency", None)
     if isinstance(link, Screw) and link.friction_coefficient is not None:
         if link.friction_form == "thesis":
@@ -193,7 +198,7 @@ def _by_direction(
 def _as_printed(
     name: str, link: Screw, notation: Notation, ratio: Term, force: Term, mu: float
 ) -> EffortTransfer:
-    """W = mu |R lambda - u tan(alpha)| sign(omega), (2.12)."""
+    """Return W = mu |R lambda - u tan(alpha)| sign(omega), (2.12)."""
     key, screw = f"links.{name}", link.between[0]
     pressed = _radius(name, link, notation).times(force)
     steep = tangent_of_lead(key, link)
@@ -202,7 +207,8 @@ def _as_printed(
     speed = notation.speed(screw)
     inner = Atom(
         f"|{pressed.text} - {turned.text}| sign({speed.text})",
-        rf"\left|{pressed.latex} - {turned.latex}\right|\,\mathrm{{sign}}\left({speed.latex}\right)",
+        rf"\left|{pressed.latex} - {turned.latex}\right|"
+        rf"\,\mathrm{{sign}}\left({speed.latex}\right)",
         made=(pressed, turned),
     )
     beside = notation.effort("W", name, "rotary").of(key)

@@ -1,4 +1,4 @@
-"""The equations of a mechanism: what `frictool equations` does, on values in memory."""
+"""Equations of a mechanism in one call, as `frictool equations` derives them."""
 
 from __future__ import annotations
 
@@ -15,31 +15,48 @@ from frictool.plant.mechanism.element_error import ElementError
 
 @dataclass(frozen=True)
 class Equations:
-    """derivation: sections of equations, the parameters with their values, what is said beside."""
+    """Equations of a mechanism, with three views.
+
+    derivation: sections of equations, parameters with their values, and notes.
+    """
 
     derivation: Derivation
 
     @property
     def text(self) -> str:
-        """For people: each equation with its unit and the thesis's number."""
+        """Text with the unit of each equation and its number in the thesis."""
         return as_text(self.derivation)
 
     @property
     def latex(self) -> str:
-        """A fragment for amsmath."""
+        """LaTeX fragment for amsmath."""
         return as_latex(self.derivation)
 
     @property
     def data(self) -> dict[str, Any]:
-        """What `--json` prints: every term with its element."""
+        """Data of `--json`: every term with its element."""
         return as_data(self.derivation)
 
 
 def equations(mechanism: Mechanism, *, name: str = "mechanism") -> Equations:
-    """The equations that follow from the description, the dimension of every term checked.
+    """Derive the equations of a mechanism and check the dimension of every term.
 
-    name: what messages call the document, its path where it has one. Raises DocumentError where the
-    mechanism is none, with the key of the element.
+    Parameters
+    ----------
+    mechanism : Mechanism
+        document of the mechanism
+    name : str, optional
+        name of the document in messages, such as its path
+
+    Returns
+    -------
+    Equations
+        equations as text, LaTeX and data
+
+    Raises
+    ------
+    DocumentError
+        the mechanism is wrong; the message has the key of the element
     """
     try:
         return Equations(derive(mechanism, assemble(mechanism)))

@@ -18,8 +18,11 @@ HALF = symbol("2", "2", value=2.0).inverse()
 
 @dataclass(frozen=True)
 class ParameterRow:
-    """A row of the table: SI; low, high: None without an interval. key: where the document has
-    it."""
+    """Row of the table of parameters.
+
+    value, low, high: SI; low and high are None without an interval. key: of the value in the
+    document.
+    """
 
     symbol: str
     latex: str
@@ -31,7 +34,7 @@ class ParameterRow:
 
 
 class Notation:
-    """Gives symbols and remembers the parameters that were asked for."""
+    """Factory of symbols, which also collects the parameters that are used."""
 
     def __init__(self, document: Mechanism) -> None:
         self.document = document
@@ -41,6 +44,7 @@ class Notation:
         self.parameters: dict[str, ParameterRow] = {}
 
     def position(self, block: str) -> Term:
+        """Return the position theta [rad] or x [m] of a block."""
         kind = self.kinds[block]
         return _named(
             "theta" if kind == "rotary" else "x",
@@ -50,6 +54,7 @@ class Notation:
         )
 
     def speed(self, block: str) -> Term:
+        """Return the speed omega [rad/s] or v [m/s] of a block."""
         kind = self.kinds[block]
         return _named(
             "omega" if kind == "rotary" else "v",
@@ -59,6 +64,7 @@ class Notation:
         )
 
     def acceleration(self, block: str) -> Atom:
+        """Return the acceleration of a block [rad/s^2 or m/s^2]."""
         kind = self.kinds[block]
         speed = self.speed(block).factors[0][0]
         return Atom(
@@ -68,8 +74,7 @@ class Notation:
         )
 
     def inertia(self, block: str) -> Term:
-        """Its J or m; a term without value or factor is not made of a block without inertia: it is
-        a parameter of 0."""
+        """Return the inertia J or mass m of a block; without inertia the parameter is zero."""
         stated = self.document.blocks[block]
         if stated.inertia is not None:
             return self.parameter("J", "J", block, stated.inertia, f"blocks.{block}.inertia")
@@ -77,7 +82,7 @@ class Notation:
         return self.parameter("m", "m", block, stated.mass, f"blocks.{block}.mass")
 
     def parameter(self, letter: str, latex: str, name: str, quantity: Quantity, key: str) -> Term:
-        """A quantity of the document, in the unit that it has there (SI)."""
+        """Return a quantity of the document, in its unit (SI), and add it to the parameters."""
         term = _named(letter, latex, name, quantity.unit, quantity.value)
         atom = term.factors[0][0]
         self.parameters[atom.text] = ParameterRow(
@@ -86,16 +91,16 @@ class Notation:
         return term.of(key)
 
     def number(self, letter: str, latex: str, name: str, value: float, key: str) -> Term:
-        """A plain number of the document."""
+        """Return a dimensionless number of the document."""
         return self.parameter(letter, latex, name, Quantity(value, unit=""), key)
 
     def effort(self, letter: str, name: str, kind: Axis) -> Term:
-        """An unknown effort on a block that turns or slides."""
+        """Return an unknown effort on a block of this kind."""
         latex = {"lambda": r"\lambda"}.get(letter, letter)
         return _named(letter, latex, name, si_unit("effort", kind))
 
     def stretch(self, letter: str, name: str, kind: Axis) -> tuple[Term, Term]:
-        """A position difference and its rate."""
+        """Return a difference of positions and its rate."""
         place, rate, _ = RATES[kind]
         still = _named(letter, letter, name, place)
         return still, symbol(f"{letter}_{name}'", indexed_latex(rf"\dot{{{letter}}}", name), rate)
@@ -106,8 +111,7 @@ def _named(letter: str, latex: str, name: str, unit: str, value: float | None = 
 
 
 def indexed_latex(letter: str, name: str) -> str:
-    """LaTeX of a letter that belongs to an element, which may have an index of its own: `F_c` of
-    brushes is F_{c,brushes}."""
+    """Return LaTeX of a letter with a name as its index: `F_c` of brushes is F_{c,brushes}."""
     base, _, index = letter.partition("_")
     return rf"{base}_{{{index + ',' if index else ''}\mathrm{{{_latex(name)}}}}}"
 
@@ -124,5 +128,5 @@ def function(
     unit: str = "",
     value: float | None = None,
 ) -> Term:
-    """`name(argument)` as one symbol."""
+    """Return `name(argument)` as one symbol."""
     return symbol(f"{name}({argument})", rf"{latex}\left({argument_latex}\right)", unit, value)

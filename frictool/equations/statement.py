@@ -1,5 +1,4 @@
-"""What an equation is not: a condition, or a law by its name. Its terms, which measure the same,
-are checked all the same."""
+"""Statements that are no equations: conditions, and laws that have only a name."""
 
 from __future__ import annotations
 
@@ -10,7 +9,7 @@ from frictool.equations.expression import Term
 
 @dataclass(frozen=True)
 class Condition:
-    """A sentence for people, and LaTeX of its formula. terms, unit: what has to be of one unit."""
+    """Sentence with the LaTeX of its formula; the dimension check covers `terms`, all in `unit`."""
 
     text: str
     latex: str

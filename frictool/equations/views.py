@@ -1,4 +1,4 @@
-"""A derivation as text for people, as LaTeX, and as the machine's view."""
+"""Derivation as text, as LaTeX and as data."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from frictool.equations.derivation import Derivation, Line
 from frictool.equations.expression import Equation
 from frictool.equations.notation import ParameterRow
 
-WIDTH = 118
+WIDTH = 118  # characters of a line
 
 
 def as_text(derivation: Derivation) -> str:
-    """Sections of equations, each with its unit and the thesis's number; then the parameters."""
+    """Return sections of equations with units and the thesis's numbers, then the parameters."""
     out = [derivation.name]
     for title, lines in derivation.sections:
         out += ["", title]
@@ -75,7 +75,7 @@ def _table(parameters: tuple[ParameterRow, ...]) -> list[str]:
 
 
 def as_latex(derivation: Derivation) -> str:
-    """A fragment for amsmath: a paragraph a section, an aligned row an equation."""
+    """Return a fragment for amsmath: one paragraph per section, one aligned row per equation."""
     out = [f"% {derivation.name}; amsmath"]
     for title, lines in derivation.sections:
         rows = [_row(line) for line in lines]
@@ -104,7 +104,7 @@ def _escaped(text: str) -> str:
 
 
 def as_data(derivation: Derivation) -> dict[str, Any]:
-    """The same as data: every term with its element."""
+    """Return the derivation as data: every term with its element."""
     return {
         "name": derivation.name,
         "sections": [

@@ -1,5 +1,4 @@
-"""Velocity, friction and wear from a running actuator: observers designed, and logs that they run
-along."""
+"""Observers for velocity, friction and wear: their design, and estimates along a log."""
 
 from typing import TYPE_CHECKING
 

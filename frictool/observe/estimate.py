@@ -1,5 +1,4 @@
-"""What is estimated of friction and wear, with intervals: the vocabulary of the estimators, the log
-that they write, and the verdict."""
+"""Estimates of friction and wear with intervals, as used by estimators, logs and verdicts."""
 
 from __future__ import annotations
 
@@ -11,15 +10,17 @@ Kind = Literal["none", "multiplicative", "additive", "directional", "zones"]
 
 @dataclass(frozen=True)
 class EstimateRange:
-    """A value and the interval that holds it with the confidence that was asked for."""
+    """Estimated value with the interval that holds the true one at the requested confidence."""
 
     value: float
     low: float
     high: float
 
     def over(self, other: EstimateRange) -> EstimateRange:
-        """The ratio of two values that were estimated independently, both positive; intervals in
-        quadrature."""
+        """Return the ratio to another, independent estimate; both values must be positive.
+
+        The relative half-widths of the intervals are added in quadrature.
+        """
         ratio = self.value / other.value
         below = ((self.value - self.low) / self.value) ** 2 + (
             (other.high - other.value) / other.value
@@ -30,13 +31,13 @@ class EstimateRange:
         return EstimateRange(ratio, ratio * (1.0 - below**0.5), ratio * (1.0 + above**0.5))
 
     def as_json(self) -> dict[str, float]:
-        """The machine's view."""
+        """Return the estimate as a JSON object."""
         return {"value": self.value, "low": self.low, "high": self.high}
 
 
 @dataclass(frozen=True)
 class WearZone:
-    """Friction over the model's between two positions [rad | m]."""
+    """Wear between two positions [rad | m]."""
 
     low: float
     high: float
@@ -45,16 +46,17 @@ class WearZone:
 
 @dataclass(frozen=True)
 class WearEstimate:
-    """What is known after some moves.
+    """State of knowledge about wear after some moves.
 
-    time: s, of the last sample that it is from. moves: that it is from. wear: dry friction over the
-    model's, 1 where nothing has worn; of all directions and zones together. kind: what the data say
-    the wear is, `none` where they say that there is none. forward, backward: the wear of each
-    direction. added: of kind additive, what friction has grown by [N m | N]. zones: of kind zones.
-    scale: factor that is on all of them alike where the actuator's constant is not the bench's,
-    from the bench's range of it; no interval here holds it, and a ratio to commissioning is free of
-    it. others: further parameters that the same moves gave, over the model's value (inertia,
-    viscous, ...). warnings: for people.
+    time: s, last sample that the estimate uses. moves: number of moves that it uses. wear: dry
+    friction relative to the model's (1: no wear), over all directions and zones. kind: kind of wear
+    that the data show; `none` if they show none. forward, backward: wear of each direction. added:
+    growth of the friction [N m | N], for kind additive. zones: for kind zones.
+
+    scale: factor that a wrong actuator constant puts on all wears alike, from the bench's range of
+    that constant. No interval here includes it, and a ratio to commissioning is free of it. others:
+    further parameters from the same moves, relative to the model's (inertia, viscous, ...).
+    warnings: as text.
     """
 
     time: float
@@ -70,7 +72,7 @@ class WearEstimate:
     warnings: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """The machine's view."""
+        """Return the estimate as a JSON object."""
         sides = {
             "forward": self.forward,
             "backward": self.backward,

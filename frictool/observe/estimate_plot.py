@@ -1,8 +1,7 @@
-"""Wear, friction and velocity over time, each with its interval, as an SVG; and the wear of a fleet
-over the date.
+"""Plot of wear, friction and velocity over time, each with its interval, as SVG.
 
-What passes while a log is read is thinned to lowest and highest values (streamed_decimation.py), so
-that a log of hours is drawn in the memory of a short one and none of its peaks is lost.
+The signals are decimated to minima and maxima while the log is read (streamed_decimation.py). A log
+of hours needs no more memory than a short one and keeps its peaks.
 """
 
 from __future__ import annotations
@@ -26,29 +25,32 @@ LIMIT = "#b3261e"
 WEAR, FRICTION, VELOCITY = "#1f5fa8", "#c4620a", "#2f7d4f"
 WIDTH, HEIGHT = 7.0, 6.6  # inches
 MARGINS = FigureMargins(left=0.9, right=0.15, bottom=0.5, top=0.15, label=0.22)
-BAND = 0.25  # opacity of an interval
-LONG_S, LONGER_S = 600.0, 7200.0  # s, from which on time is drawn in minutes, in hours
+BAND = 0.25  # opacity of an interval's band
+LONG_S, LONGER_S = 600.0, 7200.0  # s, durations from which on time is drawn in minutes, in hours
 STYLE: dict[str, Any] = {**PAGE, "lines.linewidth": 1.2}
 
 
 def drawing(name: str) -> AbstractContextManager[None]:
-    """The settings under which the figure `name` is drawn and rendered."""
+    """Return a context manager with the plot settings of the figure `name`."""
     return svg.drawing(name, STYLE)
 
 
 class EstimatePlot:
-    """Gathers what is drawn of a log."""
+    """Plot of the estimates of one log, filled block by block."""
 
     def __init__(self, axis: Axis) -> None:
         self._axis = axis
         self._trace = DecimatedTrace(9)
 
     def take(self, part: EstimateBlock) -> None:
-        """The samples that follow those before."""
+        """Add the samples of a block."""
         self._trace.take(part.piece.time, np.concatenate([part.wear, part.friction, part.velocity]))
 
     def drawn(self, name: str, limit: float | None) -> str:
-        """The `<svg>` element; name: of the log, for who cannot see it. limit: of the wear."""
+        """Return the `<svg>` element.
+
+        name: of the log, for the alternative text. limit: of the wear.
+        """
         time, low, high = self._trace.drawn()
         scale, unit = _scale(float(time[-1] - time[0]) if time.size else 0.0)
         with drawing("observe"):
@@ -83,8 +85,10 @@ def _velocity(axis: Axis) -> str:
 def _range(
     low: Vector, high: Vector, least: float, most: float, limit: float | None
 ) -> tuple[float, float]:
-    """What of the wear is shown: its values, its last interval and its limit; the interval before
-    the first move may go to any length."""
+    """Return the plotted range of the wear: values, last interval and limit, with a margin.
+
+    The interval before the first move may be clipped, because it has no bounds.
+    """
     shown = [float(low.min()), float(high.max()), least, most, *([] if limit is None else [limit])]
     room = 0.3 * max(max(shown) - min(shown), 0.1)
     return min(shown) - room, max(shown) + room
@@ -96,7 +100,7 @@ def _limit(axes: Axes, limit: float | None) -> None:
 
 
 def _scale(duration: float) -> tuple[float, str]:
-    """What a time in s is divided by to be drawn, and its unit."""
+    """Return the divisor of a time in s, and the unit that it gives."""
     if duration >= LONGER_S:
         return 3600.0, "h"
     return (60.0, "min") if duration >= LONG_S else (1.0, "s")

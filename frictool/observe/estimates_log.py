@@ -1,4 +1,4 @@
-"""Estimates along a log as a canonical log, written while they are found."""
+"""Canonical log of the estimates, written while they are computed."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ from frictool.observe.estimation import EstimateBlock, head
 from frictool.observe.log_observer import LogObserver
 from frictool.observe.second_observer import samples_of
 
-ESTIMATE = "estimate"  # metadata record: what was known in the end, key by key as JSON
+ESTIMATE = "estimate"  # metadata record with the final estimate, each value as JSON
 
 
 def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, notes: Notes) -> None:
-    """Writes the estimates of a log; `parts` are its own, perhaps looked at on the way. notes:
-    further metadata records."""
+    """Write the estimates of a log; parts: its estimate blocks; notes: further metadata records."""
     first = next(parts)
     shift = max(0, -round(float(first.piece.time[0]) * NS))
     made = one.feed.made
@@ -38,9 +37,8 @@ def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, no
         }
     )
     kind = {**made.notes.get(KIND, {}), "kind": "estimated", "model": one.model.name}
-    own, other = tee(
-        chain([first], parts)
-    )  # one is ahead of the other by a piece, where both are written
+    # of the two iterators, one is at most one block ahead if both streams are written
+    own, other = tee(chain([first], parts))
     streams: list[tuple[StreamHeader, Iterator[SampleBlock]]] = [
         (head(one.model), (part.samples() for part in own))
     ]

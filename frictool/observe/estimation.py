@@ -1,11 +1,10 @@
-"""Everything that is estimated along a log, sample by sample: velocity, friction, wear, each with
-its interval.
+"""All estimates along a log, sample by sample: velocity, friction and wear, each with an interval.
 
-    Piece ──wear/──▶ Estimate after each move ─┐
-          ──velocity.py──▶ velocity ───────────┴─friction.py──▶ friction
+    MotionBlock ──wear/──▶ WearEstimate after each move ─┐
+                ──velocity.py──▶ velocity ───────────────┴─friction_tracker.py──▶ friction
 
-What stands at a sample was known at that sample: wear changes when a move has ended, and before the
-first move it is the prior.
+The estimates at a sample use no later sample. Wear changes when a move has ended; before the first
+move it is the prior.
 """
 
 from __future__ import annotations
@@ -34,36 +33,40 @@ FIELDS = ("position", *(name + end for name in ESTIMATED for end in ("", "_low",
 
 
 class WearEstimation(Protocol):
-    """What estimates the wear (wear/). estimate: what is known now."""
+    """Interface of a wear estimator (wear/)."""
 
     @property
-    def estimate(self) -> WearEstimate: ...
+    def estimate(self) -> WearEstimate:
+        """Present estimate."""
+        ...
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
-        """What is known after each move that ended in the piece."""
+        """Return the estimate after each move that ended in the block."""
         ...
 
     def finish(self) -> list[WearEstimate]:
-        """The log ends here."""
+        """Return the estimates of moves that end with the log."""
         ...
 
 
 class VelocityEstimation(Protocol):
-    """What estimates the velocity (velocity.py)."""
+    """Interface of a velocity estimator (velocity.py)."""
 
     def take(self, piece: MotionBlock) -> Matrix:
-        """(3, n): value, low, high [rad/s | m/s]."""
+        """Return value, low, high (3, n) [rad/s | m/s]."""
         ...
 
     def figures(self) -> dict[str, Any]:
-        """How well it did so far, by name, SI; `velocity_rms` among them."""
+        """Return the errors so far by name (SI); `velocity_rms` is one of them."""
         ...
 
 
 @dataclass(frozen=True)
 class EstimateBlock:
-    """What is known at the samples of a piece: velocity, friction and wear (3, n), each value, low,
-    high; beside: by another observer."""
+    """Estimates at the samples of a block.
+
+    velocity, friction, wear: value, low, high (3, n). beside: output of the second observer.
+    """
 
     piece: MotionBlock
     velocity: Matrix
@@ -72,13 +75,13 @@ class EstimateBlock:
     beside: ObserverOutput | None = None
 
     def samples(self) -> SampleBlock:
-        """As they stand in the log, by FIELDS."""
+        """Return the samples as in the log, with the columns FIELDS."""
         time = np.rint(self.piece.time * NS).astype(np.int64)
         return SampleBlock(time, (self.piece.position, *self.velocity, *self.friction, *self.wear))
 
 
 def head(model: Model) -> StreamHeader:
-    """The stream that `Part.samples` makes."""
+    """Return the header of the stream of `EstimateBlock.samples`."""
     dimension = {"velocity": "velocity", "friction": "effort"}
     units = {name: si_unit(of, model.axis) for name, of in dimension.items()} | {"wear": "1"}
     return StreamHeader(
@@ -96,7 +99,7 @@ def estimate_along(
     confidence: float,
     beside: SecondObserver | None = None,
 ) -> Iterator[EstimateBlock]:
-    """What is known along the pieces, one after another."""
+    """Yield the estimates of each block; beside: second observer."""
     friction = FrictionTracker(model, confidence)
     for piece in pieces:
         before = wear.estimate
@@ -109,7 +112,7 @@ def estimate_along(
 
 
 def _wear(time: Vector, known: list[tuple[int, WearEstimate]]) -> Matrix:
-    """Value, low, high at each sample (3, n)."""
+    """Return value, low, high (3, n) of the wear at each sample."""
     counts = np.diff([*(start for start, _ in known), time.size])
     values = np.array(
         [[one.wear.value, one.wear.low, min(one.wear.high, UNBOUNDED)] for _, one in known]

@@ -1,9 +1,7 @@
-"""A fleet's logs, a row each: observed side by side, compared with the earliest of each unit.
+"""Observation of the logs of a fleet in parallel; one result per log.
 
-    logs ──log_observer.py, shared by workers/──▶ Found, Found, ... ──commissioning.py,
-    wear_limit.py──▶ Row, Row, ...
-
-The rows are in the order of unit, date and file, whoever has ended first.
+logs ──log_observer.py, shared by workers/──▶ FleetResult, FleetResult, ...
+     ──commissioning.py, wear_limit.py──▶ rows (fleet_table.py)
 """
 
 from __future__ import annotations
@@ -25,14 +23,13 @@ from frictool.observe.log_observer import (
 from frictool.observe.observation_outcome import ObservationOutcome
 from frictool.workers.shared_files import share_files
 
-# bytes of all logs, below which the start of further processes takes longer than they save
+# bytes of all logs, below which starting processes takes longer than it saves
 WORTH_SHARING = 50_000_000
 
 
 @dataclass(frozen=True)
 class FleetResult:
-    """What a log has told, or why it could not. lost: whether it could not be read, or not
-    whole."""
+    """Outcome of one log, or the reason why there is none."""
 
     member: FleetLog
     origin: LogOrigin
@@ -41,6 +38,7 @@ class FleetResult:
 
     @property
     def lost(self) -> bool:
+        """True if the log could not be read, or not as a whole."""
         return self.outcome is None or bool(self.outcome.losses)
 
 
@@ -54,10 +52,10 @@ def observe_logs(
     cluster: str | None = None,
     tick: Callable[[float], None] = lambda part: None,
 ) -> list[FleetResult]:
-    """What each log tells, in the order given. cores, cluster: who does it, as `workers/share.py`;
-    few bytes are observed in this process.
+    """Return the result of each log, in the order of `fleet`.
 
-    tick: is told the part of them that is done.
+    cores, cluster: as in `workers/share.py`; small fleets are observed in this process. tick: is
+    called with the completed fraction (0 to 1).
     """
     few = (
         sum(member.path.stat().st_size for member in fleet if member.path.is_file()) < WORTH_SHARING
@@ -77,13 +75,14 @@ def observe_logs(
 
 @dataclass(frozen=True)
 class ObserveJob:
-    """One log, none of its samples kept, wherever it is read."""
+    """Picklable function that observes one log and keeps no samples."""
 
     model: Model
     settings: ObservationSettings
     estimators: EstimatorFactories = THESE
 
     def __call__(self, paths: tuple[Path, ...], member: FleetLog) -> FleetResult:
+        """Return the result of the log at the one path; errors become its reason."""
         (path,) = paths
         try:
             one = LogObserver(path, self.model, self.settings, member.name, self.estimators)
@@ -97,14 +96,15 @@ class ObserveJob:
             return self.lost(member, "needs more memory than there is")
         except OSError as error:
             return self.lost(member, f"cannot be read: {error.strerror or error}")
-        except Exception as error:  # a mistake of ours with one log must not take the others along
+        except Exception as error:  # a defect of this program in one log must not stop the others
             return self.lost(
                 member,
-                f"could not be observed ({type(error).__name__}: {error}); observe it alone to see more",
+                f"could not be observed ({type(error).__name__}: {error}); "
+                "observe it alone to see more",
             )
 
     def lost(self, member: FleetLog, reason: str) -> FleetResult:
-        """In place of what it would have told."""
+        """Return the result of a log that gave no outcome."""
         return FleetResult(
             member, origin_by_name(member.name, self.settings.patterns), None, reason
         )

@@ -1,5 +1,7 @@
-"""The table of a fleet: a row a log, its wear beside that of the unit's first log, as CSV, Parquet
-and for programs."""
+"""Table of a fleet as text, CSV, Parquet and JSON: one row per log.
+
+Each row has the wear and its ratio to that of the unit's first log.
+"""
 
 from __future__ import annotations
 
@@ -33,20 +35,24 @@ COLUMNS = (
     "reason",
 )
 TEXTS = ("unit", "date", "file", "kind", "reason")
+# columns on the right, because a terminal may be too narrow for the whole table
 SEEN_LAST = (
     "kind",
     "moves",
     "velocity_rms",
     "duration_s",
     "reason",
-)  # by people, in a table that is wider than their window
+)
 PARQUET = (".parquet", ".pq")
 
 
 @dataclass(frozen=True)
 class FleetRow:
-    """One log. ratio: of its wear to the unit's at commissioning. reason: of the verdict, or why
-    there is none. first: whether it is itself what the others of its unit are compared with."""
+    """Result for one log.
+
+    ratio: wear relative to that of the unit at commissioning. reason: of the verdict, or why there
+    is no result. first: True if the other logs of the unit are compared with this one.
+    """
 
     file: str
     unit: str | None
@@ -59,10 +65,11 @@ class FleetRow:
 
     @property
     def alarm(self) -> bool | None:
+        """True above the limit; None if undecided, or without a limit or a result."""
         return None if self.verdict is None else self.verdict.exceeded
 
     def cells(self) -> dict[str, Any]:
-        """Column -> value, None where there is none."""
+        """Return the value of each column; None if it has none."""
         out = self.outcome
         found = None if out is None else out.estimate
         return {
@@ -80,7 +87,7 @@ class FleetRow:
         }
 
     def as_json(self) -> dict[str, Any]:
-        """The machine's view: what the run along this log alone prints, and the row's own."""
+        """Return the JSON object of `observe run` for this log, with the fields of the row."""
         own = {} if self.outcome is None else self.outcome.as_json()
         ratio = {} if self.ratio is None else {"ratio": self.ratio.as_json()}
         limit = None if self.verdict is None else self.verdict.limit
@@ -107,10 +114,10 @@ def _range(value: str, low: str, high: str, found: EstimateRange | None) -> dict
 def rows(
     fleet: Sequence[FleetResult], limit: float | None, given: Commissioning | None
 ) -> list[FleetRow]:
-    """A row for each log, in the order of unit, date and file. The first log of a unit is its
-    commissioning where none is `given`.
+    """Return one row per log, sorted by unit, date and file.
 
-    limit: of the ratio to commissioning where there is one, else of the wear.
+    limit: of the ratio to commissioning if that is known, else of the wear. given: commissioning of
+    all units; if None, the first log of each unit that has an estimate of the wear.
     """
     first = {} if given is not None else _first_logs(fleet)
     made = [_row(one, limit, given, first) for one in fleet]
@@ -118,7 +125,7 @@ def rows(
 
 
 def _first_logs(fleet: Iterable[FleetResult]) -> dict[str, FleetResult]:
-    """Unit -> the earliest of its logs that has told a wear."""
+    """Return the earliest dated log of each unit that has an estimate of the wear."""
     dated = [
         (one.origin.date, one.member.name.file, one)
         for one in fleet
@@ -161,8 +168,7 @@ def _row(
 
 
 def counts(table: Sequence[FleetRow]) -> dict[str, int]:
-    """Return the numbers of logs above the limit, undecided, unreadable, and read with data
-    lost."""
+    """Return the numbers of logs above the limit, undecided, unreadable, and with data lost."""
     return {
         "above_limit": sum(bool(row.alarm) for row in table),
         "undecided": sum(row.verdict is not None and row.verdict.exceeded is None for row in table),
@@ -172,7 +178,7 @@ def counts(table: Sequence[FleetRow]) -> dict[str, int]:
 
 
 def headline(table: Sequence[FleetRow], limit: float | None) -> str:
-    """All of it in one line."""
+    """Summarise the table in one line."""
     lost, parts = counts(table)["not_read"], counts(table)["data_lost"]
     units = len({row.unit for row in table if row.unit is not None})
     told = f"{len(table)} log{'s' * (len(table) != 1)}" + (
@@ -191,7 +197,7 @@ def headline(table: Sequence[FleetRow], limit: float | None) -> str:
 
 
 def table_texts(table: Sequence[FleetRow]) -> tuple[list[str], list[list[str]]]:
-    """Headings and rows of texts for people, columns that no row fills left out."""
+    """Return headings and rows as texts; columns without a value are left out."""
     cells = [{name: _short(value) for name, value in _joined(row).items()} for row in table]
     names = [
         name
@@ -206,7 +212,7 @@ def table_texts(table: Sequence[FleetRow]) -> tuple[list[str], list[list[str]]]:
 
 
 def _joined(row: FleetRow) -> dict[str, Any]:
-    """The cells, an interval in one."""
+    """Return the cells with each value and its interval joined to one text."""
     cells = row.cells()
     for value, low, high in (("wear", "low", "high"), ("ratio", "ratio_low", "ratio_high")):
         ends = cells.pop(low), cells.pop(high)
@@ -222,7 +228,7 @@ def _short(value: Any) -> str:
 
 
 def as_text(table: Sequence[FleetRow]) -> str:
-    """The same in columns."""
+    """Return the table as aligned text."""
     headings, rows = table_texts(table)
     lines = [headings, *rows]
     widths = [max(len(line[column]) for line in lines) for column in range(len(headings))]
@@ -233,7 +239,7 @@ def as_text(table: Sequence[FleetRow]) -> str:
 
 
 def as_csv(table: Sequence[FleetRow]) -> str:
-    """With a line of names first; RFC 4180, but for line ends of one character."""
+    """Return the table as CSV (RFC 4180, but lines end with LF only), with a header line."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -251,8 +257,7 @@ def _cell(value: Any) -> str:
 
 
 def write_parquet(table: Sequence[FleetRow], target: BinaryIO, provenance: dict[str, str]) -> None:
-    """The same as Parquet; dates as time stamps in UTC. Raises LogError where pyarrow is not
-    installed."""
+    """Write the table as Parquet; dates are time stamps in UTC."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -264,7 +269,7 @@ def write_parquet(table: Sequence[FleetRow], target: BinaryIO, provenance: dict[
 
 
 def require_parquet(target: Path) -> None:
-    """Raises LogError about `target` where the library that writes it is not installed."""
+    """Raise LogError about `target` if it needs pyarrow and pyarrow is not installed."""
     if target.suffix.lower() in PARQUET:
         library(target, "pyarrow.parquet", "parquet")
 

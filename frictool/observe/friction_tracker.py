@@ -1,5 +1,7 @@
-"""Friction along a log, with its interval: the model's law times what it has worn by
-(kernels/friction_interval.py)."""
+"""Friction along a log with its interval: the model's friction law times the wear.
+
+The computation is in kernels/friction_interval.py.
+"""
 
 from __future__ import annotations
 
@@ -28,21 +30,19 @@ from frictool.plant.axis_model import axis_of, load_of
 
 Matrix = NDArray[np.float64]
 S = TypeVar("S", bound=msgspec.Struct)
-# rad | m: end stops that no axis reaches, so that every axis has its laws in the kernels' array
+# rad | m: end stops that no axis reaches, so that all axes have the same array layout
 NEVER = 1e30
 NONE = EstimateRange(0.0, 0.0, 0.0)
-# of the friction at a place, a deviation: no model has its friction over position to the last per
-# cent
+# relative standard deviation of the friction at one position, which no model knows better
 ROUGH = 0.01
-UNBOUNDED = 1e6  # stands for a wear of which no upper bound is known: a log holds finite numbers
-WIDTH, LOOSE = (
-    0.2,
-    0.4,
-)  # of a gap's width, of the friction in it: how unsure they are where the bench gives no range
+UNBOUNDED = 1e6  # 1, upper bound of the wear if none is known: a log holds finite numbers
+# half-widths relative to the value, of a backlash and of the friction inside it, if the bench has
+# no range
+WIDTH, LOOSE = 0.2, 0.4
 
 
 class FrictionTracker:
-    """Follows the friction from piece to piece. confidence: of its intervals."""
+    """Friction estimator that goes from block to block; confidence: of its intervals."""
 
     def __init__(self, model: Model, confidence: float = 0.95) -> None:
         self._axes = np.stack(
@@ -61,10 +61,10 @@ class FrictionTracker:
     def take(
         self, piece: MotionBlock, velocity: Matrix, known: Sequence[tuple[int, WearEstimate]]
     ) -> Matrix:
-        """Friction (3, n): value, low, high [N m | N], positive against a positive motion.
+        """Return friction (3, n): value, low, high [N m | N], positive against positive motion.
 
-        velocity (3, n): value, low, high. known: what is known of the wear from which sample of the
-        piece on, the first from 0 on.
+        velocity: value, low, high (3, n) [rad/s | m/s]. known: pairs (first sample, wear estimate
+        from there on); the first pair starts at sample 0.
         """
         if not piece.follows:
             self._state[KNOWN], self._state[GAPS:] = 0.0, 0.0
@@ -95,7 +95,7 @@ def _ends(quantity: Quantity | None) -> tuple[float | None, float | None]:
 
 
 def _unsure(quantity: Quantity, part: float) -> Vector:
-    """Value, low, high (3,); without a range `part` of the value either way."""
+    """Return value, low, high (3,); without a range, `part` of the value either way."""
     low, high = quantity.interval
     if low == high:
         low, high = (1.0 - part) * quantity.value, (1.0 + part) * quantity.value
@@ -103,8 +103,11 @@ def _unsure(quantity: Quantity, part: float) -> Vector:
 
 
 def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
-    """Wear forward and backward and added friction (3, 3), zones (k, 5), as the kernel takes them;
-    rough: of a place, beside its wear."""
+    """Return the kernel's wear factors (3, 3) and zones (k, 5).
+
+    The rows of the factors are wear forward, wear backward and added friction. rough: relative
+    half-width for one position, added in quadrature to the interval of the wear.
+    """
     is_added = estimate.kind == "additive" and estimate.added is not None
     both = EstimateRange(1.0, 1.0, 1.0) if is_added else estimate.wear
     sides = (both, both)
@@ -119,7 +122,7 @@ def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
 
 
 def _ends_of(wear: EstimateRange, rough: float) -> list[float]:
-    """Value, low, high at one place."""
+    """Return value, low, high of the wear at one position."""
     room = rough * wear.value
     low, high = (
         math.hypot(wear.value - wear.low, room),
@@ -134,7 +137,7 @@ def _extended(model: Model) -> Vector:
 
 
 def _with_viscous(model: Model, end: int) -> Model:
-    """The model with each viscous friction at one end of its interval, 0 the lower."""
+    """Return the model with each viscous friction at one end of its interval (0: the lower)."""
 
     def at_end(found: Quantity | None) -> Quantity | None:
         return (
@@ -161,8 +164,11 @@ def _with_viscous(model: Model, end: int) -> Model:
 def estimate_starts(
     piece: MotionBlock, before: WearEstimate, found: Sequence[WearEstimate]
 ) -> list[tuple[int, WearEstimate]]:
-    """From which sample of a piece on each estimate is known: the first after the last that it is
-    from; of those at one sample the last."""
+    """Return pairs (first sample of the block, estimate from there on).
+
+    An estimate starts one sample after the last that it uses. If several start at one sample, the
+    last counts.
+    """
     starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in found)]
     pairs = [
         (start, one)

@@ -1,4 +1,4 @@
-"""One log from its first sample to what it has told in the end."""
+"""Observation of one log, from its first sample to its outcome."""
 
 from __future__ import annotations
 
@@ -30,13 +30,15 @@ from frictool.observe.second_observer import SecondObserver, check_observer
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.estimator import WearEstimator
 
-OFTEN = 100  # samples to a gap: with more gaps no move is in one piece
+OFTEN = 100  # samples per gap: with more gaps, no move is in one piece
 
 
 @dataclass(frozen=True)
 class ObservationSettings:
-    """How logs are read and judged. topic: of the stream, where it is not /axis. confidence: of all
-    intervals."""
+    """Options for reading and judging logs.
+
+    topic: of the stream; None: /axis. confidence: of all intervals. patterns: for file names.
+    """
 
     window: TimeWindow = EVERYTHING
     topic: str | None = None
@@ -46,18 +48,18 @@ class ObservationSettings:
 
 
 def estimated_wear(model: Model, confidence: float) -> WearEstimation:
-    """The estimator of wear."""
+    """Return the wear estimator of a model."""
     return WearEstimator(model, confidence=confidence)
 
 
 def estimated_velocity(model: Model, confidence: float) -> VelocityEstimation:
-    """The estimator of the velocity."""
+    """Return the velocity estimator of a model."""
     return VelocityEstimator(model, confidence)
 
 
 @dataclass(frozen=True)
 class EstimatorFactories:
-    """What estimates, made for a model and a confidence."""
+    """Functions that make the estimators for a model and a confidence."""
 
     wear: Callable[[Model, float], WearEstimation] = estimated_wear
     velocity: Callable[[Model, float], VelocityEstimation] = estimated_velocity
@@ -67,7 +69,7 @@ THESE = EstimatorFactories()
 
 
 class LogObserver:
-    """A log that is being observed: `parts` once, then `outcome`."""
+    """Log under observation: iterate `parts` once, then call `outcome`."""
 
     def __init__(
         self,
@@ -78,11 +80,13 @@ class LogObserver:
         estimators: EstimatorFactories = THESE,
         observer: tuple[Path, Observer] | None = None,
     ) -> None:
-        """observer: the document of a further one, and where it is from; one that tracks takes the
-        place of the velocity's estimator.
+        """Open the log and set up the estimators.
 
-        Raises LogError as `feed` does, DocumentError where the observer is for another axis or
-        period, FrictoolError where the model has no dry friction.
+        observer: path and document of a second observer. A tracking observer replaces the velocity
+        estimator instead.
+
+        Raises LogError as `open_stream` does, DocumentError if the observer is for another axis or
+        period, FrictoolError if the model has no dry friction.
         """
         self.name, self.settings = name or LogName(path.name), settings
         self.feed: SampleStream = open_stream(
@@ -106,7 +110,7 @@ class LogObserver:
         self.beside = SecondObserver(observer, own.bandwidth_rad_s / (2.0 * math.pi))
 
     def parts(self) -> Iterator[EstimateBlock]:
-        """What is known at its samples, piece after piece. Raises LogError as `Feed.pieces`."""
+        """Yield the estimates block by block; raises LogError as `SampleStream.pieces` does."""
         yield from estimate_along(
             self.feed.pieces(),
             self.model,
@@ -118,20 +122,22 @@ class LogObserver:
         self.wear.finish()
 
     def _silent(self) -> list[str]:
-        """Why nothing is known of the wear."""
+        """Return the reason why no wear was estimated."""
         if self.wear.estimate.moves:
             return []
         if self.feed.gaps * OFTEN > self.feed.samples:
             grid = f"put it on a grid first: `frictool ingest --resample {self.feed.period:.6g}`"
             return [
-                f"no move tells the wear: the log's clock breaks {self.feed.gaps} times, and a move has to be in one piece; {grid}"
+                f"no move tells the wear: the log's clock breaks {self.feed.gaps} times, "
+                f"and a move has to be in one piece; {grid}"
             ]
         return [
-            "no move tells the wear: within the bench's travel the axis never slips long and fast enough, its load carried along"
+            "no move tells the wear: within the bench's travel the axis never slips long "
+            "and fast enough, its load carried along"
         ]
 
     def _figures(self) -> dict[str, Any]:
-        """Those of the velocity; a velocity that a sensor measured is not called the true one."""
+        """Return the velocity errors; those from a sensor's reference end in `_measured`."""
         found = self.velocity.figures()
         return (
             found
@@ -140,7 +146,7 @@ class LogObserver:
         )
 
     def wear_alone(self) -> WearEstimate:
-        """The wear in the end, nothing else: in place of `parts`."""
+        """Return the final wear estimate; to be called instead of `parts`."""
         for piece in self.feed.pieces():
             self.wear.take(piece)
         self.wear.finish()
@@ -148,11 +154,11 @@ class LogObserver:
 
     @property
     def progress(self) -> float:
-        """The part of the log that has been worked through."""
+        """Fraction of the log that has been read."""
         return self.feed.made.progress
 
     def outcome(self) -> ObservationOutcome:
-        """What is known in the end."""
+        """Return the outcome; complete when `parts` has ended."""
         log, made = self.feed, self.feed.made
         found = origin_of(
             made.notes.get(KIND, {}), made.origin, log.first, self.name, self.settings.patterns

@@ -1,11 +1,10 @@
-"""Pieces of a log on their way through the estimators: position and effort on the bench's uniform
-clock.
+"""Blocks of position and effort on the bench's uniform clock, the input of all estimators.
 
-    log ──sample_stream.py──▶ Piece, Piece, ... ──▶ velocity, wear   (nothing holds the log: an hour
-                                                                     is many pieces)
+    log ──sample_stream.py──▶ MotionBlock, MotionBlock, ... ──▶ velocity, wear
 
-A piece that does not follow the one before it (a gap in the log, a jump of the clock) says so;
-estimators then forget where they were, and not what they have learned.
+The log is never held in memory: an hour is many blocks. After a gap or a jump of the clock a block
+has `follows` False. Estimators then forget the axis's position and motion, and keep what they have
+learned.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MotionBlock:
-    """Samples that follow one another at the bench's period: time [s], position [rad | m], effort
-    [N m | N] (the drive times its constant), all (n,) and finite. follows: whether the first sample
-    is one period after the last of the piece before.
+    """Consecutive samples at the bench's period.
 
-    velocity: (n,) [rad/s | m/s] where the log holds one that a simulation knows or a sensor
-    measured; it is compared with and not used.
+    time: s. position: rad | m. effort: N m | N, the drive times its constant. All are (n,) and
+    finite. follows: True if the first sample is one period after the last of the block before.
+    velocity: (n,) [rad/s | m/s] from a simulation or a sensor, if the log has it; it is used for
+    comparison only.
     """
 
     time: Vector

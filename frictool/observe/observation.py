@@ -1,4 +1,4 @@
-"""A log observed in one call: what `frictool observe run` does of one log, on values in memory."""
+"""Observation of one log in one call, with inputs and results in memory."""
 
 from __future__ import annotations
 
@@ -21,8 +21,11 @@ from frictool.observe.observation_outcome import ObservationOutcome, with_verdic
 
 @dataclass(frozen=True)
 class LogObservation:
-    """outcome: wear, velocity and verdict in the end. estimates: a log of what was known at every
-    sample, with intervals."""
+    """Result of `observe`.
+
+    outcome: final wear, velocity errors and verdict. estimates: log of velocity, friction and wear
+    at each sample, with intervals.
+    """
 
     outcome: ObservationOutcome
     estimates: Log
@@ -38,12 +41,40 @@ def observe(
     settings: ObservationSettings | None = None,
     provenance: Provenance | None = None,
 ) -> LogObservation:
-    """Velocity, friction and wear along a log, each from what was known at its sample; `log` in
-    memory or at a path.
+    """Estimate velocity, friction and wear along a log; no estimate uses later samples.
 
-    wear_limit: of the wear, or of its ratio to `commissioning`. observer: a further one beside. The
-    estimates are held in memory: of many hours, `observe.one_log.OneLog` gives them part by part.
-    Raises LogError where the log is not of the model's bench.
+    The estimates are held in memory; for a log of many hours, use `LogObserver.parts`.
+
+    Parameters
+    ----------
+    model : Model
+        model of the axis and its bench
+    log : Log, Path or str
+        log in memory, or its path
+    wear_limit : float, optional
+        limit [1] of the wear, or of its ratio to `commissioning`
+    commissioning : Commissioning, optional
+        wear of the unit at commissioning
+    observer : Observer, optional
+        second observer; a tracking one replaces the velocity estimator
+    settings : ObservationSettings, optional
+        window, stream and confidence of the intervals
+    provenance : Provenance, optional
+        origin to be written into the estimates; None: this call
+
+    Returns
+    -------
+    LogObservation
+        outcome of the log, and estimates at each sample
+
+    Raises
+    ------
+    LogError
+        the log cannot be read, or is not of the model's bench
+    DocumentError
+        the observer is for another axis or period
+    FrictoolError
+        the model has no dry friction
     """
     origin = provenance or provenance_of_call(
         "frictool.observe.observe", model=model, observer=observer

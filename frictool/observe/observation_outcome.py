@@ -1,5 +1,4 @@
-"""What a log has told in the end: the estimate, the figures of the velocity, the verdict; for
-people and for programs."""
+"""Outcome of a log: estimate, velocity figures and verdict, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -27,9 +26,12 @@ KINDS = {
 
 @dataclass(frozen=True)
 class ObservationOutcome:
-    """Of one log. figures: of the velocity, by name, in SI. ratio: of the wear to that at
-    commissioning, from `reference`. observer: what another observer says. doubts: why the log may
-    not be of this rig."""
+    """Outcome of observing one log.
+
+    duration, period: s. figures: velocity errors by name, SI. ratio: wear relative to that at
+    commissioning, which is from the file `reference`. observer: results of the second observer.
+    doubts: reasons why the log may not be of this rig.
+    """
 
     source: str
     stream: str
@@ -52,11 +54,11 @@ class ObservationOutcome:
 
     @property
     def warnings(self) -> list[str]:
-        """All of them, for people."""
+        """All warnings, as text."""
         return [*self.remarks, *self.doubts, *self.estimate.warnings]
 
     def as_json(self) -> dict[str, Any]:
-        """The machine's view."""
+        """Return the outcome as a JSON object."""
         verdict, ratio = self.verdict, self.ratio
         return {
             "log": Path(self.source).name,
@@ -85,7 +87,7 @@ class ObservationOutcome:
 
 
 def ratio_to(reference: Commissioning | None, estimate: WearEstimate) -> EstimateRange | None:
-    """The wear over that at commissioning, where there is one and moves tell a wear."""
+    """Return the wear relative to that at commissioning; None if either is unknown."""
     told = reference is not None and estimate.moves > 0 and estimate.wear.value > 0.0
     return reference.ratio(estimate) if reference is not None and told else None
 
@@ -93,7 +95,7 @@ def ratio_to(reference: Commissioning | None, estimate: WearEstimate) -> Estimat
 def with_verdict(
     outcome: ObservationOutcome, limit: float | None, reference: Commissioning | None
 ) -> ObservationOutcome:
-    """The same with its ratio to commissioning and its verdict, where they are asked for."""
+    """Return a copy with the ratio to commissioning and, if there is a limit, the verdict."""
     ratio = ratio_to(reference, outcome.estimate)
     verdict = None if limit is None else judge(outcome.estimate, limit, ratio, outcome.doubts)
     return replace(
@@ -105,13 +107,16 @@ def with_verdict(
 
 
 def heading(outcome: ObservationOutcome) -> str:
-    """The log in one line."""
+    """Return a line with file, samples, duration and moves."""
     moves = outcome.estimate.moves
-    return f"{Path(outcome.source).name}: {outcome.samples} samples, {outcome.duration:.6g} s, {moves} move{'s' * (moves != 1)}"
+    return (
+        f"{Path(outcome.source).name}: {outcome.samples} samples, {outcome.duration:.6g} s, "
+        f"{moves} move{'s' * (moves != 1)}"
+    )
 
 
 def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
-    """All of it for people, the verdict last."""
+    """Return the outcome as lines of text, the verdict last."""
     found = facts(outcome, model)
     width = max(len(name) for name, _ in found) + 2
     shown = [f"{name:<{width}}{text}" for name, text in found]
@@ -123,7 +128,7 @@ def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
 
 
 def facts(outcome: ObservationOutcome, model: Model) -> list[tuple[str, str]]:
-    """What was found, by its name, for people."""
+    """Return (name, text) of each result."""
     found, effort, position = (
         outcome.estimate,
         si_unit("effort", model.axis),
@@ -180,8 +185,10 @@ def _range(found: EstimateRange) -> str:
 
 
 def _velocity(outcome: ObservationOutcome, unit: str) -> list[str]:
-    """How far the velocity is from others, rms, and how far the low-pass (5.70) is at the cut-off
-    that is best for this log."""
+    """Return the velocity's rms errors as text, with those of the best low-pass (5.70).
+
+    The cut-off of that low-pass is the best one for this log.
+    """
     found = outcome.figures
     shown: list[str] = []
     cutoff = found.get("zero_phase_cutoff_hz")
@@ -199,7 +206,8 @@ def _velocity(outcome: ObservationOutcome, unit: str) -> list[str]:
             against = (
                 ""
                 if other is None
-                else f"; (5.70) at its best{f', {at:.3g} Hz' if at is not None else ''}: {other:.4g} {unit}"
+                else f"; (5.70) at its best{f', {at:.3g} Hz' if at is not None else ''}"
+                f": {other:.4g} {unit}"
             )
             shown.append(f"{own:.4g} {unit} rms from {reference}{against}")
     return shown

@@ -1,10 +1,7 @@
-"""An observer along a log: pieces of position and effort in, what it finds at every sample out;
-nothing holds the log.
+"""Observer along a log, block by block: position and effort in, estimates at each sample out.
 
-    Piece, Piece, ... ──record_along──▶ Found, Found, ...
-
-It is the program that runs in the simulation and as exported C. Over a gap the observer forgets
-where the axis was and how fast it moved, and not what it has learned of the wear.
+It runs the program that is simulated and exported as C. After a gap the observer forgets the axis's
+position and speed, and keeps the wear that it has learned.
 """
 
 from __future__ import annotations
@@ -22,15 +19,17 @@ from frictool.documents.observer import Observer
 from frictool.observe.motion_block import MotionBlock
 
 Vector = NDArray[np.float64]
-MISS = "miss"  # of control/tracking_observer.py
+MISS = "miss"  # name of the miss in control/tracking_observer.py
 
 
 @dataclass(frozen=True)
 class ObserverOutput:
-    """What an observer finds along a piece, all (n,): time [s], position [rad | m], velocity [per
-    s], friction [N m | N], of the velocity's sign; wear [1], or [N m | N] of an additive observer,
-    None where it knows of none; miss: of a tracking observer, measured less predicted position
-    beyond its dead zone [rad | m]."""
+    """Output of an observer along a block, each (n,).
+
+    time: s. position: rad | m. velocity: rad/s | m/s. friction: N m | N, with the sign of the
+    velocity. wear: 1 (N m | N for an additive observer); None if the observer has none. miss: rad |
+    m, measured minus predicted position beyond the dead zone; tracking observers only.
+    """
 
     time: Vector
     position: Vector
@@ -41,7 +40,7 @@ class ObserverOutput:
 
 
 class ObserverRun:
-    """One observer, from piece to piece."""
+    """Observer that goes from block to block."""
 
     def __init__(self, observer: Observer) -> None:
         self.program, self.found = observer_program(observer)
@@ -63,7 +62,7 @@ class ObserverRun:
         self.is_begun = False
 
     def take(self, piece: MotionBlock) -> ObserverOutput:
-        """The samples of a piece (n,), which is at least one."""
+        """Return the output at the samples (n,) of a block that is not empty."""
         if not (self.is_begun and piece.follows):
             self._start(float(piece.position[0]))
         given = np.column_stack([piece.position, piece.effort])
@@ -81,7 +80,7 @@ class ObserverRun:
         )
 
     def _start(self, position: float) -> None:
-        """At rest at `position`; what was learned of the wear stays."""
+        """Start at rest at `position`; the learned wear stays."""
         for state in self.program.states.values():
             if not (
                 self.is_begun
@@ -93,6 +92,6 @@ class ObserverRun:
 
 
 def run_along(observer: Observer, pieces: Iterable[MotionBlock]) -> Iterator[ObserverOutput]:
-    """What the observer finds along each piece that holds a sample."""
+    """Yield the observer's output for each block that is not empty."""
     run = ObserverRun(observer)
     yield from (run.take(piece) for piece in pieces if piece.time.size)

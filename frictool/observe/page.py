@@ -1,5 +1,7 @@
-"""A page with the picture, the verdict and the figures, of one log or of a fleet; every text from a
-file is escaped by the template."""
+"""HTML page with picture, verdict and figures of one log or of a fleet.
+
+The template escapes every text that comes from a file.
+"""
 
 from __future__ import annotations
 
@@ -21,15 +23,18 @@ TONES = {True: "broken", False: "met", None: "open"}
 def page_of_log(
     outcome: ObservationOutcome, model: Model, picture: str, provenance: Provenance
 ) -> str:
-    """The HTML text; the same inputs give the same bytes. picture: the `<svg>` element of the
-    log."""
+    """Return the HTML text for one log; the same inputs give the same bytes.
+
+    picture: the `<svg>` element of the log.
+    """
     verdict = outcome.verdict
     return _page(
         title=heading(outcome),
         banner="" if verdict is None else f"wear limit {verdict.limit:g}: {verdict.reason}",
         tone=TONES[None if verdict is None else verdict.exceeded],
         picture=picture,
-        caption="Each with its interval; wear changes when a move has ended, from what was known then. The limit is dashed.",
+        caption="Each with its interval; wear changes when a move has ended, "
+        "from what was known then. The limit is dashed.",
         facts=facts(outcome, model),
         rows=[],
         headings=[],
@@ -41,7 +46,7 @@ def page_of_log(
 def page_of_fleet(
     table: Sequence[FleetRow], limit: float | None, picture: str, provenance: Provenance
 ) -> str:
-    """The same of a fleet. picture: the trend."""
+    """Return the HTML text for a fleet; picture: the `<svg>` element of the trend."""
     headings, rows = table_texts(table)
     alarm = any(row.alarm for row in table)
     return _page(

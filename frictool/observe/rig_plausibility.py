@@ -1,9 +1,9 @@
-"""Whether what a log tells can be of the rig that the model describes: else a narrow interval holds
-nothing that is true of the rig.
+"""Plausibility check of the estimates of a log against the model's rig.
 
-The inertia does not wear. Where it is beyond the bench's range of it and of the actuator's
-constant, by more than units differ, the log is of another rig, its clock or its drive is not what
-the bench says, or its signal saturates.
+Estimates of another rig are useless, however narrow their intervals. The check uses the inertia,
+because it does not wear. Its estimate must be in the bench's range of inertia and actuator
+constant, widened by the spread between units. Otherwise the log is of another rig, its clock or
+drive is not that of the bench, or its signal saturates.
 """
 
 from __future__ import annotations
@@ -12,16 +12,20 @@ from frictool.documents.model import Model
 from frictool.observe.estimate import EstimateRange, WearEstimate
 from frictool.observe.wear.restriction import INERTIA_SPREAD
 
-TRY = "is this the rig of the log, does its drive's signal saturate, are the units and the constant right?"
+TRY = (
+    "is this the rig of the log, does its drive's signal saturate, "
+    "are the units and the constant right?"
+)
 
 
 def implausible(model: Model, estimate: WearEstimate) -> tuple[str, ...]:
-    """What cannot be, in one line each."""
+    """Return one line for each implausible estimate."""
     found = estimate.others.get("inertia")
     odd = [] if found is None or estimate.moves == 0 else _inertia(model, found, estimate.scale)
     if estimate.moves and estimate.wear.high <= 0.0:
         odd.append(
-            "the wear is below 0, which dry friction cannot be: is the sign of the position or of the drive reversed?"
+            "the wear is below 0, which dry friction cannot be: "
+            "is the sign of the position or of the drive reversed?"
         )
     return tuple(odd)
 

@@ -1,10 +1,10 @@
-"""Any log to the pieces that observers take, block after block and without holding it.
+"""Stream of motion blocks from any log, for the estimators; the log is never held in memory.
 
-    file ──assembly.py──▶ samples of one stream, SI ──▶ Piece, Piece, ...    (samples.py)
+    file ──logs/assembly.py──▶ samples of one stream, SI ──▶ MotionBlock, MotionBlock, ...
 
 A canonical log is read as it is, a raw one by the columns of the model's bench. A gap, or an
-interval that is off the period by more than a tenth, ends a piece, and the next one says that it
-does not follow.
+interval that differs from the period by more than a tenth, ends a block; the next block has
+`follows` False.
 """
 
 from __future__ import annotations
@@ -39,22 +39,23 @@ from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import DataLoss, pick
 from frictool.observe.motion_block import MotionBlock, Vector
 
-JITTER = 0.1  # an interval that is off the period by more than this part of it breaks the clock
-MOST_BROKEN = 0.2  # with more broken intervals than this part there is no uniform clock to speak of
-FEWEST = 3  # samples
-LARGEST = 1e12  # of a signal in SI
-PIECE_SAMPLES = 1 << 14  # of a piece, at least, where the log goes on: each piece costs some calls
-OPENING_SAMPLES = (
-    1 << 16
-)  # of the beginning, by which the log is compared with the bench; more where the drive is still 0
+JITTER = 0.1  # relative deviation of an interval from the period that counts as a gap
+MOST_BROKEN = 0.2  # largest fraction of gaps among the intervals of a uniform clock
+FEWEST = 3  # samples, shortest stream that is observed
+LARGEST = 1e12  # largest absolute value of a signal, SI
+# samples, shortest block (but the last): each block costs a fixed number of calls
+PIECE_SAMPLES = 1 << 14
+# samples at the beginning that are compared with the bench; read until the drive is not 0
+OPENING_SAMPLES = 1 << 16
 
 
 @dataclass
 class SampleStream:
-    """One stream of a log on its way. What it counts is complete when `pieces` has ended.
+    """One stream of a log while it is read; its counts are complete when `pieces` has ended.
 
-    period: s, the bench's, or the log's own where the two differ by more than 1 %. truth: whether
-    the velocity of the pieces is a simulation's, not a sensor's. gaps: how often the clock broke.
+    period: s, the bench's, or the log's if the two differ by more than 1 %. truth: True if the
+    velocity in the log comes from a simulation, not from a sensor. gaps: number of breaks of the
+    clock. longest_gap, first, last: s.
     """
 
     made: LogAssembly
@@ -74,21 +75,21 @@ class SampleStream:
 
     @property
     def source(self) -> str:
-        """The file, for messages."""
+        """File name for messages."""
         return self.made.flows[0].source
 
     @property
     def duration(self) -> float:
-        """s, from the first sample to the end of the last."""
+        """Time from the first sample to one period after the last [s]."""
         return self.last - self.first + self.period if self.samples else 0.0
 
     @property
     def losses(self) -> list[DataLoss]:
-        """What could not be read."""
+        """Parts of the log that could not be read."""
         return self.made.losses
 
     def remarks(self) -> tuple[str, ...]:
-        """What is odd about the log, for people; complete when `pieces` has ended."""
+        """Return warnings about the log as text; complete when `pieces` has ended."""
         odd = [
             text
             for text in (*self.warnings, *self.made.warnings)
@@ -96,19 +97,23 @@ class SampleStream:
         ]
         if self.made.told:
             odd.append(
-                f"was made with data lost: {loss_count_text(self.made.told)}; `frictool info` lists it"
+                f"was made with data lost: {loss_count_text(self.made.told)}; "
+                "`frictool info` lists it"
             )
         sign = sign_of(self._beginning.stream).text if self.samples else None
         odd += [] if sign is None else [sign]
         if self.gaps:
             odd.append(
-                f"{self.gaps} gap{'s' * (self.gaps != 1)} in time, the longest {self.longest_gap:.6g} s"
+                f"{self.gaps} gap{'s' * (self.gaps != 1)} in time, "
+                f"the longest {self.longest_gap:.6g} s"
             )
         return tuple(dict.fromkeys(odd))
 
     def pieces(self) -> Iterator[MotionBlock]:
-        """The pieces, once. Raises LogError where the log is damaged, or its clock breaks too
-        often."""
+        """Yield the blocks, once.
+
+        Raises LogError if the log is damaged or its clock breaks too often.
+        """
         before: int | None = None
         for samples in _grouped(self._blocks):
             signals = dict(zip(self._fields, samples.values, strict=True))
@@ -129,8 +134,7 @@ class SampleStream:
             before = int(samples.time[-1])
 
     def _parts(self, samples: SampleBlock, before: int | None) -> Iterator[tuple[int, int, bool]]:
-        """Where the pieces of a block begin and end, and whether each follows what was before
-        it."""
+        """Yield (start, end, follows) of each part of a block without a gap."""
         steps = np.diff(samples.time, prepend=samples.time[0] if before is None else before) / NS
         broken = np.abs(steps - self.period) > JITTER * self.period
         broken[0] = before is not None and broken[0]
@@ -141,15 +145,15 @@ class SampleStream:
             yield low, high, low == 0 and before is not None and not broken[0]
 
     def _check(self, samples: SampleBlock) -> None:
-        """Raises LogError where a signal is so large that nothing measures it, and sums of its
-        squares would overflow."""
+        """Refuse implausibly large signals, whose sums of squares would overflow."""
         for name, values in zip(self._fields, samples.values, strict=True):
             most = int(np.argmax(np.abs(values)))
             if not abs(values[most]) <= LARGEST:
                 found = f"{name} is {values[most]:g} at {samples.time[most] / NS:.9g} s"
                 raise LogError(
                     self.source,
-                    f"stream {self.topic}: {found}; allowed: {LARGEST:g} at most; is its unit right?",
+                    f"stream {self.topic}: {found}; allowed: {LARGEST:g} at most; "
+                    "is its unit right?",
                 )
 
     def _count(self, samples: SampleBlock, jumps: Vector) -> None:
@@ -168,16 +172,19 @@ def open_stream(
     topic: str | None = None,
     salvage: bool = False,
 ) -> SampleStream:
-    """The stream `topic` of the log at `path`, by default /axis or the only one, with what of the
-    window it holds.
+    """Open the stream `topic` of a log, by default /axis or the only one, within a time window.
 
-    Raises LogError where the file cannot be read or mapped, has no such stream, no position or no
-    drive, is of another kind of axis or of a period that is not the bench's by 20 %, or has no
-    uniform clock.
+    Raises LogError if
+
+    - the file cannot be read or mapped,
+    - it has no such stream, or the stream has no position or no drive,
+    - its kind of axis is not the bench's, or its period differs by more than 20 %,
+    - it has no uniform clock.
     """
     made = assemble([path], bench, salvage)
     chosen = _topic(made, topic)
-    if made.origin is not None:  # nothing counts its time from another stream's first sample
+    # with a known origin, no time counts from the first sample of another stream: drop the others
+    if made.origin is not None:
         made.flows = [flow for flow in made.flows if flow.head.topic == chosen]
     ready = next((one for one in start_streams(made, window) if one.head.topic == chosen), None)
     if ready is None:
@@ -198,7 +205,7 @@ def _topic(made: LogAssembly, wanted: str | None) -> str:
 
 
 def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStream:
-    """The feed, its stream compared with the bench by its beginning."""
+    """Return the stream after comparing its beginning with the bench."""
     source, drive = made.flows[0].source, bench.actuator.drive
     fields = ready.head.fields
     _require(source, ready, made, bench)
@@ -237,7 +244,7 @@ def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStr
 
 
 def _require(source: str, ready: PendingStream, made: LogAssembly, bench: Bench) -> None:
-    """Raises LogError where the stream has no position, or nothing that tells the effort."""
+    """Refuse a stream without a position, or without a drive or an effort."""
     fields, drives = ready.head.fields, (bench.actuator.drive, "effort")
     missing = [] if "position" in fields else ["position"]
     missing += (
@@ -250,7 +257,8 @@ def _require(source: str, ready: PendingStream, made: LogAssembly, bench: Bench)
     has = f"stream {ready.head.topic} has no {' and no '.join(missing)}; it has {', '.join(fields)}"
     others = [flow.head.topic for flow in made.flows if flow.head.topic != ready.head.topic]
     hint = (
-        f"; where another stream has it ({', '.join(others[:3])}), `frictool ingest --resample S` puts all on one clock"
+        f"; where another stream has it ({', '.join(others[:3])}), "
+        "`frictool ingest --resample S` puts all on one clock"
         if others
         else ""
     )
@@ -258,7 +266,7 @@ def _require(source: str, ready: PendingStream, made: LogAssembly, bench: Bench)
 
 
 def _opening(ready: PendingStream, drive: str) -> list[SampleBlock]:
-    """The first blocks, until the drive has shown that it is one."""
+    """Return the first blocks, until the drive is not 0 or OPENING_SAMPLES are read."""
     place = ready.head.fields.index(drive) if drive in ready.head.fields else None
     opening: list[SampleBlock] = []
     seen = 0
@@ -280,7 +288,10 @@ def _stream(ready: PendingStream, opening: list[SampleBlock]) -> Stream:
 
 
 def _columns(made: LogAssembly, ready: PendingStream) -> dict[str, dict[str, str]]:
-    """The record that tells whether the effort was measured, as if the stream were /axis."""
+    """Return the columns' origins, with the stream renamed to /axis.
+
+    They say if the effort was measured.
+    """
     flow = next(one for one in made.flows if one.head.topic == ready.head.topic)
     return (
         {"columns": {f"{MAIN_TOPIC}.{name}": text for name, text in flow.columns.items()}}
@@ -290,11 +301,12 @@ def _columns(made: LogAssembly, ready: PendingStream) -> dict[str, dict[str, str
 
 
 def _check_clock(source: str, time: Vector) -> None:
-    """Raises LogError where the beginning (n,) has too few samples, or no uniform clock."""
+    """Refuse a beginning (n,) with too few samples or without a uniform clock."""
     if time.size < FEWEST:
         raise LogError(
             source,
-            f"has {time.size} sample{'s' * (time.size != 1)} to observe; at least {FEWEST} are needed",
+            f"has {time.size} sample{'s' * (time.size != 1)} to observe; "
+            f"at least {FEWEST} are needed",
         )
     steps = np.diff(time)
     period = float(np.median(steps))
@@ -304,15 +316,19 @@ def _check_clock(source: str, time: Vector) -> None:
 
 
 def _refuse_clock(source: str, broken: float, period: float) -> None:
-    told = f"{100 * broken:.0f} % of the intervals are off the median period {period:.6g} s by more than {JITTER:.0%}"
+    told = (
+        f"{100 * broken:.0f} % of the intervals are off the median period {period:.6g} s "
+        f"by more than {JITTER:.0%}"
+    )
     raise LogError(
         source,
-        f"{told}; put it on a grid first: `frictool ingest {Path(source).name} --resample {period:.6g}`",
+        f"{told}; put it on a grid first: "
+        f"`frictool ingest {Path(source).name} --resample {period:.6g}`",
     )
 
 
 def _grouped(blocks: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
-    """Blocks of PIECE_SAMPLES or more; the last may be shorter."""
+    """Join blocks to at least PIECE_SAMPLES samples each; the last may be shorter."""
     held: list[SampleBlock] = []
     for block in blocks:
         held.append(block)

@@ -1,5 +1,4 @@
-"""A second observer along the same log, that of an observer.yaml: its estimates are a stream of
-their own, beside the estimator's."""
+"""Second observer along the same log, from an observer.yaml; it writes a stream of its own."""
 
 from __future__ import annotations
 
@@ -20,21 +19,21 @@ from frictool.observe.observer_run import ObserverOutput, ObserverRun
 from frictool.observe.velocity_errors import VelocityErrors
 
 TOPIC = f"{MAIN_TOPIC}/observer"
-SAME_PERIOD = 1e-3  # relative
+SAME_PERIOD = 1e-3  # relative tolerance of the sample period
 
 
 class SecondObserver:
-    """Runs the observer and keeps how well it did."""
+    """Observer with the sums of its velocity errors."""
 
     def __init__(self, observer: Observer, cutoff: float) -> None:
-        """cutoff [Hz]: of the zero-phase velocity that it is compared with."""
+        """Set up the observer; cutoff [Hz]: of the zero-phase velocity used as the reference."""
         self.observer = observer
         self._run = ObserverRun(observer)
         self._figures = VelocityErrors(cutoff, observer.sample_period_s)
         self._wear: float | None = None
 
     def take(self, piece: MotionBlock) -> ObserverOutput:
-        """What it finds at the samples of a piece."""
+        """Return the observer's output at the samples of a block."""
         found = self._run.take(piece)
         self._figures.take(piece.position, found.velocity, piece.velocity, piece.follows)
         self._wear = None if found.wear is None else float(found.wear[-1])
@@ -42,7 +41,10 @@ class SecondObserver:
 
     @property
     def head(self) -> StreamHeader:
-        """Of its stream. What an additive observer finds is friction that was added."""
+        """Header of the output stream.
+
+        An additive observer has the column `added` (friction) instead of `wear`.
+        """
         axis, kind = self.observer.axis, self.observer.kind
         units = {
             name: si_unit(of, axis)
@@ -57,7 +59,7 @@ class SecondObserver:
         return StreamHeader(TOPIC, tuple(units), tuple(units.values()))
 
     def as_json(self) -> dict[str, Any]:
-        """The machine's view; wear or added friction at the end of the log."""
+        """Return kind, velocity errors and, at the end of the log, wear or added friction."""
         found = {
             name: value
             for name, value in self._figures.figures().items()
@@ -72,7 +74,7 @@ class SecondObserver:
 
 
 def samples_of(found: ObserverOutput) -> SampleBlock:
-    """As they stand in the stream."""
+    """Return the samples of the output stream."""
     wear = () if found.wear is None else (found.wear,)
     return SampleBlock(
         np.rint(found.time * NS).astype(np.int64),
@@ -81,12 +83,14 @@ def samples_of(found: ObserverOutput) -> SampleBlock:
 
 
 def check_observer(path: Path, observer: Observer, model: Model, period: float) -> None:
-    """Raises DocumentError about the document at `path` where it is for another axis, or for
-    another period [s] than the log's."""
+    """Raise DocumentError about `path` unless the observer has the log's axis and period [s]."""
     if observer.axis != model.axis:
         raise DocumentError(
             path, f"found {observer.axis}; the model's axis is {model.axis}", line=None, key="axis"
         )
     if abs(observer.sample_period_s / period - 1.0) > SAME_PERIOD:
-        found = f"found {observer.sample_period_s:g} s; the log's period is {period:.6g} s; design the observer for it"
+        found = (
+            f"found {observer.sample_period_s:g} s; the log's period is {period:.6g} s; "
+            "design the observer for it"
+        )
         raise DocumentError(path, found, line=None, key="sample_period_s")

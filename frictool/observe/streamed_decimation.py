@@ -1,5 +1,7 @@
-"""Signals thinned for a picture while they pass: their lowest and highest values in columns that
-grow wider as the log grows longer."""
+"""Decimation of signals for a plot while they are read: minimum and maximum per column.
+
+The columns widen as the log grows.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +11,14 @@ from numpy.typing import NDArray
 from frictool.observe.motion_block import Vector
 
 Matrix = NDArray[np.float64]
-MOST = 1200  # columns, about two per printed point of width; there are never twice as many
+MOST = 1200  # columns of a plot, about two per printed point; at most twice as many are held
 
 
 class DecimatedTrace:
-    """Of `count` signals. A column holds `per` samples that follow one another, across a gap too;
-    of the last one only `held` are there."""
+    """Decimated signals, `count` of them.
+
+    A column covers `per` consecutive samples, across gaps too; the last one has `held` so far.
+    """
 
     def __init__(self, count: int) -> None:
         self._time = np.empty(0)
@@ -22,7 +26,7 @@ class DecimatedTrace:
         self._per, self._held = 1, 1
 
     def take(self, time: Vector, values: Matrix) -> None:
-        """time (n,) in s, values (count, n) that follow those before."""
+        """Add samples: time (n,) [s], values (count, n)."""
         missing = min(self._per - self._held, time.size)
         if missing:
             self._low[:, -1] = np.minimum(self._low[:, -1], values[:, :missing].min(axis=1))
@@ -38,7 +42,7 @@ class DecimatedTrace:
             self._halve()
 
     def _halve(self) -> None:
-        """Two columns become one; a last one without a neighbour is one of which half is there."""
+        """Merge pairs of columns; a last one without a partner becomes half full."""
         starts = np.arange(0, self._time.size, 2)
         self._held += self._per * (self._time.size % 2 == 0)
         self._time = self._time[starts]
@@ -47,13 +51,15 @@ class DecimatedTrace:
         self._per *= 2
 
     def drawn(self) -> tuple[Vector, Matrix, Matrix]:
-        """Times (c,) at which the columns begin, lowest and highest values (count, c) in each."""
+        """Return start times (c,), minima and maxima (count, c) of the columns."""
         return self._time, self._low, self._high
 
 
 def zigzag(time: Vector, low: Vector, high: Vector) -> tuple[Vector, Vector]:
-    """A line through the lowest and the highest value of each column (c,): (2 c,) each; (c,) where
-    they are the same throughout."""
+    """Return a line (2 c,) through minimum and maximum of each column (c,).
+
+    If minima and maxima are equal, the line has one point per column (c,).
+    """
     if np.array_equal(low, high):
         return time, low
     return np.repeat(time, 2), np.column_stack([low, high]).ravel()

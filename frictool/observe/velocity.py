@@ -1,15 +1,13 @@
-"""The velocity along a log with its interval, from the encoder and the drive, as a target would
-find it at each sample.
+"""Velocity along a log with its interval, from encoder and drive, as in real time.
 
-    Piece ──mean effort of each period──▶ tracking observer (control/tracking_observer.py) ──▶
-    velocity
-                                                     └──kernels/velocity_interval.py────────▶ low,
-                                                     high └──velocity_errors.py─────────────────▶
-                                                     rms, beside (5.70)
+    MotionBlock ──mean effort of each period──▶ tracking observer ──▶ velocity
+    velocity ──kernels/velocity_interval.py──▶ interval
+             ──velocity_errors.py────────────▶ rms error, compared with the low-pass (5.70)
 
-A drive with a lag is the mean of two samples over the period between them, so that the last sample
-of a piece moves the observer when the next piece is there; a drive without one holds its value.
-Nothing comes from later than the sample.
+The observer is that of control/tracking_observer.py. For a drive with a lag, the effort of a period
+is the mean of the samples at its two ends. The last sample of a block therefore enters the observer
+when the next block is there. A drive without a lag holds its value over the period. The estimate at
+a sample uses no later sample.
 """
 
 from __future__ import annotations
@@ -37,12 +35,15 @@ from frictool.observe.observer_run import ObserverOutput, ObserverRun
 from frictool.observe.velocity_errors import VelocityErrors
 
 Matrix = NDArray[np.float64]
-CALIBRATED = NormalDist().inv_cdf(0.975)  # kernels/velocity_interval.py is for 95 %
+# quantile for which kernels/velocity_interval.py is calibrated
+CALIBRATED = NormalDist().inv_cdf(0.975)
 
 
 class VelocityEstimator:
-    """Follows the velocity from piece to piece. confidence: of its intervals; observer: in place of
-    the model's own."""
+    """Velocity estimator that goes from block to block.
+
+    confidence: of the intervals. observer: tracking observer; None: designed from the model.
+    """
 
     def __init__(
         self, model: Model, confidence: float = 0.95, observer: Observer | None = None
@@ -73,24 +74,21 @@ class VelocityEstimator:
         self._waiting: tuple[MotionBlock, Vector] | None = None
 
     def take(self, piece: MotionBlock) -> Matrix:
-        """(3, n): value, low, high [rad/s | m/s] at each sample of a piece, which is at least
-        one."""
+        """Return value, low, high (3, n) [rad/s | m/s] at the samples of a non-empty block."""
         found = self._along(piece)
         half = self._half(piece, found)
         self._figures.take(piece.position, found.velocity, piece.velocity, piece.follows)
         return np.stack([found.velocity, found.velocity - half, found.velocity + half])
 
     def figures(self) -> dict[str, Any]:
-        """By name, SI, over all pieces so far; after them no other is taken. The observer's
-        bandwidth among them."""
+        """Return the velocity errors (SI) and the observer's bandwidth, at the end of the log."""
         return self._figures.figures() | {"observer_bandwidth_rad_s": self._bandwidth}
 
     def _along(self, piece: MotionBlock) -> ObserverOutput:
         if not self._lagged:
             return self._run.take(piece)
-        if (
-            self._waiting is not None and piece.follows
-        ):  # the period between the pieces, now that both of its ends are known
+        # the period between the blocks: both of its ends are known now
+        if self._waiting is not None and piece.follows:
             last, before = self._waiting
             self._run.machine.real[:] = before
             self._run.take(_with_effort(last, 0.5 * (last.effort + piece.effort[:1])))
@@ -106,7 +104,7 @@ class VelocityEstimator:
         return _joined(parts)
 
     def _half(self, piece: MotionBlock, found: ObserverOutput) -> Vector:
-        """Half of the interval's width (n,)."""
+        """Return half the interval's width (n,) [rad/s | m/s]."""
         if not piece.follows:
             self._state[:] = 0.0
         acceleration = np.where(

@@ -1,13 +1,11 @@
-"""How well a causal velocity did along a log, beside the low-pass (5.70) at the cut-off that is
-best for this very log.
+"""Error of a causal velocity estimate along a log, compared with the best low-pass (5.70).
 
-    positions ──central difference, Butterworth forwards and backwards──▶ zero-phase velocity ──▶
-    rms of the observer, of (5.70)
-              ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)─────────────▲
+    position ──central difference, Butterworth forwards and backwards──▶ zero-phase velocity
+             ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)──▶ (5.70)
 
-The zero-phase velocity needs what comes after, so that it is found in blocks: what is held is one
-block, and beside it on either side as much as the filter remembers. The cut-off of (5.70) is chosen
-with the log at hand, which no target can; the observer's is not.
+The reference is the zero-phase velocity. It needs later samples and is computed in blocks, with a
+margin on either side that is as long as the filter's memory. The cut-off of (5.70) is the best one
+for this log, which a real-time target cannot know; the observer has no such advantage.
 """
 
 from __future__ import annotations
@@ -24,19 +22,21 @@ from frictool.control.speed_filter import first_order
 from frictool.observe.kernels.low_pass_bank import low_pass_bank
 
 Vector = NDArray[np.float64]
-ORDER = 4  # of the Butterworth filter, forwards and backwards
-REMEMBERED = 10.0  # periods of its cut-off, after which its answer is below 1e-9
+ORDER = 4  # order of the Butterworth filter, which runs forwards and backwards
+REMEMBERED = 10.0  # periods of the cut-off, after which the filter's response is below 1e-9
 BLOCK = 1 << 14  # samples
-SLOWEST_HZ, CUTOFFS = (
-    1.0,
-    31,
-)  # of the low-passes that are tried, up to the one that takes the mean of two differences
-LEAST = 12  # samples, below which nothing is compared
+# lowest cut-off [Hz] and number of the low-passes; the highest is that of the mean of two
+# differences
+SLOWEST_HZ, CUTOFFS = 1.0, 31
+LEAST = 12  # samples, shortest piece that is compared
 
 
 @dataclass
 class ErrorSums:
-    """Of squares, of samples; low_passes (2 b + 1,): as the bank's columns."""
+    """Sums of squared errors, and number of samples.
+
+    low_passes: (2 b + 1,), one for each column of the bank.
+    """
 
     low_passes: Vector
     observer: float = 0.0
@@ -45,8 +45,10 @@ class ErrorSums:
 
 @dataclass
 class PendingSamples:
-    """What has come in and is still needed: position, estimate, true velocity (n,); compared: how
-    many of them have been."""
+    """Samples (n,) that are still needed: position, estimate and true velocity.
+
+    compared: number of samples that have been compared already.
+    """
 
     position: list[Vector] = field(default_factory=list)
     estimate: list[Vector] = field(default_factory=list)
@@ -55,7 +57,10 @@ class PendingSamples:
 
 
 class VelocityErrors:
-    """Sums over a log, piece after piece. cutoff [Hz]: of the zero-phase velocity; period [s]."""
+    """Errors of a velocity, summed over a log block by block.
+
+    cutoff: Hz, of the zero-phase velocity. period: s.
+    """
 
     def __init__(self, cutoff: float, period: float) -> None:
         self.period, self.cutoff = period, min(cutoff, 0.4 / period)
@@ -68,8 +73,10 @@ class VelocityErrors:
         self._begin()
 
     def take(self, position: Vector, estimate: Vector, truth: Vector | None, follows: bool) -> None:
-        """Samples (n,) of a piece; truth: the velocity that a simulation knows, in every piece of a
-        log or in none."""
+        """Add samples (n,) of a block.
+
+        truth: velocity from a simulation or a sensor, in all blocks of a log or in none.
+        """
         if not follows:
             self._compare(last=True)
             self._begin()
@@ -81,7 +88,7 @@ class VelocityErrors:
             self._compare(last=False)
 
     def figures(self) -> dict[str, Any]:
-        """By name, SI; the log ends here. None where it was too short."""
+        """Return the errors by name (SI) at the end of the log; None if the log is too short."""
         self._compare(last=True)
         self._begin()
         found = self._figures("", self.zero_phase)
@@ -101,7 +108,7 @@ class VelocityErrors:
         )
 
     def _compare(self, last: bool) -> None:
-        """What is held, but for the end that what comes may still change."""
+        """Compare the pending samples; unless `last`, skip those that later samples may change."""
         held = self.held
         if not held.position:
             return
@@ -139,7 +146,7 @@ class VelocityErrors:
         sums.samples += difference.size
 
     def _figures(self, ending: str, sums: ErrorSums) -> dict[str, Any]:
-        """The best of the low-passes: order 0 is the difference itself."""
+        """Return the rms errors and the best low-pass (order 0: the plain difference)."""
         names = [
             f"velocity_rms{ending}",
             f"velocity_rms_filter{ending}",

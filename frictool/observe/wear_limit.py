@@ -1,19 +1,18 @@
-"""Whether wear is above a limit: by the ratio to commissioning where there is one, which is free of
-the actuator's constant.
+"""Verdict if wear is above a limit, by the ratio to commissioning if it is known.
 
-    interval against the limit             exceeded   certain
-    all above                              yes        yes
-    all below                              no         yes
-    all below 0                            cannot     no         no friction is
-                                           tell
-    is that before any move                cannot     no
-    holds the limit, and 1 too, or is of   cannot     no         it could be a healthy unit's as
-                                           well as a worn one's
-    fewer moves than FEWEST_MOVES          tell
-    holds the limit, and not 1             by the value, no
+The ratio is free of errors of the actuator's constant. The rules apply in this order:
 
-Where friction has worn in one direction or zone only, the mean of all hides it: a direction or a
-zone that is above the limit for certain exceeds it too.
+    interval                                   exceeded       certain   reason
+    no move yet                                undecided      no        only the prior is known
+    all of it at or below 0                    undecided      no        friction is not negative
+    all of it above the limit                  yes            yes
+    all of it at or below the limit            no             yes
+    fewer than FEWEST_MOVES moves              undecided      no        too few data
+    lower end at most 1, limit above 1         undecided      no        the unit may be healthy
+    else                                       by the value   no
+
+If friction has worn in one direction or zone only, the mean hides it. The limit is therefore
+exceeded, too, if a direction or zone is above it with certainty.
 """
 
 from __future__ import annotations
@@ -24,14 +23,16 @@ from dataclasses import dataclass
 
 from frictool.observe.estimate import EstimateRange, WearEstimate
 
-FEWEST_MOVES = 2  # fewer tell nothing unless their interval does
-HEALTHY = 1.0
+FEWEST_MOVES = 2  # moves, least number for a verdict if the interval contains the limit
+HEALTHY = 1.0  # wear of a unit like the model
 
 
 @dataclass(frozen=True)
 class WearVerdict:
-    """Against a limit of the wear. exceeded: None where it cannot be told. certain: whether all of
-    the interval says so. reason: in one line."""
+    """Verdict against a limit of the wear.
+
+    exceeded: None if undecided. certain: True if the whole interval agrees. reason: one line.
+    """
 
     limit: float
     exceeded: bool | None
@@ -45,8 +46,11 @@ def judge(
     ratio: EstimateRange | None = None,
     doubts: Sequence[str] = (),
 ) -> WearVerdict:
-    """The wear, or its ratio to commissioning, against the limit. doubts: why the log may not be of
-    this rig (rig_plausibility.py): one that has any is not let pass, and an alarm stays one."""
+    """Return the verdict about the wear, or about its ratio to commissioning.
+
+    doubts: reasons why the log may not be of this rig (rig_plausibility.py). If there are any, a
+    pass becomes undecided; an alarm stays an alarm.
+    """
     found = _of_all_and_parts(estimate, limit, ratio)
     return found if found.exceeded or not doubts else WearVerdict(limit, None, False, doubts[0])
 
@@ -64,7 +68,8 @@ def _of_all_and_parts(
                 limit,
                 True,
                 True,
-                f"{_shown(f'{name} {part}', worn)} is above {limit:g}; that of all is {found.value:.4g}",
+                f"{_shown(f'{name} {part}', worn)} is above {limit:g}; "
+                f"that of all is {found.value:.4g}",
             )
     return of_all
 
@@ -83,7 +88,8 @@ def _judged(name: str, found: EstimateRange, moves: int, limit: float) -> WearVe
             limit,
             None,
             False,
-            f"{shown} is below 0, which friction cannot be: the log is not what the bench says of it",
+            f"{shown} is below 0, which friction cannot be: "
+            "the log is not what the bench says of it",
         )
     if found.low > limit or found.high <= limit:
         exceeded = found.low > limit
@@ -99,7 +105,8 @@ def _judged(name: str, found: EstimateRange, moves: int, limit: float) -> WearVe
             limit,
             None,
             False,
-            f"{shown} holds both {HEALTHY:g} and {limit:g}: a longer log, or faster moves, may tell",
+            f"{shown} holds both {HEALTHY:g} and {limit:g}: "
+            "a longer log, or faster moves, may tell",
         )
     exceeded = found.value > limit
     return WearVerdict(
@@ -113,7 +120,7 @@ def _judged(name: str, found: EstimateRange, moves: int, limit: float) -> WearVe
 def _parts(
     estimate: WearEstimate, ratio: EstimateRange | None
 ) -> Iterator[tuple[str, EstimateRange]]:
-    """Each direction or zone where they differ, by name; over what `ratio` is over."""
+    """Yield (name, wear) of each direction or zone, relative to commissioning if that is known."""
     if estimate.kind == "directional":
         sides = (("forward", estimate.forward), ("backward", estimate.backward))
         found = [(name, worn) for name, worn in sides if worn is not None]
@@ -124,7 +131,7 @@ def _parts(
 
 
 def _reference(wear: EstimateRange, ratio: EstimateRange) -> EstimateRange:
-    """What the wear was divided by to give the ratio (`Range.over`)."""
+    """Return the wear at commissioning, from its ratio (inverse of `EstimateRange.over`)."""
     value = wear.value / ratio.value
 
     def beside(whole: float, own: float) -> float:

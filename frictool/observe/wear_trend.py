@@ -1,4 +1,4 @@
-"""The wear of a fleet over the date, a line a unit, each log with its interval."""
+"""Plot of a fleet's wear over the date, one line per unit, each log with its interval."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from frictool.presentation.svg import panels, render
 COLOURS = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f", "#5c6b00", "#8c2f39")
 MARKS = ("o", "s", "^", "D", "v", "P")
 HEIGHT = 3.8  # inches
-MOST_NAMED = 12  # units in the legend: beyond, no colour tells them apart
+MOST_NAMED = 12  # units, most in a legend: more are not told apart by colour
 UNNAMED = "no unit"
 
 
 def trend(table: Sequence[FleetRow], limit: float | None) -> str:
-    """The `<svg>` element: ratios to commissioning where there are some, a unit's first log at 1,
-    else the wear.
+    """Return the `<svg>` element of the trend.
 
-    Where a log has no date, all are drawn by their place in the table.
+    The plot shows ratios to commissioning if any are known (1 for the first log of a unit), else
+    the wear. If a log has no date, all are drawn by their number in the table.
     """
     ratios = any(row.ratio is not None for row in table)
     told = [(row, found) for row in table if (found := _shown(row, ratios)) is not None]
@@ -63,7 +63,7 @@ def _abscissa(axes: Axes, dated: bool) -> None:
 
 
 def _draw(axes: Any, number: int, unit: str, own: Sequence[tuple[float, EstimateRange]]) -> None:
-    """One unit: places on the abscissa and what is drawn there."""
+    """Draw one unit: (abscissa, estimate) of each log."""
     value = np.array([found.value for _, found in own])
     reach = np.array(
         [
@@ -77,9 +77,8 @@ def _draw(axes: Any, number: int, unit: str, own: Sequence[tuple[float, Estimate
         "markersize": 3.5,
         "linewidth": 1.0,
     }
-    label = (
-        unit.replace("_", " ") if unit.startswith("_") else unit
-    )  # a legend leaves out what begins so
+    # matplotlib leaves out labels that begin with an underscore
+    label = unit.replace("_", " ") if unit.startswith("_") else unit
     axes.errorbar(
         [place for place, _ in own],
         value,
@@ -92,7 +91,7 @@ def _draw(axes: Any, number: int, unit: str, own: Sequence[tuple[float, Estimate
 
 
 def _shown(row: FleetRow, ratios: bool) -> EstimateRange | None:
-    """What is drawn of a log; None where it has told nothing."""
+    """Return the estimate to draw of a log; None if it has none."""
     if row.outcome is None or not row.outcome.estimate.moves:
         return None
     if ratios:

@@ -1,5 +1,4 @@
-"""From a mechanism to the one-inertia model, step by step, each with what it neglects and the error
-that it makes (thesis 2.1.5, 2.2.4)."""
+"""Reduction of a mechanism to the one-inertia model, with the error of each step (2.1.5, 2.2.4)."""
 
 from typing import TYPE_CHECKING
 

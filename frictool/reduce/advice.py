@@ -1,5 +1,4 @@
-"""What to try where a reduction is refused, as numbers: the bandwidth, the tolerance, the travel
-that would pass."""
+"""Advice for a refused reduction: bandwidth, tolerance or travel that would pass."""
 
 from __future__ import annotations
 
@@ -18,18 +17,20 @@ from frictool.reduce.coordinate_change import from_source
 from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.step_report import StepReport
 
-MOST_TOLERANCE = 1.0  # that --tolerance takes
-LOWEST, POINTS = 1e-4, 2000  # of the slowest resonance; bandwidths that are looked at
-# of the part: on another travel the line nearest to the load is another, by points that lie
-# elsewhere
+MOST_TOLERANCE = 1.0  # largest value of --tolerance
+# lowest bandwidth relative to the slowest resonance; number of bandwidths
+LOWEST, POINTS = 1e-4, 2000
+# margin relative to the part: on a shorter travel the best line is slightly different
 ROOM = 0.02
-WORTH = 0.1  # of the travel: a narrower part is no use
+WORTH = 0.1  # least useful part, relative to the travel
 
 
 def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
-    """The largest bandwidth [rad/s], rounded down, below every resonance, up to which all links
-    rigid change the gain by no more than `tolerance`; None where there is none. Raises WrongElement
-    and NoSolutionError as the steps of the reduction do."""
+    """Return the largest bandwidth [rad/s] that allows rigid links; None if there is none.
+
+    It is below every resonance and rounded down. Up to it, rigid links change the gain by at most
+    `tolerance`. Raises ElementError and NoSolutionError as the steps of the reduction do.
+    """
     source, sensor = controlled_names(whole)
     seen, _ = from_source(whole, source)
     one, _ = lump_rigid_links(seen, seen.sources[source].on)
@@ -49,14 +50,13 @@ def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
 
 
 def rounded_down(value: float) -> float:
-    """To three digits."""
+    """Round down to three digits."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return math.floor(value / step) * step
 
 
 def needed_tolerance(told: Iterable[StepReport], play: float) -> float:
-    """The least at which no error that decides is beyond it, rounded up to a hundredth; `play` is
-    allowed beside it."""
+    """Return the least tolerance that passes, rounded up to 0.01; `play` is allowed on top."""
     errors = [0.0]
     for one in told:
         errors += [one.predicted] if one.covered is None else []
@@ -69,7 +69,7 @@ def needed_tolerance(told: Iterable[StepReport], play: float) -> float:
 
 
 def other_tolerance(told: Iterable[StepReport], play: float) -> str:
-    """A sentence's end: which tolerance passes, or that none does."""
+    """Return the end of a sentence: the tolerance that passes, or that none does."""
     needed = needed_tolerance(told, play)
     if needed <= MOST_TOLERANCE:
         return f"--tolerance {needed:g}"
@@ -77,11 +77,13 @@ def other_tolerance(told: Iterable[StepReport], play: float) -> str:
 
 
 def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
-    """Of positions x (n,), the widest part from the low end and that from the high end on which
-    `holds` is true, rounded inwards; those that are short are left out."""
+    """Return the widest parts at either end of x (n,) on which `holds` is true, rounded inwards.
+
+    Parts below WORTH of the travel are left out.
+    """
     found = []
     for from_low in (True, False):
-        low, high = 2, len(x)  # holds of two points, not of all
+        low, high = 2, len(x)  # invariant: `holds` for `low` points, not for `high`
         while high - low > 1:
             middle_count = (low + high) // 2
             part = slice(0, middle_count) if from_low else slice(len(x) - middle_count, len(x))
@@ -95,6 +97,6 @@ def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[flo
 
 
 def _inwards(ends: tuple[float, float]) -> tuple[float, float]:
-    """Rounded to four digits of the width."""
+    """Round the ends inwards to four digits of the width."""
     step = 10.0 ** (math.floor(math.log10(ends[1] - ends[0])) - 3)
     return round(math.ceil(ends[0] / step) * step, 12), round(math.floor(ends[1] / step) * step, 12)

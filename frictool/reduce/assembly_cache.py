@@ -1,19 +1,17 @@
-"""Mechanisms put together once: the steps of a reduction ask for the same one again and again."""
+"""Cache of assembled mechanisms, because the steps of a reduction need the same one repeatedly."""
 
 from __future__ import annotations
 
 from frictool.documents.mechanism import Mechanism
 from frictool.plant.mechanism.assembly import AssembledMechanism, assemble
 
-MOST = 16
-_KEPT: dict[
-    int, tuple[Mechanism, AssembledMechanism]
-] = {}  # by identity: a document does not change, and is held here as long as its number is used
+MOST = 16  # mechanisms in the cache
+# by identity: a document does not change, and the cache holds it so that its id stays unique
+_KEPT: dict[int, tuple[Mechanism, AssembledMechanism]] = {}
 
 
 def assemble_cached(mechanism: Mechanism) -> AssembledMechanism:
-    """`assemble`, and the same answer again for the same document. Raises WrongElement as it
-    does."""
+    """Return `assemble(mechanism)`, from the cache if possible; raises ElementError as it does."""
     found = _KEPT.get(id(mechanism))
     if found is not None:
         return found[1]

@@ -1,9 +1,8 @@
-"""Play brought to the actuator and to the sensor (thesis 2.1.5): what a ratio makes of it, how
-links in a chain add, what lies inside.
+"""Backlash reflected to the actuator and to the sensor (thesis 2.1.5).
 
-A play of width rho at block b is rho/|q_b'/q_s'| at the source: a millimetre behind a reducer is
-turns of the motor. Links in a chain add; of branches the widest counts. Inside it only what is
-before it moves, and friction is that part's alone (4.45).
+A backlash of width rho at block b is rho/|q_b'/q_s'| at the source: a millimetre behind a reducer
+is several turns of the motor. Widths in series add; of parallel branches, the widest counts. Inside
+the backlash only the part before it moves, with its friction alone (4.45).
 """
 
 from __future__ import annotations
@@ -21,11 +20,11 @@ from frictool.reduce.step_report import StepFigure
 
 @dataclass(frozen=True)
 class BacklashChain:
-    """Of a mechanism in its source's coordinate. chain: the links whose widths add, from the source
-    on; width: their sum [rad | m].
+    """Backlash of a mechanism in its source's coordinate.
 
-    before_sensor: what lies between source and sensor, in the links `hiding`; behind: names of
-    blocks that the source moves through a play.
+    chain: links from the source on whose widths add. width: sum of their widths [rad | m].
+    before_sensor: backlash between source and sensor [rad | m], of the links `hiding`. behind:
+    names of the blocks that the source moves through backlash.
     """
 
     chain: tuple[Connection, ...]
@@ -36,7 +35,7 @@ class BacklashChain:
 
 
 def play(mechanism: Mechanism, root: str, sensor_block: str) -> BacklashChain:
-    """Where the mechanism plays, seen from block `root`."""
+    """Return the backlash of the mechanism as seen from block `root`."""
     assembled = assemble_cached(mechanism)
     seen = seen_from(assembled.blocks.index(root), connections(assembled), assembled.blocks)
     widths = {
@@ -60,8 +59,7 @@ def _b_ratio(seen: dict[int, BlockMotion], link: Connection) -> float:
 
 
 def play_figures(whole: Mechanism, source_block: str, sensor_block: str) -> tuple[StepFigure, ...]:
-    """Each play of the whole mechanism where it is, at the actuator and at the sensor, and its
-    sum."""
+    """Return the width of each backlash at its block, at the actuator and at the sensor."""
     assembled = assemble_cached(whole)
     links = connections(assembled)
     seen = seen_from(assembled.blocks.index(source_block), links, assembled.blocks)
@@ -92,5 +90,5 @@ def _unit(assembled: AssembledMechanism, block: int) -> str:
 
 
 def steepest(x: np.ndarray, values: np.ndarray) -> float:
-    """The largest slope of a curve (n,) over positions (n,)."""
+    """Return the largest slope of a curve (n,) over positions (n,)."""
     return float(np.max(np.abs(np.diff(values) / np.diff(x))))

@@ -1,10 +1,11 @@
-"""What resists the motion of one block at a steady speed, over its position: loads, and friction in
-either direction.
+"""Resistance of one block at steady speed, over its position: loads, and friction by direction.
 
-    to move it forward   C_+(x) = S(x) + F(x)        backward   C_-(x) = S(x) - F(x)        (2.28)
+    effort to move it forward   C_+(x) = S(x) + F(x)
+                      backward  C_-(x) = S(x) - F(x)        (2.28)
 
-S: springs, cams, constant efforts. F: Coulomb friction in slip; at rest the breakaway in its place.
-Evaluated on the arrays that the engine takes, so that it is what is simulated.
+The load S is the effort of springs, cams and constant efforts. The friction F is Coulomb friction
+in slip, or the breakaway at rest. Both are evaluated from the arrays of the engine, thus as
+simulated.
 """
 
 from __future__ import annotations
@@ -23,11 +24,14 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SpeedDependentFriction:
-    """What of a friction depends on the speed: `drop` on top of Coulomb friction at rest, gone by
-    exp(-(v/velocity)^exponent); viscous."""
+    """Speed-dependent part of a friction.
+
+    drop: N m | N, breakaway above Coulomb friction at rest; it decays by
+    exp(-(v/velocity)^exponent). viscous: N m s/rad | N s/m.
+    """
 
     drop: float
-    velocity: float  # 0: at rest only
+    velocity: float  # rad/s | m/s; 0: drop at rest only
     exponent: float
     viscous: float
     law: str
@@ -35,8 +39,10 @@ class SpeedDependentFriction:
 
 @dataclass(frozen=True)
 class BlockResistance:
-    """At positions (n,): load S, Coulomb friction F and breakaway without what `falling` has, each
-    (n,) in N m | N; damping of springs."""
+    """Resistance at positions (n,): load S, Coulomb friction F and breakaway, each (n,) [N m | N].
+
+    pressed_breakaway: without the drops of `falling`. damping: of springs.
+    """
 
     load: Vector
     friction: Vector
@@ -46,16 +52,17 @@ class BlockResistance:
 
     @property
     def breakaway(self) -> Vector:
-        """The largest effort of friction at rest."""
+        """Largest effort of friction at rest."""
         return self.pressed_breakaway + sum(one.drop for one in self.falling)
 
     @property
     def viscous(self) -> float:
+        """Sum of the damping and of the viscous friction."""
         return self.damping + sum(one.viscous for one in self.falling)
 
 
 def resisting(assembled: AssembledMechanism, block: int, x: Vector) -> BlockResistance:
-    """Of one block at positions x (n,) [rad | m]."""
+    """Return the resistance of one block at positions x (n,) [rad | m]."""
     packed = assembled.packed
     friction, breakaway, falling = _frictions(packed, block, x)
     pressings = packed.pressings
@@ -67,7 +74,7 @@ def resisting(assembled: AssembledMechanism, block: int, x: Vector) -> BlockResi
 
 
 def curve_at(curves: Curves, number: int, x: Vector) -> Vector:
-    """Curve `number` at x (n,), as at its ends beyond them."""
+    """Return curve `number` at x (n,), constant beyond its ends."""
     first, last = int(curves.start[number]), int(curves.start[number + 1])
     breaks = curves.breaks[first + number : last + number + 1]
     held = np.clip(x, breaks[0], breaks[-1])
@@ -77,7 +84,7 @@ def curve_at(curves: Curves, number: int, x: Vector) -> Vector:
 
 
 def _loads(packed: PackedMechanism, block: int, x: Vector) -> tuple[Vector, float]:
-    """S (n,) and the damping of springs to the frame."""
+    """Return S (n,) and the damping of springs to the frame."""
     load, damping = np.zeros_like(x), 0.0
     couplings, pushes = packed.couplings, packed.pushes
     for k in np.flatnonzero((couplings.b == block) & (couplings.a == FRAME)):
@@ -97,7 +104,7 @@ def _loads(packed: PackedMechanism, block: int, x: Vector) -> tuple[Vector, floa
 def _frictions(
     packed: PackedMechanism, block: int, x: Vector
 ) -> tuple[Vector, Vector, tuple[SpeedDependentFriction, ...]]:
-    """Coulomb friction and breakaway as levels over x, and what depends on the speed."""
+    """Return Coulomb friction (n,), breakaway (n,) and the speed-dependent parts."""
     frictions, falling = packed.frictions, []
     slip = np.zeros_like(x)
     for k in np.flatnonzero(frictions.block == block):

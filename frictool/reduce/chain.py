@@ -1,5 +1,7 @@
-"""The steps of a reduction in their order, from the whole mechanism to one inertia; each gives a
-mechanism that can be simulated."""
+"""Chain of the reduction's steps, from the whole mechanism to one inertia.
+
+The result of each step is a mechanism that can be simulated.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class ReductionStep:
-    """A mechanism, and what the step that led to it tells."""
+    """Mechanism after a step, and the report of that step."""
 
     mechanism: Mechanism
     told: StepReport
@@ -33,8 +35,11 @@ class ReductionStep:
 
 @dataclass(frozen=True)
 class ReductionChain:
-    """whole: as the user gave it. steps: one after the other; the last of them is what `one` was
-    made of. kept: links that still yield."""
+    """Steps of a reduction.
+
+    whole: mechanism of the user. steps: in order; `one` is made from the last. kept: compliant
+    links that remain.
+    """
 
     whole: Mechanism
     steps: tuple[ReductionStep, ...]
@@ -46,12 +51,12 @@ class ReductionChain:
 
     @property
     def last(self) -> Mechanism:
-        """The last mechanism, with the blocks that kept resonances need."""
+        """Mechanism after the last step, with the blocks that the kept resonances need."""
         return self.steps[-1].mechanism
 
 
 class ReductionStopped(NoSolutionError):
-    """A reduction that stops before its end; steps: those that it made."""
+    """Error of a reduction that stopped; steps: those before the failure."""
 
     def __init__(self, message: str, steps: tuple[ReductionStep, ...]) -> None:
         super().__init__(message)
@@ -64,12 +69,14 @@ def chain(
     progress: Progress = lambda _: None,
     number: float | None = None,
 ) -> ReductionChain:
-    """Every step. bandwidth [rad/s]: resonances above are dropped; needed where a link yields.
-    number: as `load_beside` takes `known`.
+    """Make every step of the reduction.
 
-    Raises WrongElement where the mechanism is wrong, or its sensor measures no position;
-    NoSolutionError where it has more than one motion, more than one command, a sensor behind a
-    play, or a load that no model.yaml has: Unfinished, with the steps that were made.
+    bandwidth: rad/s; resonances above it are dropped. It is required if a link is compliant.
+    number: as `known` of `load_beside`.
+
+    Raises ElementError if the mechanism is wrong or its sensor measures no position. Raises
+    ReductionStopped, with the steps so far, if the mechanism has several independent motions,
+    several commanded sources, a sensor behind backlash, or a load that no model.yaml can describe.
     """
     steps: list[ReductionStep] = []
     try:
@@ -90,7 +97,8 @@ def _chain(
     if whole.sensors[sensor].measures != "position":
         raise ElementError(
             f"sensors.{sensor}.measures",
-            f"found {whole.sensors[sensor].measures}; allowed: position, which a model.yaml needs; name such a sensor by control",
+            f"found {whole.sensors[sensor].measures}; allowed: position, "
+            "which a model.yaml needs; name such a sensor by control",
         )
 
     def take(result: tuple[Mechanism, StepReport]) -> Mechanism:
@@ -106,7 +114,8 @@ def _chain(
         progress("compliance")
         if bandwidth is None:
             raise NoSolutionError(
-                f"{whole.name}: {', '.join(one.name for one in compliant_links(now))} yields, and no bandwidth says what to keep"
+                f"{whole.name}: {', '.join(one.name for one in compliant_links(now))} yields, "
+                "and no bandwidth says what to keep"
             )
         now = take(stiffen_above(now, root, bandwidth))
     progress("losses")
@@ -131,8 +140,10 @@ def _chain(
         unit = "rad" if now.blocks[root].inertia is not None else "m"
         names = ", ".join(one.play.hiding)
         raise NoSolutionError(
-            f"sensors.{sensor}: {one.play.before_sensor:.4g} {unit} of play ({names}) lie between it and {source}; a model.yaml has its "
-            "sensor before the play; put a sensor on the source's side, or simulate the mechanism itself"
+            f"sensors.{sensor}: {one.play.before_sensor:.4g} {unit} of play ({names}) "
+            f"lie between it and {source}; a model.yaml has its "
+            "sensor before the play; put a sensor on the source's side, "
+            "or simulate the mechanism itself"
         )
     kept = tuple(link.name for link in compliant_links(now))
     play = play_figures(whole, whole.sources[source].on, whole.sensors[sensor].on)
@@ -140,19 +151,20 @@ def _chain(
 
 
 def _turns(whole: Mechanism, source: str, there: CoordinateFrame) -> tuple[float, ...]:
-    """How far each block turns per rad | m at the sensor, whose frame is `there`."""
+    """Return how far each block turns [rad] per unit at the sensor, whose frame is `there`."""
     here = from_reference(whole, source)
     frames = [here.frame(name) for name in here.assembled.blocks]
     return tuple(abs(frame.ratio / there.ratio) for frame in frames if frame.own == "rotary")
 
 
 def _one_command(whole: Mechanism, source: str) -> None:
-    """Raises NoSolutionError where another source than the controlled one is commanded too."""
+    """Refuse a mechanism with a second commanded source."""
     others = [
         name for name, one in whole.sources.items() if name != source and one.drive != "effort"
     ]
     if others:
         raise NoSolutionError(
-            f"{whole.name}: {source} and {', '.join(others)} are commanded; a one-inertia model has one command; make the other a constant "
+            f"{whole.name}: {source} and {', '.join(others)} are commanded; "
+            "a one-inertia model has one command; make the other a constant "
             "effort, or leave it out"
         )

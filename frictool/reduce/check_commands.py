@@ -1,11 +1,14 @@
-"""The test by which a reduction is checked: a command over time from rest at several places, the
-same for every mechanism of the chain.
+"""Test commands of the simulation check, the same for every mechanism of the chain.
 
-From five places of the travel, in either direction: a step beyond the breakaway that moves an
-eighth of the travel, a rest, a ramp until it breaks away and slips, a rest, and the same step back;
-so that a play opens and closes, and friction of both directions counts. Commands are held over a
-sample, in the drive's unit. Where friction fades along a step it is left out: where it comes to
-rest there is a quotient of two small numbers, and tells nothing of the mechanism.
+A run starts at rest at one of five positions of the travel, in either direction:
+
+- a step beyond the breakaway that moves an eighth of the travel, and a rest,
+- a ramp until the axis breaks away and slips, and a rest,
+- the same in the other direction.
+
+Backlash thus opens and closes, and friction of both directions counts. Commands are in the drive's
+unit and are held over a sample. If friction vanishes along a step, the run ends before it: the
+stopping position is then a quotient of two small numbers and says nothing about the mechanism.
 """
 
 from __future__ import annotations
@@ -19,23 +22,23 @@ from frictool.reduce.one_inertia import OneInertia
 
 Vector = NDArray[np.float64]
 
-PLACES = (0.15, 0.325, 0.5, 0.675, 0.85)  # of the travel
-PART = 0.125  # of the travel that a step moves
-BEYOND = 1.6  # times the breakaway
-RAMP_S, SLIP = 0.3, 1.15  # s to the end of a ramp, times the breakaway there
-REST_S = 0.1
-LONGEST_S = 4.0  # of one move
-LITTLE = 0.02  # of the push: friction below does not stop what moves
-STEPS = 101
-SLOWEST = 1e-12  # of the largest speed: below it stands
-BEYOND_END, FAINT = 1.25, 0.25  # of the way; of the mean friction
-FREE = 0.3  # of the drive's limit, where there is no friction to go beyond
+PLACES = (0.15, 0.325, 0.5, 0.675, 0.85)  # relative to the travel
+PART = 0.125  # distance of a step relative to the travel
+BEYOND = 1.6  # effort of a step relative to the breakaway
+RAMP_S, SLIP = 0.3, 1.15  # s to the end of a ramp; its last effort relative to the breakaway
+REST_S = 0.1  # s, rest after a move
+LONGEST_S = 4.0  # s, longest push or coasting
+LITTLE = 0.02  # relative to the push: less friction does not stop the axis
+STEPS = 101  # points along a move
+SLOWEST = 1e-12  # relative to the largest speed: slower is at rest
+# distance looked at, relative to that of the step; vanishing friction, relative to its mean
+BEYOND_END, FAINT = 1.25, 0.25
+FREE = 0.3  # push relative to the drive's limit, if there is no friction
 
 
 @dataclass(frozen=True)
 class CheckRun:
-    """One command (n,) [unit of the drive] from rest at `place` (of the coordinate of the reduced
-    mechanism)."""
+    """Command (n,) [unit of the drive] from rest at `place` [rad | m] of the reduced mechanism."""
 
     name: str
     place: float
@@ -43,8 +46,10 @@ class CheckRun:
 
 
 def runs(one: OneInertia, constant: float, limit: float, period: float) -> tuple[CheckRun, ...]:
-    """Of a reduced mechanism; constant [effort per unit of the drive], limit [unit of the drive],
-    period [s]."""
+    """Return the test runs of a reduced mechanism.
+
+    constant: effort per unit of the drive. limit: in units of the drive. period: s.
+    """
     low, high = one.travel if one.travel is not None else one.ends
     found = []
     for share in PLACES:
@@ -92,8 +97,7 @@ def _command(
 
 
 def _fades(one: OneInertia, place: float, direction: float, way: float) -> bool:
-    """Whether friction that brakes at first falls to little before, or just beyond, the end of the
-    way."""
+    """Return True if braking friction almost vanishes before or just beyond the end of the move."""
     slip, _ = _resisting(
         one, place + direction * np.linspace(0.0, BEYOND_END * way, STEPS), direction
     )
@@ -106,12 +110,12 @@ def _span(one: OneInertia) -> float:
 
 
 def _fast(one: OneInertia) -> float:
-    """An acceleration that makes an eighth of the travel in a fifth of a second."""
+    """Return the acceleration that makes an eighth of the travel in a fifth of a second."""
     return 2.0 * PART * _span(one) / 0.2**2
 
 
 def _resisting(one: OneInertia, places: Vector, direction: float) -> tuple[Vector, Vector]:
-    """Friction and breakaway that oppose a motion at places (n,), with the load."""
+    """Return friction and breakaway with the load, opposing a motion at positions (n,)."""
     side = one.forward if direction > 0.0 else one.backward
     load = direction * one.beside.at(places)
     slip, rest = (np.interp(places, one.positions, curve) for curve in (side.curve, side.breakaway))
@@ -119,23 +123,22 @@ def _resisting(one: OneInertia, places: Vector, direction: float) -> tuple[Vecto
 
 
 def _push_time(one: OneInertia, push: float, slip: Vector, way: float) -> tuple[float, bool]:
-    """How long to push [s] so that it comes to rest after `way`, and whether it needs a brake for
-    that.
+    """Return the duration of a push [s], and True if it also needs a brake.
 
-    By work: what the push does over its part of the way is what `slip` (n,), evenly over the way,
-    takes of all of it.
+    After the push the axis coasts or brakes to rest at the distance `way`. The duration follows
+    from the balance of work: the work of the push, over the first part of the distance, equals that
+    of the friction over the whole distance. slip: (n,), friction at even positions of the move.
     """
     taken = float(np.mean(slip)) * way
     brakes = taken <= LITTLE * push * way
     part = 0.5 * way if brakes else min(way, taken / push)
-    x = np.linspace(0.0, part, STEPS) ** 2 / max(part, 1e-300)  # dense where it is slow
+    x = np.linspace(0.0, part, STEPS) ** 2 / max(part, 1e-300)  # dense at low speed
     left = push - np.interp(x, np.linspace(0.0, way, len(slip)), slip)
     energy = np.concatenate([[0.0], np.cumsum(0.5 * (left[1:] + left[:-1]) * np.diff(x))])
     speed = np.sqrt(2.0 * np.maximum(energy, 0.0) / one.inertia)
     between = 0.5 * (speed[1:] + speed[:-1])
-    moving = between > SLOWEST * float(
-        np.max(speed)
-    )  # a load may be more than the push from somewhere on
+    # the load may exceed the push from some position on
+    moving = between > SLOWEST * float(np.max(speed))
     if not np.any(moving):
         return RAMP_S, brakes
     return min(LONGEST_S, float(np.sum(np.diff(x)[moving] / between[moving]))), brakes

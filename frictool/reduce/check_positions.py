@@ -1,5 +1,4 @@
-"""The test of check_commands.py on a mechanism and on a model: where the sensor's block is at every
-sample."""
+"""Simulated positions of the sensor's block under test commands, of a mechanism or a model."""
 
 from __future__ import annotations
 
@@ -21,15 +20,18 @@ from frictool.reduce.coordinate_change import MechanismView
 
 Vector = NDArray[np.float64]
 
-PARTS = 4  # of a period, over which the bound of a winding is held (engine/closed_loop.py)
+# steps per period, in each of which a winding's bound is constant (engine/closed_loop.py)
+PARTS = 4
 
 
 def mechanism_positions(
     here: MechanismView, source: str, sensor: str, place: float, command: Vector
 ) -> Vector:
-    """Positions (n,) of the sensor's block in its own coordinate; the source's view `here` puts
-    every block where `place` of the root is, plays in their middle. Raises NoSolutionError where
-    the engine gives up."""
+    """Return positions (n,) of the sensor's block [rad | m], in its own coordinate.
+
+    All blocks start at rest at `place` of the root in the view `here`, with each backlash in its
+    middle. Raises NoSolutionError if the engine fails.
+    """
     assembled, names = here.assembled, here.assembled.blocks
     start = np.array([frame.ratio * place + frame.offset for frame in map(here.frame, names)])
     machine = prepare(assembled.packed)
@@ -43,14 +45,17 @@ def mechanism_positions(
     found = run(machine, state, commands, here.document.sample_period_s, room_for_events=0)
     if found.status != OK:
         raise NoSolutionError(
-            f"{here.document.name}: not simulated: {MESSAGES[found.status]} (after {found.reached:.6g} s)"
+            f"{here.document.name}: not simulated: {MESSAGES[found.status]} "
+            f"(after {found.reached:.6g} s)"
         )
     return np.ascontiguousarray(found.positions[seen, :-1])
 
 
 def model_positions(model: Model, place: float, command: Vector) -> Vector:
-    """Positions (n,) of the axis that the model describes, from rest at `place` in the middle of
-    its backlash."""
+    """Return positions (n,) of the model's axis [rad | m], from rest at `place`.
+
+    The axis starts in the middle of its backlash. Raises NoSolutionError if the engine fails.
+    """
     p = with_load(axis_of(model).as_array(), load_of(model).as_array())
     state, period = axis_rest(place), model.bench.sample_period_s
     parts = PARTS if p[RESISTANCE] > 0.0 else 1

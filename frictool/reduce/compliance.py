@@ -1,10 +1,9 @@
-"""Links that yield: their resonances kept below a bandwidth, the links made rigid above it (thesis
-2.1.5, (2.6)-(2.9)).
+"""Compliant links: kept below a bandwidth, made rigid above it (thesis 2.1.5, (2.6)-(2.9)).
 
-Two inertias J_a and J_b over a stiffness k swing against each other at sqrt(k (1/J_a + 1/J_b)). Far
-below it the link is rigid; at a frequency w it makes an error of (w/w_r)^2 of gain, and its twist
-under an effort is effort/k. What a dropped link does to the transfer from source to sensor at the
-bandwidth is evaluated on the linearised mechanism, before and after.
+Two inertias J_a and J_b with a stiffness k between them resonate at w_r = sqrt(k (1/J_a + 1/J_b)).
+Far below w_r the link is nearly rigid: at a frequency w, a rigid model of it has a gain error of
+(w/w_r)^2 and neglects the twist effort/k. The error at the bandwidth is computed from the
+linearised mechanisms before and after the step.
 """
 
 from __future__ import annotations
@@ -23,14 +22,16 @@ from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.step_report import StepFigure, StepReport
 from frictool.reduce.travel_grid import known_travel
 
-TAKES_PART = 0.05  # of a mode's strain: a link with less has no part in it
+TAKES_PART = 0.05  # fraction of a mode's strain energy, below which a link is not part of the mode
 
 
 @dataclass(frozen=True)
 class LinkResonance:
-    """A link that yields: its frequency [rad/s], of the slowest oscillation that it has a part in,
-    or by its two sides alone where damping lets none be; twist: its give under the source's largest
-    effort [rad | m]."""
+    """Compliant link with the slowest resonance that it is part of.
+
+    frequency: rad/s; from its two sides alone if damping prevents an oscillation. damping: ratio.
+    compliance: rad/(N m) | m/N. twist: under the source's largest effort [rad | m].
+    """
 
     link: Connection
     frequency: float
@@ -40,12 +41,12 @@ class LinkResonance:
 
 
 def compliant_links(mechanism: Mechanism) -> tuple[Connection, ...]:
-    """Links between two blocks that yield."""
+    """Return the compliant links between two blocks."""
     return tuple(one for one in connections(assemble_cached(mechanism)) if one.compliant)
 
 
 def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
-    """Of each link that yields, slowest first; in the mechanism's one coordinate."""
+    """Return the resonance of each compliant link, slowest first, in the mechanism's coordinate."""
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
     seen = seen_from(assembled.blocks.index(root), links, assembled.blocks)
@@ -79,7 +80,7 @@ def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
 def stiffen_above(
     mechanism: Mechanism, root: str, bandwidth: float
 ) -> tuple[Mechanism, StepReport]:
-    """The mechanism with the links rigid that only swing above `bandwidth` [rad/s]."""
+    """Make those links rigid whose resonance is above `bandwidth` [rad/s]."""
     found = swings(mechanism, root)
     if not found:
         return mechanism, StepReport("compliance", "no link yields", "nothing")
@@ -98,7 +99,8 @@ def stiffen_above(
         ]
         kept = "kept, below" if one not in dropped else "dropped, above"
         notes.append(
-            f"{one.link.name}: {one.frequency:.4g} rad/s {kept} the bandwidth of {bandwidth:.4g} rad/s"
+            f"{one.link.name}: {one.frequency:.4g} rad/s {kept} "
+            f"the bandwidth of {bandwidth:.4g} rad/s"
         )
     if dropped:
         figures += [
@@ -118,7 +120,7 @@ def stiffen_above(
 
 
 def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
-    """The mechanism with these links rigid; play stays, with flanks that do not yield."""
+    """Return the mechanism with these links rigid; backlash stays, with rigid flanks."""
     links = dict(mechanism.links)
     for name in names:
         link = links[name]
@@ -133,8 +135,7 @@ def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
 
 
 def middle(mechanism: Mechanism) -> np.ndarray:
-    """Positions of the blocks in the middle of the travel, or at the start where nothing tells
-    it."""
+    """Return positions of the blocks in the middle of the travel; if unknown, at the start."""
     assembled, travel = assemble_cached(mechanism), known_travel(mechanism)
     return (
         assembled.start if travel is None else assembled.start * 0.0 + 0.5 * (travel[0] + travel[1])
@@ -142,8 +143,7 @@ def middle(mechanism: Mechanism) -> np.ndarray:
 
 
 def _difference(before: Mechanism, after: Mechanism, bandwidth: float) -> tuple[float, float]:
-    """Of the transfers from source to sensor at the bandwidth: of the gain, relative, and of the
-    phase [rad]."""
+    """Return the error of the transfer from source to sensor: relative gain, and phase [rad]."""
     source, sensor = controlled_names(before)
     one, other = (
         complex(

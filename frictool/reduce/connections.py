@@ -1,5 +1,4 @@
-"""What connects the blocks of a mechanism, as the equations have it: q_b = ratio q_a + offset, with
-a gap, a compliance or a loss."""
+"""Connections of a mechanism's blocks, as in the equations: q_b = ratio q_a + offset."""
 
 from __future__ import annotations
 
@@ -12,15 +11,15 @@ from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.assembly import AssembledMechanism
 from frictool.plant.mechanism.packed_mechanism import FRAME, Couplings, Joints
 
-SAME = 1e-9  # relative, between two ways round a loop
+SAME = 1e-9  # relative tolerance of two ratios around a loop
 
 
 @dataclass(frozen=True)
 class Connection:
-    """One link between two blocks, by their numbers. gap: half the width at b. losses: efforts on a
-    per unit of effort through the link.
+    """Link between blocks a and b (their numbers), with backlash, compliance or loss.
 
-    stiffness and damping of a compliance, at b; 0 where the link is rigid.
+    gap: half the width at b [rad | m]. drive_loss, back_loss: effort on a per unit of effort
+    through the link. stiffness, damping: of a compliance, at b; 0 for a rigid link.
     """
 
     name: str
@@ -38,16 +37,17 @@ class Connection:
 
     @property
     def lossless(self) -> bool:
+        """True if the link has no losses."""
         return self.drive_loss == 0.0 and self.back_loss == 0.0
 
     @property
     def plain(self) -> bool:
-        """Rigid, without a gap and without a loss: two blocks are one."""
+        """True if the link is rigid, without backlash or loss, so that its blocks are one body."""
         return not self.compliant and self.gap == 0.0 and self.lossless
 
 
 def connections(assembled: AssembledMechanism) -> tuple[Connection, ...]:
-    """Of all links between two blocks: joints first, then what yields."""
+    """Return all links between two blocks: joints first, then compliant ones."""
     joints, couplings = assembled.packed.joints, assembled.packed.couplings
     found = [_joint(name, joints, k) for k, name in enumerate(assembled.joints)]
     found += [
@@ -65,18 +65,22 @@ def _joint(name: str, joints: Joints, k: int) -> Connection:
             float(joints.ratio[k]), float(joints.thread[k]), float(joints.thesis_screw[k])
         )
     return Connection(
-        name, int(joints.a[k]), int(joints.b[k]), float(joints.ratio[k]), float(joints.offset[k]), float(joints.gap[k]), drive, back,
+        name, int(joints.a[k]), int(joints.b[k]),
+        float(joints.ratio[k]), float(joints.offset[k]), float(joints.gap[k]), drive, back,
         restitution=float(joints.restitution[k]),
     )  # fmt: skip
 
 
 def thesis_losses(ratio: float, thread: float, steep: float) -> tuple[float, float]:
-    """(2.12) at a steady speed, where u is what the thread takes: its loss per unit of force,
-    driving and driven back.
+    """Return the losses of (2.12) at a steady speed per unit of force, driving and driven back.
 
-    u = r tan(a) f ± mu |r f - u tan(a)| solved for u: with w = mu tan(a), drive loss (mu r + r
-    tan(a))/(1 + w) - r tan(a), back loss r tan(a) - (r tan(a) - mu r)/(1 - w). thread: mu r. steep:
-    w.
+    u is the torque that the thread takes, and w = mu tan(a):
+
+        u = r tan(a) f ± mu |r f - u tan(a)|
+        drive loss = (mu r + r tan(a))/(1 + w) - r tan(a)
+        back loss  = r tan(a) - (r tan(a) - mu r)/(1 - w)
+
+    ratio: r tan(a). thread: mu r. steep: w.
     """
     carried = abs(ratio)
     return (thread + carried) / (1.0 + steep) - carried, carried - (carried - thread) / (
@@ -86,16 +90,20 @@ def thesis_losses(ratio: float, thread: float, steep: float) -> tuple[float, flo
 
 def _coupling(name: str, couplings: Couplings, k: int) -> Connection:
     return Connection(
-        name, int(couplings.a[k]), int(couplings.b[k]), float(couplings.ratio[k]), float(couplings.offset[k]), float(couplings.gap[k]),
-        float(couplings.drive_loss[k]), float(couplings.back_loss[k]), True, float(couplings.stiffness[k]), float(couplings.damping[k]),
+        name, int(couplings.a[k]), int(couplings.b[k]),
+        float(couplings.ratio[k]), float(couplings.offset[k]), float(couplings.gap[k]),
+        float(couplings.drive_loss[k]), float(couplings.back_loss[k]),
+        True, float(couplings.stiffness[k]), float(couplings.damping[k]),
         bool(couplings.curve[k] >= 0),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class BlockMotion:
-    """Block b as the root sees it: q_b = ratio q_root + offset. `by`: the connections between, from
-    the root on."""
+    """Motion of a block as seen from the root: q_b = ratio q_root + offset.
+
+    by: connections between the two, from the root on.
+    """
 
     ratio: float
     offset: float
@@ -105,11 +113,11 @@ class BlockMotion:
 def seen_from(
     root: int, links: Sequence[Connection], names: Sequence[str]
 ) -> dict[int, BlockMotion]:
-    """Every block that moves with `root`, with gaps in their middle and compliances unstrained;
-    rigid ways first.
+    """Return every block that moves with `root`, by number.
 
-    Raises NoSolutionError where two ways from the root to a block have different ratios: the
-    mechanism moves in more than one way, or not at all.
+    Backlash is in its middle and compliances are unstrained; rigid paths are preferred. Raises
+    NoSolutionError if two paths from the root to a block have different ratios: the mechanism then
+    has several independent motions, or none.
     """
     found = {root: BlockMotion(1.0, 0.0)}
     for compliant in (False, True):
@@ -138,10 +146,12 @@ def _both_ways(link: Connection) -> Iterator[tuple[int, int, float, float]]:
 
 
 def _agrees(link: Connection, found: dict[int, BlockMotion], names: Sequence[str]) -> None:
-    """Raises NoSolutionError where the link asks for another ratio than the way from the root."""
+    """Refuse a link whose ratio contradicts that of the path from the root."""
     there, expected = found[link.b].ratio, link.ratio * found[link.a].ratio
     if not np.isclose(there, expected, rtol=SAME, atol=0.0):
         raise NoSolutionError(
-            f"links.{link.name}: {names[link.b]} moves {expected:.6g} times as far as the source by {names[link.a]}, and {there:.6g} times "
-            f"by {', '.join(one.name for one in found[link.b].by) or 'itself'}: it is not one motion, and no one-inertia model has it"
+            f"links.{link.name}: {names[link.b]} moves {expected:.6g} times as far as the source "
+            f"by {names[link.a]}, and {there:.6g} times "
+            f"by {', '.join(one.name for one in found[link.b].by) or 'itself'}: "
+            "it is not one motion, and no one-inertia model has it"
         )

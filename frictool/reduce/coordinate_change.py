@@ -1,10 +1,11 @@
-"""The first step: everything as the source sees it, each block in the source's coordinate (thesis
-2.1.5, (2.16)). Nothing is neglected, but for a thread with the thesis's own friction (2.12), which
-takes the whole torque of the motor: it becomes that of a steady speed.
+"""Change of coordinates: each block in that of the source (thesis 2.1.5, (2.16)), the first step.
 
-What connects two blocks is then of ratio 1: a coupling, or a gear that keeps its losses. A
-mechanism whose source slides is seen from the block that turns and is nearest to it, as long as
-links lose: only links of turning blocks do.
+Nothing is neglected, with one exception. A thread with the thesis's friction law (2.12) has a
+friction that depends on the whole torque of the motor; here it is that at a steady speed.
+
+All links between two blocks then have the ratio 1: couplings, or gears that keep their losses. If
+the source is linear and there are lossy links, the mechanism is seen from the nearest rotary block,
+because only links of rotary blocks have losses.
 """
 
 from __future__ import annotations
@@ -39,12 +40,12 @@ from frictool.reduce.connections import BlockMotion, Connection, connections, se
 from frictool.reduce.coordinate_frame import CoordinateFrame, scaled
 from frictool.reduce.step_report import StepFigure, StepReport
 
-SAME = 1e-9
+SAME = 1e-9  # relative tolerance of equal ratios
 
 
 @dataclass(frozen=True)
 class MechanismView:
-    """A mechanism with what is needed to see it from one of its blocks, whose kind is `axis`."""
+    """Mechanism as seen from one of its blocks, `root`, whose kind is `axis`."""
 
     document: Mechanism
     assembled: AssembledMechanism
@@ -54,7 +55,7 @@ class MechanismView:
     axis: Axis
 
     def frame(self, block: str) -> CoordinateFrame:
-        """A block's coordinate as the root sees it; ground stands still."""
+        """Return a block's frame as seen from the root; ground stands still."""
         axis = self.axis
         if block == GROUND:
             return CoordinateFrame(0.0, 0.0, axis, axis)
@@ -64,23 +65,28 @@ class MechanismView:
 
 
 def view(mechanism: Mechanism, root: str) -> MechanismView:
-    """The mechanism seen from block `root`. Raises NoSolutionError where blocks do not move with
-    it, by their names."""
+    """Return the mechanism as seen from block `root`.
+
+    Raises NoSolutionError with the names of blocks that do not move with it.
+    """
     assembled = assemble_cached(mechanism)
     links, number = connections(assembled), assembled.blocks.index(root)
     seen = seen_from(number, links, assembled.blocks)
     apart = [name for k, name in enumerate(assembled.blocks) if k not in seen]
     if apart:
         raise NoSolutionError(
-            f"{mechanism.name}: {', '.join(apart)} {'does' if len(apart) == 1 else 'do'} not move with {root}: more than one motion, which "
+            f"{mechanism.name}: {', '.join(apart)} {'does' if len(apart) == 1 else 'do'} "
+            f"not move with {root}: more than one motion, which "
             "no one-inertia model has; reduce each part on its own"
         )
     return MechanismView(mechanism, assembled, links, number, seen, assembled.kinds[number])
 
 
 def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepReport]:
-    """The mechanism in the coordinate of the block that its source drives. Raises NoSolutionError
-    as `view`, and for a spring between two blocks that the source sees by different ratios."""
+    """Return the mechanism in the coordinate of the block that its source drives.
+
+    Raises NoSolutionError as `view` does, and for a spring between two blocks of different ratios.
+    """
     here = from_reference(mechanism, source)
     ratio = si_unit("position", here.axis)
     names = here.assembled.blocks
@@ -93,10 +99,12 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepRepor
         for name in names
         if here.frame(name).ratio != 1.0
     ]
-    did = f"every block in the coordinate of {names[here.root]}: masses by ratio^2, efforts by ratio, ways by 1/ratio (2.16)"
-    control = mechanism.control or Control(
-        source, controlled_names(mechanism)[1]
-    )  # said, since a later step may leave a source without its effort
+    did = (
+        f"every block in the coordinate of {names[here.root]}: "
+        "masses by ratio^2, efforts by ratio, ways by 1/ratio (2.16)"
+    )
+    # explicit, because a later step may leave a source without its effort
+    control = mechanism.control or Control(source, controlled_names(mechanism)[1])
     reduced = msgspec.structs.replace(expressed(here), control=control)
     threads = ", ".join(
         name
@@ -114,8 +122,10 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepRepor
 def at_sensor(
     mechanism: Mechanism, whole: Mechanism, source: str, sensor: str
 ) -> tuple[Mechanism, StepReport]:
-    """A mechanism in one coordinate, in that of the sensor: positions as they are measured,
-    positive where a positive command goes."""
+    """Return a mechanism in the coordinate of the sensor.
+
+    Positions are as measured, and positive in the direction of a positive command.
+    """
     root = mechanism.sources[source].on
     there = sensor_frame(whole, source, sensor)
     size, side = abs(there.ratio), 1.0 if there.ratio > 0.0 else -1.0
@@ -129,7 +139,8 @@ def at_sensor(
         ()
         if side > 0.0
         else (
-            f"{sensor} counts down where the command is positive: encoder.direction is -1 in the bench",
+            f"{sensor} counts down where the command is positive: "
+            "encoder.direction is -1 in the bench",
         )
     )
     did = f"the coordinate of {whole.sensors[sensor].on}, where {sensor} measures"
@@ -144,17 +155,17 @@ def at_sensor(
 
 
 def sensor_frame(whole: Mechanism, source: str, sensor: str) -> CoordinateFrame:
-    """The sensor's block as the block is seen that `from_source` takes."""
+    """Return the frame of the sensor's block, as seen by `from_source`."""
     return from_reference(whole, source).frame(whole.sensors[sensor].on)
 
 
 def from_reference(whole: Mechanism, source: str) -> MechanismView:
-    """The whole mechanism as `from_source` sees it."""
+    """Return the view that `from_source` uses."""
     return view(whole, _reference(whole, whole.sources[source].on))
 
 
 def expressed(here: MechanismView) -> Mechanism:
-    """The mechanism with every block in its frame's coordinate."""
+    """Return the mechanism with every block in its frame's coordinate."""
     mechanism = here.document
     links: dict[str, Link] = {}
     for name, link in mechanism.links.items():
@@ -174,7 +185,7 @@ def expressed(here: MechanismView) -> Mechanism:
 
 
 def _reference(mechanism: Mechanism, on: str) -> str:
-    """The source's block; or, where it slides and links lose, the nearest block that turns."""
+    """Return the source's block; if it is linear and links are lossy, the nearest rotary one."""
     here = view(mechanism, on)
     if here.assembled.kinds[here.root] == "rotary" or all(link.lossless for link in here.links):
         return on
@@ -196,7 +207,7 @@ def _block(here: MechanismView, name: str, block: Block) -> Block:
 
 
 def _link(here: MechanismView, name: str, link: Link) -> dict[str, Link]:
-    """The link as the root sees it, by its name; nothing where it has no part in the motion."""
+    """Return the link as seen from the root, by its name; empty for a redundant link."""
     if isinstance(link, Spring):
         return _spring(here, name, link)
     on: dict[type, Callable[..., Link]] = {
@@ -206,15 +217,13 @@ def _link(here: MechanismView, name: str, link: Link) -> dict[str, Link]:
     }
     if isinstance(link, Cam | Stop | FrictionOf):
         return {name: on[type(link)](here.frame(link.on), link, link.on)}
-    found = [
-        one for one in here.links if one.name == name
-    ]  # none for a link that closes a rigid loop and says nothing new
+    # empty for a link that closes a rigid loop without adding a constraint
+    found = [one for one in here.links if one.name == name]
     return {one.name: _between(here, one, link) for one in found}
 
 
 def _between(here: MechanismView, one: Connection, link: Link) -> Link:
-    """A coupling where nothing is lost, a gear of ratio 1 that keeps both efficiencies where
-    something is."""
+    """Return a coupling if nothing is lost, else a gear of ratio 1 with both efficiencies."""
     names = here.assembled.blocks
     ends, frame = (names[one.a], names[one.b]), here.frame(names[one.b])
     compliance = _compliance(one, frame, getattr(link, "compliance", None))
@@ -234,7 +243,7 @@ def _between(here: MechanismView, one: Connection, link: Link) -> Link:
 
 
 def efficiencies(one: Connection) -> tuple[float, float]:
-    """Driving and driven back, of what the losses are."""
+    """Return the efficiencies, driving and driven back, from the losses."""
     carried = abs(one.ratio)
     return carried / (carried + one.drive_loss), 1.0 - one.back_loss / carried
 
@@ -242,8 +251,10 @@ def efficiencies(one: Connection) -> tuple[float, float]:
 def _compliance(
     one: Connection, frame: CoordinateFrame, given: Compliance | None
 ) -> Compliance | None:
-    """Stiffness and damping at the second end, with the intervals of what was given (a belt's are
-    along the belt)."""
+    """Return stiffness and damping at the second end, with the intervals of the document.
+
+    The document's values of a belt are along the belt.
+    """
     if given is None or not one.compliant:
         return None
     return Compliance(
@@ -257,7 +268,7 @@ def _compliance(
 
 
 def _backlash(one: Connection, frame: CoordinateFrame, given: Backlash | None) -> Backlash | None:
-    """The full width at the second end, with the interval of what was given."""
+    """Return the full width at the second end, with the interval of the document."""
     if given is None:
         return None
     width = frame.width(scaled(given.width, 2.0 * one.gap / given.width.value, ""))
@@ -270,8 +281,10 @@ def _spring(here: MechanismView, name: str, spring: Spring) -> dict[str, Link]:
         moving = [end for end in spring.between if end != GROUND]
         if len(moving) == 2 and not _one_body(here, moving):
             raise NoSolutionError(
-                f"links.{name}: {moving[0]} and {moving[1]} move {first.ratio:.6g} and {second.ratio:.6g} times as far as the source, so "
-                "that the spring between them has no place in one coordinate; make it a link with a ratio and a compliance"
+                f"links.{name}: {moving[0]} and {moving[1]} move {first.ratio:.6g} and "
+                f"{second.ratio:.6g} times as far as the source, so "
+                "that the spring between them has no place in one coordinate; "
+                "make it a link with a ratio and a compliance"
             )
         stretch = CoordinateFrame(
             first.ratio - second.ratio, first.offset - second.offset, first.axis, first.own
@@ -286,14 +299,14 @@ def _spring(here: MechanismView, name: str, spring: Spring) -> dict[str, Link]:
 
 
 def _one_body(here: MechanismView, blocks: list[str]) -> bool:
-    """Whether links without play or compliance make the blocks one."""
+    """Return True if links without backlash or compliance make the blocks one body."""
     ways = [here.seen[here.assembled.blocks.index(name)].by for name in blocks]
     apart = {link.name for link in ways[0]} ^ {link.name for link in ways[1]}
     return all(not link.compliant and link.gap == 0.0 for link in here.links if link.name in apart)
 
 
 def _bench_keys(here: MechanismView) -> dict[str, Span | Quantity]:
-    """travel and top speed, which are of the controlled sensor's block."""
+    """Return travel and top speed, which belong to the controlled sensor's block."""
     document, found = here.document, dict[str, Span | Quantity]()
     sensor = controlled_names(document)[1]
     frame = here.frame(document.sensors[sensor].on)

@@ -1,11 +1,12 @@
-"""A block's coordinate as another block sees it, and what a link, a friction or a sensor of it is
-there (thesis 2.1.5, (2.16)).
+"""Coordinate of a block as seen from another block, and its elements there (thesis 2.1.5, (2.16)).
 
-    q = ratio p + offset        an effort f on q is ratio f on p, a mass m is ratio^2 m, a stiffness
-                                k is ratio^2 k
+    q = ratio p + offset
+    effort f on q          ratio f on p
+    mass m, stiffness k    ratio^2 m, ratio^2 k
 
-Power is the same in both, f q' = (ratio f) p': nothing is neglected. Friction opposes the motion in
-either coordinate, so that its levels take |ratio|, speeds and ways of it 1/|ratio|.
+The power is the same in both, f q' = (ratio f) p', so that nothing is neglected. Friction opposes
+the motion in either coordinate: its levels are multiplied by |ratio|, its speeds and distances by
+1/|ratio|.
 """
 
 from __future__ import annotations
@@ -30,15 +31,14 @@ from frictool.friction.law_registry import LAWS
 from frictool.plant.mechanism.bearing_friction import si_parameters
 
 Ends = tuple[float, ...]
-TURN = 6.283185307179586  # rad
-# of a law's parameter by its unit on a linear axis: the power of |ratio| that it takes
+TURN = 6.283185307179586  # rad per revolution
+# power of |ratio| for a law's parameter, by its unit on a linear axis
 POWERS = {"N": 1, "N/s": 1, "N s/m": 2, "N/m": 2, "kg": 2, "m/s": -1, "m": -1}
 
 
 @dataclass(frozen=True)
 class CoordinateFrame:
-    """q = ratio p + offset [SI of both]; `axis`: the kind of block whose coordinate is p, `own`
-    that of q's."""
+    """Map q = ratio p + offset [SI]; axis: kind of the block of p; own: kind of the block of q."""
 
     ratio: float
     offset: float
@@ -46,28 +46,32 @@ class CoordinateFrame:
     own: Axis
 
     def position(self, q: Quantity) -> Quantity:
-        """Where p is when q is there."""
+        """Return p for a position q."""
         way = Quantity(q.value - self.offset, _less(q.low, self.offset), _less(q.high, self.offset))
         return scaled(way, 1.0 / self.ratio, self._unit("position"))
 
     def width(self, q: Quantity) -> Quantity:
-        """A way between two places, without a sign."""
+        """Return the unsigned distance in p for one in q."""
         return scaled(q, 1.0 / abs(self.ratio), self._unit("position"))
 
     def effort(self, f: Quantity) -> Quantity:
+        """Return an effort on q as one on p."""
         return scaled(f, self.ratio, self._unit("effort"))
 
     def stiffness(self, k: Quantity) -> Quantity:
+        """Return a stiffness along q as one along p."""
         return scaled(k, self.ratio**2, self._unit("stiffness"))
 
     def damping(self, d: Quantity) -> Quantity:
+        """Return a damping along q as one along p."""
         return scaled(d, self.ratio**2, self._unit("viscous"))
 
     def inertia(self, m: Quantity) -> Quantity:
+        """Return an inertia or mass along q as one along p."""
         return scaled(m, self.ratio**2, self._unit("inertia"))
 
     def curve(self, curve: Curve, factor: float, unit: str | None = None) -> Curve:
-        """The curve over p, its values times `factor`."""
+        """Return the curve over p, with its values times `factor`."""
         positions, values = self._points(
             curve.position.values, tuple(value * factor for value in curve.value.values)
         )
@@ -80,13 +84,14 @@ class CoordinateFrame:
         return Level(Series(positions, self._unit("position")), factors)
 
     def _points(self, positions: Ends, values: Ends) -> tuple[Ends, Ends]:
-        """Places of p in rising order, and the values there."""
+        """Return rising positions of p, and the values there."""
         order = -1 if self.ratio < 0.0 else 1
         return tuple((value - self.offset) / self.ratio for value in positions)[::order], values[
             ::order
         ]
 
     def compliance(self, one: Compliance | None) -> Compliance | None:
+        """Return a compliance along q as one along p."""
         return (
             None
             if one is None
@@ -94,8 +99,10 @@ class CoordinateFrame:
         )
 
     def spring(self, spring: Spring, on: str) -> Spring:
-        """A spring whose stretch is q, against ground; without `free` it is free at the start in
-        either coordinate."""
+        """Return a spring against ground with the stretch q.
+
+        Without `free` it starts unstrained in either coordinate.
+        """
         force = (
             None
             if spring.force is None
@@ -111,18 +118,19 @@ class CoordinateFrame:
         )
 
     def cam(self, cam: Cam, on: str) -> Cam:
-        """The spring's force takes |ratio|, the profile's angle its sign: force tan(angle) takes
-        the ratio (2.23)."""
+        """Return a cam: its force times |ratio|, its angle times the sign, which keeps (2.23)."""
         side = 1.0 if self.ratio > 0.0 else -1.0
         force = self.curve(cam.force, abs(self.ratio), self._unit("effort"))
         return msgspec.structs.replace(cam, on=on, force=force, angle=self.curve(cam.angle, side))
 
     def stop(self, stop: Stop, on: str) -> Stop:
+        """Return end stops; a negative ratio swaps them."""
         low, high = (stop.low, stop.high) if self.ratio > 0.0 else (stop.high, stop.low)
         ends = [None if end is None else self.position(end) for end in (low, high)]
         return Stop(on, ends[0], ends[1], stop.restitution, self.compliance(stop.compliance))
 
     def friction(self, friction: FrictionOf, on: str) -> FrictionOf:
+        """Return a friction with its parameters scaled by POWERS."""
         law, sizes = LAWS[friction.law], si_parameters(on, friction, self.own)
         parameters = {}
         for name, quantity in sizes.items():
@@ -135,8 +143,10 @@ class CoordinateFrame:
         return FrictionOf(on, friction.law, parameters, level)
 
     def source(self, source: Source, on: str) -> Source:
-        """Effort per drive takes the ratio; a drive that pushes the other way is turned round by
-        who calls (constants are positive)."""
+        """Return a source: its constant times |ratio|, because constants are positive.
+
+        The caller must reverse the command if the ratio is negative.
+        """
         constant = None
         if source.constant is not None:
             per = "A" if source.constant.unit.endswith("A") else "V"
@@ -148,8 +158,7 @@ class CoordinateFrame:
         return msgspec.structs.replace(source, on=on, constant=constant, effort=effort, limit=limit)
 
     def sensor(self, sensor: Sensor, on: str) -> Sensor:
-        """Its resolution as a way of p; which way it counts is told apart (`ratio` < 0 counts down
-        where p goes up)."""
+        """Return a sensor with its resolution in p; its direction is kept separately."""
         step = sensor.step
         if sensor.counts_per_revolution is not None:
             step = Quantity(TURN / sensor.counts_per_revolution, unit="rad")
@@ -160,8 +169,7 @@ class CoordinateFrame:
 
 
 def scaled(quantity: Quantity, factor: float, unit: str) -> Quantity:
-    """The quantity times a factor; its interval's ends change places where the factor is
-    negative."""
+    """Return the quantity times a factor; a negative factor swaps the interval's ends."""
     ends = [None if end is None else end * factor for end in (quantity.low, quantity.high)]
     if factor < 0.0:
         ends.reverse()

@@ -1,4 +1,4 @@
-"""What the last step, to one inertia, tells of itself."""
+"""Report of the last step, to one inertia."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frictool.reduce.step_report import StepFigure, StepReport
 
 
 def final(chain: ReductionChain, axis: Axis) -> StepReport:
-    """The polynomials' fit, the masses behind the play, the place of what lies behind it."""
+    """Return the report: error of the polynomials, masses and positions behind the backlash."""
     one = chain.one
     effort, place, inertia = (si_unit(name, axis) for name in ("effort", "position", "inertia"))
     figures = [StepFigure("inertia", one.inertia, inertia)]
@@ -35,16 +35,19 @@ def final(chain: ReductionChain, axis: Axis) -> StepReport:
         figures += _of_play(one, inertia, effort, place)
         neglects.append("masses behind the play")
         notes.append(
-            f"the place of {', '.join(one.play.behind)} within the play is not observable: no sensor is behind "
+            f"the place of {', '.join(one.play.behind)} within the play is not observable: "
+            "no sensor is behind "
             f"{', '.join(link.name for link in one.play.chain)}"
         )
         if len(one.play.chain) > 1:
             notes.append(
-                f"{len(one.play.chain)} plays in a chain open one after another; the model opens them at once"
+                f"{len(one.play.chain)} plays in a chain open one after another; "
+                "the model opens them at once"
             )
     if chain.kept:
         notes.append(
-            f"{', '.join(chain.kept)} still yields: its resonances are model.yaml's `resonances`, its mechanism is --reduced"
+            f"{', '.join(chain.kept)} still yields: its resonances are model.yaml's "
+            "`resonances`, its mechanism is --reduced"
         )
         neglects.append("the twist of links that still yield")
     did = "one inertia, C_r(theta, sign) by polynomials, one backlash (2.24)-(2.29), (4.45)"

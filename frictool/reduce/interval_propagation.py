@@ -1,10 +1,10 @@
-"""What the intervals of a mechanism's quantities make of the reduced numbers.
+"""Propagation of a mechanism's intervals to the reduced numbers.
 
-Each quantity is put at its ends while the others keep their values, and the mechanism is reduced
-again; effects of several add. Exact for sums; of products what several deviations make together is
-left out. Up to MOST_CORNERS quantities every corner of the box is reduced too, so that monotone
-products are held as well. Coulomb friction and breakaway of one part are put to their ends
-together: the one alone would meet the other, which bounds it.
+Each quantity is set to the ends of its interval while the others keep their values, and the
+mechanism is reduced again; the effects are added. This is exact for sums. For products, it neglects
+the joint effect of several deviations. With up to MOST_CORNERS quantities, every corner of the box
+is reduced as well, so that monotone products are covered. Coulomb friction and breakaway of one
+part move together, because the one bounds the other.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from frictool.documents.mechanism import FrictionOf, Mechanism
 from frictool.documents.quantity import Quantity, factor_between
 from frictool.errors import NoSolutionError
 
-MOST_CORNERS = 3
+MOST_CORNERS = 3  # quantities, for which all corners are reduced
 Path = tuple[str, ...]
 Numbers = dict[str, float]
 Ends = dict[str, tuple[float, float]]
@@ -27,7 +27,7 @@ Uncertain = tuple[tuple[Path, Quantity], ...]
 
 
 def uncertain(mechanism: Mechanism) -> Uncertain:
-    """Every quantity with an interval, and its keys."""
+    """Return every quantity with an interval, and its keys."""
     return tuple(
         (path, one)
         for path, one in _quantities(mechanism, ())
@@ -47,7 +47,7 @@ def _quantities(node: Any, path: Path) -> Iterator[tuple[Path, Quantity]]:
 
 
 def at(node: Any, path: Path, value: float) -> Any:
-    """The document with the quantity at `path` of this value, and without its interval."""
+    """Return the document with another value at `path`, without an interval."""
     if isinstance(node, Quantity):
         return Quantity(value, unit=node.unit)
     head, rest = path[0], path[1:]
@@ -57,8 +57,7 @@ def at(node: Any, path: Path, value: float) -> Any:
 
 
 def _together(found: Uncertain) -> list[Uncertain]:
-    """What is moved at once: Coulomb friction and breakaway of one part, everything else by
-    itself."""
+    """Group the quantities that move at once: Coulomb friction and breakaway of one part."""
     sets: dict[Path, list[tuple[Path, Quantity]]] = {}
     for path, one in found:
         joined = path[-2:] in (("parameters", "coulomb"), ("parameters", "breakaway"))
@@ -69,8 +68,10 @@ def _together(found: Uncertain) -> list[Uncertain]:
 def _at_corners(
     mechanism: Mechanism, moved: Uncertain, numbers: Callable[[Mechanism], Numbers]
 ) -> Iterator[Numbers]:
-    """The numbers at every corner of these quantities. Raises NoSolutionError naming the quantities
-    where one has no reduction."""
+    """Yield the numbers at every corner of these quantities.
+
+    Raises NoSolutionError with the names of the quantities if a corner cannot be reduced.
+    """
     for corner in itertools.product(*(one.interval for _, one in moved)):
         there, said = mechanism, []
         for (path, _), value in zip(moved, corner, strict=True):
@@ -84,8 +85,10 @@ def _at_corners(
 
 
 def consistent(mechanism: Mechanism) -> Mechanism:
-    """With each breakaway at least the Coulomb friction beside it, which one of both at its end may
-    have passed."""
+    """Return the mechanism with each breakaway at least equal to its Coulomb friction.
+
+    One of the two at the end of its interval may have passed the other.
+    """
     links = dict(mechanism.links)
     for name, link in links.items():
         if not isinstance(link, FrictionOf) or not {"coulomb", "breakaway"} <= set(link.parameters):
@@ -101,8 +104,7 @@ def consistent(mechanism: Mechanism) -> Mechanism:
 def propagated(
     mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], progress: Callable[[str], None]
 ) -> Ends:
-    """(low, high) of each of `numbers` of the mechanism, both equal to the value where nothing is
-    uncertain."""
+    """Return (low, high) of each of `numbers`; both are the value if nothing is uncertain."""
     centre = numbers(mechanism)
     low, high = dict(centre), dict(centre)
     found = uncertain(mechanism)

@@ -1,4 +1,4 @@
-"""What `reduce` tells machines: the same as the text, in SI."""
+"""Output of `reduce` as JSON, in SI."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def json_view(
     model: Model,
     loop: LoopComparison | None = None,
 ) -> dict[str, Any]:
-    """One JSON object."""
+    """Return the JSON object of a reduction."""
     one = chain.one
     sizes = [len(step.mechanism.blocks) for step in chain.steps] + [1]
     return {

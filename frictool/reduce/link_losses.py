@@ -1,18 +1,18 @@
-"""Links that lose become links that lose nothing, and friction behind them (thesis 2.1.6).
+"""Lossy links replaced by lossless links and friction behind them (thesis 2.1.6).
 
-A loss is proportional to the effort carried, drive_loss per unit where the source drives and
-back_loss where the load does. At a steady speed the effort carried is that of the loads and the
-friction beyond the link, so that the loss is a part of their curves C_+ and C_- (2.15). What
-accelerates a mass m beyond the link is felt through the same two slopes, as s m with 1 - back_loss
-<= s <= 1 + drive_loss whatever the load: the model's inertia has one value, s = 1, and an interval
-that holds both ends.
+A loss is proportional to the effort carried: drive_loss per unit if the source drives, back_loss if
+the load does. At a steady speed the carried effort is that of the loads and the friction beyond the
+link, so that the loss becomes part of their curves C_+ and C_- (2.15). The effort that accelerates
+a mass m beyond the link passes through the same two slopes. The source thus sees s m, with
+1 - back_loss <= s <= 1 + drive_loss whatever the load. The model's inertia has the value for s = 1
+and an interval with both ends.
 
-A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: whatever presses on it, it stays. A
-load that is lowered through it is pushed, and presses the less the faster it accelerates: s < 0
-there, and less is felt than the motor alone.
+A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: no load moves it. To lower a load
+through it, the source must push. The load presses less the faster it accelerates, so that s < 0:
+the reflected inertia is less than that of the motor alone.
 
-An efficiency alone (2.14) is nowhere left in place of friction: where the load drives back it would
-make an oscillator without damping of the loop, "which is wrong in practice".
+An efficiency (2.14) never stands for friction here. If the load drove back, it would make the loop
+an oscillator without damping, "which is wrong in practice".
 """
 
 from __future__ import annotations
@@ -37,12 +37,10 @@ from frictool.reduce.travel_grid import positions
 def as_friction(
     mechanism: Mechanism, root: str, whole: Mechanism
 ) -> tuple[Mechanism, StepReport, ReflectedInertia]:
-    """The mechanism (in one coordinate) without losses in rigid links, and the inertia that the
-    source feels through them.
+    """Remove the losses of rigid links; return the bounds of the reflected inertia, too.
 
-    whole: where threads and efficiencies stand as the user gave them.
-
-    Raises NoSolutionError where the source would have to drive an irreversible link backwards.
+    The mechanism is in one coordinate. whole: document with the original threads and efficiencies.
+    Raises NoSolutionError if the source would have to drive an irreversible link backwards.
     """
     x, figures, notes, predicted = positions(mechanism), [], [], 0.0
     slopes = dict.fromkeys(mechanism.blocks, (1.0, 1.0))
@@ -66,7 +64,8 @@ def as_friction(
             slopes[block] = _sloped(slopes[block], helped, against)
         if len(beyond) > 1:
             notes.append(
-                f"{name}: what {len(beyond)} blocks beyond it carry loses each on its own: too much where they balance each other"
+                f"{name}: what {len(beyond)} blocks beyond it carry loses each on its own: "
+                "too much where they balance each other"
             )
         mechanism = msgspec.structs.replace(
             mechanism, links={**mechanism.links, name: _lossless(mechanism, name)}
@@ -87,8 +86,7 @@ def as_friction(
 
 
 def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple[float, float]:
-    """What is felt of an inertia, at least and at most, through one more link, of what is felt
-    `beyond` it; helped < 0: irreversible."""
+    """Return the least and largest slope through one more link; helped < 0: irreversible."""
     ends = [slope * one for slope in (helped, against) for one in beyond]
     return min(ends), max(ends)
 
@@ -109,8 +107,10 @@ def _told(predicted: float, figures: tuple[StepFigure, ...], notes: tuple[str, .
 def _felt(
     mechanism: Mechanism, root: str, slopes: Mapping[str, tuple[float, float]]
 ) -> ReflectedInertia:
-    """Each block's inertia times its slope, coasting and accelerating, against the sum without; of
-    all, and of the root's body."""
+    """Return the reflected inertia of all blocks and of the root's body, relative to the lossless.
+
+    Each block's inertia is multiplied by its slopes, coasting and accelerating.
+    """
     assembled, into = assemble_cached(mechanism), bodies(mechanism, root)
     inertia = dict(zip(assembled.blocks, map(float, assembled.packed.inertia), strict=True))
 
@@ -120,8 +120,10 @@ def _felt(
         )
 
     def least(names: list[str]) -> float:
-        """No less than without what an irreversible link holds back: where that is more than the
-        rest it locks, and nothing accelerates."""
+        """Return the least share; without irreversible links if these would make it negative.
+
+        With a negative share the mechanism locks, and nothing accelerates.
+        """
         found = share(names, 0)
         if found > 0.0:
             return found
@@ -147,7 +149,7 @@ def _lossless(mechanism: Mechanism, name: str) -> Coupling:
 
 
 def _deepest_first(mechanism: Mechanism, root: str) -> list[str]:
-    """Names of the rigid links that lose, those far from the root first."""
+    """Return the names of lossy rigid links, those farthest from the root first."""
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
     seen = _seen(assembled, root)
@@ -165,7 +167,7 @@ def _seen(assembled: AssembledMechanism, root: str) -> Mapping[int, BlockMotion]
 def _placed(
     assembled: AssembledMechanism, name: str, root: str
 ) -> tuple[Connection, list[int], bool]:
-    """The link, the blocks beyond it, and whether its first end is the near one."""
+    """Return the link, the blocks beyond it, and True if its first end is the near one."""
     link = next(one for one in connections(assembled) if one.name == name)
     seen = _seen(assembled, root)
     beyond = [number for number, one in seen.items() if name in {step.name for step in one.by}]
@@ -173,14 +175,19 @@ def _placed(
 
 
 def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
-    """Reversible or not, by mu against tan(alpha) where the link is a thread with a friction
-    coefficient."""
+    """Return the note on reversibility; for a thread, by comparison of mu with tan(alpha)."""
     given, why = whole.links.get(name), f"efficiency driven back {1.0 - link.back_loss:.4g}"
     if isinstance(given, Screw) and given.friction_coefficient is not None:
         steep = tangent_of_lead(f"links.{name}", given)
-        why = f"mu {given.friction_coefficient:.4g} {'>' if given.friction_coefficient > steep else '<='} tan(alpha) {steep:.4g}"
+        why = (
+            f"mu {given.friction_coefficient:.4g} "
+            f"{'>' if given.friction_coefficient > steep else '<='} tan(alpha) {steep:.4g}"
+        )
     if link.back_loss > 1.0:
         return (
             f"{name} is irreversible: {why}; its friction holds any load, kept as friction (2.15)"
         )
-    return f"{name} is reversible: {why}; loads drive it back, so that an efficiency alone (2.14) would oscillate: kept as friction (2.15)"
+    return (
+        f"{name} is reversible: {why}; loads drive it back, "
+        "so that an efficiency alone (2.14) would oscillate: kept as friction (2.15)"
+    )

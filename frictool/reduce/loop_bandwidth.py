@@ -1,5 +1,4 @@
-"""The bandwidth up to which a mechanism counts for a controller: a decade above the highest
-frequency at which its loops have gain 1."""
+"""Bandwidth of a mechanism that matters to a controller: a decade above its highest crossover."""
 
 from __future__ import annotations
 
@@ -11,11 +10,11 @@ from frictool.plant.polytope import PlantPoint
 from frictool.verify.feedback_loops import feedbacks_of, open_loop
 from frictool.verify.margins import loop_margins
 
-ABOVE = 10.0
+ABOVE = 10.0  # bandwidth relative to the crossover frequency
 
 
 def bandwidth_of(controller: Controller) -> float:
-    """[rad/s]. Raises NoSolutionError where no loop of the controller crosses gain 1."""
+    """Return the bandwidth [rad/s]; raise NoSolutionError if no loop crosses gain 1."""
     lag, found = controller.bench.actuator.loop_time_constant_s, []
     for vertex in controller.verified.vertices:
         point = PlantPoint(
@@ -28,6 +27,7 @@ def bandwidth_of(controller: Controller) -> float:
     crossings = [one for one in found if math.isfinite(one)]
     if not crossings:
         raise NoSolutionError(
-            f"{controller.name}: its loops cross gain 1 nowhere, so that they tell no bandwidth; give --bandwidth"
+            f"{controller.name}: its loops cross gain 1 nowhere, "
+            "so that they tell no bandwidth; give --bandwidth"
         )
     return ABOVE * max(crossings)

@@ -1,8 +1,8 @@
-"""The whole mechanism and its one inertia under the same controller and reference: where the rotor
-is, and how long a step takes.
+"""Comparison of the whole mechanism and its one inertia under the same controller and reference.
 
-Allowed are, of the position, the play and `tolerance` of the step that is under way, at least the
-encoder's step; of a response time, `tolerance` of it, at least the sample period.
+The true position and the response times are compared. The allowed distance of the positions is the
+backlash plus `tolerance` of the present step (or the encoder's step, if larger). The allowed
+difference of a response time is `tolerance` of it (or the sample period, if larger).
 """
 
 from __future__ import annotations
@@ -22,8 +22,12 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LoopStep:
-    """One hold of the reference: from when [s] and where to where [rad | m]; the farthest apart,
-    and where both end; response times [s]."""
+    """Comparison over one hold of the reference.
+
+    time: s, start. origin, target: rad | m. distance: largest distance between both [rad | m].
+    at_the_end: the same at the end. whole_s, reduced_s: response times [s]. allowed: largest
+    allowed distance [rad | m].
+    """
 
     time: float
     origin: float
@@ -37,7 +41,7 @@ class LoopStep:
 
 @dataclass(frozen=True)
 class LoopComparison:
-    """Every hold, and the first reason why they do not agree; None: they do."""
+    """Comparison over all holds; refused: first disagreement, None if there is none."""
 
     steps: tuple[LoopStep, ...]
     refused: str | None
@@ -46,7 +50,7 @@ class LoopComparison:
 def in_loop(
     whole: Stream, reduced: Stream, resolution: float, play: float, tolerance: float
 ) -> LoopComparison:
-    """Of two logs of one scenario; resolution and play [rad | m] of the sensor."""
+    """Compare two logs of one scenario; resolution and play: of the sensor [rad | m]."""
     reference, time = whole.signals["reference"], whole.time
     one, other = whole.signals["position_true"], reduced.signals["position_true"]
     period, found, refused = float(time[1] - time[0]), [], None
@@ -79,22 +83,27 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
     where = f"step at {step.time:g} s"
     if step.distance > step.allowed:
         return f"{where}: {step.distance:.3g} from the whole mechanism; allowed: {step.allowed:.3g}"
-    if (
-        abs(step.target - step.origin) < 4.0 * resolution
-    ):  # a step of some counts has no response time
+    # a step of a few counts has no response time
+    if abs(step.target - step.origin) < 4.0 * resolution:
         return None
     if math.isfinite(step.whole_s) != math.isfinite(step.reduced_s):
-        return f"{where}: {'the whole mechanism' if math.isfinite(step.reduced_s) else 'the one inertia'} does not settle, the other does"
+        return (
+            f"{where}: "
+            f"{'the whole mechanism' if math.isfinite(step.reduced_s) else 'the one inertia'} "
+            "does not settle, the other does"
+        )
     if math.isfinite(step.whole_s) and abs(step.reduced_s - step.whole_s) > max(
         tolerance * step.whole_s, period
     ):
-        return f"{where}: response time {step.reduced_s:.4g} s, of the whole mechanism {step.whole_s:.4g} s; allowed: {100 * tolerance:g} %"
+        return (
+            f"{where}: response time {step.reduced_s:.4g} s, "
+            f"of the whole mechanism {step.whole_s:.4g} s; allowed: {100 * tolerance:g} %"
+        )
     return None
 
 
 def _holds(reference: Vector) -> list[tuple[int, int]]:
-    """First sample and end of every stretch in which the reference stays; a sine has none that is
-    longer than a sample."""
+    """Return first sample and end of each stretch of constant reference longer than 20 samples."""
     changes = np.flatnonzero(np.diff(reference) != 0.0) + 1
     ends = [0, *changes.tolist(), reference.size]
     return [(first, last) for first, last in itertools.pairwise(ends) if last - first > 20]

@@ -1,4 +1,4 @@
-"""`model.yaml` of a reduced mechanism, and the bench that follows from its sources and sensors."""
+"""Model document of a reduced mechanism, and the bench from its sources and sensors."""
 
 from __future__ import annotations
 
@@ -31,23 +31,22 @@ from frictool.reduce.one_inertia import DirectionFriction, OneInertia
 from frictool.reduce.polynomial_fit import mean_of
 
 CONFIDENCE = 0.95
-ROUNDING = 1e-12  # relative: an interval that is narrower is none
-SMALLEST_STEP = 1e-6  # of the travel: the encoder of a sensor that measures perfectly
+ROUNDING = 1e-12  # relative width below which an interval is omitted
+SMALLEST_STEP = 1e-6  # encoder step of a perfect sensor, relative to the travel
 SIGNED = ("offset", "stiffness", "sine", "cosine")
 Ends = Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class _Estimates:
-    """The numbers of one inertia with their intervals, `ends` by the names of
-    OneInertia.scalars."""
+    """Numbers of one inertia with their intervals `ends`, by the names of OneInertia.scalars."""
 
     one: OneInertia
     ends: Ends
     axis: Axis
 
     def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
-        """One of them; of another value with the interval moved along."""
+        """Return the estimate of a number; another `value` shifts the interval along."""
         own = self.one.scalars()[name]
         centre = own if value is None else value
         low, high = (end + centre - own for end in self.ends.get(name, (own, own)))
@@ -63,7 +62,7 @@ class _Estimates:
         )
 
     def level(self, name: str, side: DirectionFriction) -> Estimate:
-        """Coulomb friction of a direction, or its breakaway: the mean of its polynomial."""
+        """Return a direction's Coulomb friction or breakaway: the mean of its polynomial."""
         low, high = self.one.ends
         terms = side.breakaway_terms if name.endswith("breakaway") else side.coulomb.coefficients
         return self.of(name, "effort", mean_of(terms, low, high))
@@ -72,11 +71,11 @@ class _Estimates:
 def model_of(
     chain: ReductionChain, ends: Ends, provenance: Provenance, bench: Bench | None = None
 ) -> Model:
-    """The document; `ends`: intervals by the names of OneInertia.scalars; `bench`: the user's, in
-    place of the mechanism's own.
+    """Return the model document.
 
-    Raises NoSolutionError where the bench lacks what only the mechanism's source could tell, or is
-    of another rig.
+    ends: intervals by the names of OneInertia.scalars. bench: of the user, instead of that of the
+    mechanism. Raises NoSolutionError if the bench contradicts the mechanism, or if the source has
+    no limit.
     """
     one, axis = chain.one, axis_kind(chain.last.blocks[chain.last.sources[chain.source].on])
     own = bench_of(chain, ends, axis)
@@ -102,8 +101,7 @@ def model_of(
 def _parameters(estimates: _Estimates) -> Parameters:
     one = estimates.one
     inertia = estimates.of("inertia", "inertia")
-    # inside the play the masses behind it rest; through links that lose they are felt as more or as
-    # less
+    # inside the backlash, the masses behind it rest; lossy links change the reflected inertia
     low = estimates.ends["inner.least" if one.play.width > 0.0 else "inertia.least"][0]
     high = estimates.ends["inertia.most"][1]
     if high - low > ROUNDING * high:
@@ -140,7 +138,7 @@ def _laws(estimates: _Estimates, forward: Parameters) -> Laws:
 
 
 def _load(estimates: _Estimates) -> Load | None:
-    """A spring or a harmonic: gravity where its number is that of the axis itself."""
+    """Return a spring or a harmonic; the latter is gravity if its number is 1 on a rotary axis."""
     one, axis = estimates.one.beside, estimates.axis
     if one.number == 0.0:
         return (
@@ -155,7 +153,7 @@ def _load(estimates: _Estimates) -> Load | None:
 
 
 def _resonances(one: OneInertia, ends: Ends) -> Resonances | None:
-    """With the intervals of their frequencies."""
+    """Return the resonances with the intervals of their frequencies."""
     if one.resonances is None:
         return None
 
@@ -186,8 +184,10 @@ def _position(one: OneInertia, axis: Axis) -> FrictionOverPosition | None:
 
 
 def bench_of(chain: ReductionChain, ends: Ends, axis: Axis) -> Bench:
-    """From the controlled source and sensor. Raises NoSolutionError where the source has no
-    limit."""
+    """Return the bench of the controlled source and sensor.
+
+    Raises NoSolutionError if the source has no limit.
+    """
     last, one = chain.last, chain.one
     source = last.sources[chain.source]
     numbers = one.scalars()
@@ -259,7 +259,7 @@ def _actuator(source: Source, name: str, axis: Axis) -> Actuator:
 
 
 def _encoder(chain: ReductionChain, axis: Axis) -> Encoder:
-    """As the sensor is; a perfect one as one of very small steps."""
+    """Return the sensor's encoder; a perfect sensor has a very small step."""
     given: Sensor = chain.whole.sensors[chain.sensor]
     sign = next(
         (step.told.figures[0].value for step in chain.steps if step.told.step == "sensor"), 1.0
@@ -273,8 +273,10 @@ def _encoder(chain: ReductionChain, axis: Axis) -> Encoder:
 
 
 def merged(bench: Bench, own: Bench) -> Bench:
-    """The user's bench, with what the mechanism tells where it is silent. Raises NoSolutionError
-    where both are not of one rig."""
+    """Return the user's bench, completed from the mechanism's.
+
+    Raises NoSolutionError if the two contradict each other.
+    """
     pairs = {
         "axis": (bench.axis, own.axis),
         "sample_period_s": (bench.sample_period_s, own.sample_period_s),
@@ -296,7 +298,8 @@ def merged(bench: Bench, own: Bench) -> Bench:
         )
         if not equal:
             raise NoSolutionError(
-                f"bench {bench.name}: {key}: found {found}, the mechanism says {told}; allowed: the same rig"
+                f"bench {bench.name}: {key}: found {found}, the mechanism says {told}; "
+                "allowed: the same rig"
             )
     missing = {
         name: getattr(own.mechanics, name)

@@ -1,13 +1,11 @@
-"""The last step: one inertia, the curve C_r(theta, sign) as polynomials, one backlash
-(2.24)-(2.29), (4.45).
+"""Reduction to one inertia, with C_r(theta, sign) as polynomials and one backlash, the last step.
 
-    J theta'' = u - C_r(theta, sign(theta'))        inside the backlash only what lies before it
-                                                    moves, with its friction
+    J theta'' = u - C_r(theta, sign(theta'))        (2.24)-(2.29)
 
-What lies behind a play is half of it behind the source when it is pushed, forward and backward:
-each direction's curve is that of the place where the block then is. What is neglected: masses
-behind the play while it is open; curves between polynomial and points; where several links play,
-that they open one after another.
+Inside the backlash (4.45), only the part before it moves, with its friction. A pushed block behind
+backlash lags the source by half the backlash. Each direction's curve is therefore evaluated at that
+position of the block. Neglected are the masses behind an open backlash, the difference between
+polynomial and curve, and that several backlashes open one after another.
 """
 
 from __future__ import annotations
@@ -32,30 +30,32 @@ from frictool.reduce.resonances import resonances
 from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.travel_grid import POINTS, positions
 
-SAME = 1e-9  # of the travel: ends that are nearer are one
-FLAT = 1e-9  # of its mean: a curve that varies less is a number
+SAME = 1e-9  # relative to the travel: closer ends are equal
+FLAT = 1e-9  # relative to the mean: a curve that varies less is a constant
 
 
 @dataclass(frozen=True)
 class DirectionFriction:
-    """One direction: Coulomb friction and breakaway over the travel, and what they are near to,
-    each > 0 where it opposes."""
+    """Friction of one direction over the travel [N m | N], positive if it opposes the motion.
+
+    coulomb, extra: polynomials of Coulomb friction, and of the breakaway minus that. curve,
+    breakaway: (n,), the curves that they approximate. met: (n,), True if the source can push the
+    part behind the backlash there; elsewhere it must turn back before.
+    """
 
     coulomb: PolynomialFit
-    extra: PolynomialFit  # breakaway over Coulomb friction
-    curve: Vector  # (n,)
-    breakaway: Vector  # (n,)
-    met: NDArray[
-        np.bool_
-    ]  # (n,) where the source can push what lies behind its play; elsewhere it turns back before
+    extra: PolynomialFit
+    curve: Vector
+    breakaway: Vector
+    met: NDArray[np.bool_]
 
     def level(self, low: float, high: float) -> float:
-        """The mean of the polynomial."""
+        """Return the mean of the Coulomb polynomial."""
         return mean_of(self.coulomb.coefficients, low, high)
 
     @property
     def breakaway_terms(self) -> tuple[float, ...]:
-        """Coefficients of both together."""
+        """Coefficients of the breakaway, the sum of both polynomials."""
         first, second = self.coulomb.coefficients, self.extra.coefficients
         count = max(len(first), len(second))
         padded = [(*terms, *(0.0 for _ in range(count - len(terms)))) for terms in (first, second)]
@@ -63,7 +63,7 @@ class DirectionFriction:
 
     @property
     def misses(self) -> float:
-        """What the polynomials are off the curve, of the mean friction."""
+        """Largest error of the Coulomb polynomial relative to the mean friction."""
         return (
             self.coulomb.error / max(float(np.mean(self.curve)), 1e-300)
             if len(self.coulomb.coefficients) > 1
@@ -72,13 +72,19 @@ class DirectionFriction:
 
     @property
     def flat(self) -> bool:
+        """True if both polynomials are constants."""
         return len(self.coulomb.coefficients) == 1 and len(self.extra.coefficients) == 1
 
 
 @dataclass(frozen=True)
 class OneInertia:
-    """SI, in the coordinate of the mechanism. inner: the inertia that moves inside the play.
-    beside: the load that is none of friction. positions (n,): where the curves are known."""
+    """One-inertia model, SI, in the coordinate of the reduced mechanism.
+
+    inner: inertia that moves inside the backlash. beside: load that friction does not hold. inside:
+    Coulomb friction inside the backlash. positions: (n,), of the curves. restitution: of end stops
+    that are not behind backlash. felt: bounds of the inertia due to losses. travel: between the end
+    stops, of the source's block.
+    """
 
     inertia: float
     inner: float
@@ -89,19 +95,20 @@ class OneInertia:
     stribeck_velocity: float
     stribeck_exponent: float
     play: BacklashChain
-    inside: float  # Coulomb friction inside the play
+    inside: float
     positions: Vector
     resonances: Resonances | None
-    restitution: float  # at end stops of what does not lie behind a play
-    felt: ReflectedInertia  # the interval of the inertia that losses make
-    travel: tuple[float, float] | None  # between end stops, of the source's block
+    restitution: float
+    felt: ReflectedInertia
+    travel: tuple[float, float] | None
 
     @property
     def ends(self) -> tuple[float, float]:
+        """First and last position."""
         return float(self.positions[0]), float(self.positions[-1])
 
     def scalars(self) -> dict[str, float]:
-        """The numbers that carry intervals, by the names of model.yaml."""
+        """Return the numbers that have intervals, by the names of model.yaml."""
         low, high = self.ends
         width = high - low
 
@@ -146,11 +153,12 @@ def one_inertia(
     turns: Sequence[float] = (),
     number: float | None = None,
 ) -> OneInertia:
-    """Of a mechanism in one coordinate whose rigid links lose nothing; felt: what those that did
-    make of its inertia; side: -1 where the sensor counts against that coordinate; turns, number: of
-    the load's harmonic, as `load_beside` takes them.
+    """Reduce a mechanism in one coordinate, without losses in rigid links, to one inertia.
 
-    Raises NoSolutionError where the load that friction does not hold is none that a model.yaml has.
+    felt: bounds of the inertia due to the losses that were removed. side: -1 if the sensor counts
+    against the coordinate. turns, number: of the load's harmonic, as in `load_beside`.
+
+    Raises NoSolutionError if no model.yaml can describe the load that friction does not hold.
     """
     root, sensor_block = mechanism.sources[source].on, mechanism.sensors[sensor].on
     stiff = lump_rigid_links(stiffened(mechanism), root)[0]
@@ -163,7 +171,7 @@ def one_inertia(
     at_rest = sum(one.drop for one in found.falling)
 
     def sides(load: Vector) -> tuple[DirectionFriction, DirectionFriction]:
-        """Friction forward and backward, beside this load."""
+        """Return friction forward and backward beside this load."""
         return (
             _side(
                 x,
@@ -222,8 +230,10 @@ def one_inertia(
 def _positions(
     mechanism: Mechanism, travel: tuple[float, float] | None, behind: Mapping[str, float]
 ) -> Vector:
-    """Where the source's block is looked at: its travel, with the places at which blocks behind a
-    play meet points of their curves."""
+    """Return the positions (n,) of the source's block at which the curves are evaluated.
+
+    They include those at which blocks behind backlash meet points of their curves.
+    """
     x = positions(mechanism)
     low, high = (float(x[0]), float(x[-1])) if travel is None else travel
     shifted = [x + side * 0.5 * width for width in {0.0, *behind.values()} for side in (-1.0, 1.0)]
@@ -234,8 +244,11 @@ def _positions(
 
 
 def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, float] | None:
-    """Between which positions the source's block is looked at: its end stops, half a play beyond
-    those that lie behind one; but no further than a `travel` whose end lies within them."""
+    """Return the travel of the source's block between its end stops; None if it is unknown.
+
+    A stop behind backlash is half of the backlash further out. A `travel` of the document that ends
+    before the stops is used instead.
+    """
     lows, highs, travel = [], [], mechanism.travel
     for link in mechanism.links.values():
         if isinstance(link, Stop):
@@ -257,7 +270,7 @@ def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, f
 
 
 def stiffened(mechanism: Mechanism) -> Mechanism:
-    """The mechanism with every link between two blocks rigid; play stays."""
+    """Return the mechanism with every link between two blocks rigid; backlash stays."""
     links = dict(mechanism.links)
     for name, link in links.items():
         if isinstance(link, Coupling | Gear):
@@ -273,8 +286,10 @@ def stiffened(mechanism: Mechanism) -> Mechanism:
 def _met(
     mechanism: Mechanism, x: Vector, behind: Mapping[str, float], direction: float
 ) -> NDArray[np.bool_]:
-    """Positions (n,) at which the source can push in this direction what lies behind its play:
-    within that one's own travel."""
+    """Return a mask (n,) of the positions at which the source can push the part behind backlash.
+
+    These are the positions that keep that part within its travel.
+    """
     places, shift = positions(mechanism), 0.5 * direction * max(behind.values(), default=0.0)
     room = 1e-9 * float(places[-1] - places[0])
     return np.asarray((x - shift >= places[0] - room) & (x - shift <= places[-1] + room))

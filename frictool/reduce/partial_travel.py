@@ -1,5 +1,4 @@
-"""A part of a mechanism's travel, such as one side of a default position, as the travel that is
-reduced."""
+"""Restriction of a mechanism to a part of its travel, such as one side of a default position."""
 
 from __future__ import annotations
 
@@ -12,12 +11,14 @@ from frictool.plant.mechanism.sources_and_sensors import controlled_names
 
 
 class OutsideTravelError(ValueError):
-    """A travel that is asked for, and that the mechanism does not have."""
+    """Error of a requested travel outside that of the mechanism."""
 
 
 def restrict_travel(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:
-    """The mechanism with the travel (low, high) [rad | m] of its sensor's block. Raises
-    OutsideTravel where nothing of its own is there."""
+    """Return the mechanism with the travel (low, high) [rad | m] of its sensor's block.
+
+    Raises OutsideTravelError if the mechanism's travel has no part in it.
+    """
     block = whole.sensors[controlled_names(whole)[1]].on
     unit, own = si_unit("position", axis_kind(whole.blocks[block])), whole.travel
     if own is not None:

@@ -1,5 +1,4 @@
-"""A curve over the travel as the polynomial of a model.yaml, (4.44), of the lowest degree that is
-good enough."""
+"""Polynomial fit (4.44) of a curve over the travel, of the lowest sufficient degree."""
 
 from __future__ import annotations
 
@@ -13,25 +12,24 @@ from frictool.friction.polynomial_minimum import minimum
 
 Vector = NDArray[np.float64]
 
-GOOD = 0.005  # of the mean: a higher degree is taken as long as the fit is worse
-NODES = 400
-NOTHING = 1e-12  # of the mean, at the far end of the travel: a coefficient that gives less is 0
+GOOD = 0.005  # sufficient error relative to the mean
+NODES = 400  # Chebyshev nodes
+NOTHING = 1e-12  # relative to the mean at the far end of the travel: smaller coefficients become 0
 
 
 class PolynomialFit(NamedTuple):
-    """Coefficients, lowest power first [SI]; error: the largest distance from the curve within the
-    travel [N m | N]."""
+    """Coefficients, lowest power first [SI], and the largest error within the travel [N m | N]."""
 
     coefficients: tuple[float, ...]
     error: float
 
 
 def fit_polynomial(x: Vector, values: Vector, over: tuple[float, float]) -> PolynomialFit:
-    """The polynomial near the curve through (x, values), both (n,); lifted where it would fall
-    below 0 within `over`, which holds x.
+    """Fit a polynomial to the curve (x, values), both (n,), and keep it non-negative.
 
-    Least squares at Chebyshev's nodes, which keeps the largest error near the least possible; the
-    error is that of the coefficients as they are written.
+    It is raised by a constant if it would be negative within `over`, a range that contains x. Least
+    squares at Chebyshev nodes keeps the largest error near the minimum. The error is that of the
+    written coefficients.
     """
     low, high = float(x[0]), float(x[-1])
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(
@@ -60,6 +58,6 @@ def fit_polynomial(x: Vector, values: Vector, over: tuple[float, float]) -> Poly
 
 
 def mean_of(coefficients: tuple[float, ...], low: float, high: float) -> float:
-    """Over the travel."""
+    """Return the mean of the polynomial over [low, high]."""
     whole = np.polynomial.Polynomial(coefficients).integ()
     return float((whole(high) - whole(low)) / (high - low))

@@ -1,4 +1,4 @@
-"""A mechanism reduced: the chain of steps, intervals, model and check, in one call."""
+"""Reduction of a mechanism in one call: chain of steps, intervals, model and check."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from frictool.reduce.simulation_check import SimulationCheck, check_reduction
 
 @dataclass(frozen=True)
 class Reduction:
-    """What the command writes and tells."""
+    """Result of a reduction: its steps, the model and the check by simulation."""
 
     chain: ReductionChain
     model: Model
     checked: SimulationCheck
 
 
-TOLERANCE = 0.05  # of the way
+TOLERANCE = 0.05  # default tolerance relative to the travelled distance
 
 
 def reduce(
@@ -40,12 +40,34 @@ def reduce(
     provenance: Provenance | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Reduction:
-    """What `frictool reduce` does: the one-inertia model of a mechanism, with what each step
-    neglects.
+    """Reduce a mechanism to its one-inertia model, with the error of each step.
 
-    bandwidth [rad/s]: resonances below it are kept, needed where a link yields. bench: in place of
-    the mechanism's own source and sensor. Raises DocumentError where the mechanism is none,
-    NoSolutionError where a step cannot be made or its error is beyond `tolerance`.
+    Parameters
+    ----------
+    mechanism : Mechanism
+        document of the mechanism
+    bandwidth : float, optional
+        resonances below it [rad/s] are kept; required if a link is compliant
+    tolerance : float, optional
+        largest error of a step, relative to the travelled distance
+    bench : Bench, optional
+        bench to be used instead of the mechanism's source and sensor
+    provenance : Provenance, optional
+        origin to be written into the model; None: this call
+    progress : Callable, optional
+        callback with the name of the stage that begins
+
+    Returns
+    -------
+    Reduction
+        steps, model and check
+
+    Raises
+    ------
+    DocumentError
+        the mechanism is wrong
+    NoSolutionError
+        a step is impossible, or its error exceeds `tolerance`
     """
     origin = provenance or provenance_of_call("frictool.reduce.reduce", mechanism=mechanism)
     try:
@@ -65,8 +87,10 @@ def reduction(
     provenance: Provenance,
     progress: Callable[[str], None],
 ) -> Reduction:
-    """Reduces, propagates the intervals, plays every step. Raises WrongElement and NoSolutionError
-    as `chain` and `checked` do."""
+    """Reduce the mechanism, propagate the intervals, and simulate every step.
+
+    Raises ElementError and NoSolutionError as `chain` and `check_reduction` do.
+    """
     steps = chain(whole, bandwidth, progress)
 
     def numbers(mechanism: Mechanism) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Inertia felt through links that lose: an interval about J + r^2 m, not a value."""
+"""Inertia reflected through lossy links: an interval around J + r^2 m."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ReflectedInertia:
-    """What the source feels of inertia through links that lose, of what it is without: least
-    (coasting) and most (accelerating).
+    """Bounds of the reflected inertia through lossy links, relative to the lossless value.
 
-    inner_least: the least of what moves inside a play alone.
+    least: coasting. most: accelerating. inner_least: least for the part inside a backlash.
     """
 
     least: float = 1.0

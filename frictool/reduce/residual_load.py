@@ -1,11 +1,10 @@
-"""The load that friction does not hold, as one that a model.yaml has beside friction, in the
-reduced coordinate x [rad | m]:
+"""Load that friction does not hold, as a law of model.yaml in the reduced coordinate x [rad | m].
 
     load(x) = offset + stiffness x + sine sin(number x) + cosine cos(number x)
 
-A harmonic comes without a spring: gravity on an arm behind a gear of ratio r has number r, cogging
-that of its poles. Numbers of turning blocks are tried first, since gravity goes with one of them;
-then any number is looked for.
+The law has a spring or a harmonic, not both. Gravity on an arm behind a gear of ratio r has the
+number r, cogging that of its poles. The numbers of turning blocks are tried first, because gravity
+has one of them. Then any number is tried.
 """
 
 from __future__ import annotations
@@ -22,26 +21,26 @@ from frictool.reduce.advice import parts_of_travel
 from frictool.reduce.block_resistance import Vector
 from frictool.reduce.resistance import DirectedResistance
 
-NOTHING = 1e-12  # of the largest load
-HELD = 1e-9  # of the largest load: what friction may be short of
-FITS = 0.01  # of the mean friction: what its polynomials may miss
+NOTHING = 1e-12  # relative to the largest load: smaller terms are omitted
+HELD = 1e-9  # allowed excess of the remaining load over friction, relative to the largest load
+FITS = 0.01  # largest error of the friction's polynomials, relative to the mean friction
 LEAST_TURN = 0.5  # rad of a harmonic over the travel: a shorter one is a line
-POINTS_PER_CYCLE = 8.0
-NUMBERS = 300  # looked at before the best is refined
+POINTS_PER_CYCLE = 8.0  # positions per cycle of the fastest harmonic
+NUMBERS = 300  # numbers that are tried before the best is refined
 
 
 @dataclass(frozen=True)
 class ResidualLoad:
-    """SI; the default is no load."""
+    """Load law in SI; by default no load."""
 
     offset: float = 0.0
     stiffness: float = 0.0
-    number: float = 0.0  # 1/rad | 1/m; 0 without a harmonic
+    number: float = 0.0  # 1/rad | 1/m; 0: no harmonic
     sine: float = 0.0
     cosine: float = 0.0
 
     def at(self, x: Vector) -> Vector:
-        """The load (n,) [N m | N] that opposes a positive effort at positions (n,)."""
+        """Return the load (n,) [N m | N] that opposes a positive effort at positions (n,)."""
         straight = self.offset + self.stiffness * x
         return np.asarray(
             straight + self.sine * np.sin(self.number * x) + self.cosine * np.cos(self.number * x)
@@ -50,8 +49,7 @@ class ResidualLoad:
 
 @dataclass(frozen=True)
 class LoadUnits:
-    """How an error tells positions: of which mechanism, in which units, -1 where the sensor counts
-    against x."""
+    """Names and units of error messages; side: -1 if the sensor counts against x."""
 
     name: str
     effort: str
@@ -67,16 +65,19 @@ def load_beside(
     misses: Callable[[ResidualLoad], float],
     known: float | None = None,
 ) -> ResidualLoad:
-    """Over positions x (n,) the simplest law of which friction holds what is left, and whose rest
-    the friction of each direction can be without missing more than FITS by `misses`; else, of those
-    that friction holds, the one that misses least.
+    """Return the simplest load law that leaves a load which friction holds.
 
-    Simplest of all is none, where friction holds the whole load (2.27). turns: numbers that a
-    harmonic is likely to have. known: of the same mechanism with other numbers, its harmonic's
-    number; 0 where it has none.
+    The remaining load is the load minus the law. Candidates are tried from simple to general; no
+    law at all is the first (2.27). A candidate is acceptable if friction holds the remaining load.
+    The first acceptable candidate with an error `misses` of at most FITS is returned; if there is
+    none, the acceptable one with the least error. `misses` is the error of the friction's
+    polynomials with this law.
 
-    Raises NoSolutionError where friction holds of none what is left, with the parts of the travel
-    on which it would.
+    x: positions (n,). turns: likely numbers of a harmonic. known: number of the harmonic for the
+    same mechanism with other values, 0 if it has none.
+
+    Raises NoSolutionError if no candidate is acceptable; the message has the parts of the travel on
+    which a constant or a spring would do.
     """
     mean, half = found.mean, found.half
     scale = max(float(np.max(np.abs(mean))), 1e-300)
@@ -97,7 +98,7 @@ def load_beside(
 def _laws(
     x: Vector, mean: Vector, turns: Iterable[float], known: float | None
 ) -> Iterator[ResidualLoad]:
-    """The simple ones first; that of the known number before all."""
+    """Yield candidates, simple ones first; a known harmonic before all."""
     if known:
         yield _harmonic(x, mean, known)
     yield ResidualLoad()
@@ -121,21 +122,21 @@ def _line(x: Vector, mean: Vector, degree: int) -> ResidualLoad:
 
 
 def _harmonic(x: Vector, mean: Vector, number: float) -> ResidualLoad:
-    """The nearest of this number, by least squares."""
+    """Return the best harmonic of this number, by least squares."""
     columns = np.column_stack([np.ones_like(x), np.sin(number * x), np.cos(number * x)])
     offset, sine, cosine = (float(one) for one in np.linalg.lstsq(columns, mean)[0])
     return ResidualLoad(offset, 0.0, number, sine, cosine)
 
 
 def _numbers(x: Vector) -> tuple[float, float]:
-    """Between which a harmonic is seen on positions x."""
+    """Return the range of numbers that positions x can resolve."""
     return LEAST_TURN / float(x[-1] - x[0]), 2.0 * math.pi / (
         POINTS_PER_CYCLE * float(np.median(np.diff(x)))
     )
 
 
 def _any_harmonic(x: Vector, mean: Vector, least: float, most: float) -> ResidualLoad:
-    """The nearest of all numbers between these."""
+    """Return the best harmonic of all numbers between `least` and `most`."""
 
     def squares(number: float) -> float:
         return float(np.sum((mean - _harmonic(x, mean, number).at(x)) ** 2))
@@ -159,12 +160,12 @@ def _left(one: ResidualLoad, x: Vector, mean: Vector) -> float:
 
 
 def _short(one: ResidualLoad, x: Vector, mean: Vector, half: Vector) -> float:
-    """What friction is short of holding what the law leaves, where it is shortest."""
+    """Return the largest excess of the remaining load over friction [N m | N]."""
     return float(np.max(np.abs(mean - one.at(x)) - half))
 
 
 def _rounded(one: ResidualLoad, scale: float, x: Vector) -> ResidualLoad:
-    """Nothing where it is nothing beside the largest load."""
+    """Set terms to 0 that are negligible against the largest load."""
 
     def kept(value: float, reach: float = 1.0) -> float:
         return 0.0 if abs(value) * reach < NOTHING * scale else value
@@ -184,15 +185,19 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
         tried = " and ".join(f"--travel {low:.6g} {high:.6g}" for low, high in sorted(told))
         tried += ", a model of its own on each side" if len(told) > 1 else ": there they do"
     return (
-        f"{words.name}: at {side * x[worst]:.4g} {words.place} the load is {side * mean[worst]:.4g} {words.effort} and friction holds "
-        f"{half[worst]:.4g} {words.effort} of it; a constant with a spring or with one harmonic leaves {left[worst]:.3g} {words.effort} "
+        f"{words.name}: at {side * x[worst]:.4g} {words.place} the load is "
+        f"{side * mean[worst]:.4g} {words.effort} and friction holds "
+        f"{half[worst]:.4g} {words.effort} of it; a constant with a spring "
+        f"or with one harmonic leaves {left[worst]:.3g} {words.effort} "
         f"more than that, and no law of model.yaml has it; try {tried}"
     )
 
 
 def _straight(x: Vector, mean: Vector, half: Vector) -> Callable[[slice], bool]:
-    """Whether friction holds what a constant or a spring leaves of the load on a part of the
-    travel."""
+    """Return a function that is true on parts of the travel with a simple load.
+
+    On these, a constant or a line leaves a load that friction holds.
+    """
 
     def holds(part: slice) -> bool:
         room = HELD * max(float(np.max(np.abs(mean[part]))), 1e-300)

@@ -1,9 +1,8 @@
-"""Loads and Coulomb friction of a block as one curve for each direction, C_+(x) and C_-(x) (2.28),
-in place of what they come from.
+"""Loads and Coulomb friction of a block as one curve per direction, C_+(x) and C_-(x) (2.28).
 
-In a mechanism the pair is a spring with the curve of their mean and a pressing, a cam of angle 0,
-with half their difference; what depends on the speed stays a friction of its own, whose level a
-loss on the way raises.
+In a mechanism the pair is represented by a spring with their mean, and by a cam of angle 0 with
+half their difference as friction. Speed-dependent friction stays separate; a loss on the path
+raises its level.
 """
 
 from __future__ import annotations
@@ -24,15 +23,15 @@ from frictool.reduce.block_resistance import (
     resisting,
 )
 
-NOTHING = 1e-12  # of the largest effort: a curve below it is none
+NOTHING = 1e-12  # relative to the largest effort: a smaller curve is omitted
 
 
 @dataclass(frozen=True)
 class LinkLoss:
-    """A link's losses at ratio 1: efforts lost per unit carried, driving the far side and driven
-    back by it.
+    """Losses of a link of ratio 1.
 
-    from_near: `a` of the link, whose effort the loss is added to, is the near side.
+    drive, back: effort lost per unit carried, if the near side drives and if it is driven back.
+    from_near: True if `a` of the link, whose effort the loss is added to, is the near side.
     """
 
     drive: float
@@ -40,30 +39,32 @@ class LinkLoss:
     from_near: bool
 
     def through(self, opposing: Vector) -> Vector:
-        """What the near side feels of an effort `opposing` (n,) the motion at the far one; helps
-        where negative."""
+        """Return the near side's effort (n,) for one `opposing` (n,) the motion at the far side.
+
+        A negative effort helps the motion.
+        """
         helped, against = self.slopes
         return np.where(opposing > 0.0, opposing * against, opposing * helped)
 
     @property
     def slopes(self) -> tuple[float, float]:
-        """Of an effort that helps, and of one that opposes: what the near side feels of it.
+        """Factors on the near side for an effort that helps and for one that opposes the motion.
 
-        Raises NoSolutionError where the near side is where the link would have to be driven back
-        from, and cannot be.
+        Raises NoSolutionError if the near side would have to drive an irreversible link backwards.
         """
         if self.from_near:
             return 1.0 - self.back, 1.0 + self.drive
         if self.back >= 1.0:
             raise NoSolutionError(
-                "the source would have to drive an irreversible link backwards: it does not move; turn the link round: the "
+                "the source would have to drive an irreversible link backwards: "
+                "it does not move; turn the link round: the "
                 "other of its two blocks first"
             )
         return 1.0 / (1.0 + self.drive), 1.0 / (1.0 - self.back)
 
     @property
     def factor(self) -> float:
-        """Of friction that opposes alone."""
+        """Factor on friction, which always opposes the motion."""
         return 1.0 + self.drive if self.from_near else 1.0 / (1.0 - self.back)
 
 
@@ -72,8 +73,10 @@ NO_LOSS = LinkLoss(0.0, 0.0, True)
 
 @dataclass(frozen=True)
 class DirectedResistance:
-    """At positions (n,): what it takes forward and backward, in slip and at rest (without what
-    `falling` has), N m | N; and that."""
+    """Resistance at positions (n,), forward and backward, in slip and at rest [N m | N].
+
+    The breakaways are without the drops of `falling`.
+    """
 
     forward: Vector
     backward: Vector
@@ -84,17 +87,20 @@ class DirectedResistance:
 
     @property
     def mean(self) -> Vector:
+        """Mean of the two directions: the load."""
         return 0.5 * (self.forward + self.backward)
 
     @property
     def half(self) -> Vector:
-        """Half the difference: friction."""
+        """Half the difference of the two directions: friction."""
         return 0.5 * (self.forward - self.backward)
 
 
 def resistance(found: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResistance:
-    """(2.28) behind a link that loses (2.15). Falling and viscous parts are raised as by a load
-    that opposes."""
+    """Return the resistance (2.28) as seen through a lossy link (2.15).
+
+    Speed-dependent parts are raised like an opposing load.
+    """
     rest = found.pressed_breakaway
     raised = tuple(
         SpeedDependentFriction(
@@ -113,7 +119,7 @@ def resistance(found: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResi
 
 
 def position_elements(mechanism: Mechanism, block: str) -> tuple[str, ...]:
-    """Links that `resistance` of the block stands for."""
+    """Return the names of the links that the block's resistance replaces."""
 
     def is_one(link: Link) -> bool:
         if isinstance(link, Spring):
@@ -130,8 +136,7 @@ def as_curves(
     x: Vector,
     loss: LinkLoss = NO_LOSS,
 ) -> Mechanism:
-    """The mechanism with the block's links to the frame and its constant efforts replaced by its
-    resistance over positions x (n,)."""
+    """Replace the block's links to the frame and its constant efforts by curves over x (n,)."""
     number = assembled.blocks.index(block)
     found = resistance(resisting(assembled, number, x), loss)
     replaced = position_elements(mechanism, block)
@@ -170,7 +175,7 @@ def as_curves(
 
 
 def breakaway_ratio(found: DirectedResistance) -> float:
-    """Of the friction at rest to that in slip, the mean over the positions."""
+    """Return the ratio of the mean friction at rest to the mean friction in slip."""
     slip = float(np.mean(found.half))
     return (
         float(np.mean(0.5 * (found.breakaway_forward - found.breakaway_backward))) / slip
@@ -180,7 +185,7 @@ def breakaway_ratio(found: DirectedResistance) -> float:
 
 
 def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> FrictionOf:
-    """Friction of speed alone: Stribeck's law, or (2.31) where nothing falls with the speed."""
+    """Return purely speed-dependent friction by Stribeck's law, or by (2.31) without a drop."""
     axis: Axis = "rotary" if rotary else "linear"
     effort, viscous = si_unit("effort", axis), si_unit("viscous", axis)
     parameters = {
@@ -196,7 +201,7 @@ def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> F
 
 
 def free_name(links: dict[str, Link], wanted: str) -> str:
-    """A name that no link has."""
+    """Return a name that no link has."""
     name, count = wanted, 1
     while name in links:
         count += 1

@@ -1,5 +1,4 @@
-"""The torque or force that the source feels over the position, as figure 2.14: the curves, and the
-polynomials of the model, as an SVG."""
+"""Plot of the resisting effort over the position, as figure 2.14, with the model's polynomials."""
 
 from __future__ import annotations
 
@@ -17,16 +16,17 @@ FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
 
 
 def picture(chain: ReductionChain, model: Model) -> str:
-    """The `<svg>` element, the same bytes for the same reduction."""
+    """Return the `<svg>` element; the same reduction gives the same bytes."""
     with drawing("reduce"):
         return render(
             figure(chain, model),
-            f"{model.name}: resisting effort over the position in either direction, and its polynomials",
+            f"{model.name}: resisting effort over the position in either direction, "
+            "and its polynomials",
         )
 
 
 def figure(chain: ReductionChain, model: Model) -> Figure:
-    """Above C_r(theta, sign) (2.29) with its load, below what the polynomials miss of it."""
+    """Return the figure: C_r(theta, sign) (2.29) with its load above, the fit error below."""
     one, unit, effort = chain.one, si_unit("position", model.axis), si_unit("effort", model.axis)
     drawn = Figure(figsize=(WIDTH, HEIGHT))
     drawn.subplots_adjust(left=0.13, right=0.97, top=0.94, bottom=0.09, hspace=0.32)

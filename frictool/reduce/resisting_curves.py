@@ -1,9 +1,9 @@
-"""Springs, cams (2.23) and friction of each block as the curve C_r(theta, sign) of (2.28)-(2.29),
-and (2.27) checked everywhere.
+"""Springs, cams (2.23) and friction of each block as one curve C_r(theta, sign), (2.28)-(2.29).
 
-Irreversible at a position: C_+ >= 0 >= C_-, friction holds the load there. Where it holds
-everywhere the load is a part of friction, that of each direction at its own level; at rest nothing
-changes, stuck is stuck between the same two efforts.
+The step also checks irreversibility (2.27) everywhere: C_+ >= 0 >= C_-, so that friction holds the
+load. If this is true at all positions, the load becomes part of the friction, with a separate level
+for each direction. The state at rest is unchanged, because the axis sticks between the same two
+efforts.
 """
 
 from __future__ import annotations
@@ -31,16 +31,18 @@ from frictool.reduce.travel_grid import positions
 
 @dataclass(frozen=True)
 class IrreversibilityMargin:
-    """(2.27) over positions: by how much friction holds the load where it holds it least, an effort
-    [N m | N], and where; < 0: not."""
+    """Least margin [N m | N] by which friction holds the load (2.27); negative: not irreversible.
+
+    place: position of the least margin [rad | m].
+    """
 
     margin: float
     place: float
-    share: float  # of the positions where it holds
+    share: float  # fraction of the positions at which friction holds the load
 
 
 def irreversible(x: Vector, found: DirectedResistance) -> IrreversibilityMargin:
-    """Where friction in slip bears the load: both min over x of C_+ and of -C_-."""
+    """Return the least of C_+ and of -C_- over the positions x (n,)."""
     margin = np.minimum(found.forward, -found.backward)
     worst = int(np.argmin(margin))
     return IrreversibilityMargin(
@@ -51,11 +53,11 @@ def irreversible(x: Vector, found: DirectedResistance) -> IrreversibilityMargin:
 def in_contact(
     mechanism: Mechanism, x: Vector, behind: Mapping[str, float] | None = None
 ) -> DirectedResistance:
-    """Of all blocks together, as the source at x (n,) moves them as one.
+    """Return the resistance of all blocks together, with the source at x (n,) [rad | m].
 
-    behind: the play between the source and a block, half of which the block is behind where it is
-    pushed, whichever way: what resists at its own place is then known, and not half a play beside
-    it. Without it all blocks are where the source is.
+    behind: backlash between the source and each block [rad | m]. A pushed block lags the source by
+    half of it in either direction; its resistance is evaluated at its own position. None: all
+    blocks are at the source's position.
     """
     assembled = assemble_cached(mechanism)
     behind = behind or {}
@@ -79,8 +81,10 @@ def in_contact(
 
 
 def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
-    """The mechanism (in one coordinate, without losses) with two curves for each block that has any
-    load; friction alone stays as it is."""
+    """Replace the loads of each block by two curves; blocks with friction alone stay as they are.
+
+    The mechanism is in one coordinate and without losses.
+    """
     x, figures, error = positions(mechanism), [], 0.0
     exact = in_contact(mechanism, x)
     between = 0.5 * (x[1:] + x[:-1])
@@ -125,9 +129,11 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
         else _unchanged(exact, largest)
     )
     note = (
-        "irreversible over the whole travel (2.27): without a command it stays where it is, and the load is a part of friction"
+        "irreversible over the whole travel (2.27): without a command it stays where it is, "
+        "and the load is a part of friction"
         if held.margin >= 0.0
-        else f"not irreversible over {1.0 - held.share:.1%} of the travel (2.27): there the load moves it without a command"
+        else f"not irreversible over {1.0 - held.share:.1%} of the travel (2.27): "
+        "there the load moves it without a command"
     )
     return mechanism, StepReport(
         "resisting curve",
@@ -141,7 +147,7 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
 
 
 def _unchanged(found: DirectedResistance, largest: float) -> str:
-    """What the step says of itself where it replaces nothing."""
+    """Describe a step that replaces nothing."""
     varies = max(float(np.ptp(found.forward)), float(np.ptp(found.backward))) > NOTHING * largest
     return (
         "the loads are a curve for each direction already"
@@ -151,8 +157,7 @@ def _unchanged(found: DirectedResistance, largest: float) -> str:
 
 
 def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Of these links, friction that depends on more than the speed at this moment, which no curve
-    has: what leaving it out neglects."""
+    """Return what curves neglect of these links: friction with more states than the speed."""
     links = [(name, mechanism.links[name]) for name in names]
     return [
         f"presliding and memory of {name} ({link.law})"
@@ -162,7 +167,7 @@ def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
 
 
 def _is_curve(mechanism: Mechanism, block: str) -> bool:
-    """Whether its loads are a curve each way already."""
+    """Return True if the block's loads are one curve for each direction already."""
     links = [mechanism.links[name] for name in position_elements(mechanism, block)]
     springs, cams = (
         [one for one in links if isinstance(one, Spring)],

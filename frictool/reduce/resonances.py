@@ -1,8 +1,7 @@
-"""Resonances that are kept, as poles and zeros of the measured position over that of the rigid
-mechanism.
+"""Kept resonances: poles and zeros of the measured position relative to the rigid mechanism.
 
-Loads and friction against the frame are not among them: the one inertia has those. What is left is
-the free mechanism, 1/(M s^2) far below its resonances; H(s) is its transfer times M s^2.
+Loads and friction against the frame belong to the one inertia and are left out here. The rest is a
+free mechanism, 1/(M s^2) far below its resonances; H(s) is its transfer function times M s^2.
 """
 
 from __future__ import annotations
@@ -18,13 +17,14 @@ from frictool.plant.mechanism.linearisation import linearise
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.compliance import compliant_links
 
-STILL = 1e-5  # of the fastest pole: the two of the motion of the whole lie below
-FAR = 1e4  # times the fastest pole: zeros beyond are those at infinity
-HIDDEN = 1e-6  # relative distance of a pole and a zero that are one
+# relative to the fastest pole; the two poles of the rigid-body motion are below it
+STILL = 1e-5
+FAR = 1e4  # relative to the fastest pole: larger zeros are at infinity
+HIDDEN = 1e-6  # relative distance of a pole and a zero that cancel
 
 
 def resonances(mechanism: Mechanism, source: str, sensor: str) -> Resonances | None:
-    """Of a mechanism in one coordinate; None where no link yields."""
+    """Return the resonances of a mechanism in one coordinate; None if no link is compliant."""
     kept = compliant_links(mechanism)
     if not kept:
         return None
@@ -43,23 +43,23 @@ def resonances(mechanism: Mechanism, source: str, sensor: str) -> Resonances | N
 
 
 def _between(link: object) -> bool:
-    """Whether it is between two blocks."""
+    """Return True if the link connects two blocks."""
     if isinstance(link, Spring):
         return GROUND not in link.between
     return not isinstance(link, Cam | Stop | FrictionOf)
 
 
 def _poles(system: Lti) -> list[complex]:
-    """All but the two of the motion of the whole."""
+    """Return all poles but the two of the rigid-body motion."""
     values = sorted(np.linalg.eigvals(system.a), key=abs)
     return [complex(value) for value in values[2:]]
 
 
 def _zeros(system: Lti) -> list[complex]:
-    """Finite generalised eigenvalues of the system's pencil, time in units of its fastest pole."""
+    """Return the finite generalised eigenvalues of the pencil, scaled by the fastest pole."""
     n, fastest = system.order, float(np.max(np.abs(np.linalg.eigvals(system.a))))
     count = n // 2
-    scale = np.concatenate([np.ones(count), np.full(count, fastest)])  # positions | speeds
+    scale = np.concatenate([np.ones(count), np.full(count, fastest)])  # positions, then speeds
     a = system.a * scale[None, :] / scale[:, None] / fastest
     b, c = system.b / scale[:, None], system.c * scale[None, :]
     pencil = np.block(
@@ -77,7 +77,7 @@ def _zeros(system: Lti) -> list[complex]:
 def _without_hidden(
     poles: list[complex], zeros: list[complex]
 ) -> tuple[list[complex], list[complex]]:
-    """Poles that the source does not move or the sensor does not see are as many zeros: both go."""
+    """Cancel equal poles and zeros, of modes that are not excited or not measured."""
     left = list(zeros)
     seen = []
     for pole in poles:

@@ -1,7 +1,7 @@
-"""Blocks that rigid links without play or loss make one are one block: J + r^2 m (thesis 2.1.5,
-2.2.4). Nothing is neglected.
+"""Blocks with plain rigid links between them as one block, J + r^2 m (thesis 2.1.5, 2.2.4).
 
-Works on a mechanism in one coordinate (coordinate_change.py), where every link is of ratio 1.
+Nothing is neglected. The mechanism is in one coordinate (coordinate_change.py), so that every link
+has the ratio 1.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from frictool.reduce.step_report import StepFigure, StepReport
 
 
 def lump_rigid_links(mechanism: Mechanism, root: str) -> tuple[Mechanism, StepReport]:
-    """The mechanism with as many blocks less as it has plain rigid links; what was on them is on
-    the block nearest to `root`."""
+    """Merge blocks across plain rigid links; everything moves to the block nearest to `root`."""
     into = bodies(mechanism, root)
     masses: dict[str, list[Quantity]] = {}
     for name, block in mechanism.blocks.items():
@@ -58,8 +57,7 @@ def lump_rigid_links(mechanism: Mechanism, root: str) -> tuple[Mechanism, StepRe
 
 
 def bodies(mechanism: Mechanism, root: str) -> dict[str, str]:
-    """Each block's name to that of the block it becomes a part of: of its body the one nearest to
-    the root."""
+    """Map each block's name to the block that it becomes part of, the nearest to the root."""
     assembled = assemble_cached(mechanism)
     names, links = assembled.blocks, connections(assembled)
     far = {
@@ -74,19 +72,19 @@ def bodies(mechanism: Mechanism, root: str) -> dict[str, str]:
 
 
 def mass_of(block: Block) -> Quantity:
-    """Its inertia or mass."""
+    """Return the block's inertia or mass."""
     mass = block.inertia if block.inertia is not None else block.mass
     assert mass is not None
     return mass
 
 
 def with_mass(block: Block, mass: Quantity) -> Block:
-    """The block with another inertia or mass."""
+    """Return the block with another inertia or mass."""
     return msgspec.structs.replace(block, **{"mass" if block.inertia is None else "inertia": mass})
 
 
 def added(one: Quantity, other: Quantity) -> Quantity:
-    """The sum, with the interval of both where one has one."""
+    """Return the sum, with the sum of the intervals if either has one."""
     ends: list[float | None] = [None, None]
     if any(end is not None for end in (one.low, one.high, other.low, other.high)):
         ends = [a + b for a, b in zip(one.interval, other.interval, strict=True)]
@@ -94,7 +92,7 @@ def added(one: Quantity, other: Quantity) -> Quantity:
 
 
 def _moved(link: Link, into: Mapping[str, str]) -> Link | None:
-    """The link on the bodies; None where both of its ends are one."""
+    """Return the link on the merged blocks; None if both ends are now one block."""
     if not hasattr(link, "between"):
         return msgspec.structs.replace(link, on=into[link.on])
     ends = tuple(end if end == GROUND else into[end] for end in link.between)

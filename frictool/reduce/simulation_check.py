@@ -1,10 +1,9 @@
-"""A reduction checked by simulation: every step against the one before and against the whole
-mechanism, under the same commands.
+"""Check of a reduction by simulation: each step against the one before and the whole mechanism.
 
-What counts is where the sensor's block is in each run of check_commands.py, as long as both that
-are compared are within its travel. An error of a step is allowed to be the play at the sensor,
-which no sensor sees, and `tolerance` of the way that the run makes, there and back; what a step
-expects of itself in closed form has to be below `tolerance` too.
+All are simulated with the commands of check_commands.py. The positions of the sensor's block are
+compared while both are within the travel. The allowed error of a step is the backlash at the
+sensor, which no sensor sees, plus `tolerance` times the distance of the run, forth and back. The
+error that a step predicts in closed form must be below `tolerance`, too.
 """
 
 from __future__ import annotations
@@ -30,16 +29,17 @@ from frictool.reduce.step_report import MeasuredError, StepReport
 Vector = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-ROOM = 1e-9  # rad | m: a block that rests on an end stop is within
-TOLERANCE = 0.05  # "response time within 5 %"
+ROOM = 1e-9  # rad | m, tolerance of a block that rests on an end stop
+TOLERANCE = 0.05  # relative to the distance; "response time within 5 %"
 
 
 @dataclass(frozen=True)
 class SimulationCheck:
-    """told: of every step, the one inertia last, with what was measured. unit: of positions at the
-    sensor.
+    """Result of the check.
 
-    refused: the first error beyond what is allowed; None: done.
+    told: reports of all steps with measured errors, the one inertia last. play: backlash [rad | m].
+    runs: number of runs. unit: of positions at the sensor. refused: first error above the allowed
+    one; None: the check passed.
     """
 
     told: tuple[StepReport, ...]
@@ -51,14 +51,17 @@ class SimulationCheck:
 
     @property
     def verdict(self) -> str:
+        """Verdict in one line."""
         last = self.told[-1].measured
         assert last is not None
         if self.refused is not None:
             return f"not reduced: {self.refused}"
         return (
-            f"reduced: over {self.runs} runs the one inertia is within {last.whole:.3g} {self.unit} of the whole mechanism, "
+            f"reduced: over {self.runs} runs the one inertia is within {last.whole:.3g} "
+            f"{self.unit} of the whole mechanism, "
             f"on ways of {last.way:.3g} {self.unit}; "
-            f"allowed: {100.0 * self.tolerance:g} % of the way and the play of {self.play:.3g} {self.unit}"
+            f"allowed: {100.0 * self.tolerance:g} % of the way and "
+            f"the play of {self.play:.3g} {self.unit}"
         )
 
 
@@ -69,9 +72,9 @@ def check_reduction(
     tolerance: float = TOLERANCE,
     progress: Progress = lambda _: None,
 ) -> SimulationCheck:
-    """Plays the whole mechanism, every step and the model. final: what the last step tells.
+    """Simulate the whole mechanism, every step and the model; final: report of the last step.
 
-    Raises NoSolutionError where the engine gives up.
+    Raises NoSolutionError if the engine fails or there is no test run.
     """
     there, actuator = sensor_frame(chain.whole, chain.source, chain.sensor), model.bench.actuator
     tests = runs(
@@ -79,7 +82,8 @@ def check_reduction(
     )
     if not tests:
         raise NoSolutionError(
-            f"{chain.whole.name}: not checked: friction fades along every step over its travel; give it a bearing's friction"
+            f"{chain.whole.name}: not checked: friction fades along every step over its travel; "
+            "give it a bearing's friction"
         )
     size, side = abs(there.ratio), 1.0 if there.ratio > 0.0 else -1.0
 
@@ -101,7 +105,7 @@ def check_reduction(
     ]
 
     def crossing(player: Callable[[CheckRun], Vector]) -> list[Vector]:
-        """What each run moved, up to where it has left the travel."""
+        """Return the displacements of each run, up to the sample after it has left the travel."""
         return [
             ways[: _within(ways + run.place, chain.one.travel) + 1]
             for ways, run in zip(_ways(tests, player), tests, strict=True)
@@ -145,14 +149,13 @@ def _player(
 
 
 def _ways(tests: tuple[CheckRun, ...], player: Callable[[CheckRun], Vector]) -> list[Vector]:
-    """What each run moved since its beginning."""
+    """Return the displacements of each run since its start."""
     found = [player(run) for run in tests]
     return [positions - positions[0] for positions in found]
 
 
 def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
-    """Up to which sample a run is within the travel; a play's width beyond an end stop is within
-    it."""
+    """Return the number of samples within the travel; ROOM beyond an end stop counts as within."""
     if travel is None:
         return len(positions)
     outside = np.flatnonzero((positions < travel[0] - ROOM) | (positions > travel[1] + ROOM))
@@ -162,8 +165,10 @@ def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
 def _measured(
     tests: tuple[CheckRun, ...], before: list[Vector], now: list[Vector], whole: list[Vector]
 ) -> MeasuredError:
-    """Of the run in which a step is the farthest from the one before; the distance to the whole one
-    is the worst of all runs."""
+    """Return the error of the run in which a step is the farthest from the one before.
+
+    The distance to the whole mechanism is the largest of all runs.
+    """
     distances = [_distance(a, b, one) for a, b, one in zip(before, now, whole, strict=True)]
     ways = [float(np.sum(np.abs(np.diff(one)))) for one in whole]
     shares = [
@@ -175,8 +180,10 @@ def _measured(
 
 
 def _distance(a: Vector, b: Vector, whole: Vector) -> float:
-    """The farthest that two are apart as long as they and the whole are within the travel; where
-    one leaves it counts too."""
+    """Return the largest distance while both and the whole mechanism are within the travel.
+
+    The sample at which one leaves it is included.
+    """
     count = min(a.shape[0], b.shape[0], whole.shape[0])
     return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))
 
@@ -184,28 +191,38 @@ def _distance(a: Vector, b: Vector, whole: Vector) -> float:
 def _refused(
     told: list[StepReport], tolerance: float, play: float, chain: ReductionChain, unit: str
 ) -> str | None:
-    """The first error beyond what is allowed, and what to try. Where resonances are kept the one
-    inertia alone is told and not judged."""
+    """Return the first error above the allowed one, and what to try; None if there is none.
+
+    With kept resonances, the measured error of the one inertia is reported but not judged.
+    """
     judged = told[:-1] if chain.kept else told
     for one in told:
         if one.predicted > tolerance and one.covered is None:
             error = f"an error of {100 * one.predicted:.3g} % of {one.of}"
-            allowed = f"{one.step}: neglecting {one.neglects} makes {error}; allowed: {100 * tolerance:g} %"
-            return f"{allowed}; try {_other(one.step, chain.whole, tolerance)}{other_tolerance(judged, play)}"
+            allowed = (
+                f"{one.step}: neglecting {one.neglects} makes {error}; "
+                f"allowed: {100 * tolerance:g} %"
+            )
+            return (
+                f"{allowed}; try {_other(one.step, chain.whole, tolerance)}"
+                f"{other_tolerance(judged, play)}"
+            )
         found = one.measured
         if found is None or (chain.kept and one is told[-1]):
             continue
         if found.distance > tolerance * found.way + play:
             return (
-                f"{one.step}: {found.where}, {found.distance:.3g} {unit} from the step before on a way of {found.way:.3g} {unit}; "
-                f"allowed: {100 * tolerance:g} % of the way and the play of {play:.3g} {unit}{_held(one, chain)}; "
+                f"{one.step}: {found.where}, {found.distance:.3g} {unit} "
+                f"from the step before on a way of {found.way:.3g} {unit}; "
+                f"allowed: {100 * tolerance:g} % of the way and "
+                f"the play of {play:.3g} {unit}{_held(one, chain)}; "
                 f"try {other_tolerance(judged, play)}"
             )
     return None
 
 
 def _held(told: StepReport, chain: ReductionChain) -> str:
-    """Which plants of the model an error is between, where an interval holds it."""
+    """Return the bounds of the reflected inertia if an interval covers the error, else ""."""
     if told.covered is None:
         return ""
     least, most = (chain.one.inertia * end for end in (chain.one.felt.least, chain.one.felt.most))
@@ -216,6 +233,6 @@ def _held(told: StepReport, chain: ReductionChain) -> str:
 
 
 def _other(step: str, whole: Mechanism, tolerance: float) -> str:
-    """Another bandwidth, where that is what it takes."""
+    """Return another bandwidth as advice if it would help, else ""."""
     passing = passing_bandwidth(whole, tolerance) if step == "compliance" else None
     return "" if passing is None else f"--bandwidth {passing:g}, or "

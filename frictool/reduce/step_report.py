@@ -1,5 +1,4 @@
-"""What a step of a reduction tells of itself: what it did, what it neglects, the error that follows
-and the one that was measured."""
+"""Report of a reduction's step: what it did and neglects, its predicted and its measured error."""
 
 from __future__ import annotations
 
@@ -8,7 +7,7 @@ from typing import NamedTuple
 
 
 class StepFigure(NamedTuple):
-    """A number that a step found, in SI."""
+    """Number that a step computed, in SI."""
 
     name: str
     value: float
@@ -16,10 +15,11 @@ class StepFigure(NamedTuple):
 
 
 class MeasuredError(NamedTuple):
-    """Two mechanisms under the same efforts: the worst distance between their positions at the
-    sensor [SI], and the way that was made.
+    """Error of a mechanism under the same commands as another.
 
-    where: which of the runs it was. whole: the same distance to the whole mechanism.
+    distance: largest distance between their positions at the sensor [rad | m]. way: travelled
+    distance of that run [rad | m]. where: name of the run. whole: largest distance to the whole
+    mechanism [rad | m].
     """
 
     distance: float
@@ -29,15 +29,18 @@ class MeasuredError(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Of the way."""
+        """Error relative to the travelled distance."""
         return self.distance / self.way if self.way > 0.0 else 0.0
 
 
 @dataclass(frozen=True)
 class StepReport:
-    """One step. predicted: its error in closed form, relative to `of`; 0 where nothing is
-    neglected. covered: what of the model holds that error, which then refuses nothing by itself:
-    the measured one decides."""
+    """Report of one step.
+
+    predicted: error in closed form relative to the quantity `of`; 0 if nothing is neglected.
+    covered: part of the model that includes this error. If there is one, the measured error alone
+    decides.
+    """
 
     step: str
     did: str

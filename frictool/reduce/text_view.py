@@ -1,5 +1,4 @@
-"""What `reduce` tells people: a row a step, with what it neglects and both errors; then what was
-found."""
+"""Output of `reduce` as text: one row per step with both errors, then the resulting model."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ def lines(
     model: Model,
     loop: LoopComparison | None = None,
 ) -> list[str]:
-    """The whole report."""
+    """Return the whole report as lines."""
     unit = si_unit("position", model.axis)
     rows = [
         HEADING,
@@ -32,7 +31,8 @@ def lines(
     ]
     rows.append(_row(checked.told[-1], 1, unit))
     found = [
-        f"{chain.whole.name}: {len(chain.whole.blocks)} blocks and {len(chain.whole.links)} links to one inertia",
+        f"{chain.whole.name}: {len(chain.whole.blocks)} blocks and "
+        f"{len(chain.whole.links)} links to one inertia",
         "",
         *_aligned(rows),
         "",
@@ -50,7 +50,7 @@ def lines(
 
 
 def unfinished(name: str, steps: tuple[ReductionStep, ...]) -> list[str]:
-    """The steps of a reduction that stopped; nothing was played."""
+    """Return the steps of a reduction that stopped before the simulation."""
     rows = [HEADING, *(_row(step.told, len(step.mechanism.blocks), "") for step in steps)]
     return [f"{name}: {len(steps)} steps, then no further", "", *_aligned(rows)]
 
@@ -120,27 +120,30 @@ def _model(model: Model) -> list[str]:
     backward = model.laws.backward if model.laws is not None else None
     if backward is not None and backward.coulomb is not None and backward.breakaway is not None:
         found.append(
-            f"  backward: coulomb {backward.coulomb.value:.5g}, breakaway {backward.breakaway.value:.5g} {backward.coulomb.unit}"
+            f"  backward: coulomb {backward.coulomb.value:.5g}, "
+            f"breakaway {backward.breakaway.value:.5g} {backward.coulomb.unit}"
         )
     if model.laws is not None and model.laws.load is not None:
         found += [f"  load beside friction: {one}" for one in _load(model.laws.load)]
     if model.resonances is not None:
         for kind, roots in (("pole", model.resonances.poles), ("zero", model.resonances.zeros)):
             found += [
-                f"  resonance, pair of {kind}s at {one.rad_s:.5g} rad/s, damping {one.damping:.4g}{_between(one)}"
+                f"  resonance, pair of {kind}s at {one.rad_s:.5g} rad/s, "
+                f"damping {one.damping:.4g}{_between(one)}"
                 for one in roots
             ]
     return found
 
 
 def _load(load: Load) -> list[str]:
-    """Each term of it, as a function of the position x."""
+    """Return each term of the load as a function of the position x."""
     found = []
     if load.stiffness is not None:
         found.append(f"{load.stiffness.value:.5g} {load.stiffness.unit} x")
     if load.gravity is not None:
         found.append(
-            f"{load.gravity.sine.value:.5g} sin x {load.gravity.cosine.value:+.5g} cos x {load.gravity.sine.unit}"
+            f"{load.gravity.sine.value:.5g} sin x "
+            f"{load.gravity.cosine.value:+.5g} cos x {load.gravity.sine.unit}"
         )
     if load.ripple is not None:
         one = load.ripple

@@ -1,5 +1,4 @@
-"""The travel as positions at the source's block at which efforts are looked at, and curves that
-hold between them."""
+"""Grid of positions over the travel of the source's block."""
 
 from __future__ import annotations
 
@@ -15,14 +14,15 @@ from frictool.reduce.assembly_cache import assemble_cached
 
 Vector = NDArray[np.float64]
 
-POINTS = 241  # evenly over the travel; the points of every curve come on top
+POINTS = 241  # even positions over the travel; the points of every curve are added
 
 
 def travel_of(mechanism: Mechanism) -> tuple[float, float]:
-    """(low, high) of the source's block [SI]: as the mechanism says, or between its end stops, or
-    where its curves are given, or as far as the source's largest effort strains its springs.
+    """Return (low, high) of the source's block [rad | m].
 
-    Raises NoSolutionError where nothing tells, and efforts depend on the position.
+    The travel is that of the document, or between end stops, or the range of the curves, or as far
+    as the source's largest effort strains the springs. Raises NoSolutionError if springs have no
+    such bound.
     """
     found = known_travel(mechanism)
     if found is not None:
@@ -34,19 +34,20 @@ def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     ]
     start = float(assemble_cached(mechanism).start[0])
     if not springs:
-        return start - 1.0, start + 1.0  # efforts are the same everywhere
+        return start - 1.0, start + 1.0  # efforts do not depend on the position
     stiffness = sum(one.stiffness.value for one in springs if one.stiffness)
     sources = assemble_cached(mechanism).packed.sources
     reach = float(np.max(sources.constant * sources.limit)) / stiffness
     if not np.isfinite(reach):
         raise NoSolutionError(
-            f"{mechanism.name}: nothing tells how far its springs are moved; give travel, end stops, or the source's limit"
+            f"{mechanism.name}: nothing tells how far its springs are moved; "
+            "give travel, end stops, or the source's limit"
         )
     return start - reach, start + reach
 
 
 def known_travel(mechanism: Mechanism) -> tuple[float, float] | None:
-    """The same, None where nothing tells."""
+    """Return the travel as `travel_of` without the springs; None if it is unknown."""
     if mechanism.travel is not None:
         return mechanism.travel.low, mechanism.travel.high
     stops = [link for link in mechanism.links.values() if isinstance(link, Stop)]
@@ -63,7 +64,7 @@ def known_travel(mechanism: Mechanism) -> tuple[float, float] | None:
 
 
 def positions(mechanism: Mechanism) -> Vector:
-    """The travel's grid: even, and the points of curves within it."""
+    """Return the grid (n,): even positions, and the points of curves within the travel."""
     low, high = travel_of(mechanism)
     points = [x for curve in _curves(mechanism) for x in curve.position.values if low < x < high]
     return np.unique(np.concatenate([np.linspace(low, high, POINTS), points]))

@@ -1,2 +1,1 @@
-"""Work shared among processes of this machine, or the workers of a Dask cluster; knows no documents
-and no logs."""
+"""Sharing of jobs, of any content, among processes or the workers of a Dask cluster."""

@@ -1,8 +1,7 @@
-"""Linear algebra in one thread, in a process that may have loaded it before: sums in another order
-give other bytes.
+"""Limit of linear algebra to one thread, because another order of sums gives other bytes.
 
-A library is told so by the environment as it is loaded, and later by a call of its own only: a
-worker of a cluster has loaded numpy before it is given its first task.
+A library that is not loaded yet reads the environment; a loaded one needs a call. A worker of a
+cluster has loaded numpy before its first task.
 """
 
 from __future__ import annotations
@@ -11,10 +10,11 @@ import ctypes
 import os
 import sys
 
+# modules that each load a library of linear algebra
 LOADERS = (
     "numpy.linalg._umath_linalg",
     "scipy.linalg._fblas",
-)  # modules that each bring a library of linear algebra
+)
 SETTERS = (
     "scipy_openblas_set_num_threads64_",
     "scipy_openblas_set_num_threads",
@@ -25,14 +25,13 @@ SETTERS = (
 
 
 def limit_blas_threads() -> None:
-    """From here on, for what is loaded and for what comes."""
+    """Use one thread in all libraries of linear algebra, loaded or not."""
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     for name in LOADERS:
         path = getattr(sys.modules.get(name), "__file__", None)
         if path is not None:
-            library = ctypes.CDLL(
-                path
-            )  # the one that is loaded, which finds the names of what it depends on
+            # the loaded library, through which the symbols of its dependencies are visible
+            library = ctypes.CDLL(path)
             for setter in SETTERS:
                 if hasattr(library, setter):
                     getattr(library, setter)(1)

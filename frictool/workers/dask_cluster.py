@@ -1,13 +1,13 @@
-"""The workers of a Dask cluster: any of them may be ended, join late, or be on another machine.
+"""Execution of tasks on a Dask cluster whose workers may end, join late, or be on other machines.
 
     here                          scheduler             worker, one of many
     task ──submit──▶ future ──▶  queue  ──────────────▶ dask_worker.py
-         ◀── results, or that all workers at it died ◀─┘
+         ◀── results, or that all its workers died ◀──┘
 
-The scheduler gives what a dead worker was at to another, and gives a task up when it was on so many
-dead workers (its setting `allowed-failures`), which may be another task's fault. What is given up
-is done again at the end, one job at a time with nothing beside it, so that only a job that ends its
-workers by itself is lost.
+The scheduler gives the task of a dead worker to another. It gives a task up after several of its
+workers have died (setting `allowed-failures`), although another task may have caused that. These
+tasks are repeated at the end, one job at a time with no other job running. Only a job that ends its
+workers by itself is then lost.
 """
 
 from __future__ import annotations
@@ -29,30 +29,30 @@ from frictool.workers.dask_connection import connect
 from frictool.workers.installation import Installation, differences, installation
 from frictool.workers.task_batch import Task
 
-FIRST_S = 10.0  # for the first worker
-SLOW_S = 10.0  # for all workers to say what they run; then it is told that one is waited for
-# without any worker, until it is given up: where one was ended, its supervisor starts another
+FIRST_S = 10.0  # s, longest wait for the first worker
+# s, after which a message says that a worker has not reported its installation
+SLOW_S = 10.0
+# s without any worker, after which the run fails; a supervisor may restart an ended worker before
 NO_WORKER_S = 60.0
-LOOK_S, POLL_S = 2.0, 0.005  # between two looks at the workers, and at the results
+LOOK_S, POLL_S = 2.0, 0.005  # s, intervals of the checks of workers, and of results
 LIMIT = "`dask worker --memory-limit`"
-MODULE = "'frictool"  # as an import that fails names this package, or a module of it
-# without a result, after which it is asked whether the workers have paused for want of memory
+MODULE = "'frictool"  # in the message of a failed import of this package or a module of it
+# s without a result, after which workers are checked for a pause due to low memory
 LONG_S = 20.0
-# times what is under way: so many tasks given up before any was done are no single job's victims
+# relative to the tasks in progress: if so many are given up before any is done, the run fails
 HOPELESS = 2
-ALONE = 3  # jobs given up, nothing beside them, before any was done
-AHEAD = 3  # tasks a worker that are under way, so that none waits for the next
+ALONE = 3  # jobs given up while running alone, before any is done, after which the run fails
+AHEAD = 3  # tasks in progress per worker, so that none is idle
 Instead = Callable[[Any, str], Any] | None
 
 
 def run_on_cluster(
     function: Callable[[Any], Any], source: Iterator[Task], address: str, instead: Instead
 ) -> Iterator[tuple[Task, list[Any]]]:
-    """Tasks with their results, in the order in which they are done.
+    """Yield tasks with their results, in the order of completion.
 
-    Raises ClusterError where the scheduler cannot be reached or is gone, where it has no workers,
-    or where their installation is another; WorkerLost where a job ends each worker that it is given
-    to, if there is no result to take `instead`.
+    Raises ClusterError if the scheduler is not reachable, has no workers, or if their installation
+    differs. Raises WorkerLost if a job ends every worker and `instead` is None.
     """
     with connect(address) as client:
         _check(client, address)
@@ -64,36 +64,47 @@ def run_on_cluster(
 
 
 def _check(client: Any, address: str) -> None:
-    """Raises ClusterError where there is no worker, or one is not as this machine is; remarks on
-    other processors, and on threads."""
+    """Raise ClusterError if there is no worker or one has another installation.
+
+    Other processors, and several threads of a worker, lead to a remark.
+    """
     try:
         client.wait_for_workers(1, timeout=FIRST_S)
     except TimeoutError:
         raise ClusterError(
-            f"{address}: the scheduler has no worker; start some with `dask worker {address} --nthreads 1`"
+            f"{address}: the scheduler has no worker; "
+            f"start some with `dask worker {address} --nthreads 1`"
         ) from None
     here, found = installation(), _answers(client, address)
     unlike = {name: _unlike(here, there) for name, there in found.items()}
     unlike = {name: text for name, text in unlike.items() if text}
     if unlike:
         raise ClusterError(
-            f"{address}: workers differ from this machine: {'; '.join(f'{name}: {text}' for name, text in unlike.items())}"
+            f"{address}: workers differ from this machine: "
+            f"{'; '.join(f'{name}: {text}' for name, text in unlike.items())}"
         )
     others = {there.processor for there in found.values()} - {here.processor}
     if others:
         notifications.remark(
-            f"workers have another processor ({', '.join(sorted(others))}, here {here.processor}): last digits may differ"
+            f"workers have another processor ({', '.join(sorted(others))}, "
+            f"here {here.processor}): last digits may differ"
         )
     if any(threads > 1 for threads in client.nthreads().values()):
         notifications.remark(
-            "workers have several threads, of which one is used; start more of them with --nthreads 1 --nworkers N"
+            "workers have several threads, of which one is used; "
+            "start more of them with --nthreads 1 --nworkers N"
         )
 
 
 def _answers(client: Any, address: str) -> Any:
-    """The installation of each worker, or what it has raised. One that hangs is waited for until
-    the scheduler gives it up."""
-    text = f"{address}: a worker does not answer; it is waited for, until the scheduler gives it up (its worker-ttl, 5 min unless set)"
+    """Return the installation or the exception of each worker.
+
+    A worker without an answer is waited for until the scheduler removes it.
+    """
+    text = (
+        f"{address}: a worker does not answer; it is waited for, "
+        "until the scheduler gives it up (its worker-ttl, 5 min unless set)"
+    )
     slow = threading.Timer(SLOW_S, notifications.remark, (text,))
     slow.daemon = True
     slow.start()
@@ -103,23 +114,21 @@ def _answers(client: Any, address: str) -> Any:
         raise ClusterError(f"{address}: the scheduler is gone") from None
     finally:
         slow.cancel()
-    return {
-        name: there for name, there in found.items() if not isinstance(there, OSError)
-    }  # which are no more
+    # an OSError is from a worker that has ended
+    return {name: there for name, there in found.items() if not isinstance(there, OSError)}
 
 
 def _unlike(here: Installation, there: Any) -> str:
-    """What is other in a worker's answer; empty where nothing is."""
+    """Return the differences in a worker's answer; empty if there are none."""
     if isinstance(there, Exception):
-        missing = isinstance(there, ImportError | AttributeError) or MODULE in str(
-            there
-        )  # of some, Dask brings no more than the text
+        # for some errors, Dask transfers only the text
+        missing = isinstance(there, ImportError | AttributeError) or MODULE in str(there)
         return "no frictool, or another version" if missing else f"{type(there).__name__}: {there}"
     return differences(here, there)
 
 
 class ClusterRun:
-    """What is under way on a cluster."""
+    """Tasks in progress on a cluster."""
 
     def __init__(self, client: Any, address: str, function: bytes, instead: Instead) -> None:
         self._client, self._address, self._function, self._instead = (
@@ -130,7 +139,7 @@ class ClusterRun:
         )
         self._distributed = importlib.import_module("distributed")
         self._completed = self._distributed.as_completed([], loop=client.loop)
-        self._under_way: dict[str, tuple[Any, Task]] = {}  # key of a future -> itself and its task
+        self._under_way: dict[str, tuple[Any, Task]] = {}  # key of a future -> future and its task
         self._suspects: deque[Task] = deque()
         self._workers, self._looked, self._last_seen = 1, 0.0, time.monotonic()
         self._answered, self._given_up, self._last_answer = 0, 0, time.monotonic()
@@ -138,7 +147,7 @@ class ClusterRun:
         client.subscribe_topic(self._topic, self._hear)
 
     def answers(self, source: Iterator[Task]) -> Iterator[tuple[Task, list[Any]]]:
-        """Each task with its results, the suspects last."""
+        """Yield each task with its results; tasks that were given up come last."""
         while True:
             self._look()
             self._submit(source)
@@ -156,8 +165,8 @@ class ClusterRun:
                 self._look()
 
     def close(self) -> None:
-        """Nothing more is begun; what runs in a worker comes to its end there."""
-        with contextlib.suppress(Exception):  # a scheduler that is gone has forgotten all
+        """Cancel what has not begun; running tasks end in their workers."""
+        with contextlib.suppress(Exception):  # a lost scheduler has no tasks
             self._client.unsubscribe_topic(self._topic)
             self._client.cancel([future for future, _ in self._under_way.values()], force=True)
         self._under_way.clear()
@@ -176,15 +185,15 @@ class ClusterRun:
             self._completed.add(future)
 
     def _look(self) -> None:
-        """How many workers there are. Raises ClusterError where there have been none for long."""
+        """Count the workers; raise ClusterError if there has been none for NO_WORKER_S."""
         now = time.monotonic()
         if now - self._looked < LOOK_S:
             return
-        if self._client.status != "running":  # it would wait for the scheduler to come back
+        if self._client.status != "running":  # otherwise Dask would wait for the scheduler's return
             raise self._gone()
         try:
             workers = len(self._client.nthreads())
-        except Exception as error:  # of every kind, as the connection is cut here or there
+        except Exception as error:  # any exception, because the connection may fail at either end
             raise self._gone() from error
         self._looked, self._workers = now, max(1, workers)
         paused = workers > 0 and now - self._last_answer > LONG_S and self._paused()
@@ -193,11 +202,12 @@ class ClusterRun:
         elif now - self._last_seen > NO_WORKER_S:
             state = f"whose memory allows another task ({LIMIT})" if paused else "at all"
             raise ClusterError(
-                f"{self._address}: the scheduler has had no worker {state} for {NO_WORKER_S:g} s; what was done before is kept"
+                f"{self._address}: the scheduler has had no worker {state} "
+                f"for {NO_WORKER_S:g} s; what was done before is kept"
             )
 
     def _paused(self) -> bool:
-        """Whether no worker begins anything, for want of memory."""
+        """Return True if all workers are paused due to low memory."""
         try:
             workers = self._client.scheduler_info(n_workers=-1)["workers"].values()
         except Exception as error:
@@ -208,21 +218,22 @@ class ClusterRun:
         )
 
     def _ready(self) -> list[Any]:
-        """Futures that are done; waits for one, but not beyond the next look."""
+        """Return the completed futures; wait for one until the next check of the workers."""
         until = time.monotonic() + LOOK_S
         while not self._completed.has_ready() and time.monotonic() < until:
             time.sleep(POLL_S)
         return list(self._completed.next_batch(block=False))
 
     def _answer(self, future: Any) -> Iterator[tuple[Task, list[Any]]]:
-        """Results; none where the workers at the task died, which makes its jobs suspects."""
+        """Yield the results; if the task was given up, put its jobs aside for the end."""
         results = self._results(future)
         task = self._under_way.pop(future.key)[1]
         if results is None:
             self._give_up(HOPELESS * AHEAD * self._workers)
             if not self._suspects:
                 notifications.remark(
-                    f"{self._address}: workers were ended; what they were at is done again at the end"
+                    f"{self._address}: workers were ended; "
+                    "what they were at is done again at the end"
                 )
             self._suspects.extend((one,) for one in task)
         else:
@@ -241,17 +252,22 @@ class ClusterRun:
         return task, [self._instead(job, reason)]
 
     def _give_up(self, most: int) -> None:
-        """Counts a task that its workers did not outlive. Raises ClusterError where there are
-        `most` of them and none that was done."""
+        """Count a task that was given up.
+
+        Raises ClusterError after `most` of them if there has been no result.
+        """
         self._given_up += 1
         if self._given_up >= most and not self._answered:
             raise ClusterError(
-                f"{self._address}: every task ends the workers that it is given to; is their memory short ({LIMIT})?"
+                f"{self._address}: every task ends the workers that it is given to; "
+                f"is their memory short ({LIMIT})?"
             )
 
     def _results(self, future: Any) -> list[Any] | None:
-        """None where the scheduler has given the task up. Raises ClusterError where a worker cannot
-        do it."""
+        """Return the results, None if the scheduler gave the task up.
+
+        Raises ClusterError if the worker has another installation.
+        """
         packed = self._fetched(future)
         if packed is None:
             return None
@@ -259,15 +275,19 @@ class ClusterRun:
         self._answered, self._last_answer = self._answered + 1, time.monotonic()
         if isinstance(results, dask_worker.DifferentInstallation):
             raise ClusterError(
-                f"{self._address}: worker on {results.host} differs: {differences(installation(), results.there)}"
+                f"{self._address}: worker on {results.host} differs: "
+                f"{differences(installation(), results.there)}"
             )
         if isinstance(results, dask_worker.TransferFailure):
             raise results.error
         return list(results)
 
     def _fetched(self, future: Any) -> bytes | None:
-        """What the worker has made. One that dies while it is read, or before, is replaced: the
-        scheduler has the task done again."""
+        """Return the worker's pickled results, None if the scheduler gave the task up.
+
+        If a worker ends meanwhile, the scheduler repeats its task. Raises ClusterError if the
+        worker cannot run the task or the scheduler is lost.
+        """
         while True:
             self._look()
             try:
@@ -276,14 +296,15 @@ class ClusterRun:
                 return None
             except CancelledError:
                 raise self._gone() from None
-            except Exception as error:  # the task's own, or of a connection that was cut
+            except Exception as error:  # from the task, or from a broken connection
                 if future.status == "error":
                     if MODULE in str(error):
                         raise ClusterError(
                             f"{self._address}: a worker has no frictool, or another version"
                         ) from None
                     raise ClusterError(
-                        f"{self._address}: a worker cannot do its task: {type(error).__name__}: {error}"
+                        f"{self._address}: a worker cannot do its task: "
+                        f"{type(error).__name__}: {error}"
                     ) from None
                 time.sleep(POLL_S)
 
@@ -291,7 +312,7 @@ class ClusterRun:
         return ClusterError(f"{self._address}: the scheduler is gone; what was done before is kept")
 
     def _hear(self, event: tuple[float, str]) -> None:
-        """Of a machine that compiles, once."""
+        """Remark once per machine that it compiles."""
         host = event[1]
         if host not in self._told:
             self._told.add(host)

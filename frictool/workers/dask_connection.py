@@ -1,14 +1,12 @@
-"""The way to a Dask scheduler, plain or by TLS, looked at before it is taken: whatever bars it is
-one line.
+"""Connection to a Dask scheduler, plain or by TLS, with one-line messages about failures.
 
-    address ──▶ Dask's configuration (certificates) ──▶ a first connection, Dask's own greeting ──▶
-    client
-                     └─ missing, not its key                └─ refused, other certificates, nobody,
-                                                            no scheduler
+    address ──▶ Dask's configuration ──▶ first connection with Dask's greeting ──▶ client
+                certificates missing         refused, other certificates, no answer,
+                or not for the key           or no scheduler
 
-A client that fails while it is made leaves an exception from inside Dask, for some causes after
-half a minute; a greeting by itself tells at once, and why. TLS:
-https://distributed.dask.org/en/latest/tls.html
+A client that fails during its creation raises an exception from inside Dask, in some cases after
+30 s; a greeting fails at once, with the reason. On TLS, see
+https://distributed.dask.org/en/latest/tls.html.
 """
 
 from __future__ import annotations
@@ -29,58 +27,61 @@ from typing import Any
 from frictool.errors import ClusterError
 
 ADDRESS = re.compile(r"(tcp|tls)://(\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):\d{1,5}")
-CONNECT_S = 10.0  # for a scheduler to answer
+CONNECT_S = 10.0  # s, longest wait for the scheduler's answer
 CERTIFICATES = "Dask's configuration, distributed.comm.tls"
+# OpenSSL's reasons for an unencrypted answer
 NO_TLS = (
     "WRONG_VERSION_NUMBER",
     "HTTP_REQUEST",
     "RECORD_LAYER_FAILURE",
-)  # what OpenSSL makes of an answer in the clear
-DEPTH = 10  # causes of causes that are looked through
+)
+DEPTH = 10  # nested causes of an exception that are examined
 
 
 @contextlib.contextmanager
 def connect(address: str) -> Iterator[Any]:
-    """A client of the scheduler, which says nothing by itself. Raises ClusterError."""
+    """Yield a client of the scheduler, with Dask's log messages off.
+
+    Raises ClusterError if the scheduler cannot be used.
+    """
     if not ADDRESS.fullmatch(address):
         raise ClusterError(
-            f"{address!r} is no address of a Dask scheduler; allowed: tcp://HOST:PORT, tls://HOST:PORT"
+            f"{address!r} is no address of a Dask scheduler; "
+            "allowed: tcp://HOST:PORT, tls://HOST:PORT"
         )
     dask, distributed = _libraries(address)
     for name in ("distributed.client", "distributed.core"):
-        logging.getLogger(name).setLevel(
-            logging.CRITICAL
-        )  # one line of ours tells of a lost connection
+        # this program reports a lost connection in one line
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 GiB"}):
         client = _client(dask, distributed, address)
         try:
             yield client
         finally:
-            with contextlib.suppress(Exception):  # a scheduler that is gone is told of nothing
+            with contextlib.suppress(Exception):  # a lost scheduler cannot be notified
                 client.close(timeout=1.0)
 
 
 def _libraries(address: str) -> tuple[Any, Any]:
-    """dask and distributed, which read Dask's configuration as they are imported."""
+    """Import dask and distributed, which read Dask's configuration on import."""
     try:
         return importlib.import_module("dask"), importlib.import_module("distributed")
     except ModuleNotFoundError:
         raise ClusterError(
-            f"{address}: needs dask.distributed, which is not installed: pip install 'frictool[cluster]'"
+            f"{address}: needs dask.distributed, which is not installed: "
+            "pip install 'frictool[cluster]'"
         ) from None
     except ValueError as error:
         raise ClusterError(f"{address}: Dask's configuration cannot be read: {error}") from None
 
 
 def _client(dask: Any, distributed: Any, address: str) -> Any:
-    if not dask.config.get(
-        "distributed.client.security-loader", None
-    ):  # whose certificates only Dask knows
+    # with a security loader, only Dask has the certificates
+    if not dask.config.get("distributed.client.security-loader", None):
         _greet(distributed, address, _certified(distributed, address))
     try:
-        with (
-            warnings.catch_warnings()
-        ):  # of versions, which are compared and refused by name where they matter
+        # Dask warns about versions, which `dask_cluster.py` compares itself
+        with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return distributed.Client(
                 address, timeout=CONNECT_S, set_as_default=False, name="frictool"
@@ -92,8 +93,10 @@ def _client(dask: Any, distributed: Any, address: str) -> Any:
 
 
 def _certified(distributed: Any, address: str) -> dict[str, Any]:
-    """What Dask's configuration has for a connection of this kind. Raises ClusterError where it is
-    not enough, or no good."""
+    """Return the connection arguments of Dask's configuration for the address.
+
+    Raises ClusterError if certificates are missing or unusable.
+    """
     try:
         security = distributed.Security()
     except ValueError as error:
@@ -101,7 +104,8 @@ def _certified(distributed: Any, address: str) -> dict[str, Any]:
     if address.startswith("tcp:"):
         if security.require_encryption:
             raise ClusterError(
-                f"{address}: Dask's configuration asks for encryption (distributed.comm.require-encryption); give tls://"
+                f"{address}: Dask's configuration asks for encryption "
+                "(distributed.comm.require-encryption); give tls://"
             )
         return {}
     paths = {
@@ -131,7 +135,7 @@ def _certified(distributed: Any, address: str) -> dict[str, Any]:
 
 
 def _greet(distributed: Any, address: str, certificates: dict[str, Any]) -> None:
-    """Connects as Dask does, and leaves. Raises ClusterError with what bars the way."""
+    """Connect as Dask does, and disconnect; raise ClusterError with the reason of a failure."""
 
     async def greeting() -> None:
         comm = await asyncio.wait_for(
@@ -141,13 +145,12 @@ def _greet(distributed: Any, address: str, certificates: dict[str, Any]) -> None
 
     try:
         _finish(greeting)
-    except Exception as error:  # of every kind, as what answers may be anything
+    except Exception as error:  # any exception, because anything may answer at the address
         raise ClusterError(_barred(address, error, certificates)) from None
 
 
 def _finish(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    """Runs it to its end; in a thread of its own where a loop runs in this one, as a notebook's
-    does."""
+    """Run to the end, in another thread if this one has an event loop, as in a notebook."""
     try:
         asyncio.get_running_loop()
     except RuntimeError:
@@ -168,17 +171,25 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
         why = f"{failed.verify_message}; it has to be signed by ca-file in {CERTIFICATES}"
         return f"{address}: the scheduler's certificate is not accepted: {why}"
     if failed is not None and failed.reason not in NO_TLS:
-        why = f"{_words(failed.reason or str(failed))}; client.cert in {CERTIFICATES} has to be signed by the scheduler's ca-file"
+        why = (
+            f"{_words(failed.reason or str(failed))}; "
+            f"client.cert in {CERTIFICATES} has to be signed by the scheduler's ca-file"
+        )
         return f"{address}: TLS fails: {why}"
     scheme, _, place = address.partition("://")
     other = f"{'tcp' if scheme == 'tls' else 'tls'}://{place}"
     what = "speaks no TLS" if failed is not None else "is no Dask scheduler of this kind"
-    return f"{address}: what answers there {what}; is it {other}, or another port (8787 is the dashboard's)?"
+    return (
+        f"{address}: what answers there {what}; is it {other}, "
+        "or another port (8787 is the dashboard's)?"
+    )
 
 
 def _failure_of_tls(address: str, context: ssl.SSLContext) -> ssl.SSLError | None:
-    """Why TLS fails there. Nothing is written after the handshake: an answer to it could overtake
-    the scheduler's alert."""
+    """Return the error of a TLS handshake, None if it succeeds.
+
+    Nothing is written after the handshake: an answer to it could overtake the scheduler's alert.
+    """
     host, _, port = address.partition("://")[2].rpartition(":")
     try:
         with (
@@ -192,7 +203,7 @@ def _failure_of_tls(address: str, context: ssl.SSLContext) -> ssl.SSLError | Non
 
 
 def _causes(error: BaseException | None) -> Iterator[BaseException]:
-    """The error, and what it came of."""
+    """Yield the error and its causes."""
     for _ in range(DEPTH):
         if error is None:
             return
@@ -201,11 +212,14 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def _nobody(address: str) -> str:
-    return f"{address}: no Dask scheduler answers within {CONNECT_S:g} s; start one with `dask scheduler`, or check the address"
+    return (
+        f"{address}: no Dask scheduler answers within {CONNECT_S:g} s; "
+        "start one with `dask scheduler`, or check the address"
+    )
 
 
 def _words(reason: str) -> str:
-    """OpenSSL's KEY_VALUES_MISMATCH as words, and nothing of its sources."""
+    """Return OpenSSL's reason, such as KEY_VALUES_MISMATCH, as words without source lines."""
     return re.sub(
         r" *\(_ssl\.c:\d+\)", "", reason.replace("_", " ").lower() if reason.isupper() else reason
     )

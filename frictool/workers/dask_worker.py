@@ -1,4 +1,4 @@
-"""What runs in a worker of a cluster: one task at a time, whatever threads the worker has."""
+"""Code that runs in a worker of a cluster: one task at a time, even with several threads."""
 
 from __future__ import annotations
 
@@ -17,14 +17,13 @@ from frictool.workers.blas_threads import limit_blas_threads
 from frictool.workers.installation import Installation, installation
 from frictool.workers.task_batch import picklable_error, run_task
 
-# kernels run beside each other, but not all that is around them: a worker that is given threads
-# takes turns
+# kernels run in parallel, but not all the code around them: threads of a worker take turns
 _TURN = threading.Lock()
 
 
 @dataclass(frozen=True)
 class DifferentInstallation:
-    """In place of the results of a worker whose installation is another."""
+    """Answer of a worker with another installation, instead of results."""
 
     there: Installation
     host: str
@@ -32,19 +31,21 @@ class DifferentInstallation:
 
 @dataclass(frozen=True)
 class TransferFailure:
-    """In place of the results where a function, a job or a result cannot travel."""
+    """Answer if a function, a job or a result cannot be pickled, instead of results."""
 
     error: Exception
 
 
 def worker_installation() -> Installation:
-    """That of the worker."""
+    """Return the installation of the worker."""
     return installation()
 
 
 def run(topic: str, expected: Installation, function: bytes, task: bytes) -> bytes:
-    """The results of a task, by pickle. topic: where the one that shares the work hears of waits
-    for the compiler."""
+    """Run a task and return its results, pickled.
+
+    topic: Dask topic for messages that the worker waits for the compiler.
+    """
     with _TURN:
         return pickle.dumps(_run(topic, expected, function, task))
 
@@ -53,7 +54,7 @@ def _run(topic: str, expected: Installation, function: bytes, task: bytes) -> An
     limit_blas_threads()
     if installation().versions != expected.versions:
         return DifferentInstallation(installation(), socket.gethostname())
-    multiprocessing.current_process().daemon = False  # readers of logs start processes of their own
+    multiprocessing.current_process().daemon = False  # readers of logs start processes
     notifications.compiling = functools.partial(_tell_of_compiling, topic)
     try:
         results = run_task(_loaded(function), pickle.loads(task))
@@ -65,7 +66,7 @@ def _run(topic: str, expected: Installation, function: bytes, task: bytes) -> An
 
 @functools.lru_cache(maxsize=4)
 def _loaded(function: bytes) -> Callable[[Any], Any]:
-    """The same function comes with every task, so that a worker that joins later has it."""
+    """Return the unpickled function; every task carries it, for workers that join later."""
     loaded: Callable[[Any], Any] = pickle.loads(function)
     return loaded
 
@@ -73,5 +74,5 @@ def _loaded(function: bytes) -> Callable[[Any], Any]:
 def _tell_of_compiling(topic: str) -> None:
     from distributed import get_worker
 
-    with contextlib.suppress(ValueError):  # a thread that is no task's
+    with contextlib.suppress(ValueError):  # not in the thread of a task
         get_worker().log_event(topic, socket.gethostname())

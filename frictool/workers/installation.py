@@ -1,5 +1,4 @@
-"""What has to be the same on two machines for their results to be: the sources of this package and
-the libraries that compute."""
+"""Installation data that must agree for equal results: sources and numerical libraries."""
 
 from __future__ import annotations
 
@@ -16,8 +15,10 @@ LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "clarabel")
 
 @dataclass(frozen=True)
 class Installation:
-    """versions: name -> version. processor: what the compiler makes code for, where the last bits
-    may differ, and no version tells it."""
+    """Versions by name, and the processor.
+
+    processor: CPU that code is compiled for; the last digits of results may depend on it.
+    """
 
     versions: tuple[tuple[str, str], ...]
     processor: str
@@ -25,8 +26,10 @@ class Installation:
 
 @functools.cache
 def installation() -> Installation:
-    """Of this process. The package counts by its sources, as one that is worked on keeps its
-    version."""
+    """Return the installation of this process.
+
+    The package's version includes a digest of its sources, because these change during development.
+    """
     own = f"{_version('frictool')} (sources {_sources()})"
     versions = {
         "frictool": own,
@@ -37,7 +40,7 @@ def installation() -> Installation:
 
 
 def differences(here: Installation, there: Installation) -> str:
-    """What differs, both sides; empty where nothing does."""
+    """Return the differences as text, with both sides; empty if there are none."""
     own, other = dict(here.versions), dict(there.versions)
     names = [name for name in {**own, **other} if own.get(name) != other.get(name)]
     return ", ".join(
@@ -53,7 +56,7 @@ def _version(name: str) -> str:
 
 
 def _sources() -> str:
-    """Digest of every source of the package."""
+    """Return a digest of every source of the package."""
     package, seen = Path(__file__).parent.parent, hashlib.sha256()
     for folder, rooms, files in os.walk(package):
         rooms[:] = sorted(set(rooms) - {"__pycache__"})

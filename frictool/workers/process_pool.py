@@ -1,14 +1,12 @@
-"""A pool of processes that may be ended at any time, as where memory is short: what one was at is
-done again by another.
+"""Pool of processes that may end at any time, for example due to low memory.
 
-    here                                  process, one a core
+    here                                  process, one per core
     task ──pipe──▶ jobs in turn
-         ◀──pipe── results, or that it waits for the compiler; the end of the pipe: the process is
-         no more
+         ◀──pipe── results, or a message that it compiles; end of the pipe: the process has ended
 
-Each process holds one task and has a pipe of its own, so that it is known what is lost with it, and
-nothing else is: a pool of `concurrent.futures` gives up every task as soon as one process dies.
-Processes end with the pipe, so that none outlives this one.
+The jobs of an ended process are repeated by another. Each process has one task and one pipe, so
+that exactly its jobs are lost; a pool of `concurrent.futures` gives up all tasks when one process
+dies. Processes end with the pipe, so that none outlives this one.
 """
 
 from __future__ import annotations
@@ -30,8 +28,8 @@ from frictool.errors import WorkerLost
 from frictool.runtime import notifications
 from frictool.workers.task_batch import Task, picklable_error, run_task
 
-ATTEMPTS = 3  # at a job, before it is taken for what ends the processes
-PATIENCE_S = 2.0  # for a process to end by itself
+ATTEMPTS = 3  # processes that may end at a job before it is given up
+PATIENCE_S = 2.0  # s, longest wait for a process to end by itself
 READY, COMPILING, RESULTS, FAILED = "ready", "compiling", "results", "failed"
 Answer = tuple[Task, list[Any]]
 FallbackResult = Callable[[Any, str], Any] | None
@@ -39,25 +37,27 @@ FallbackResult = Callable[[Any, str], Any] | None
 
 @dataclass
 class PendingTask:
-    """A task, and how many processes have died at it where it is a single job."""
+    """Task; deaths: number of processes that ended while they ran it, if it is a single job."""
 
     task: Task
     deaths: int = 0
 
 
 def start_method() -> str:
-    """Return the start method of worker processes. A fork would copy locked locks of threads;
-    Windows has no fork server."""
+    """Return the start method of worker processes.
+
+    A fork would copy locked locks of threads; Windows has no fork server.
+    """
     return "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 
 
 class WorkerProcess:
-    """One process, and what it has been given."""
+    """One process, with the task that it has."""
 
     def __init__(self, function: bytes) -> None:
         context: Any = get_context(start_method())
         self.connection, theirs = context.Pipe()
-        # not a daemon: readers of logs start processes of their own
+        # not a daemon: readers of logs start processes
         self.process = context.Process(target=_serve, args=(theirs, function))
         self.process.start()
         theirs.close()
@@ -65,7 +65,7 @@ class WorkerProcess:
         self.ready = False
 
     def give(self, held: PendingTask) -> bool:
-        """Whether the process was there to take it."""
+        """Send a task; return False if the process has ended."""
         try:
             self.connection.send(held.task)
         except OSError:
@@ -74,11 +74,13 @@ class WorkerProcess:
         return True
 
     def hear(self) -> list[Any] | None:
-        """The results, or None where it told something else. Raises EOFError where it is no more,
-        and what it failed of."""
+        """Return the results, None for another message.
+
+        Raises EOFError if the process has ended, or the error that it has sent.
+        """
         try:
             kind, told = self.connection.recv()
-        except (OSError, pickle.UnpicklingError):  # ended while it sent
+        except (OSError, pickle.UnpicklingError):  # the process ended while it sent
             raise EOFError from None
         if kind == FAILED:
             raise told
@@ -88,7 +90,7 @@ class WorkerProcess:
         return told if kind == RESULTS else None
 
     def cause(self) -> str:
-        """What it was ended by."""
+        """Return the exit code or signal that ended the process."""
         self.process.join(PATIENCE_S)
         code = self.process.exitcode
         if code is None or code >= 0:
@@ -100,7 +102,7 @@ class WorkerProcess:
         )
 
     def end(self) -> None:
-        """Whether it waits, works, or is no more."""
+        """End the process in any state."""
         self.connection.close()
         self.process.join(PATIENCE_S)
         if self.process.is_alive():
@@ -110,8 +112,10 @@ class WorkerProcess:
 
 
 class ProcessPool:
-    """As many processes as asked for, each replaced where it was ended. instead: gives the result
-    of a job that ends them all."""
+    """Pool of `size` processes, each replaced if it ends.
+
+    instead: gives the result of a job that ended ATTEMPTS processes.
+    """
 
     def __init__(
         self, function: Callable[[Any], Any], size: int, instead: FallbackResult = None
@@ -119,19 +123,18 @@ class ProcessPool:
         self._function, self._instead = pickle.dumps(function), instead
         self._again: deque[PendingTask] = deque()
         self._members: list[WorkerProcess] = []
-        self.close = finalize(
-            self, _end, self._members
-        )  # at the interpreter's exit too, which waits for processes
+        # also at the interpreter's exit, which waits for processes
+        self.close = finalize(self, _end, self._members)
         for _ in range(size):
             self._members.append(WorkerProcess(self._function))
 
     @property
     def busy(self) -> bool:
-        """Whether an answer is to come."""
+        """True if an answer is expected."""
         return any(one.held is not None for one in self._members)
 
     def feed(self, source: Iterator[Task]) -> None:
-        """Gives each idle process a task: what was lost, then what is next."""
+        """Give each idle process a task: lost ones first, then new ones."""
         for place in range(len(self._members)):
             while self._members[place].held is None:
                 held = self._next(source)
@@ -148,8 +151,10 @@ class ProcessPool:
         return None if task is None else PendingTask(task)
 
     def heard(self) -> list[Answer]:
-        """Waits for one process at least: what they answer. Raises WorkerLost where a job ends
-        every process that is at it."""
+        """Wait for at least one process and return the answers.
+
+        Raises WorkerLost if a job ends every process that runs it and `instead` is None.
+        """
         told = connection.wait([one.connection for one in self._members])
         answers: list[Answer] = []
         for place, member in enumerate(self._members):
@@ -166,8 +171,10 @@ class ProcessPool:
         return answers
 
     def _lost(self, place: int) -> list[Answer]:
-        """What a dead process held is done again, each job by itself so that only the guilty one is
-        given up."""
+        """Put the jobs of an ended process back, one by one.
+
+        A job that ends its processes is thus given up alone.
+        """
         dead = self._members[place]
         cause, held = dead.cause(), dead.held
         if not dead.ready:
@@ -177,12 +184,13 @@ class ProcessPool:
         self._replace(place)
         if held is None:
             return []
-        deaths = held.deaths + (len(held.task) == 1)  # of several, nobody knows which it was
+        deaths = held.deaths + (len(held.task) == 1)  # of several jobs, the guilty one is unknown
         if deaths >= ATTEMPTS:
             return [
                 self._given_up(
                     held.task,
-                    f"each of {deaths} processes that were at it was ended ({cause}); is memory short?",
+                    f"each of {deaths} processes that were at it was ended ({cause}); "
+                    "is memory short?",
                 )
             ]
         notifications.remark(f"a process was ended ({cause}); what it was at is done again")
@@ -201,7 +209,7 @@ class ProcessPool:
 
 
 def _end(members: list[WorkerProcess]) -> None:
-    """Those that wait end with their pipe; those that work are told to."""
+    """End the processes: idle ones end with their pipe, working ones are terminated."""
     for one in members:
         if one.held is not None or not one.ready:
             one.process.terminate()
@@ -212,14 +220,15 @@ def _end(members: list[WorkerProcess]) -> None:
 
 
 def _serve(theirs: Connection, function: bytes) -> None:
-    """The process: does tasks until the pipe ends. Ctrl-C is for the one that shares the work,
-    which ends this one."""
+    """Run tasks until the pipe ends.
+
+    Ctrl-C is ignored, because the parent process handles it and ends this one.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.update(
-        OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1"
-    )  # before numpy: sums in another order give other bytes
+    # before numpy is loaded: another order of sums gives other bytes
+    os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     notifications.compiling = lambda: theirs.send((COMPILING, None))
-    with contextlib.suppress(EOFError, OSError):  # the other end is no more
+    with contextlib.suppress(EOFError, OSError):  # the parent process has ended
         try:
             work = pickle.loads(function)
             theirs.send((READY, None))
@@ -227,5 +236,5 @@ def _serve(theirs: Connection, function: bytes) -> None:
                 theirs.send((RESULTS, run_task(work, theirs.recv())))
         except (EOFError, OSError):
             raise
-        except Exception as error:  # what cannot travel: a function, a job or a result
+        except Exception as error:  # a function, a job or a result cannot be pickled
             theirs.send((FAILED, picklable_error(error)))

@@ -1,13 +1,12 @@
-"""Jobs shared among processes, or the workers of a cluster: each job done once, whoever does it,
-and whoever dies of it.
+"""Sharing of jobs among processes or the workers of a cluster; each job is done once.
 
-    jobs ──batch.py──▶ tasks ──┬── in this process
-                               ├── process_pool.py   a process a core
-                               └── dask_cluster.py     the workers of a Dask scheduler
-         (index, result), ... ◀┘   as they are done
+    jobs ──task_batch.py──▶ tasks ──┬── in this process
+                                    ├── process_pool.py   one process per core
+                                    └── dask_cluster.py   workers of a Dask scheduler
+         (index, result), ... ◀─────┘   in the order of completion
 
-A function of a job alone gives the same results in each of the three, so that the number of
-processes changes nothing.
+A function that depends on its job alone gives the same results in all three, whatever the number of
+processes. Jobs of a worker that ends are repeated by another.
 """
 
 from __future__ import annotations
@@ -32,19 +31,41 @@ def share(
     batch: int = 1,
     instead: Callable[[Job, str], Result] | None = None,
 ) -> Iterator[tuple[int, Result]]:
-    """Index and result of each job, in the order in which they are done.
+    """Yield the index and result of each job, in the order of completion.
 
-    function: what is done with a job; named in a module, or an instance of a class that is. It is
-    sent by pickle, as jobs and results are. jobs: asked for as they are needed. cores: how many
-    processes, all of this machine's where None; one is this process itself. cluster: the address of
-    a Dask scheduler, whose workers do the work in their place. batch: how many jobs travel
-    together; to be chosen so that they take some tenths of a second. instead: called with a job
-    that several processes in turn did not outlive, and with what ended them; gives its result in
-    its place.
+    A caller who leaves early, by an exception or by closing the iterator, ends the running jobs.
 
-    Raises what `function` raises, WorkerLost where a job ends each process that is at it,
-    ClusterError where the cluster cannot be used. Whoever leaves early, by an exception or by
-    closing the iterator, ends what is under way.
+    Parameters
+    ----------
+    function : Callable
+        function of a job, defined in a module; pickled, as jobs and results are
+    jobs : Iterable
+        jobs, taken as they are needed
+    cores : int, optional
+        number of processes; 1: this process; None: all cores of this machine
+    cluster : str, optional
+        address of a Dask scheduler, whose workers are used instead
+    batch : int, optional
+        jobs that are sent together; they should take some tenths of a second
+    instead : Callable, optional
+        function of a job that ended several processes, and of the reason; its value becomes the
+        result
+
+    Yields
+    ------
+    tuple[int, Result]
+        index and result of a job
+
+    Raises
+    ------
+    Exception
+        any error of `function`
+    WorkerLost
+        a job ends every process that runs it, and `instead` is None
+    ClusterError
+        the cluster cannot be used
+    ValueError
+        `cores` or `batch` is below 1
     """
     if (cores is not None and cores < 1) or batch < 1:
         raise ValueError(f"cores and batch are at least 1; found {cores} and {batch}")
@@ -65,7 +86,7 @@ def share(
         pool.feed(source)
         while pool.busy:
             answers = pool.heard()
-            pool.feed(source)  # first, so that nobody waits for what is done with the results
+            pool.feed(source)  # before the results are used, so that no process is idle meanwhile
             for task, results in answers:
                 yield from task_results(task, results)
     finally:
@@ -73,5 +94,5 @@ def share(
 
 
 def available_cores() -> int:
-    """How many cores this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,12 +1,9 @@
-"""Jobs that read files, and workers that may not see them: a file is read at its path where the
-same bytes are there, and sent where not.
+"""Sharing of jobs that read files, with workers that may not see these files.
 
-    (paths, job) ──▶ worker: at the paths, by size and SHA-256? ──yes──▶ function(paths, job)
-                                     └─no─▶ asked for ──▶ their bytes come along ──▶
-                                     function(copies, job)
+    (paths, job) ──▶ worker: same size and SHA-256 at the paths? ──yes──▶ function(paths, job)
+                         └─no──▶ bytes are requested and sent ──▶ function(copies, job)
 
-So a shared file system is used where there is one, and not needed. Copies are gone when they have
-been read.
+A shared file system is used if there is one, but is not required. Copies are deleted after the job.
 """
 
 from __future__ import annotations
@@ -26,13 +23,16 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 Paths = tuple[Path, ...]
 LARGEST_SENT = 256_000_000  # bytes of a job's files: a task passes through the scheduler's memory
-JOURNAL = "-wal"  # a database's, which lies beside it and belongs to it
+JOURNAL = "-wal"  # ending of a database's journal, a file of the same folder
 
 
 @dataclass(frozen=True)
 class FileDescription:
-    """A file, or a folder of files, as it is here. parts: relative name and SHA-256 of each.
-    content: their bytes, where they are sent."""
+    """File, or folder of files, on this machine.
+
+    parts: relative name and SHA-256 of each file. size: bytes. content: bytes of each file if they
+    are sent.
+    """
 
     path: Path
     parts: tuple[tuple[str, str], ...]
@@ -42,13 +42,12 @@ class FileDescription:
 
 @dataclass(frozen=True)
 class FilesMissing:
-    """In place of a result: the worker has not the same files at their paths."""
+    """Answer of a worker that does not have the same files, instead of a result."""
 
 
 @dataclass(frozen=True)
 class _RemoteFunction(Generic[Job, Result]):
-    """What a worker runs: the function on the files that are there, or on copies of what was
-    sent."""
+    """Function in a worker, which uses the files at their paths or copies of sent bytes."""
 
     function: Callable[[Paths, Job], Result]
 
@@ -64,7 +63,7 @@ class _RemoteFunction(Generic[Job, Result]):
 
 @dataclass(frozen=True)
 class _LocalFunction(Generic[Job, Result]):
-    """The same on this machine."""
+    """Function on this machine, which uses the files at their paths."""
 
     function: Callable[[Paths, Job], Result]
 
@@ -80,11 +79,11 @@ def share_files(
     cores: int | None = None,
     cluster: str | None = None,
 ) -> Iterator[tuple[int, Result]]:
-    """As `share` of jobs that read files; the function is told where they are.
+    """Yield results as `share` does, for jobs that read files; function: of (paths, job).
 
-    instead: the result of a job that ended each process that was at it, or whose files can neither
-    be read there nor be sent. Raises ClusterError where the cluster cannot be used, OSError where a
-    file that may be read cannot be.
+    instead: gives the result of a job that ended every process, or whose files can neither be read
+    by the workers nor sent. Raises ClusterError if the cluster cannot be used, OSError if a
+    readable file fails to be read.
     """
     if cluster is None:
         yield from share(
@@ -103,7 +102,7 @@ def _by_description(
     instead: Callable[[Job, str], Result],
     cluster: str,
 ) -> Iterator[tuple[int, Result]]:
-    """First what the files are, then the bytes of those that a worker has not."""
+    """Send descriptions of the files first, then the bytes of those that a worker does not have."""
     places: list[int] = []
     described: list[tuple[FileDescription, ...]] = []
 
@@ -136,9 +135,8 @@ def _by_description(
             yield places[sendable[turn]], result
     for number in sorted(set(asked) - set(sendable)):
         yield places[number], instead(jobs[places[number]][1], _too_large(_size(described[number])))
-    for index in sorted(
-        set(range(len(jobs))) - set(places)
-    ):  # the function tells best what is wrong with it
+    # the function itself reports best why a file cannot be read
+    for index in sorted(set(range(len(jobs))) - set(places)):
         yield index, function(*jobs[index])
 
 
@@ -148,13 +146,14 @@ def _size(sent: tuple[FileDescription, ...]) -> int:
 
 def _too_large(size: int) -> str:
     return (
-        f"is not at its path on the worker, and {size / 1e6:.0f} MB are not sent (allowed: {LARGEST_SENT / 1e6:.0f}); "
+        f"is not at its path on the worker, and {size / 1e6:.0f} MB are not sent "
+        f"(allowed: {LARGEST_SENT / 1e6:.0f}); "
         "put it where the workers see it under the same path"
     )
 
 
 def described_file(path: Path) -> FileDescription:
-    """What tells whether another machine has the same. Raises OSError where it cannot be read."""
+    """Return the description by which another machine compares; raise OSError if unreadable."""
     at = path.absolute()
     names = _names(at)
     parts = tuple((name, _digest(at.parent / name)) for name in names)
@@ -162,7 +161,7 @@ def described_file(path: Path) -> FileDescription:
 
 
 def with_content(sent: FileDescription) -> FileDescription:
-    """The same with the bytes as they are now."""
+    """Return the description with the present bytes."""
     return FileDescription(
         sent.path,
         sent.parts,
@@ -172,7 +171,7 @@ def with_content(sent: FileDescription) -> FileDescription:
 
 
 def is_here(sent: FileDescription) -> bool:
-    """Whether the same bytes are at the path on this machine."""
+    """Return True if the same bytes are at the path on this machine."""
     try:
         return described_file(sent.path) == sent
     except OSError:
@@ -180,8 +179,7 @@ def is_here(sent: FileDescription) -> bool:
 
 
 def _names(path: Path) -> list[str]:
-    """The files that are at a path, relative to its folder: itself and its journal, or those
-    below."""
+    """Return the files at a path, relative to its folder: it and its journal, or those inside."""
     if path.is_dir():
         return sorted(
             one.relative_to(path.parent).as_posix() for one in path.rglob("*") if one.is_file()
@@ -196,7 +194,7 @@ def _digest(path: Path) -> str:
 
 @contextmanager
 def _copies(sent: tuple[FileDescription, ...]) -> Iterator[Paths]:
-    """The paths of copies under the same names."""
+    """Yield the paths of temporary copies with the same names."""
     with tempfile.TemporaryDirectory(prefix="frictool-") as folder:
         for number, one in enumerate(sent):
             for (name, _), content in zip(one.parts, one.content, strict=True):

@@ -1,7 +1,8 @@
-"""What runs where the work is done: a few jobs in turn, and each error as a value, so that it
-travels and the others' results stay.
+"""Batches of jobs that a worker runs one after another; errors are returned as values.
 
-(index, job), (index, job), ... ──done──▶ result | Raised, ...
+    (index, job), (index, job), ... ──run_task──▶ result | JobFailure, ...
+
+An error thus reaches the caller without the loss of the other results.
 """
 
 from __future__ import annotations
@@ -13,30 +14,30 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
-Task = Sequence[tuple[int, Any]]  # jobs that travel together, each with its index
+Task = Sequence[tuple[int, Any]]  # jobs that are sent together, each with its index
 
 
 @dataclass(frozen=True)
 class JobFailure:
-    """In place of the result of a job that failed."""
+    """Error of a failed job, instead of its result."""
 
     error: Exception
 
 
 def split_tasks(jobs: Iterable[Any], batch: int) -> Iterator[Task]:
-    """`batch` jobs a task, in order; no more of them are asked for than are taken."""
+    """Yield tasks of `batch` jobs in order; jobs are taken only as tasks are."""
     numbered = enumerate(jobs)
     while task := tuple(islice(numbered, batch)):
         yield task
 
 
 def run_task(function: Callable[[Any], Any], task: Task) -> list[Any]:
-    """The results, in the order of the task."""
+    """Return the results, in the order of the task."""
     return [_one(function, job) for _, job in task]
 
 
 def task_results(task: Task, results: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-    """Each index with its result. Raises what a job has raised, after the results before it."""
+    """Yield each index with its result; raise a job's error after the results before it."""
     for (index, _), result in zip(task, results, strict=True):
         if isinstance(result, JobFailure):
             raise result.error
@@ -51,8 +52,7 @@ def _one(function: Callable[[Any], Any], job: Any) -> Any:
 
 
 def picklable_error(error: Exception) -> Exception:
-    """The error, with a note of where it was raised, which a traceback shows; as text where it
-    cannot travel as it is."""
+    """Return the error with its traceback as a note; as text if it cannot be pickled."""
     error.add_note("".join(traceback.format_exception(error)))
     try:
         pickle.loads(pickle.dumps(error))

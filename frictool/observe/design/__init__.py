@@ -1,1 +1,1 @@
-"""Observers designed from a model and verified before they are written."""
+"""Design of observers from a model, with verification before they are written."""

@@ -1,13 +1,11 @@
-"""The observer of a friction that has grown by alpha [N m | N], whatever the position:
-(6.20)-(6.26), 3 modes.
+"""Observer of friction that has grown by alpha [N m | N] everywhere: (6.20)-(6.26), 3 modes.
 
-    X^+ = A_i X^ + B_i (u - s (f^(y) + alpha)) + L_X (y - C X^),     alpha^+ = alpha + L_alpha (y -
-                                                                     C X^),     s the direction of
-                                                                     motion
+    X^+     = A_i X^ + B_i (u - s (f^(y) + alpha)) + L_X (y - C X^)
+    alpha^+ = alpha + L_alpha (y - C X^)            s: direction of motion
 
-(6.22) prints + B_i alpha, with which friction would be f - alpha forward and f + alpha backward,
-and the matrices of (6.25) of another sign; figure 6.8 shows f + alpha. Here alpha adds to the
-friction in both directions, and A_a(i) has -s B_i, as (6.25).
+The thesis prints + B_i alpha in (6.22). Friction would then be f - alpha forward and f + alpha
+backward, and the matrices of (6.25) would have another sign; figure 6.8 shows f + alpha. Here alpha
+adds to the friction in both directions, and A_a(i) has -s B_i, as in (6.25).
 """
 
 from __future__ import annotations
@@ -22,8 +20,10 @@ from frictool.observe.design.transitions import switches
 
 
 def design(model: Model, settings: SwitchedObserverSettings, provenance: Provenance) -> Observer:
-    """Verified gains of the three modes. Raises NoSolutionError where the inequalities have no
-    solution, or it is not verified."""
+    """Return the observer with verified gains for the three modes.
+
+    Raises NoSolutionError if the inequalities have no solution or the gains fail verification.
+    """
     friction = friction_map(model)
     modes = [Mode(-1, -1, (), 0.0), Mode(0, 0, (), 0.0), Mode(1, 1, (), 0.0)]
     facts = facts_of(model, settings, friction, "additive")

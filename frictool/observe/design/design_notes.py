@@ -1,5 +1,4 @@
-"""What an engineer has to know of a switched observer before he trusts it, with the figures of this
-bench."""
+"""Notes about the limits of a designed observer, with figures of its bench."""
 
 from __future__ import annotations
 
@@ -10,17 +9,18 @@ from frictool.documents.observer import Observer, Switched
 from frictool.documents.quantity import si_unit
 from frictool.observe.design.friction_map import KNEES, left_out
 
-DEAR = 1.5  # gamma over that without a decay
-SLOW_S = 10.0  # an alpha that takes so long to follow says nothing of a shift
-# of the friction, where no mode has a deviation: gamma is then over that, and the gains do not
-# depend on it
+DEAR = 1.5  # ratio of gamma to that without a decay, above which a note is due
+SLOW_S = 10.0  # s, time constant of alpha above which a note is due
+# deviation relative to the friction, if no mode has a deviation: gamma is then relative to that,
+# and the gains do not depend on it
 UNIT_DEVIATION = 0.01
 KNOWN_BY_TRACKING = (KNEES,)
-COARSE = 0.1  # of the switch speed: a count in one sample that looks faster is a coarse encoder
+# speed of one count per sample, relative to the switch speed, above which the encoder is coarse
+COARSE = 0.1
 
 
 def notes(observer: Observer, model: Model) -> list[str]:
-    """One line each."""
+    """Return the notes, one line each."""
     switched = observer.switched
     if switched is None:
         return [line for line in [_left_out(model, KNOWN_BY_TRACKING)] if line]
@@ -38,7 +38,7 @@ def notes(observer: Observer, model: Model) -> list[str]:
 
 
 def count_speed(observer: Observer) -> float:
-    """The speed that one count in one sample looks like [rad/s | m/s]."""
+    """Return the speed of one count per sample [rad/s | m/s]."""
     return observer.bench.encoder.resolution / observer.sample_period_s
 
 
@@ -51,29 +51,33 @@ def _encoder(observer: Observer, switched: Switched) -> str:
     step = observer.bench.encoder.resolution
     speed, wear = (max(abs(mode.gains[row][0]) for mode in switched.modes) * step for row in (1, 2))
     return (
-        f"the encoder is coarse: one count, {step:.4g} {position}, in one sample looks like {seen:.4g} {velocity}, "
-        f"{seen / sigma:.3g} times the switch speed; it moves the estimated speed by up to {speed:.3g} {velocity} and alpha by up to "
-        f"{wear:.3g}{effort}. This observer needs a count below {COARSE * sigma * observer.sample_period_s:.2g} {position}; for this "
+        f"the encoder is coarse: one count, {step:.4g} {position}, in one sample looks like "
+        f"{seen:.4g} {velocity}, "
+        f"{seen / sigma:.3g} times the switch speed; it moves the estimated speed by up to "
+        f"{speed:.3g} {velocity} and alpha by up to "
+        f"{wear:.3g}{effort}. This observer needs a count below "
+        f"{COARSE * sigma * observer.sample_period_s:.2g} {position}; for this "
         "encoder take --kind tracking, and observe run for the wear"
     )
 
 
 def _constant(switched: Switched) -> str:
-    """Whether Delta has a unit that is chosen: that of (6.18) would be 0."""
+    """Return a note if Delta is UNIT_DEVIATION of the friction, because (6.18) would give 0."""
     chosen = [
         mode
         for mode in switched.modes
         if mode.friction and mode.deviation == UNIT_DEVIATION * mode.friction
     ]
     return (
-        f"friction does not depend on the position: gamma is for a model that is wrong by {UNIT_DEVIATION:.0%} of it"
+        "friction does not depend on the position: "
+        f"gamma is for a model that is wrong by {UNIT_DEVIATION:.0%} of it"
         if chosen
         else ""
     )
 
 
 def _intervals(observer: Observer, switched: Switched) -> str:
-    """Whether the axis may pass an interval within a sample."""
+    """Return a note if the axis may pass an interval within one sample."""
     widths = [mode.over[1] - mode.over[0] for mode in switched.modes if mode.over is not None]
     top = observer.bench.mechanics.top_speed
     if (
@@ -84,7 +88,8 @@ def _intervals(observer: Observer, switched: Switched) -> str:
     ):
         return ""
     return (
-        f"an interval of {min(widths):.3g} {si_unit('position', observer.axis)} is passed within a sample at top speed: "
+        f"an interval of {min(widths):.3g} {si_unit('position', observer.axis)} "
+        "is passed within a sample at top speed: "
         f"fewer --intervals, or --transitions direction{_made_up(switched)}"
     )
 
@@ -95,7 +100,7 @@ def _any_interval(switched: Switched) -> bool:
 
 
 def _turning(observer: Observer, switched: Switched) -> str:
-    """Whether a motion may turn without passing mode 0."""
+    """Return a note if a motion may turn without passing mode 0."""
     actuator = observer.bench.actuator
     change = (
         actuator.constant.value
@@ -107,8 +112,10 @@ def _turning(observer: Observer, switched: Switched) -> str:
         return ""
     unit = si_unit("velocity", observer.axis)
     return (
-        f"at its limit the drive changes the speed by {change:.3g} {unit} a sample, so that a motion may turn without passing mode 0 "
-        f"(below {switched.switch_speed.value:g} {unit}), a switch that the certificate does not hold{_made_up(switched)}"
+        f"at its limit the drive changes the speed by {change:.3g} {unit} a sample, "
+        "so that a motion may turn without passing mode 0 "
+        f"(below {switched.switch_speed.value:g} {unit}), "
+        f"a switch that the certificate does not hold{_made_up(switched)}"
     )
 
 
@@ -142,7 +149,10 @@ def _dear(switched: Switched) -> str:
     least = switched.smallest_gamma
     if least is None or switched.quiet is not None or switched.gamma <= DEAR * least:
         return ""
-    return f"a decay of {switched.decay:.5g} makes gamma {switched.gamma / least:.3g} times what it is without: ask for one nearer to 1"
+    return (
+        f"a decay of {switched.decay:.5g} makes gamma {switched.gamma / least:.3g} times "
+        "what it is without: ask for one nearer to 1"
+    )
 
 
 def _left_out(model: Model, known: tuple[str, ...]) -> str:
@@ -151,5 +161,5 @@ def _left_out(model: Model, known: tuple[str, ...]) -> str:
 
 
 def time_constant(radius: float, period: float) -> float:
-    """Of the slowest error of a mode [s]."""
+    """Return the time constant [s] of a mode's slowest error, from its spectral radius."""
     return -period / math.log(radius) if 0.0 < radius < 1.0 else 0.0

@@ -1,12 +1,12 @@
-"""Velocity error of a tracking observer under white noise, by the steady covariance of its linear
-error.
+"""Velocity error of a tracking observer under white noise.
 
-    error     e = (x, v, d/J), measured before the correction:   e+ = F ((1 - L C) e - L n) + B a
-    in slip   F is the model x'' = a + d/J over one period; n: error of the measured position, a:
-              error of the acceleration
+    error     e = (x, v, d/J), before the correction:   e+ = F ((1 - L C) e - L n) + B a
+    in slip   F is the model x'' = a + d/J over one period
+    n, a      white errors of the measured position and of the acceleration
 
-Time is counted in periods here, so that the matrices depend on the gains alone. The covariance is
-the sum of A^k Q A'^k, doubled at each step (Smith's method).
+The error follows from the steady covariance of e, the sum of A^k Q A'^k, which Smith's method
+computes by doubling. Time is counted in periods here, so that the matrices depend on the gains
+alone.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from numpy.typing import NDArray
 from frictool.errors import NoSolutionError
 
 Matrix = NDArray[np.float64]
-DOUBLINGS = 60
-CONVERGED = 1e-12  # relative
+DOUBLINGS = 60  # steps of Smith's method at most
+CONVERGED = 1e-12  # relative size of the last step
 
 
 class ErrorGains(NamedTuple):
-    """Standard deviations of the corrected velocity [1/s], both relative to a length.
+    """Standard deviations of the corrected velocity [1/s], relative to a length.
 
-    rounding: for a white error of the measured position, over that error's standard deviation.
-    misfit: for a white error of the acceleration, over the standard deviation of the miss that it
-    causes between measured and predicted position.
+    rounding: for a white error of the measured position, relative to that error's standard
+    deviation. misfit: for a white error of the acceleration, relative to the standard deviation of
+    the error that it causes in the predicted position.
     """
 
     rounding: float
@@ -38,7 +38,7 @@ class ErrorGains(NamedTuple):
 def error_gains(gains: tuple[float, float, float], inertia: float, period: float) -> ErrorGains:
     """Return the gains of a tracking observer with L1 [1], L2 [1/s], L3 [N m/rad | N/m].
 
-    Raises NoSolutionError where its error does not decay.
+    Raises NoSolutionError if the observer's error does not decay.
     """
     one, two, three = gains
     correction = np.array([[one], [two * period], [three * period**2 / inertia]])
@@ -60,7 +60,8 @@ def _covariance(a: Matrix, b: Matrix) -> Matrix:
     total, power = b @ b.T, a
     if np.max(np.abs(np.linalg.eigvals(a))) >= 1.0:
         raise NoSolutionError(
-            "the error of the tracking observer does not decay with its gains, so that the velocity has no interval; design it again: "
+            "the error of the tracking observer does not decay with its gains, "
+            "so that the velocity has no interval; design it again: "
             "frictool observe design MODEL --kind tracking"
         )
     for _ in range(DOUBLINGS):

@@ -1,4 +1,4 @@
-"""The friction that an observer knows beforehand: f of (6.2) from a model."""
+"""Friction map of an observer: f of (6.2), from a model."""
 
 from __future__ import annotations
 
@@ -15,12 +15,11 @@ KNEES = "viscous friction above a knee of the speed"
 
 
 def friction_map(model: Model) -> FrictionMap:
-    """Friction in slip by direction and position, (4.41) and (4.44): each direction's level times
-    its polynomial over its mean.
+    """Return the friction in slip by direction and position, (4.41) and (4.44).
 
-    The viscous friction is that of low speeds, the mean of both directions. What the model says of
-    Stribeck's fall, of knees of the speed, of time at rest and of loads is left out, as `left_out`
-    tells.
+    Each direction's Coulomb level multiplies its normalised position polynomial. The viscous
+    friction is that of low speeds, the mean of both directions. The Stribeck curve, the knees of
+    the viscous friction, the time at rest and loads are left out; see `left_out`.
     """
     today, laws = model.parameters, model.laws
     own = laws.backward if laws is not None else None
@@ -43,7 +42,7 @@ def friction_map(model: Model) -> FrictionMap:
 
 
 def left_out(model: Model) -> list[str]:
-    """What the model says of the friction and the observer does not know."""
+    """Return the names of the model's effects that the observer does not include."""
     laws = model.laws
     if laws is None:
         return ["the Stribeck curve"] if model.law == "stribeck" else []
@@ -59,8 +58,7 @@ def left_out(model: Model) -> list[str]:
 
 
 def friction_at(friction: FrictionMap, direction: int, x: Vector | float) -> Vector:
-    """f >= 0 [N m | N] in slip at positions x [rad | m], flat beyond the travel that the map is
-    over."""
+    """Return f >= 0 [N m | N] in slip at x [rad | m]; it is constant beyond the map's travel."""
     powers = friction.forward if direction > 0 else friction.backward
     inside = np.clip(x, friction.over.low, friction.over.high)
     return np.asarray(np.maximum(np.polynomial.polynomial.polyval(inside, powers), 0.0))

@@ -1,9 +1,9 @@
-"""Friction over position as intervals in which it stays between its end values: (6.15)-(6.17),
-figure 6.2.
+"""Position intervals with nearly constant friction: (6.15)-(6.17), figure 6.2.
 
-It does where it is monotone, so that there is an edge at each of its extrema. Within a monotone
-stretch the edges are where friction has risen by equal amounts, and each stretch gets as many as
-bring the largest deviation down: no other n edges make the worst Delta_f smaller.
+In each interval the friction must be monotone, so that it stays between its end values; there is
+thus an edge at each extremum. Each monotone stretch is divided at equal steps of the friction.
+Further intervals go to the stretch with the largest deviation: no other n edges give a smaller
+worst Delta_f.
 """
 
 from __future__ import annotations
@@ -16,16 +16,17 @@ from scipy.optimize import brentq
 
 from frictool.documents.observer import FrictionMap
 from frictool.errors import NoSolutionError
-from frictool.friction.polynomial_minimum import sign_changes
 from frictool.observe.design.friction_map import friction_at
 
-FLAT = 1e-9  # spread over the mean friction below which it is constant
+FLAT = 1e-9  # spread of the friction relative to its mean, below which it is constant
 
 
 @dataclass(frozen=True)
 class FrictionInterval:
-    """[low, high] [rad | m] with friction f_m and deviation Delta_f [N m | N], half of its
-    spread."""
+    """Interval [low, high] [rad | m] with friction f_m and deviation Delta_f [N m | N].
+
+    deviation: half the spread of the friction in the interval.
+    """
 
     low: float
     high: float
@@ -34,11 +35,10 @@ class FrictionInterval:
 
 
 def intervals(friction: FrictionMap, direction: int, count: int) -> list[FrictionInterval]:
-    """At most `count` intervals of one direction, rising in position; one where the friction is
-    constant.
+    """Return at most `count` intervals of one direction, rising in position.
 
-    Raises NoSolutionError where `count` is less than the friction's monotone stretches, so that
-    (6.17) cannot hold.
+    A constant friction has one interval. Raises NoSolutionError if `count` is less than the number
+    of monotone stretches, so that (6.17) cannot hold.
     """
     edges = turning_points(friction, direction)
     levels = friction_at(friction, direction, np.array(edges))
@@ -48,7 +48,8 @@ def intervals(friction: FrictionMap, direction: int, count: int) -> list[Frictio
     if count < len(spread):
         inner = ", ".join(f"{edge:.4g}" for edge in edges[1:-1])
         raise NoSolutionError(
-            f"--intervals {count}: the {'forward' if direction > 0 else 'backward'} friction turns at {inner} {friction.over.unit}, and "
+            f"--intervals {count}: the {'forward' if direction > 0 else 'backward'} friction "
+            f"turns at {inner} {friction.over.unit}, and "
             f"has to be monotone in each interval (6.17): ask for at least {len(spread)}"
         )
     shares = [1] * len(spread)
@@ -64,13 +65,13 @@ def intervals(friction: FrictionMap, direction: int, count: int) -> list[Frictio
 
 
 def turning_points(friction: FrictionMap, direction: int) -> list[float]:
-    """The ends of the travel, and between them where the friction turns from rising to falling or
-    back."""
+    """Return the ends of the travel and the extrema of the friction between them [rad | m]."""
     powers = friction.forward if direction > 0 else friction.backward
     low, high = friction.over.low, friction.over.high
-    slope = [power * value for power, value in enumerate(powers)][1:]
-    # a zero at which the slope keeps its sign is dropped below
-    edges = [low, *(root for root in sign_changes(slope, low, high) if low < root < high), high]
+    slope = np.polynomial.Polynomial(powers).deriv()
+    # the real part of a complex root is dropped below, because it is no extremum
+    roots = np.sort(np.real(slope.roots()))
+    edges = [low, *(float(root) for root in roots if low < root < high), high]
     levels = friction_at(friction, direction, np.array(edges))
     steps = np.diff(levels)
     return [
@@ -85,7 +86,7 @@ def turning_points(friction: FrictionMap, direction: int) -> list[float]:
 
 
 def _where(friction: FrictionMap, direction: int, low: float, high: float, part: float) -> float:
-    """Where between `low` and `high` a part of the friction's rise is done."""
+    """Return the position between `low` and `high` at which `part` of the change is done."""
     first, last = (float(friction_at(friction, direction, end)) for end in (low, high))
     return float(
         brentq(

@@ -1,17 +1,18 @@
-"""A mode's matrices (6.18), (6.25) with friction that opposes the motion; states position, speed
-and alpha.
+"""Matrices of a mode, (6.18) and (6.25), with the states position, speed and alpha.
 
-    moving in direction s   A = [1  T  0; 0  1 - T viscous/J  -s T c/J; 0 0 1]   B = [0; T/J; 0]   Q
-                            = [0; T d/J; 0]   C = [1 0 0]
-    stuck                   A = [1  T  0; 0  h  0; 0 0 1]                        B = 0             Q
-                            = 0               C = [1 0 0; 0 0 1]
+    moving in direction s   A = [1 T 0; 0 1 - T viscous/J -s T c/J; 0 0 1]
+                            B = [0; T/J; 0]   Q = [0; T d/J; 0]   C = [1 0 0]
+    stuck                   A = [1 T 0; 0 h 0; 0 0 1]
+                            B = 0             Q = 0               C = [1 0 0; 0 0 1]
 
     multiplicative   friction alpha f, so that c = f_m(i) and d = Delta_f(i)       (6.13)-(6.18)
     additive         friction f + alpha, so that c = 1 and d = 1                   (6.20)-(6.26)
 
-By Euler, (6.18). h is 1, so that the estimated speed is held, or the 0 that is printed. Printed
-otherwise: the sign of A_i for i < 0, where -T f/J would drive a negative motion; B_0, which is 0
-where the axis is stuck; C of (6.25) in mode 0, where alpha is not seen.
+The model is discretised by Euler's method, as in (6.18). h is 1 to hold the estimated speed, or 0
+as printed in the thesis. Three entries differ from the print. The sign in A_i for i < 0 is
+positive, because -T f/J would drive a negative motion instead of opposing it. B_0 is 0, because the
+axis is stuck. C of (6.25) in mode 0 is that of (6.18), because with the printed (C 0) alpha is not
+observable and there are no gains.
 """
 
 from __future__ import annotations
@@ -30,7 +31,10 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ModeConstants:
-    """What all modes share, SI: period [s], inertia, viscous, stuck_speed h, diagonal of C-bar."""
+    """Constants that all modes share, SI.
+
+    period: s. stuck_speed: h. weights: diagonal of C-bar.
+    """
 
     wear: Literal["multiplicative", "additive"]
     period: float
@@ -41,7 +45,7 @@ class ModeConstants:
 
     @staticmethod
     def of(observer: Observer) -> ModeConstants:
-        """Of a switched observer's document. Raises ValueError for one of another kind."""
+        """Return the constants of a switched observer; raise ValueError for another kind."""
         switched = observer.switched
         if switched is None:
             raise ValueError("the observer is not a switched one")
@@ -59,7 +63,7 @@ class ModeConstants:
 def subsystem(
     facts: ModeConstants, direction: int, friction: float, deviation: float
 ) -> ObserverMode:
-    """The mode as the inequalities want it: A (3, 3), C (1 or 2, 3), Q (3, 1), C-bar (3, 3)."""
+    """Return the matrices of a mode: A (3, 3), C (1 or 2, 3), Q (3, 1), C-bar (3, 3)."""
     gain = facts.period / facts.inertia
     a = np.array([[1.0, facts.period, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     weight = np.diag(facts.weights)
@@ -77,7 +81,7 @@ def subsystem(
 
 
 def subsystems(observer: Observer) -> dict[int, ObserverMode]:
-    """The modes of a switched observer's document. Raises ValueError for one of another kind."""
+    """Return the modes of a switched observer by index; raise ValueError for another kind."""
     facts, switched = ModeConstants.of(observer), observer.switched
     assert switched is not None
     return {

@@ -1,4 +1,4 @@
-"""The observer of a friction that has grown by a factor alpha: (6.13)-(6.19), 2 n + 1 modes."""
+"""Observer of a friction that has grown by a factor alpha: (6.13)-(6.19), 2 n + 1 modes."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from frictool.observe.design.transitions import switches
 
 
 def design(model: Model, settings: SwitchedObserverSettings, provenance: Provenance) -> Observer:
-    """Verified gains for each interval and direction of the model's friction.
+    """Return the observer with verified gains for each interval and direction of the friction.
 
-    Raises NoSolutionError where the friction cannot be told from the position, where the
-    inequalities have no solution, and where what they give is not verified.
+    Raises NoSolutionError if there are too few intervals, if the inequalities have no solution, or
+    if the gains fail verification.
     """
     friction = friction_map(model)
     forward, backward = (

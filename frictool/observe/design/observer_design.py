@@ -1,4 +1,4 @@
-"""An observer of any kind: what `frictool observe design` does, on values in memory."""
+"""Design of an observer of any kind in one call, with inputs and results in memory."""
 
 from __future__ import annotations
 
@@ -25,11 +25,36 @@ def design_observer(
     inertia: float | None = None,
     provenance: Provenance | None = None,
 ) -> Observer:
-    """The observer of a model, verified.
+    """Design an observer from a model and verify it.
 
-    settings: of the switched kinds, multiplicative and additive. bandwidth_rad_s, drive_noise [A |
-    V], inertia [kg m2 | kg]: of tracking. Raises FrictoolError where there is no such kind,
-    NoSolutionError where there is no observer, or it is not verified.
+    Parameters
+    ----------
+    model : Model
+        model of the axis and its bench
+    kind : {"multiplicative", "additive", "tracking"}
+        kind of the observer
+    settings : SwitchedObserverSettings, optional
+        of the switched kinds, multiplicative and additive
+    bandwidth_rad_s : float, optional
+        bandwidth [rad/s] of a tracking observer; None: by a rule
+    drive_noise : float, optional
+        standard deviation of the measured drive [A or V], tracking only
+    inertia : float, optional
+        inertia [kg m2 or kg], tracking only; None: the model's
+    provenance : Provenance, optional
+        origin to be written into the document; None: this call
+
+    Returns
+    -------
+    Observer
+        document of the observer
+
+    Raises
+    ------
+    FrictoolError
+        there is no such kind
+    NoSolutionError
+        there is no observer for these settings, or it fails the verification
     """
     if kind not in get_args(Kind):
         raise FrictoolError(f"kind: found {kind!r}; allowed: {', '.join(get_args(Kind))}")

@@ -1,4 +1,4 @@
-"""What a switched observer is designed for, beside the model."""
+"""Settings of the design of a switched observer."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from frictool.errors import NoSolutionError
 
 Transitions = Literal["neighbours", "direction"]
 
-DECAY, DECAY_PERIOD = (
-    0.997,
-    1e-3,
-)  # a sample of so many seconds at most, a time constant of 0.333 s; shorter ones keep that
-SLOW = 1.0 / 40.0  # of the top speed: Sigma where nobody gives it; 10 rad/s of the clutch's 400
+# decay factor of the error in a sample of DECAY_PERIOD [s] or longer; shorter samples keep its time
+# constant of 0.333 s
+DECAY, DECAY_PERIOD = 0.997, 1e-3
+SLOW = 1.0 / 40.0  # default of Sigma relative to the top speed: 10 rad/s of the clutch's 400 rad/s
 
 
 @dataclass(frozen=True)
 class SwitchedObserverSettings:
-    """What the options of `observe design` ask for; None: derived from the model.
+    """Options of `observe design`; None: derived from the model.
 
-    intervals: n of (6.15)-(6.16), for each direction whose friction varies with the position.
-    switch_speed: Sigma [rad/s | m/s]. weights: diagonal of C-bar (6.19). decay: lambda, by which
-    the error falls a sample at least. inertia [kg m2 | kg]. transitions: neighbours, as figure 6.3;
-    direction, any interval of a direction after any other. stuck_speed: what a sample leaves of the
-    estimated speed in mode 0, the 1 that holds it or the 0 of (6.18). quiet: gamma may be so many
-    times the smallest, for gains that pass less of the encoder's noise
-    (lmi/quiet_observer_gains.py); None: (6.6) as it is.
+    intervals: n of (6.15)-(6.16), for each direction whose friction depends on the position.
+    switch_speed: Sigma [rad/s | m/s]. weights: diagonal of C-bar (6.19). decay: lambda, factor by
+    which the error falls at least in a sample. inertia: kg m2 | kg. transitions: `neighbours` as in
+    figure 6.3; `direction`: any interval of a direction may follow any other. stuck_speed: factor
+    by which the estimated speed falls in a sample of mode 0, 1 (held) or 0 as in (6.18).
+
+    quiet: allowed ratio of gamma to its smallest value, for gains that pass less of the encoder's
+    noise (lmi/quiet_observer_gains.py); None: (6.6) as it is.
     """
 
     intervals: int = 10
@@ -42,22 +42,26 @@ class SwitchedObserverSettings:
     quiet: float | None = None
 
     def __post_init__(self) -> None:
+        """Raise ValueError for a stuck_speed or weights out of range."""
         if not 0.0 <= self.stuck_speed <= 1.0:
             raise ValueError(f"stuck_speed: found {self.stuck_speed:g}; allowed: 0 to 1")
         if min(self.weights) < 0.0 or self.weights[1] <= 0.0:
             raise ValueError(
-                f"weights: found {', '.join(f'{w:g}' for w in self.weights)}; allowed: none below 0, that of the speed above 0"
+                f"weights: found {', '.join(f'{w:g}' for w in self.weights)}; "
+                "allowed: none below 0, that of the speed above 0"
             )
 
 
 class UnsuitableSetting(NoSolutionError):
-    """A setting that no observer of this model can have; of a command's option it is a wrong
-    command line."""
+    """Setting that no observer of this model can have; in a command, a wrong option."""
 
 
 def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
-    """Lambda a sample. What a faster decay costs of gamma is by the sample, so that a longer period
-    has no faster one."""
+    """Return lambda, the decay in one sample.
+
+    Periods up to DECAY_PERIOD have the same time constant. Longer ones have the same decay per
+    sample, because a faster decay per sample makes gamma larger.
+    """
     return (
         settings.decay
         if settings.decay is not None
@@ -66,19 +70,24 @@ def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
 
 
 def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
-    """Sigma [rad/s | m/s]. Raises NoSolutionError where neither the settings nor the bench's top
-    speed give it."""
+    """Return Sigma [rad/s | m/s].
+
+    Raises NoSolutionError if neither the settings nor the bench's top speed give it.
+    """
     top, unit = model.bench.mechanics.top_speed, si_unit("velocity", model.axis)
     if settings.switch_speed is not None:
         if top is not None and settings.switch_speed >= top.value:
             raise UnsuitableSetting(
-                f"switch speed: found {settings.switch_speed:g} {unit}; allowed: below the bench's mechanics.top_speed, "
-                f"{top.value:g} {unit}, or the axis is stuck at every speed; without it a fortieth of that is taken"
+                f"switch speed: found {settings.switch_speed:g} {unit}; "
+                "allowed: below the bench's mechanics.top_speed, "
+                f"{top.value:g} {unit}, or the axis is stuck at every speed; "
+                "without it a fortieth of that is taken"
             )
         return settings.switch_speed
     if top is None:
         raise NoSolutionError(
-            f"the speed below which the observer takes the axis to be stuck is not known: the bench has no mechanics.top_speed to take a "
+            "the speed below which the observer takes the axis to be stuck is not known: "
+            "the bench has no mechanics.top_speed to take a "
             f"fortieth of; give --switch-speed, such as 10{unit.replace(' ', '')}"
         )
     return SLOW * top.value

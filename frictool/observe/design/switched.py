@@ -1,5 +1,4 @@
-"""A switched observer from its modes: gains by (6.6), rounded as they are stored, verified, written
-down."""
+"""Switched observer from its modes: gains by (6.6), rounded as stored, verified and documented."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ from frictool.observe.design.transitions import Switch
 from frictool.observe.design.verification import motion_samples, verify
 
 Matrix = NDArray[np.float64]
-DIGITS = 10  # of a stored gain
+DIGITS = 10  # significant digits of a stored gain
 
 
 def facts_of(
@@ -30,7 +29,7 @@ def facts_of(
     friction: FrictionMap,
     wear: Literal["multiplicative", "additive"],
 ) -> ModeConstants:
-    """What all modes share."""
+    """Return the constants that all modes share."""
     inertia = settings.inertia if settings.inertia is not None else model.parameters.inertia.value
     return ModeConstants(
         wear,
@@ -51,15 +50,18 @@ def design_switched(
     modes: list[Mode],
     allowed: tuple[Switch, ...],
 ) -> Observer:
-    """The observer with gains for `modes`, which come without. Raises NoSolutionError where there
-    are none, or they are not verified."""
+    """Return the observer with gains for `modes`, which have none yet.
+
+    Raises NoSolutionError if there are no gains or they fail the verification.
+    """
     posed = {
         mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation)
         for mode in modes
     }
     found, noise_gain = _synthesised(posed, allowed, decay_of(model, settings), settings.quiet)
     gains = {index: _rounded(each) for index, each in found.gains.items()}
-    gains[0][2, 0] = 0.0  # alpha's estimate is what is measured in mode 0: nothing moves it there
+    # in mode 0 alpha's estimate is itself the measurement, so that nothing corrects it
+    gains[0][2, 0] = 0.0
     proved = verify(posed, allowed, gains, found)
     stored = tuple(
         msgspec.structs.replace(
@@ -102,15 +104,13 @@ def design_switched(
 def _synthesised(
     posed: dict[int, ObserverMode], allowed: tuple[Switch, ...], decay: float, quiet: float | None
 ) -> tuple[SwitchedGains, float | None]:
-    """The gains by (6.6), or those that pass less noise and how much of it."""
+    """Return the gains by (6.6), or quieter ones with their noise gain."""
     if quiet is None:
         return switched_gains(posed, allowed, decay), None
-    noise = {
-        index: np.eye(len(mode.c))[0] for index, mode in posed.items()
-    }  # of the position; alpha's estimate is none
-    stuck = np.array(
-        [[True, False], [True, False], [False, True]]
-    )  # alpha's estimate is what is measured of it: nothing moves it there
+    # noise of the position; alpha's estimate has none
+    noise = {index: np.eye(len(mode.c))[0] for index, mode in posed.items()}
+    # in mode 0 alpha's estimate is itself the measurement, so that nothing corrects it
+    stuck = np.array([[True, False], [True, False], [False, True]])
     found = quiet_gains(posed, allowed, noise, decay, quiet, {0: stuck})
     return found.found, found.noise_gain
 

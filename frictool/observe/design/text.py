@@ -1,4 +1,4 @@
-"""What `observe design` tells people, and machines, of an observer."""
+"""Output of `observe design` as text and as JSON."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frictool.observe.design.design_notes import count_speed, notes, time_consta
 
 
 def text(observer: Observer, model: Model) -> str:
-    """For people."""
+    """Return the design as text."""
     switched = observer.switched
     if switched is None:
         return "\n".join(
@@ -19,20 +19,30 @@ def text(observer: Observer, model: Model) -> str:
         )
     unit = si_unit("velocity", observer.axis)
     lines = [
-        f"{observer.name}: {switched.wear} switched observer, {observer.sample_period_s * 1e3:g} ms, {len(switched.modes)} modes, "
+        f"{observer.name}: {switched.wear} switched observer, "
+        f"{observer.sample_period_s * 1e3:g} ms, {len(switched.modes)} modes, "
         f"{len(switched.transitions)} switches, stuck below {switched.switch_speed.value:g} {unit}",
-        f"gamma {switched.gamma:.4g}{_without(switched)}, seen in simulation {switched.simulated_gain:.4g}; "
+        f"gamma {switched.gamma:.4g}{_without(switched)}, "
+        f"seen in simulation {switched.simulated_gain:.4g}; "
         f"the error falls by {switched.decay:.5g} a sample at least",
         *_table(observer, switched),
         f"two modes that alternate: spectral radius {switched.switching_radius:.4f}",
-        f"alpha: {_span([time_constant(mode.spectral_radius, observer.sample_period_s) for mode in switched.modes if mode.direction])} ms",
+        f"""alpha: {
+            _span(
+                [
+                    time_constant(mode.spectral_radius, observer.sample_period_s)
+                    for mode in switched.modes
+                    if mode.direction
+                ]
+            )
+        } ms""",
         *(f"note: {line}" for line in notes(observer, model)),
     ]
     return "\n".join(lines)
 
 
 def json_view(observer: Observer, model: Model) -> dict[str, Any]:
-    """The machine's view."""
+    """Return the design as a JSON object."""
     switched, tracking = observer.switched, observer.tracking
     if switched is None:
         assert tracking is not None
@@ -75,8 +85,10 @@ def _tracking(observer: Observer) -> list[str]:
     position, effort = si_unit("position", observer.axis), si_unit("effort", observer.axis)
     return [
         f"{observer.name}: tracking observer, {observer.sample_period_s * 1e3:g} ms, bandwidth "
-        f"{tracking.bandwidth_rad_s:.4g} rad/s; not corrected within {tracking.cell:.4g} {position}",
-        f"gains of the innovation, a sample: position {tracking.gains[0]:.4g}, speed {tracking.gains[1]:.4g} 1/s, disturbance "
+        f"{tracking.bandwidth_rad_s:.4g} rad/s; "
+        f"not corrected within {tracking.cell:.4g} {position}",
+        f"gains of the innovation, a sample: position {tracking.gains[0]:.4g}, "
+        f"speed {tracking.gains[1]:.4g} 1/s, disturbance "
         f"{tracking.gains[2]:.4g} {effort}/{position}",
     ]
 
@@ -100,12 +112,15 @@ def _without(switched: Switched) -> str:
         noise = (
             "" if switched.noise_gain is None else f", z at most {switched.noise_gain:.4g} times it"
         )
-        return f" (at most {switched.quiet:g} times {least:.4g}, for gains that pass less of the encoder's noise{noise})"
+        return (
+            f" (at most {switched.quiet:g} times {least:.4g}, "
+            f"for gains that pass less of the encoder's noise{noise})"
+        )
     return "" if least is None or switched.decay == 1.0 else f" ({least:.4g} without a decay)"
 
 
 def _table(observer: Observer, switched: Switched) -> list[str]:
-    """A row a mode."""
+    """Return the table of modes as aligned lines, one row per mode."""
     heads = (
         "mode",
         f"over {si_unit('position', observer.axis)}",

@@ -1,16 +1,16 @@
-"""The observer for a coarse encoder (control/tracking_observer.py), designed from a model by one
-number, its bandwidth.
+"""Design of the tracking observer (control/tracking_observer.py) by its bandwidth.
 
-    gains       three poles at p = exp(-w T) of the error in slip, where the model is x'' = (e +
-                d)/J, d' = 0:
+    gains       three poles at p = exp(-w T) of the error in slip, with the model
+                x'' = (e + d)/J, d' = 0:
                 L1 = 1 - p^3      L2 = 3/2 (1 - p)^2 (1 + p)/T      L3 = J (1 - p)^3/T^2
     bandwidth   w = RATE sqrt(delta_a/step), at most 1/T
                 delta_a = (spread of the inertia x most effort + spread of the friction + noise)/J
 
-An acceleration that is wrong by delta_a is a wrong speed of about delta_a/w until the disturbance
-has taken it up; an innovation within one encoder step is a wrong speed of about step w. The two are
-equal at sqrt(delta_a/step), and their sum is flat around it. RATE and CELL, the part of a step
-inside which nothing is corrected, are from the sweep in docs/theory/velocity.md.
+The observer is for coarse encoders. An error delta_a of the acceleration causes an error of the
+speed of about delta_a/w, until the disturbance estimate has taken it up. An innovation of one
+encoder step causes an error of the speed of about step w. The two are equal at
+w = sqrt(delta_a/step), and their sum is flat around that. RATE and CELL were chosen in the sweep of
+docs/theory/velocity.md.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from frictool.documents.quantity import Quantity, si_unit
 from frictool.observe.design.friction_map import friction_map
 from frictool.observe.design.settings import UnsuitableSetting
 
-RATE = 0.6
-CELL = 0.5
-LEAST_UNSURE = 0.02  # of an inertia that is given without an interval
-ASSUMED_BREAKAWAY = 1.0  # over the friction in slip, of a model without friction
+RATE = 0.6  # bandwidth relative to sqrt(delta_a/step)
+CELL = 0.5  # dead zone of the innovation, relative to an encoder step
+LEAST_UNSURE = 0.02  # least relative uncertainty of an inertia
+ASSUMED_BREAKAWAY = 1.0  # breakaway relative to the friction in slip, for a model without friction
 
 
 def design_tracking(
@@ -38,11 +38,12 @@ def design_tracking(
     cell: float = CELL,
     inertia: float | None = None,
 ) -> Observer:
-    """The observer of a model, at the bench's period.
+    """Return the tracking observer of a model, at the bench's period.
 
-    bandwidth_rad_s: in place of the rule's. drive_noise: standard deviation of the measured drive
-    [A | V]. cell: part of an encoder step. inertia [kg m2 | kg]: in place of the model's. Raises
-    UnfitSetting where the bandwidth is none that the period can have.
+    bandwidth_rad_s: rad/s; None: by the rule. drive_noise: standard deviation of the measured drive
+    [A | V]. cell: dead zone relative to an encoder step. inertia: kg m2 | kg; None: the model's.
+
+    Raises UnsuitableSetting if the period does not allow the bandwidth.
     """
     bench = model.bench
     believed = model.parameters.inertia.value if inertia is None else inertia
@@ -52,7 +53,8 @@ def design_tracking(
     )
     if not 0.0 < bandwidth <= fastest:
         raise UnsuitableSetting(
-            f"bandwidth: found {bandwidth:g} rad/s; allowed: above 0, at most {fastest:g} rad/s, one over the bench's period; without it "
+            f"bandwidth: found {bandwidth:g} rad/s; allowed: above 0, at most {fastest:g} rad/s, "
+            "one over the bench's period; without it "
             f"the rule gives {bandwidth_of(model, drive_noise, believed):.4g} rad/s"
         )
     return Observer(
@@ -76,14 +78,14 @@ def design_tracking(
 
 
 def gains(bandwidth: float, period: float, inertia: float) -> tuple[float, float, float]:
-    """L1 [1], L2 [1/s], L3 [N m/rad | N/m] of a bandwidth [rad/s]."""
+    """Return L1 [1], L2 [1/s], L3 [N m/rad | N/m] for a bandwidth [rad/s]."""
     pole = math.exp(-bandwidth * period)
     rest = -math.expm1(-bandwidth * period)
     return 1.0 - pole**3, 1.5 * rest**2 * (1.0 + pole) / period, inertia * rest**3 / period**2
 
 
 def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None = None) -> float:
-    """The rule's w [rad/s]; drive_noise [A | V]."""
+    """Return the bandwidth w [rad/s] by the rule; drive_noise: A | V."""
     bench, period = model.bench, model.bench.sample_period_s
     believed = model.parameters.inertia.value if inertia is None else inertia
     constant = bench.actuator.constant.value
@@ -95,11 +97,10 @@ def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None =
 
 
 def spread(model: Model) -> tuple[float, float]:
-    """Half the width of what the inertia may be off by, as a part of it, and of the dry friction [N
-    m | N].
+    """Return the uncertainties of the inertia (relative) and of the dry friction [N m | N].
 
-    By the model's intervals; of a parameter that has none, by the bench's range over the product's
-    life.
+    They are half-widths of the model's intervals; for a parameter without an interval, of the
+    bench's range over the product's life.
     """
     known, today = model.bench.mechanics, model.parameters
     inertia = _half_width(today.inertia) or _half_width(known.inertia)
@@ -120,7 +121,7 @@ def _breakaway(model: Model) -> float:
 
 
 def _knees(model: Model) -> tuple[Knee, ...]:
-    """What the slope grows by at each knee, the mean of both directions."""
+    """Return the increase of the viscous slope at each knee, the mean of both directions."""
     laws, today = model.laws, model.parameters
     if laws is None:
         return ()
@@ -140,8 +141,7 @@ def _knees(model: Model) -> tuple[Knee, ...]:
 
 
 def _backlash(model: Model) -> ObserverBacklash | None:
-    """As plant/axis_model.py: where the bench does not say what friction there is inside, it is all
-    of it."""
+    """Return the backlash as plant/axis_model.py does: by default, all friction acts inside it."""
     known = model.bench.mechanics
     if known.backlash is None or known.backlash.value == 0.0:
         return None

@@ -1,14 +1,14 @@
-"""Which mode may follow which from one sample to the next: figure 6.3.
+"""Allowed switches of modes from one sample to the next: figure 6.3.
 
-Modes 1..n hold for a positive motion in the intervals of rising position, -1..-n for a negative one
-in those of its own, 0 where it is stuck. Moving forward, mode i lasts, goes to i + 1, or gets
-stuck; moving backward the rules are mirrored: -i lasts, goes to the interval below it, or gets
-stuck. From 0 any mode may follow. So a motion that turns passes 0.
+Modes 1..n are for positive motion, in the intervals of rising position; modes -1..-n are for
+negative motion, in the intervals of that direction; mode 0 is for a stuck axis. In forward motion,
+mode i stays, goes to i + 1, or to 0. In backward motion, mode -i stays, goes to the interval below
+it, or to 0. Any mode may follow mode 0. A motion that turns thus passes mode 0.
 
-That a motion turns without passing 0, again and again, has no gains (6.6): a wrong alpha shows in
-the position two samples later, and where the direction has changed by then alpha is corrected the
-wrong way. With the gains for figure 6.3 the error grows by 1 % a sample along (1, 1, -1, -1, ...),
-the clutch's modes.
+Repeated turns without mode 0 have no gains (6.6). A wrong alpha shows in the position two samples
+later; if the direction has changed by then, the correction of alpha has the wrong sign. With the
+gains for figure 6.3, the error of the clutch's modes grows by 1 % a sample along (1, 1, -1, -1,
+...).
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ Switch = tuple[int, int]
 
 
 def switches(forward: int, backward: int, allowed: Transitions) -> tuple[Switch, ...]:
-    """The pairs (mode at a sample, mode at the next) for `forward` and `backward` intervals, in
-    order."""
+    """Return the sorted pairs (mode, mode at the next sample) for these numbers of intervals."""
     modes = [*range(-backward, 0), 0, *range(1, forward + 1)]
     pairs = {(i, i) for i in modes} | {(i, 0) for i in modes} | {(0, i) for i in modes}
     if allowed == "direction":

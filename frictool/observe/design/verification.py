@@ -1,18 +1,20 @@
-"""What is verified of a switched observer before it is written, from the gains as they are stored.
+"""Verification of a switched observer from its stored gains, before the document is written.
 
-The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (6.5). The
-inequalities promise, for every sequence of allowed switches, that e' P_i e falls by lambda^2 a
-sample where Delta = 0, and that |z| <= gamma |Delta| from no error. Here the loop is moved through
-time, which knows nothing of inequalities: every allowed pair (the first mode, then the second; to
-and fro where both ways are allowed) and random allowed sequences, with white, constant and worst
-disturbances, the last by alternating the recursion and its adjoint.
+The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (6.5). For every
+sequence of allowed switches, the inequalities promise two things: e' P_i e falls by lambda^2 in
+each sample with Delta = 0, and |z| <= gamma |Delta| from zero error.
 
-A rest is another matter. In mode 0 the inequalities take alpha as measured, where in truth its own
-estimate is what is measured, and it stays as it is: an eigenvalue of 1, which no decay covers. Over
-a rest of any length and the first sample after it e' P e may grow by a factor, found here from the
-recursion as it really is; so it may at a switch between two moving modes that is not allowed, such
-as a turn that skips mode 0. How long a motion has to last for its decay to make up for either is
-told.
+The verification simulates the recursion, independently of the inequalities. It runs every allowed
+pair (the first mode, then the second; also alternating if both switches are allowed) and random
+allowed sequences. The disturbances are white, constant, and the worst, which an iteration of the
+recursion and its adjoint finds.
+
+A rest needs a separate bound. In mode 0 the inequalities take alpha as measured. In truth, the
+measurement is the estimate of alpha itself, which does not change: an eigenvalue of 1, which no
+decay covers. Over a rest of any length and the first sample after it, e' P e may therefore grow by
+a factor, which is computed from the true recursion. The same is done for a switch between two
+moving modes that is not allowed, such as a turn that skips mode 0. The report includes how long a
+motion must last until its decay makes up for either growth.
 """
 
 from __future__ import annotations
@@ -30,20 +32,24 @@ from frictool.lmi.switched_observer_gains import ObserverMode, SwitchedGains, pr
 
 Matrix = NDArray[np.float64]
 Switch = tuple[int, int]
-SAMPLES = 600  # of a simulated sequence
-WORST_ROUNDS = 6  # of the search for the worst disturbance
+SAMPLES = 600  # samples of a simulated sequence
+WORST_ROUNDS = 6  # iterations of the search for the worst disturbance
 RANDOM_SEQUENCES = 64
 SEED = 8
-LONGEST_REST = 4096  # samples; by then what a rest does to the speed is over
-ROUNDING = 1e-6  # relative
+LONGEST_REST = 4096  # samples; the speed has settled long before
+ROUNDING = 1e-6  # relative tolerance of gain and decay in the simulation
 
 
 @dataclass(frozen=True)
 class ObserverVerification:
-    """gamma: proved of the stored gains. radii: of A_i - L_i C_i. switching_radius: the worst over
-    the products of two modes that may alternate. simulated_gain: the largest |z|/|Delta| seen.
-    rest, turn: growth of e' P e over a rest of any length and the sample after it, and over a
-    switch between moving modes that is not allowed."""
+    """Results of the verification.
+
+    gamma: proved for the stored gains. radii: spectral radius of A_i - L_i C_i by mode.
+    switching_radius: largest spectral radius of a product of two modes that may alternate.
+    simulated_gain: largest |z|/|Delta| in simulation. rest: growth of e' P e over a rest of any
+    length and the sample after it. turn: growth of e' P e over a switch between moving modes that
+    is not allowed.
+    """
 
     gamma: float
     radii: dict[int, float]
@@ -54,7 +60,7 @@ class ObserverVerification:
 
 
 def motion_samples(growth: float, decay: float) -> float | None:
-    """Samples of motion whose decay makes up for a growth of e' P e; None without a decay."""
+    """Return the samples of motion whose decay undoes a growth of e' P e; None without decay."""
     return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 
 
@@ -64,30 +70,36 @@ def verify(
     gains: Mapping[int, Matrix],
     found: SwitchedGains,
 ) -> ObserverVerification:
-    """Verifies `gains` (n, m), as stored, with the P of `found`. Raises NoSolutionError naming what
-    does not hold."""
+    """Verify the stored `gains` (n, m) of each mode with the P of `found`.
+
+    Raises NoSolutionError with the condition that fails.
+    """
     gamma = proved_gamma(modes, switches, gains, found.p, found.t, found.decay)
     if not math.isfinite(gamma):
         raise NoSolutionError(
-            "not verified: (6.9) does not hold for the gains as they are stored; ask for a decay nearer to 1"
+            "not verified: (6.9) does not hold for the gains as they are stored; "
+            "ask for a decay nearer to 1"
         )
     loops = {i: mode.a - gains[i] @ mode.c for i, mode in modes.items()}
     radii = {i: radius(loop) for i, loop in loops.items()}
     for index, value in radii.items():
         if value >= 1.0:
             raise NoSolutionError(
-                f"not verified: mode {index} has an error with an eigenvalue of modulus {value:.6g}; it must be below 1"
+                f"not verified: mode {index} has an error with an eigenvalue of modulus "
+                f"{value:.6g}; it must be below 1"
             )
     both = [(i, j) for i, j in switches if (j, i) in switches]
     switching = max(radius(loops[j] @ loops[i]) for i, j in both)
     if switching >= 1.0:
         raise NoSolutionError(
-            f"not verified: two modes that alternate have an error that grows, by {switching:.6g} in two samples"
+            "not verified: two modes that alternate have an error that grows, "
+            f"by {switching:.6g} in two samples"
         )
     gain = _simulated(modes, loops, _sequences(switches), found)
     if gain > gamma * (1.0 + ROUNDING):
         raise NoSolutionError(
-            f"not verified: in simulation |z|/|Delta| is {gain:.6g}, above the gamma of {gamma:.6g} that was found"
+            f"not verified: in simulation |z|/|Delta| is {gain:.6g}, "
+            f"above the gamma of {gamma:.6g} that was found"
         )
     return ObserverVerification(
         gamma,
@@ -100,12 +112,12 @@ def verify(
 
 
 def radius(matrix: Matrix) -> float:
-    """The largest modulus of an eigenvalue."""
+    """Return the spectral radius."""
     return float(np.max(np.abs(np.linalg.eigvals(matrix))))
 
 
 def _sequences(switches: Sequence[Switch]) -> NDArray[np.intp]:
-    """Modes (k, SAMPLES + 1) that follow one another as allowed, whatever their numbers."""
+    """Return allowed sequences (k, SAMPLES + 1) of mode numbers."""
     allowed = set(switches)
     after = {i: sorted(j for i_, j in allowed if i_ == i) for i in sorted({i for i, _ in allowed})}
     first = np.arange(SAMPLES + 1) <= SAMPLES // 2
@@ -119,9 +131,8 @@ def _sequences(switches: Sequence[Switch]) -> NDArray[np.intp]:
     ]
     random = np.random.default_rng(SEED)
     for number in range(RANDOM_SEQUENCES):
-        stay = (
-            0.0 if number % 2 else float(random.uniform(0.5, 0.99))
-        )  # every second one switches as often as it can
+        # every second sequence switches as often as possible
+        stay = 0.0 if number % 2 else float(random.uniform(0.5, 0.99))
         now, row = int(random.choice(list(after))), []
         for _ in range(SAMPLES + 1):
             row.append(now)
@@ -137,8 +148,10 @@ def _simulated(
     sequences: NDArray[np.intp],
     found: SwitchedGains,
 ) -> float:
-    """The largest |z|/|Delta| over the sequences. Raises NoSolutionError where e' P e does not fall
-    by lambda^2 without a disturbance."""
+    """Return the largest |z|/|Delta| over the sequences.
+
+    Raises NoSolutionError if e' P e does not fall by lambda^2 without a disturbance.
+    """
     numbers = sorted(modes)
     index = np.searchsorted(numbers, sequences).T  # (SAMPLES + 1, k)
     t = found.t
@@ -162,14 +175,14 @@ def _simulated(
 
 
 def _norm(signal: Matrix) -> Matrix:
-    """(k,) of signals (samples, k, m)."""
+    """Return the norms (k,) of signals (samples, k, m)."""
     return np.asarray(np.sqrt(np.sum(signal**2, axis=(0, 2))))
 
 
 def _forward(
     a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], delta: Matrix
 ) -> Matrix:
-    """z (samples, k, p) of disturbances (samples, k, w), from no error."""
+    """Return z (samples, k, p) for disturbances (samples, k, w), from zero error."""
     e, out = np.zeros((index.shape[1], a.shape[1])), []
     for now, disturbance in zip(index[:-1], delta, strict=True):
         out.append(np.einsum("kij,kj->ki", weight[now], e))
@@ -178,7 +191,7 @@ def _forward(
 
 
 def _adjoint(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], z: Matrix) -> Matrix:
-    """The adjoint of `_forward`: disturbances (samples, k, w) of outputs (samples, k, p)."""
+    """Apply the adjoint of `_forward` to outputs (samples, k, p); return (samples, k, w)."""
     s, out = np.zeros((index.shape[1], a.shape[1])), []
     for now, seen in zip(index[-2::-1], z[::-1], strict=True):
         out.append(np.einsum("kji,kj->ki", q[now], s))
@@ -187,8 +200,10 @@ def _adjoint(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], z: M
 
 
 def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) -> None:
-    """Raises NoSolutionError where e' P e does not fall by decay^2 at some sample of a sequence,
-    from a random error."""
+    """Raise NoSolutionError if e' P e falls by less than decay^2 in a sample.
+
+    The sequences start from a random error.
+    """
     e = np.random.default_rng(SEED + 2).normal(size=(index.shape[1], a.shape[1]))
     value = np.einsum("ki,kij,kj->k", e, p[index[0]], e)
     for now, then in itertools.pairwise(index):
@@ -196,7 +211,8 @@ def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) 
         after = np.einsum("ki,kij,kj->k", e, p[then], e)
         if np.any(after > decay**2 * value * (1.0 + ROUNDING)):
             raise NoSolutionError(
-                "not verified: in simulation the error's Lyapunov function does not fall by the decay that was proved"
+                "not verified: in simulation the error's Lyapunov function does not fall "
+                "by the decay that was proved"
             )
         value = np.where(after > 1e-200, after, 0.0)
         e = np.where(after[:, None] > 1e-200, e, 0.0)
@@ -205,21 +221,22 @@ def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) 
 def _over_rest(
     mode: ObserverMode, gains: Matrix, switches: Sequence[Switch], found: SwitchedGains
 ) -> float:
-    """The largest factor of e' P e from the first sample of a rest to the first of a motion,
-    alpha's estimate standing still.
+    """Return the largest growth of e' P e from the first sample of a rest to the first of a motion.
 
-    Raises NoSolutionError where the error of position and speed does not die out in a rest.
+    Alpha's estimate stands still in the rest. Raises NoSolutionError if the errors of position and
+    speed do not decay in a rest.
     """
     resting = mode.a - gains[:, :1] @ mode.c[:1]
     resting[2] = (0.0, 0.0, 1.0)
     if radius(resting[:2, :2]) >= 1.0:
         raise NoSolutionError(
-            "not verified: in mode 0, with alpha's estimate standing still, the errors of position and speed have an eigenvalue of "
+            "not verified: in mode 0, with alpha's estimate standing still, "
+            "the errors of position and speed have an eigenvalue of "
             f"modulus {radius(resting[:2, :2]):.6g}; it must be below 1"
         )
     t = found.t
     step = np.linalg.solve(t, resting @ t)
-    root = np.linalg.inv(np.linalg.cholesky(found.p[0])).T  # P_0 becomes the unit matrix
+    root = np.linalg.inv(np.linalg.cholesky(found.p[0])).T  # transforms P_0 to the identity
     moves = [found.p[j] for i, j in switches if i == 0 and j != 0]
     worst, length, over = 1.0, 1, step @ root
     while length <= LONGEST_REST:
@@ -233,7 +250,7 @@ def _over_rest(
 def _over_turn(
     loops: Mapping[int, Matrix], switches: Sequence[Switch], found: SwitchedGains
 ) -> float:
-    """The largest factor of e' P e at a switch between moving modes that is not allowed."""
+    """Return the largest growth of e' P e at a switch between moving modes that is not allowed."""
     posed = {
         i: np.linalg.solve(found.t, loop @ found.t)
         @ np.linalg.inv(np.linalg.cholesky(found.p[i])).T

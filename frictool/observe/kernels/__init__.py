@@ -1,1 +1,1 @@
-"""Kernels of what runs along a log."""
+"""Kernels of the estimators that run along a log."""

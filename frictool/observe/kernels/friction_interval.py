@@ -1,15 +1,14 @@
-"""Friction along samples: in slip that of the model's law times what it has worn by, at rest the
-effort that the axis stands.
+"""Friction along samples with its interval.
 
-    slip       direction (wear F(x, |v|) + added) + viscous v     F with its Stribeck curve (2.34),
-               (4.41)
-    in a gap   direction F_gap                                    between motor and load of a
-               backlash (4.45)
-    at rest    effort - offset - load(x)                          at most the breakaway, worn
+    slip     direction (wear F(x, |v|) + added) + viscous v     F: dry friction (2.34), (4.41)
+    in gap   direction F_gap                                    backlash (4.45)
+    rest     effort - offset - load(x)                          at most the worn breakaway
 
-At rest is where the interval of the velocity holds 0: nothing says that the axis moves. That it may
-is in the interval of the friction: the effort that stops it within a count. The gap is followed
-from the position alone, as a play, for its width and either end of its interval.
+In slip, the friction is the model's law times the wear; at rest, it is the effort that it balances.
+The axis counts as at rest if the interval of its velocity contains 0. It may still move then, so
+the interval of the friction includes the effort that stops it within one count. The position in the
+backlash follows from the measured position alone, as a play operator, for three widths: its value
+and the ends of its interval.
 """
 
 from __future__ import annotations
@@ -28,21 +27,20 @@ from frictool.runtime.kernels import kernel
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-# what is kept from sample to sample: position, effort, whether both are known, mean square of the
-# effort's noise, how much that is worth, gaps of the width's value, low, high
+# state from sample to sample: position, effort, 1 if both are known, mean square of the effort's
+# noise, its weight (0 to 1), play for the backlash's value, low and high width
 LAST_X, LAST_EFFORT, KNOWN, NOISE, WEIGHT, GAPS = 0, 1, 2, 3, 4, 5
 STATE_SIZE = GAPS + 3
-FORGET = 1.0 / 256.0  # of the noise, a sample at rest
+FORGET = 1.0 / 256.0  # weight of a new sample at rest in the mean square of the noise
 VALUE, LOW, HIGH = 0, 1, 2
-ROUNDING = 1e-9  # of a gap's half width
+ROUNDING = 1e-9  # relative tolerance of half a backlash
 ZONE_SIZE = 5  # from, to, wear, low, high
-AXES = 3  # the model's axis, and with the viscous friction of either end of its interval
+AXES = 3  # rows: the model's axis, and that with least and with most viscous friction
 
 
 @kernel
 def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
-    """F [N m | N] in slip without the viscous part, after a long rest before it; p
-    (EXTENDED_SIZE,)."""
+    """Return dry friction F [N m | N] in slip after a long rest; p: (EXTENDED_SIZE,)."""
     level = float(coulomb_at(p, direction, x))
     if p[STRIBECK_VELOCITY] > 0.0:
         fall = math.exp(-((speed / p[STRIBECK_VELOCITY]) ** p[STRIBECK_EXPONENT]))
@@ -52,14 +50,17 @@ def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
 
 @kernel
 def viscous_friction(p: Vector, direction: float, speed: float) -> float:
-    """The viscous part [N m | N], across the knees of its regimes."""
+    """Return the viscous part [N m | N], with all its regimes of speed."""
     added, viscous = straight_line(p, direction, speed)
     return added + viscous * speed
 
 
 @kernel
 def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[float, float, float]:
-    """Wear at x in a direction: value, low, high; factors (3, 3): forward, backward, added."""
+    """Return value, low, high of the wear at x.
+
+    factors: (3, 3), rows forward, backward, added.
+    """
     for row in range(zones.shape[0]):
         if zones[row, 0] <= x < zones[row, 1]:
             return zones[row, 2], zones[row, 3], zones[row, 4]
@@ -69,8 +70,10 @@ def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[f
 
 @kernel
 def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Matrix) -> float:
-    """What the axis stands at most at x [N m | N], worn as far as may be; not less than the
-    friction inside a gap."""
+    """Return the largest static friction at x [N m | N] at the upper end of the wear's interval.
+
+    It is at least the friction inside a gap.
+    """
     worn = (
         breakaway_at(p, direction, x, math.inf) * _worn(factors, zones, x, direction)[HIGH]
         + factors[2, HIGH]
@@ -82,8 +85,10 @@ def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Ma
 def _in_slip(
     axes: Matrix, gap: Vector, x: float, v: float, factors: Matrix, zones: Matrix, loose: float
 ) -> tuple[float, float, float]:
-    """Friction of an axis that slips: value, low, high. loose: the part of the widths for which it
-    is inside its gap."""
+    """Return value, low, high of the friction in slip.
+
+    loose: fraction of the three backlash widths for which the axis is inside its gap.
+    """
     direction, speed = 1.0 if v > 0.0 else -1.0, abs(v)
     value, low, high = 0.0, math.inf, 0.0
     wear = _worn(factors, zones, x, direction)
@@ -112,7 +117,7 @@ def _in_slip(
 
 @kernel
 def _play(state: Vector, x: float, direction: float, widths: Vector) -> float:
-    """Follows the gaps to x and says what part of the widths leaves the axis inside its gap."""
+    """Update the plays to position x; return the fraction of widths with the axis in its gap."""
     loose = 0
     for which in range(3):
         half = 0.5 * widths[which]
@@ -137,21 +142,18 @@ def friction_along(
     state: Vector,
     out: Matrix,
 ) -> None:
-    """Friction of samples that follow one another, out (3, n): value, low, high [N m | N].
+    """Fill `out` (3, n) with the friction of consecutive samples: value, low, high [N m | N].
 
-    axes (3, EXTENDED_SIZE): the model's, and those of its least and most viscous friction. load:
-    plant/position_load.py. gap (2, 3): its width and the friction in it. swing: inertia over two
-    counts. factors (3, 3): wear forward, wear backward, added friction. zones (k, 5). quantile: of
-    the normal law. x, effort (n,); v (3, n); state (STATE_SIZE,), kept. Of three values each is
+    axes: (3, EXTENDED_SIZE), the model's axis, and that with least and with most viscous friction.
+    load: as in plant/position_load.py. gap: (2, 3), width [rad | m] and friction [N m | N] of the
+    backlash. swing: inertia over two counts. factors: (3, 3), rows wear forward, wear backward,
+    added friction. zones: (k, 5). quantile: of the normal distribution. x, effort: (n,). v: (3, n).
+    state: (STATE_SIZE,), updated in place. The last axis of gap and factors, and the rows of v, are
     value, low, high.
     """
     p = axes[0]
-    place, forward, backward, loaded = (
-        math.nan,
-        0.0,
-        0.0,
-        0.0,
-    )  # where it rests: what it stands at most there, and its load
+    # at rest: position, largest static friction forward and backward, load
+    place, forward, backward, loaded = math.nan, 0.0, 0.0, 0.0
     for k in range(x.shape[0]):
         if state[KNOWN] == 0.0:
             state[LAST_X], state[LAST_EFFORT], state[KNOWN] = x[k], effort[k], 1.0
@@ -168,7 +170,8 @@ def friction_along(
             step = effort[k] - state[LAST_EFFORT]
             state[NOISE] += FORGET * (0.5 * step * step - state[NOISE])
             state[WEIGHT] += FORGET * (1.0 - state[WEIGHT])
-            stopped = swing * max(-slowest, fastest) ** 2  # what it takes to stop within a count
+            # effort that stops the axis within one count
+            stopped = swing * max(-slowest, fastest) ** 2
             spread = math.hypot(quantile * math.sqrt(state[NOISE] / state[WEIGHT]), stopped)
             value = min(max(held, -backward), forward)
             low, high = (

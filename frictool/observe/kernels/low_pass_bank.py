@@ -1,8 +1,7 @@
-"""The encoder's difference through many low-passes at once (control/speed_filter.py), and how far
-each is from a reference.
+"""Bank of low-passes on the encoder's difference (control/speed_filter.py), and their errors.
 
 column 0            the difference itself
-columns 1 .. b      first order at each bandwidth         v = a v' + b (u + u')
+columns 1 .. b      first order at each bandwidth      v = a v' + b (u + u')
 columns b+1 .. 2b   the same twice: (5.70)
 """
 
@@ -26,10 +25,10 @@ def low_pass_bank(
     state: Matrix,
     squares: Vector,
 ) -> None:
-    """Adds (filtered - reference)^2 of the samples (n,) to squares (2 b + 1,).
+    """Add the squared errors (filtered - reference)^2 of the samples (n,) to squares (2 b + 1,).
 
-    pole, gain: a, b (b,). state (3, b): difference, first and second stage at the sample before, in
-    place.
+    pole, gain: a and b (b,). state: (3, b), updated in place: difference, first and second stage at
+    the sample before.
     """
     bank = pole.shape[0]
     before, once, twice = state[0], state[1], state[2]

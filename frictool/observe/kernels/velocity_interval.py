@@ -1,27 +1,23 @@
-"""Half-width of the interval of an estimated velocity, sample by sample, for 95 %.
+"""Half-width of the 95 % interval of an estimated velocity, sample by sample.
 
-    half^2 = (1.96 ROUNDED G_n step/sqrt(12))^2 + max(1.2 h, 1.96 G_a s, G_a r)^2       at most 2
-                                                                                        step/(time
-                                                                                        since the
-                                                                                        last count)
-                                                                                        + |v|
+    half^2 = (1.96 ROUNDED G_n step/sqrt(12))^2 + max(1.2 h, 1.96 G_a s, G_a r)^2
+    half is at most 2 step/(time since the last count) + |v|
 
-    rounding   a count's rounding, white, through the observer's gains: G_n. ROUNDED: the part of it
-               that passes the observer's dead zone
-    h          what is left of |delta_a - its low-pass|/w, delta_a = unsure a + friction sign(v)/J:
-               what the model may be wrong by, until
-               the disturbance has taken it up, so that only changes of it count, and each one for
-               about 1/w
-    s, r       what the log itself shows: by how much the measured position misses the predicted one
-               beyond what rounding explains.
-               s: its root mean square over some MEMORY samples in motion; noise of the drive, and
-               every other steady misfit, shows there. r: its peak, which decays with the observer's
-               error; impacts, and friction that begins late, show there
-    G_n, G_a   of the observer's linear error (observe/design/error_gains.py)
+    G_n, G_a   gains of the observer's linear error (observe/design/error_gains.py)
+    ROUNDED    part of a count's rounding that passes the observer's dead zone
+    h          predicted misfit: what remains of |delta_a - its low-pass|/w, where
+               delta_a = unsure a + friction sign(v)/J is the possible error of the model.
+               The disturbance estimate takes up a constant error; only changes count,
+               each for about 1/w
+    s          observed misfit, root mean square over about MEMORY samples in motion: the part
+               of measured minus predicted position that rounding does not explain. Noise of
+               the drive and every other steady misfit show there
+    r          peak of the observed misfit, decaying with the observer's error. Impacts, and
+               friction that begins late, show there
 
-Predicted and observed misfit are one, seen twice, hence the larger of them. ROUNDED and MODEL_PART
-are such that the intervals cover on clutches that are spread as the bench says, with encoders of 56
-to 1e5 counts (docs/theory/velocity.md).
+Predicted and observed misfit are the same error, seen twice, hence the larger of them. ROUNDED and
+MODEL_PART are chosen so that the intervals cover the true velocity on clutches with the bench's
+spread, with encoders of 56 to 1e5 counts (docs/theory/velocity.md).
 """
 
 from __future__ import annotations
@@ -37,19 +33,21 @@ from frictool.runtime.kernels import kernel
 Vector = NDArray[np.float64]
 
 QUANTILE = 1.959964  # of the normal distribution, for 95 %
-ROUNDED = 0.75
-MODEL_PART = 1.2
-PASSED = 2.0
-MEMORY = 100.0  # samples
+ROUNDED = 0.75  # part of a count's rounding that passes the observer's dead zone
+MODEL_PART = 1.2  # weight of the predicted misfit
+PASSED = 2.0  # counts, bound of the distance moved since the last count
+MEMORY = 100.0  # samples, time constant of the observed misfit's mean square
+# indices of `state`: low-pass of the model's error, predicted misfit [rad/s | m/s], time since the
+# last count [s], last position, mean square and peak of the unexplained miss
 LOW_PASS, LEFT, SINCE, SHOWN, MEAN_SQUARE, PEAK, STATE_SIZE = 0, 1, 2, 3, 4, 5, 6
 
 
 class VelocityIntervalConstants(NamedTuple):
-    """Settings that the interval depends on, apart from the samples.
+    """Settings of the interval that do not change from sample to sample.
 
-    unsure: part of the inertia that may be wrong. friction [rad/s2 | m/s2]: dry friction that may
-    be wrong, over the inertia. step, cell: of the encoder, and the observer's dead zone [rad | m].
-    bandwidth [rad/s], period [s]. rounding, misfit [1/s]: `ErrorGains`.
+    unsure: relative uncertainty of the inertia. friction: uncertainty of the dry friction over the
+    inertia [rad/s2 | m/s2]. step: of the encoder [rad | m]. cell: dead zone of the observer [rad |
+    m]. bandwidth: rad/s. period: s. rounding, misfit: `ErrorGains` [1/s].
     """
 
     unsure: float
@@ -72,16 +70,15 @@ def velocity_interval(
     state: Vector,
     half: Vector,
 ) -> None:
-    """Fills half (n,) [rad/s | m/s] from velocity, the model's acceleration, the measured position
-    and the observer's miss (n,).
+    """Fill half (n,) [rad/s | m/s].
 
-    miss: measured less predicted position, beyond the dead zone. state (6,): kept from piece to
-    piece.
+    velocity, position: (n,), estimated and measured. acceleration: (n,), by the model. miss: (n,),
+    measured minus predicted position beyond the dead zone. state: (6,), kept from block to block.
     """
     step, period = sizes.step, sizes.period
     pole = math.exp(-sizes.bandwidth * period)
     rounding = QUANTILE * ROUNDED * sizes.rounding * step / math.sqrt(12.0)
-    explained = max(0.5 * (step - sizes.cell), 0.0)  # of a miss, by rounding
+    explained = max(0.5 * (step - sizes.cell), 0.0)  # part of a miss that rounding explains
     for k in range(velocity.shape[0]):
         v = velocity[k]
         missed = sizes.unsure * acceleration[k]

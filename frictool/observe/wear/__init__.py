@@ -1,2 +1,1 @@
-"""Wear of the dry friction from the moves that an actuator makes anyway: the equation of motion in
-weak form, move by move."""
+"""Estimation of wear from an actuator's ordinary moves, by the equation of motion in weak form."""

@@ -1,20 +1,16 @@
-"""What rows say of the parameters of a linear model, and how likely rows are under a belief about
-them.
+"""Posterior of a linear model's parameters, and evidence of the data under a belief.
 
     rows = columns theta + errors       theta ~ N(mean, P), errors ~ N(0, 1)
 
-with G = columns' columns, b = columns' effort, M = (P^-1 + G)^-1 = (I + P G)^-1 P, P that may be
-singular (parameters that are tied together), and what fits best, G best = b:
+Let G = columns' columns, b = columns' effort, M = (P^-1 + G)^-1 = (I + P G)^-1 P, and `best` the
+best fit, G best = b. P may be singular (parameters tied together). Then
 
     theta given the rows ~ N(mean + M (b - G mean), M)
-    ln p(rows) = -1/2 ln det(I + G P) - 1/2 (best - mean)' (I + G P)^-1 G (best - mean) + const         const:
-                                                                                                        of
-                                                                                                        the
-                                                                                                        rows
-                                                                                                        alone
+    ln p(rows) = -1/2 ln det(I + G P)
+                 - 1/2 (best - mean)' (I + G P)^-1 G (best - mean) + const
 
-In this form nothing large is taken from anything large: what is compared are the distances of
-beliefs from what fits best.
+and const depends on the rows alone. This form subtracts no large numbers from each other: it uses
+the distances of the beliefs from the best fit.
 """
 
 from __future__ import annotations
@@ -25,18 +21,18 @@ from scipy.special import softmax
 
 Vector = NDArray[np.float64]
 
-RANK = 1e-13  # of the largest eigenvalue: below it the rows tell nothing
-NEGLIGIBLE = 1e-3  # of a mixture's weights
+RANK = 1e-13  # relative to the largest eigenvalue: smaller ones carry no information
+NEGLIGIBLE = 1e-3  # least weight of a component of a mixture
 
 
 def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tuple[Vector, Vector]:
-    """Mean (p,) and covariance (p, p) after the data; the belief may be singular."""
+    """Return the posterior mean (p,) and covariance (p, p); the belief may be singular."""
     spread: Vector = np.linalg.solve(np.eye(mean.size) + belief @ gram, belief).astype(np.float64)
     return mean + spread @ (right - gram @ mean), spread
 
 
 def best_fit(gram: Vector, right: Vector) -> Vector:
-    """What fits best (p,), the shortest of them where several do."""
+    """Return the best fit (p,), the shortest if there are several."""
     sizes, directions = np.linalg.eigh(gram)
     told = sizes > RANK * max(float(sizes[-1]), 0.0)
     along = directions[:, told]
@@ -44,8 +40,10 @@ def best_fit(gram: Vector, right: Vector) -> Vector:
 
 
 def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vector:
-    """ln p (m,) of data (p, p) that `best` (p,) fits best under beliefs (m, p), (m, p, p), but for
-    what all beliefs share."""
+    """Return ln p (m,) of the data under m beliefs, up to a constant that all share.
+
+    best: (p,). means: (m, p). beliefs: (m, p, p).
+    """
     off, whole = best - means, np.eye(best.size) + gram @ beliefs
     left = np.linalg.solve(whole, (off @ gram)[:, :, None])[:, :, 0]
     _, logarithms = np.linalg.slogdet(whole)
@@ -55,8 +53,10 @@ def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vec
 def mixture(
     gram: Vector, right: Vector, best: Vector, means: Vector, beliefs: Vector, beforehand: Vector
 ) -> tuple[Vector, Vector]:
-    """Mean (p,) and covariance (p, p) after the data, of beliefs (m, p), (m, p, p), likely as
-    `beforehand` (m,) says in logarithms."""
+    """Return the posterior mean (p,) and covariance (p, p) of a mixture of beliefs.
+
+    means: (m, p). beliefs: (m, p, p). beforehand: (m,), log prior weights.
+    """
     weights = softmax(evidences(gram, best, means, beliefs) + beforehand)
     chosen = np.flatnonzero(weights > NEGLIGIBLE)
     shares = weights[chosen] / np.sum(weights[chosen])

@@ -1,11 +1,13 @@
-"""What a wrong actuator's constant does: the effort is logged as constant times drive, so that all
-that is found from it is scaled alike.
+"""Effect of a wrong actuator constant on the estimates.
 
-    found = true (constant of the bench)/(constant of the unit)         wear, inertia, viscous
-                                                                        friction, what is added
+The logged effort is the constant times the drive. An error of the constant therefore scales all
+estimates alike:
 
-No log of the actuator alone can tell it. The bench's range says how large it may be; a ratio to the
-unit's own commissioning is free of it.
+    estimate = true (constant of the bench)/(constant of the unit)
+
+This holds for wear, inertia, viscous friction and added friction. No log of the actuator alone
+reveals the error. The bench's range bounds it; a ratio to the unit's own commissioning is free of
+it.
 """
 
 from __future__ import annotations
@@ -13,18 +15,17 @@ from __future__ import annotations
 from frictool.documents.model import Model
 from frictool.observe.estimate import EstimateRange
 
-QUANTILE = 1.96  # the bench's interval is taken as one of 95 %
+QUANTILE = 1.96  # of a normal distribution: the bench's interval is taken as a 95 % interval
 
 
 def scale_of(model: Model) -> EstimateRange | None:
-    """The factor on all that is found, 1 within the bench's range of the constant; None where the
-    bench gives none."""
+    """Return the factor on all estimates, around 1, by the bench's range; None without a range."""
     known = model.bench.actuator.constant
     low, high = known.interval
     return EstimateRange(1.0, known.value / high, known.value / low) if 0.0 < low < high else None
 
 
 def relative_deviation(model: Model) -> float:
-    """Of the actuator's constant, over it; 0 where the bench gives no range."""
+    """Return the relative standard deviation of the actuator's constant; 0 without a range."""
     low, high = model.bench.actuator.constant.interval
     return 0.5 * (high - low) / (QUANTILE * model.bench.actuator.constant.value)

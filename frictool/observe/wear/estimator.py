@@ -1,18 +1,17 @@
-"""Wear as moves come: filters over them that remember long, and let go at once where friction has
-changed.
+"""Wear from moves as they come, by filters with a long memory that react to sudden changes.
 
-    Piece ──moves.py──▶ Move ──filter_bank.py───▶ wear, inertia, viscous friction, offset ──▶
-    Estimate, one after each move
-                          └────wear_kinds.py──▶ kind of wear, by direction and zone ──────────▲
+    MotionBlock ──moves.py──▶ Move ──filter_bank.py──▶ wear, inertia, viscous friction, offset
+                                   └─wear_kinds.py───▶ kind of wear, by direction and zone
+    both ──▶ WearEstimate after each move
 
-Wear, the alpha of (6.13), walks by WALK a move. Where moves, one or some together, tell of more
-(change_detection.py), it is let walk as far as explains them: it has worn faster, or changed at
-once (thesis 6.3.2: times 1.5 at 5 s).
+Wear, the alpha of (6.13), walks by WALK with each move. If one or several moves show a larger
+change (change_detection.py), the walk grows until it explains them: the wear has grown faster, or
+has jumped (thesis 6.3.2: times 1.5 at 5 s).
 
-The interval is the filters'. Beside it in quadrature: what the wear goes on by a move, where it
-does; and FLOOR of the wear, which the model's shape over position and speed, and the rows' own
-approximations, leave however many moves there are. It was set on plants that no acceptance check
-uses (docs/theory/wear.md).
+The interval is that of the filters, with two further errors in quadrature: the lag behind a wear
+that keeps growing, and FLOOR of the wear. FLOOR is the error from the model's shape over position
+and speed and from the rows' approximations, which remains however many moves there are. It was set
+on plants that no acceptance check uses (docs/theory/wear.md).
 """
 
 from __future__ import annotations
@@ -34,33 +33,32 @@ from frictool.observe.wear.restriction import multiplicative
 from frictool.observe.wear.weak_form_layout import WeakFormLayout, layout_of
 from frictool.observe.wear.wear_kinds import WearClassification, WearClassifier
 
-WALK = 1e-4  # of wear, a move
-FLOOR = 0.0003  # of the wear, a deviation
-INERTIA_FLOOR = 0.003  # of the inertia: what changes of the wear are mixed up with
-GOING_ON = (
-    (1, 3, 1.0),
-    (4, 2, 3.0),
-)  # steps of so many moves, so many of them one way, and how many moves the filters are behind then
-# of a row's variance; the rest is of counts, whose errors in rows that follow each other cancel
+WALK = 1e-4  # standard deviation of the wear's walk in a move
+FLOOR = 0.0003  # relative standard deviation of the wear that remains after many moves
+# relative standard deviation of the inertia, from its correlation with the wear
+INERTIA_FLOOR = 0.003
+# tests for wear that keeps growing: moves per step, steps in one direction, lag of the filters in
+# moves
+GOING_ON = ((1, 3, 1.0), (4, 2, 3.0))
+# fraction of a row's variance that adds up; the rest is rounding, which cancels in successive rows
 ADDS_UP = 0.9
-FIRST_NOISE = 0.01  # of the dry friction: a row's residual before any was seen
+FIRST_NOISE = 0.01  # prior standard deviation of a row's residual, relative to the dry friction
 CONFIDENCE = 0.95
 ALIKE = ("none", "multiplicative")
-STEADY, SETTLING, AGREED = (
-    2,
-    4,
-    8,
-)  # moves after a change, from when and until when it is looked for; moves before it
+# moves: first and last after a change at which zones are doubted; least number before the change
+STEADY, SETTLING, AGREED = 2, 4, 8
 
 
 class WearEstimator:
-    """Wear of all dry friction alike, from the moves of a log."""
+    """Estimator of wear from the moves of a log."""
 
     def __init__(
         self, model: Model, period: float | None = None, confidence: float = CONFIDENCE
     ) -> None:
-        """`period` [s] of the log where it is not the bench's. Raises FrictoolError for a model
-        without dry friction."""
+        """Set up the estimator; raise FrictoolError for a model without dry friction.
+
+        period: s, of the log; None: the bench's.
+        """
         self.model, self.layout, self.confidence = model, layout_of(model, period), confidence
         self.bank = multiplicative_bank(model, self.layout)
         self.moves, self._count, self._quantile = (
@@ -68,27 +66,25 @@ class WearEstimator:
             0,
             float(ndtri(0.5 + 0.5 * confidence)),
         )
+        # the wear after each of the last moves
         self._lately: deque[float] = deque(
             maxlen=1 + max(moves * count for moves, count, _ in GOING_ON)
-        )  # the wear after each of the last moves
-        self._since, self._before = (
-            0,
-            0,
-        )  # moves since the wear changed, and those that had agreed before it did
+        )
+        # moves since the last change of the wear, and between it and the one before
+        self._since, self._before = 0, 0
         self.kinds, self._scale = WearClassifier(model, self.layout, confidence), scale_of(model)
         self.estimate = WearEstimate(0.0, 0, prior(model), scale=self._scale)
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
-        """One estimate for each move that ended in this piece, or that a gap before it has
-        ended."""
+        """Return one estimate for each move that ended in this block, or in a gap before it."""
         return [self.learn(move) for move in self.moves.take(piece)]
 
     def finish(self) -> list[WearEstimate]:
-        """The log ends here: the move that is still going on."""
+        """Return the estimate after the move that ends with the log, if any."""
         return [self.learn(move) for move in self.moves.end()]
 
     def learn(self, move: Move) -> WearEstimate:
-        """What is known with a move more; for moves that were taken elsewhere."""
+        """Return the estimate after one more move; also for moves that were collected elsewhere."""
         self._count += 1
         if self.bank.take(move):
             self._since, self._before = 0, self._since
@@ -109,22 +105,22 @@ class WearEstimator:
             and self._one_change
             and apart(alike.wear, told.wear)
         ):
-            told = None  # moves of either side of the change look like zones
+            told = None  # moves from both sides of the change look like wear of zones
         self.estimate = alike if told is None else with_kind(alike, told)
         return self.estimate
 
     @property
     def _one_change(self) -> bool:
-        """Whether the wear has changed once, lately, between moves that agree."""
+        """True if the wear has changed once recently, after many moves without a change."""
         return self._before >= AGREED and STEADY <= self._since <= SETTLING
 
     @property
     def _going(self) -> float:
-        """By how much the filters are behind wear that goes on: where it has gone one way in all of
-        the last steps of GOING_ON, the moves that they take to believe it, each as much as the
-        smallest of the steps says.
+        """Lag of the filters behind a wear that keeps growing.
 
-        Single moves show a fast drift, and a slow one takes longer to be believed.
+        Each test in GOING_ON compares estimates some moves apart. If all its steps have the same
+        sign, its lag is the smallest step per move, times the number of moves that the filters lag
+        behind. Steps of one move show a fast drift, longer ones a slow drift.
         """
         found, lately = [0.0], list(self._lately)
         for moves, count, behind in GOING_ON:
@@ -135,21 +131,27 @@ class WearEstimator:
         return max(found)
 
     def _range(self, name: str, scale: float, floor: float, beside: float = 0.0) -> EstimateRange:
-        """A parameter times `scale` with its interval; in quadrature a deviation of `floor` of its
-        value, and one `beside` [SI]."""
+        """Return a parameter times `scale` with its interval.
+
+        Two standard deviations are added in quadrature: `floor` relative to the value, and `beside`
+        [SI].
+        """
         value, deviation = self.bank.value(name)
         half = self._quantile * math.hypot(deviation, floor * value, beside)
         return EstimateRange(scale * value, scale * (value - half), scale * (value + half))
 
 
 def apart(one: EstimateRange, other: EstimateRange) -> bool:
-    """Whether no value is in both."""
+    """Return True if the intervals do not overlap."""
     return one.low > other.high or other.low > one.high
 
 
 def with_kind(alike: WearEstimate, told: WearClassification) -> WearEstimate:
-    """The estimate of friction that has worn alike everywhere, and what kind of wear it is; of a
-    kind that is not alike, the mean wear and the inertia are its own."""
+    """Return the estimate with its kind of wear.
+
+    alike: estimate for uniform wear. If the kind is not uniform, mean wear and inertia are those of
+    the classification.
+    """
     if told.kind not in ALIKE:
         sided = replace(alike, kind=told.kind, forward=told.forward, backward=told.backward)
         return replace(
@@ -160,8 +162,8 @@ def with_kind(alike: WearEstimate, told: WearClassification) -> WearEstimate:
             others={**alike.others, "inertia": told.inertia},
         )
     sides = [side.value for side in (told.forward, told.backward) if side is not None]
-    # kinds are told from the moves of a while: wear that goes on has left their values behind, and
-    # not what directions differ by
+    # the classification averages over more moves than the filters: scale it to the present wear,
+    # and keep the ratio of the directions
     ahead = len(sides) * alike.wear.value / sum(sides) if sides else 1.0
     return replace(
         alike,
@@ -180,19 +182,20 @@ def _times(factor: float, side: EstimateRange | None) -> EstimateRange | None:
 
 
 def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
-    """That has seen no move. White noise of the effort makes 1/(every sum phi^2) overlapping rows
-    as good as one."""
+    """Return the filter bank before any move.
+
+    With white noise of the effort, 1/(every sum phi^2) overlapping rows count as one.
+    """
     inflation = max(1.0, ADDS_UP / (layout.every * float(layout.phi @ layout.phi)))
     kinds = [multiplicative(model, layout, beside) for beside in UNMODELLED]
     return FilterBank(kinds, (FIRST_NOISE * layout.friction) ** 2, inflation, "wear", WALK)
 
 
 def prior(model: Model) -> EstimateRange:
-    """Wear before any move: 1, within the bench's range of the Coulomb friction over life, or where
-    it has none the model's interval.
+    """Return the wear before any move: 1, in an interval.
 
-    The model's is of the day on which it was identified; how far friction has worn since, it does
-    not know.
+    The interval is the bench's range of the Coulomb friction over life, else the model's interval.
+    The latter holds for the day of the identification only and does not know of later wear.
     """
     for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval

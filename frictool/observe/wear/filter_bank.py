@@ -1,20 +1,19 @@
-"""Filters over moves that differ in how far friction over speed may be from the model's, weighed by
-how well they foresee the moves.
+"""Bank of filters over moves, with different beliefs of how far friction over speed may deviate.
 
-    prior N(m, P)   ──move: information A/r, b/r──▶   P' = (P^-1 + A/r)^-1,  m' = m + P' (b - A m)/r
-                    ──walk──▶  the next move
-    UNMODELLED      ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
+    prior N(m, P)  ──move: information A/r, b/r──▶  P' = (P^-1 + A/r)^-1,  m' = m + P' (b - A m)/r
+                   ──random walk──▶  the next move
+    UNMODELLED     ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
 
-A slope of friction over speed that the model has not looks much like wear on moves that are all
-alike. Excluded beforehand it costs no precision and biases the wear of a plant that has it; left
-open it costs three times the precision on a plant that has not. Here the moves say which of the two
-it is, and until they do the interval holds both. A slope is positive, as all viscous friction is,
-and the less of it, the likelier beforehand. Moves that repeat each other repeat the errors of the
-encoder's counts: their evidence counts for EVIDENCE, and is forgotten in MEMORY moves.
+A slope of friction over speed that the model lacks looks much like wear if all moves are alike.
+Excluding it biases the wear of a plant that has it. Allowing it costs a factor of three in
+precision on a plant that has none. Here the evidence of the moves decides; until it does, the
+interval covers both. A slope is positive, as all viscous friction is, and small ones are likelier a
+priori. Moves that repeat each other repeat the rounding errors of the encoder. Their evidence is
+therefore weighted by EVIDENCE and forgotten over MEMORY moves.
 
-A move measures by its Gram matrix. Its rows overlap and their errors are not independent: r is the
-variance of a row's residual, learned from the moves, times how many rows tell as much as one
-(`inflation`). Parameters are counted in deviations of what is known of them.
+The measurement of a move is its Gram matrix. Its rows overlap and their errors are correlated. r is
+the variance of a row's residual, learned from the moves, times `inflation`, the number of rows that
+count as one. Parameters are in units of their prior standard deviations.
 """
 
 from __future__ import annotations
@@ -31,26 +30,26 @@ from frictool.observe.wear.restriction import ParameterRestriction, UnmodelledFr
 
 Vector = NDArray[np.float64]
 
-SLOPES = (0.003, 0.03, 0.1, 0.3, 1.0)  # of the dry friction at top speed
-BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # natural logarithms of how likely each is
+SLOPES = (0.003, 0.03, 0.1, 0.3, 1.0)  # friction at top speed relative to the dry friction
+BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # log prior probability of each slope
 UNMODELLED = tuple(UnmodelledFriction(slope, 0.5 * slope, 0.3 * slope) for slope in SLOPES)
-EVIDENCE = 0.5
-MEMORY = 50.0  # moves, over which it is kept
-RESTLESS = 0.5  # of what a parameter has changed by: what it may change by with the next move
-PRIOR_ROWS = 20.0  # for how many rows the variance known beforehand counts
-NOISIER = 5.0  # deviations, by which the variance that a move leaves is above the one that is known
-PASSES = 3  # until its noise no longer moves
-UNSPENT = 0.25  # of its rows at least, when parameters have used theirs up
-MEMORY_ROWS = 5000.0  # over how many rows the variance is a mean
+EVIDENCE = 0.5  # weight of a move's log evidence
+MEMORY = 50.0  # moves, time constant of forgetting the evidence
+RESTLESS = 0.5  # size of the walk at the next move, relative to that of this move
+PRIOR_ROWS = 20.0  # rows that the prior variance counts for
+NOISIER = 5.0  # standard deviations by which a move's variance must exceed the known one to be used
+PASSES = 3  # iterations for a move's noise
+UNSPENT = 0.25  # least fraction of its rows that count after the parameters have used theirs up
+MEMORY_ROWS = 5000.0  # rows, memory of the variance
 
 
 class FilterBank:
-    """Filters of the same parameters, one of which, `name`, walks by `walk` [SI] a move, and all
-    further where they have changed.
+    """Filters of the same parameters; the parameter `name` walks by `walk` [SI] with each move.
 
-    restrictions: one for each of UNMODELLED, in that order, of one matrix. variance: known
-    beforehand of a row's residual [(N m)^2 | N^2]. states (k, r), spreads (k, r, r): mean and
-    covariance of filter k, from what is known of the parameters, in deviations of that.
+    The other parameters walk only after a detected change. restrictions: one for each of
+    UNMODELLED, in that order, with equal matrices. variance: prior of a row's residual [(N m)^2 |
+    N^2]. states: (k, r) and spreads: (k, r, r), mean and covariance of filter k, relative to the
+    prior mean, in units of the prior standard deviations.
     """
 
     def __init__(
@@ -82,18 +81,18 @@ class FilterBank:
 
     @property
     def weights(self) -> Vector:
-        """Of each filter, their sum 1."""
+        """Weights of the filters, with sum 1."""
         likely = np.array(BEFOREHAND) + self._evidence
         over = np.exp(likely - np.max(likely))
         return np.asarray(over / np.sum(over))
 
     @property
     def noise(self) -> float:
-        """r, by the filter that leaves least [(N m)^2 | N^2]."""
+        """Noise r of the filter with the smallest residual [(N m)^2 | N^2]."""
         return self.inflation * float(np.min(self._squares)) / self._rows
 
     def take(self, move: Move) -> bool:
-        """Takes a move; whether it tells, with those before it, that the parameter has changed."""
+        """Add a move; return True if the parameter `name` has changed at it or shortly before."""
         information, right, squares = self._information(move)
         missed, place = right - _times(information, self.states), self._place
         noise = self._noise_of(
@@ -134,7 +133,7 @@ class FilterBank:
         return bool(walked[int(np.argmax(self.weights)), place] > 0.0)
 
     def value(self, name: str) -> tuple[float, float]:
-        """A parameter's mean and deviation [SI]."""
+        """Return mean and standard deviation of a parameter [SI]."""
         place, weights = self.names.index(name), self.weights
         values = self.means[:, place] + self.deviations[:, place] * self.states[:, place]
         variances = self.deviations[:, place] ** 2 * self.spreads[:, place, place]
@@ -142,12 +141,14 @@ class FilterBank:
         return mean, math.sqrt(float(weights @ (variances + (values - mean) ** 2)))
 
     def _loosen(self, walked: Vector) -> None:
-        """The parameters may have moved by `walked` (k, r)."""
+        """Add steps of the parameters with standard deviations `walked` (k, r)."""
         self.spreads += walked[:, :, None] ** 2 * np.eye(walked.shape[1])
 
     def _information(self, move: Move) -> tuple[Vector, Vector, Vector]:
-        """A (k, r, r), b (k, r) and the sum of squares (k,) of a move, beside what is known
-        beforehand, parameters in deviations."""
+        """Return A (k, r, r), b (k, r) and sum of squares (k,) of a move.
+
+        All are relative to the prior mean and in units of the prior standard deviations.
+        """
         size = move.gram.shape[0] - 1
         columns, fixed = move.gram[:size, :size], self._fixed
         beside = move.gram[:size, size] - columns @ fixed
@@ -161,16 +162,15 @@ class FilterBank:
         )
 
     def _noise_of(self, information: Vector, missed: Vector, left: Vector, rows: int) -> float:
-        """r of a move [(N m)^2 | N^2]: what it leaves itself, among all rows before, where that is
-        more than what was known for certain.
+        """Return r of a move [(N m)^2 | N^2].
 
-        Else a noisy first move would weigh by what was known beforehand, and too much for good.
-        left (k,): with the filters as they are.
+        It is the known r, unless the move's own residual is significantly larger; it then includes
+        that residual. Otherwise a noisy first move would be weighted by the prior variance, and its
+        weight would stay too large. left: (k,), residuals of the present filters.
         """
         known = noise = self.noise
-        free = np.broadcast_to(
-            np.eye(missed.shape[1]), information.shape
-        )  # of what moves before told: one that has changed is no noise
+        # free of earlier moves, because a changed parameter is not noise
+        free = np.broadcast_to(np.eye(missed.shape[1]), information.shape)
         for _ in range(PASSES):
             spreads = _gain(free, information, noise)
             moved = _times(spreads, missed) / noise
@@ -179,9 +179,8 @@ class FilterBank:
                 - 2.0 * np.einsum("ki,ki->k", moved, missed)
                 + np.einsum("ki,kij,kj->k", moved, information, moved)
             )
-            spent = (
-                self.inflation * np.einsum("kij,kji->k", spreads, information) / noise
-            )  # rows that the parameters have used up
+            # rows that the parameters have used up
+            spent = self.inflation * np.einsum("kij,kji->k", spreads, information) / noise
             left_over = np.maximum(rows - spent, UNSPENT * rows)
             fair = np.maximum(own, 0.0) * rows / left_over
             if np.any(
@@ -195,18 +194,21 @@ class FilterBank:
         return noise
 
     def _learn(self, left: Vector, rows: int) -> None:
-        """The residual's variance, from what the filters leave of a move."""
+        """Update the residual's variance with that of a move."""
         self._squares, self._rows = self._squares + np.maximum(left, 0.0), self._rows + rows
         if self._rows > MEMORY_ROWS:
             self._squares, self._rows = self._squares * MEMORY_ROWS / self._rows, MEMORY_ROWS
 
 
 def _times(matrices: Vector, vectors: Vector) -> Vector:
-    """(k, r, r) times (k, r)."""
+    """Return the products (k, r) of matrices (k, r, r) and vectors (k, r)."""
     return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
 
 
 def _gain(spreads: Vector, information: Vector, noise: float) -> Vector:
-    """(1 + P A/r)^-1, with which P' is its product with P, and S^-1 of what a move does not foresee
-    its transposed, by r."""
+    """Return (1 + P A/r)^-1 (k, r, r).
+
+    Its product with P is P'. Its transpose, divided by r and times the innovation e, is A S^-1 e
+    with the covariance S of e.
+    """
     return np.asarray(np.linalg.inv(np.eye(spreads.shape[1]) + spreads @ information / noise))

@@ -1,5 +1,4 @@
-"""The moves of a log, each as what its rows say together: a Gram matrix, so that a move of any
-length is as large as any other."""
+"""Moves of a log, each as a Gram matrix of its rows, whose size does not depend on the length."""
 
 from __future__ import annotations
 
@@ -19,9 +18,9 @@ Vector = NDArray[np.float64]
 class Move:
     """One stroke, from rest or reversal to rest or reversal.
 
-    gram (p + 1, p + 1): the sum over its rows of row' row, columns as `Layout.names` and the effort
-    [N m | N] at the end. rows: how many. time [s]: of the last sample of its last row. direction: 1
-    or -1. speed [rad/s | m/s]: the mean.
+    gram: (p + 1, p + 1), sum of row' row over its rows; the columns are those of
+    `WeakFormLayout.names`, then the effort [N m | N]. rows: number of rows. time: s, last sample of
+    the last row. direction: 1 or -1. speed: mean over the rows [rad/s | m/s].
     """
 
     gram: Vector
@@ -32,7 +31,7 @@ class Move:
 
 
 class MoveCollector:
-    """Takes a log piece by piece; holds some windows of samples and one Gram matrix."""
+    """Collector of moves along a log; it holds a few windows of samples and one Gram matrix."""
 
     def __init__(self, layout: WeakFormLayout) -> None:
         self.layout = layout
@@ -46,7 +45,7 @@ class MoveCollector:
                 *layout.stops,
                 *layout.mapped,
                 layout.offset,
-                0.5 * layout.count,  # an encoder reports the edge below
+                0.5 * layout.count,  # an encoder reports the lower edge of a count
             ]
         )
         self._state = np.zeros(weak_form_rows.STATE_SIZE)
@@ -60,7 +59,7 @@ class MoveCollector:
         weak_form_rows.forget(self._state, layout.gap)
 
     def take(self, piece: MotionBlock) -> list[Move]:
-        """The moves that ended in this piece (or before it, where it does not follow)."""
+        """Return the moves that ended in this block, or before it if there is a gap between."""
         ended: list[Move] = []
         if not piece.follows:
             ended = self.end()
@@ -115,11 +114,11 @@ class MoveCollector:
 
     @property
     def held(self) -> int:
-        """How many samples it holds."""
+        """Number of samples in memory."""
         return self._position.size
 
     def end(self) -> list[Move]:
-        """The log ends or breaks here: the move that was going on, where it has rows."""
+        """End the present move, because the log ends or has a gap; return it if it has rows."""
         ended = self._closed()
         self._time, self._position, self._effort = (np.empty(0) for _ in range(3))
         self._next = 0
@@ -127,7 +126,7 @@ class MoveCollector:
         return ended
 
     def _closed(self) -> list[Move]:
-        """The present move, where it has rows; the next begins."""
+        """Return the present move if it has rows, and start the next."""
         count = int(self._move[weak_form_rows.ROWS])
         lower = self._gram
         found = lower + np.tril(lower, -1).T

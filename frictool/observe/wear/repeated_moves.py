@@ -1,8 +1,7 @@
-"""How often moves repeat each other.
+"""Count of moves that repeat each other.
 
-What the model misses of one of them it misses of all that are alike, so that these tell as much as
-one. Two moves are alike where they have gone through the same zones: where the parts of their
-friction's columns, of all of them, differ by less than ALIKE.
+Similar moves share the errors of the model, so that together they count as one. Two moves are alike
+if they have passed the same zones: their normalised friction columns differ by less than ALIKE.
 """
 
 from __future__ import annotations
@@ -12,19 +11,19 @@ from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
 
-ALIKE = 0.25
+ALIKE = 0.25  # Euclidean distance of unit vectors
 MOST = 60  # different moves that are kept
 
 
 class MoveRepeats:
-    """Takes the Gram matrices of moves."""
+    """Counter of repeated moves, from their Gram matrices."""
 
     def __init__(self) -> None:
         self._different: Vector | None = None
         self._counts: list[int] = []
 
     def take(self, gram: Vector) -> None:
-        """A move more: the columns (k, k) of its friction by direction and zone."""
+        """Add a move; gram: (k, k), of its friction columns by direction and zone."""
         sizes = np.sqrt(np.diag(gram))
         sizes = sizes / max(float(np.sqrt(sizes @ sizes)), np.finfo(float).tiny)
         if self._different is None:
@@ -40,5 +39,5 @@ class MoveRepeats:
 
     @property
     def each(self) -> float:
-        """Moves to a different one, 1 where none is like another."""
+        """Mean number of moves per different move; 1 if no two are alike."""
         return sum(self._counts) / len(self._counts) if self._counts else 1.0

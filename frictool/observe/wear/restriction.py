@@ -1,16 +1,14 @@
-"""What is taken to wear: the few parameters that the columns of a row are combinations of, and what
-is known of them before any move.
+"""Restriction of a row's columns to a few parameters, with their prior mean and deviation.
 
     multiplicative   dry_d,z = wear            additive   dry_d,z = 1, level_d = d added
-                     directional   dry_d,z = wear_d
-    zones            dry_d,z = wear_z
+    directional      dry_d,z = wear_d          zones      dry_d,z = wear_z
 
-Beside these every kind has the inertia, the viscous friction and its bends, and an offset: level_d
-= d offset (a current sensor's, say).
+Every kind also has the inertia, the viscous friction with its bends, and an offset:
+level_d = d offset, from a current sensor for example.
 
-What is known: wide where a unit may differ from the model, or grow old: inertia, wear, the viscous
-friction that the model has. Of friction over speed that the model has not, a slope below its knee
-or another bend, `Unmodelled` says how much there may be.
+The prior is wide for parameters that differ between units or change with age: inertia, wear, and
+the model's viscous friction. `UnmodelledFriction` bounds friction over speed that the model lacks:
+a slope below its knee, or another bend.
 """
 
 from __future__ import annotations
@@ -27,20 +25,21 @@ from frictool.observe.wear.weak_form_layout import WeakFormLayout
 
 Vector = NDArray[np.float64]
 
-INERTIA_SPREAD = 0.3  # standard deviations beside the model's intervals, of the value
-VISCOUS_SPREAD = 0.5
-ASYMMETRY = 0.25  # of the viscous friction, by which it differs between the directions
-OFFSET_SPREAD = 0.02  # of the dry friction
-WEAR_SPREAD = 0.5
-QUANTILE = 1.96  # of an interval's half width
+INERTIA_SPREAD = 0.3  # relative standard deviation, in addition to the model's interval
+VISCOUS_SPREAD = 0.5  # the same of the viscous friction
+# standard deviation of the difference between directions, relative to the viscous friction
+ASYMMETRY = 0.25
+OFFSET_SPREAD = 0.02  # standard deviation relative to the dry friction
+WEAR_SPREAD = 0.5  # standard deviation of the wear
+QUANTILE = 1.96  # standard deviations in half the width of an interval
 
 
 @dataclass(frozen=True)
 class UnmodelledFriction:
-    """Friction over speed that the model has not, as parts of the dry friction at top speed.
+    """Friction over speed that the model lacks, relative to the dry friction, at top speed.
 
-    slope, deviation: mean and deviation of what a slope from rest on adds; bend: deviation of what
-    each bend adds.
+    slope, deviation: mean and standard deviation of a slope from rest on. bend: standard deviation
+    of the friction that each bend adds.
     """
 
     slope: float = 0.0
@@ -50,8 +49,10 @@ class UnmodelledFriction:
 
 @dataclass(frozen=True)
 class ParameterRestriction:
-    """columns = fixed + matrix parameters: matrix (p, r), fixed (p,), names (r,); prior mean and
-    deviation (r,) of each parameter."""
+    """Linear map columns = fixed + matrix parameters, with the parameters' prior.
+
+    names: (r,). matrix: (p, r). fixed: (p,). mean, deviation: (r,), prior of each parameter.
+    """
 
     names: tuple[str, ...]
     matrix: Vector
@@ -60,7 +61,7 @@ class ParameterRestriction:
     deviation: Vector
 
     def place(self, name: str) -> int:
-        """Where a parameter is."""
+        """Return the index of a parameter."""
         return self.names.index(name)
 
 
@@ -74,8 +75,11 @@ def restriction(
     fixed: Vector | None = None,
     beside: UnmodelledFriction = PLAIN,
 ) -> ParameterRestriction:
-    """`wear`: of each of its parameters the columns (p,), the mean and the deviation known
-    beforehand. fixed (p,): 0 where not given."""
+    """Return the restriction with the common parameters and those of `wear`.
+
+    wear: columns (p,), prior mean and prior deviation of each wear parameter. fixed: (p,), default
+    0. beside: friction over speed that the model lacks.
+    """
     known = _known(model, layout, beside)
     columns = [np.eye(len(layout.names))[:, layout.names.index(name)] for name in known]
     given = [(name, *values) for name, values in known.items()]
@@ -93,8 +97,10 @@ def restriction(
 
 
 def dry_columns(layout: WeakFormLayout, side: str | None = None, zone: int | None = None) -> Vector:
-    """1 at the columns (p,) of the dry friction, of one direction (`forward`, `backward`) or zone
-    where that is given, 0 elsewhere."""
+    """Return 1 at the columns (p,) of the dry friction, else 0.
+
+    side: `forward` or `backward`; None: both. zone: None for all.
+    """
     chosen = np.zeros(len(layout.names))
     for place, name in enumerate(layout.names):
         kind, *rest = name.split("_")
@@ -104,7 +110,7 @@ def dry_columns(layout: WeakFormLayout, side: str | None = None, zone: int | Non
 
 
 def level_columns(layout: WeakFormLayout, backward: float, forward: float) -> Vector:
-    """What a level of one unit of effort is in the columns (p,)."""
+    """Return the entries (p,) of the level columns for one unit of effort in each direction."""
     given = {"level_backward": backward, "level_forward": forward}
     return np.array([given.get(name, 0.0) for name in layout.names])
 
@@ -112,8 +118,12 @@ def level_columns(layout: WeakFormLayout, backward: float, forward: float) -> Ve
 def offset_of(
     model: Model, layout: WeakFormLayout, share: float = OFFSET_SPREAD
 ) -> tuple[Vector, float, float]:
-    """An offset of the drive, which opposes a positive effort, beside the model's; `share` of the
-    dry friction, and the bench's range."""
+    """Return columns (p,), mean and deviation [N m | N] of the drive's offset.
+
+    The offset is in addition to the model's; if positive, it opposes a positive effort. Its
+    deviation combines `share` of the dry friction and the wider of the model's and the bench's
+    range, in quadrature.
+    """
     known = max(
         _half(own)
         for own in (model.parameters.offset, model.bench.mechanics.offset)
@@ -129,7 +139,7 @@ def offset_of(
 def multiplicative(
     model: Model, layout: WeakFormLayout, beside: UnmodelledFriction = PLAIN
 ) -> ParameterRestriction:
-    """All dry friction is multiplied by `wear`."""
+    """Return the restriction with one factor `wear` on all dry friction."""
     return restriction(
         model,
         layout,
@@ -141,10 +151,10 @@ def multiplicative(
 def _known(
     model: Model, layout: WeakFormLayout, beside: UnmodelledFriction
 ) -> dict[str, tuple[float, float]]:
-    """(mean, deviation) of inertia, viscous friction and its bends.
+    """Return (mean, deviation) of inertia, viscous friction, its asymmetry and its bends.
 
     The bench's range of the viscous friction is that of the steepest slope
-    (plant/friction_levels.py): of the last bend where the model has some.
+    (plant/friction_levels.py), thus of the last bend if the model has bends.
     """
     today, bench = model.parameters, model.bench.mechanics
     fastest = max([2.0 * float(knee) for knee in layout.knees], default=layout.slowest)
@@ -194,5 +204,5 @@ def _half(quantity: Quantity) -> float:
 
 
 def _spread(viscous: Quantity) -> float:
-    """Deviation of a viscous friction [N m s/rad | N s/m], which goes with the temperature."""
+    """Return the deviation of a viscous friction [N m s/rad | N s/m]; it depends on temperature."""
     return float(np.hypot(VISCOUS_SPREAD * viscous.value, _half(viscous) / QUANTILE))

@@ -1,18 +1,17 @@
-"""What the rows of the weak form hold for a model, and how they are cut from the samples: all that
-the kernels are told.
+"""Layout of the weak form's rows for a model: columns, windows and constants of the kernels.
 
-    effort - offset - load(x) = inertia a + viscous v + asymmetry |v| + sum_j bend_j (|v| - knee_j)+
-    s
+    effort - offset - load(x) = inertia a + viscous v + asymmetry |v|
+                                + sum_j bend_j (|v| - knee_j)+ s
                                 + sum_d,z dry_d,z f(x, s) + sum_d level_d s
 
-s is the direction of the motion, f the model's dry friction (4.43)-(4.44) at the position; dry_d,z
-is 1 in every direction d and zone z of a plant that is as the model says, level_d 0. That wear is
-the same everywhere, or in a direction, or in a zone, or is a constant added, is a restriction of
-these columns (restriction.py), and one row serves them all.
+s is the direction of the motion, f the model's dry friction (4.43)-(4.44) at the position. For a
+plant like the model, dry_d,z is 1 in every direction d and zone z, and level_d is 0. One row serves
+all kinds of wear: uniform, by direction, by zone or additive wear are restrictions of these columns
+(restriction.py).
 
-The window is as long as the encoder asks for, so that its counts move a row by no more than
-NOISE_SHARE of the dry friction, and no longer than a third of the time that the travel takes at top
-speed: a longer one would hold no move.
+The window is so long that the encoder's counts disturb a row by at most NOISE_SHARE of the dry
+friction. It is at most a third of the time for the travel at top speed, because a longer window
+would not fit into a move.
 """
 
 from __future__ import annotations
@@ -42,35 +41,38 @@ from frictool.plant.weak_form import bell, effort_weights
 
 Vector = NDArray[np.float64]
 
-SHORTEST = 21  # samples of a window
-SHORTEST_S = 0.02
-MOVE_SHARE = 1.0 / 3.0  # of the time that the travel takes at top speed
-NOISE_SHARE = (
-    0.007  # of the mean dry friction, that the encoder's counts leave in a row (standard deviation)
-)
-PER_WINDOW = 8  # rows that begin in the time of one window
-SLOPE_SHARE = 0.2  # of the window, before and after a sample, over which its speed is taken
-COUNTS = 2.0 - 1e-6  # that have to pass in that time, but for rounding
-SLOWEST = 0.02  # of the top speed, below which a sample is not taken to slip
-KNEES = (0.6, 0.8, 1.0, 1.2)  # of the model's first knee: where friction may bend
-FREE_KNEES = (0.4, 0.55, 0.7, 0.85)  # of the top speed, where the model has none
-GAP_SPREAD = 1.3  # widest backlash over the bench's, where the bench gives no range
-ZONES = 6  # of the travel, where friction varies over it
-LEAST_FRICTION = 1e-9  # of what the drive can give at its limit: less is none
+SHORTEST = 21  # samples, shortest window
+SHORTEST_S = 0.02  # s, shortest window
+MOVE_SHARE = 1.0 / 3.0  # longest window relative to the time for the travel at top speed
+# standard deviation of the encoder's counts in a row, relative to the mean dry friction
+NOISE_SHARE = 0.007
+PER_WINDOW = 8  # rows that begin within one window
+# fraction of the window, before and after a sample, over which its speed is taken
+SLOPE_SHARE = 0.2
+COUNTS = 2.0 - 1e-6  # counts that must pass in that time, reduced for rounding
+SLOWEST = 0.02  # speed relative to the top speed, below which a sample is not used
+KNEES = (0.6, 0.8, 1.0, 1.2)  # possible bends of the friction, relative to the model's first knee
+# the same relative to the top speed, for a model without a knee
+FREE_KNEES = (0.4, 0.55, 0.7, 0.85)
+GAP_SPREAD = 1.3  # widest backlash relative to the bench's value, if the bench has no range
+ZONES = 6  # zones of the travel, if the bench or the friction map has one
+LEAST_FRICTION = 1e-9  # least dry friction relative to the effort at the drive's limit
 
 
 @dataclass(frozen=True)
 class WeakFormLayout:
-    """SI. period [s]; window, every, reach: samples of a window, between rows, of the slope to
-    either side of a sample.
+    """Constants of the rows, SI.
 
-    phi (window,): the bell, 0 at either end; second (window,): its second difference [1/s^2].
-    effort (3,): what the samples before, at and after weigh in the effort. slowest [rad/s | m/s].
-    knees (h,) [rad/s | m/s]. edges (z + 1,) of the zones [rad | m], beyond them as at the ends. dry
-    (2, c): polynomials of the model's friction backward, forward [N m | N], held beyond `mapped`
-    (2,) [rad | m]. count: of the encoder. gap: widest backlash and a count; 0: none. stops (2,):
-    between which the axis is free. load: plant/position_load.py. offset [N m | N]. friction [N m |
-    N]: mean of the dry friction over the travel and both directions.
+    period: s. window, every, reach: samples of a window, between rows, and of the slope to either
+    side of a sample. phi: (window,), weight function, 0 at either end. second: (window,), its
+    second difference [1/s^2]. effort: (3,), weights of the samples before, at and after in the
+    effort. slowest, fastest: speeds of usable samples [rad/s | m/s]. knees: (h,) [rad/s | m/s].
+
+    edges: (z + 1,), of the zones [rad | m]; the end zones extend beyond them. dry: (2, c),
+    polynomials of the model's friction [N m | N], backward and forward, constant beyond `mapped`
+    (2,) [rad | m]. count: encoder step [rad | m]. gap: widest backlash plus one count [rad | m]; 0:
+    none. stops: (2,), free range [rad | m]. load: as in plant/position_load.py. offset: N m | N.
+    friction: mean dry friction over the travel and both directions [N m | N].
     """
 
     period: float
@@ -95,12 +97,12 @@ class WeakFormLayout:
 
     @property
     def zones(self) -> int:
-        """How many zones."""
+        """Number of zones."""
         return self.edges.size - 1
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The columns of a row, in their order; the effort follows them."""
+        """Names of a row's columns; the effort follows them."""
         zones = range(self.zones)
         bends = [f"bend_{k}" for k in range(self.knees.size)]
         dry = [f"dry_{side}_{zone}" for side in ("backward", "forward") for zone in zones]
@@ -110,10 +112,9 @@ class WeakFormLayout:
 def layout_of(
     model: Model, period: float | None = None, window: int | None = None, zones: int | None = None
 ) -> WeakFormLayout:
-    """The rows for a model at its bench's period, or another [s].
+    """Return the layout for a model, at its bench's period or another [s].
 
-    Raises FrictoolError where the model has no dry friction, whose wear there is none of, and for a
-    window that is too short.
+    Raises FrictoolError if the model has no dry friction, or if the window is not odd or too short.
     """
     bench, axis = model.bench, axis_of(model).as_array()
     period = period or bench.sample_period_s
@@ -126,7 +127,8 @@ def layout_of(
     constant, count = bench.actuator.constant.value, bench.encoder.resolution
     if not friction > LEAST_FRICTION * constant * bench.actuator.limit.value:
         raise FrictoolError(
-            f"{model.name}: coulomb: found {friction:.3g}; allowed: > 0, since wear is that of the dry friction; identify from logs that "
+            f"{model.name}: coulomb: found {friction:.3g}; allowed: > 0, "
+            "since wear is that of the dry friction; identify from logs that "
             "slip in both directions"
         )
     if window is None:
@@ -178,8 +180,11 @@ def layout_of(
 
 
 def _window(inertia: float, count: float, friction: float, period: float, travelling: float) -> int:
-    """Samples, odd. The counts' error in a row is inertia count/sqrt(12) |phi''|, which falls with
-    the window's length to the 2.5th."""
+    """Return the odd number of samples of a window.
+
+    The counts' error in a row is inertia count/sqrt(12) |phi''|, which falls with the 2.5th power
+    of the window's length.
+    """
     longest = max(SHORTEST, MOVE_SHARE * travelling / period)
     window = 2 * (max(SHORTEST, round(SHORTEST_S / period)) // 2) + 1
     while window + 2 <= longest:
@@ -194,8 +199,10 @@ def _window(inertia: float, count: float, friction: float, period: float, travel
 
 
 def _dry(axis: Vector) -> tuple[Vector, Vector]:
-    """Coefficients (2, MAX_TERMS) backward, forward [N m | N], lowest power first, and between
-    which positions (2,) they hold."""
+    """Return polynomials (2, MAX_TERMS), backward and forward [N m | N], and their range (2,).
+
+    The coefficients begin with the lowest power.
+    """
     dry, mapped = np.zeros((2, MAX_TERMS)), np.array([-math.inf, math.inf])
     if axis.size == PLAIN_SIZE:
         dry[:, 0] = axis[COULOMB]
@@ -208,7 +215,7 @@ def _dry(axis: Vector) -> tuple[Vector, Vector]:
 
 
 def _mean(dry: Vector, mapped: Vector, low: float, high: float) -> float:
-    """The mean friction over [low, high] and both directions [N m | N]."""
+    """Return the mean friction over [low, high] and both directions [N m | N]."""
     if not np.all(np.isfinite(mapped)) or not low < high:
         return float(np.mean(dry[:, 0]))
     return float(
@@ -217,8 +224,10 @@ def _mean(dry: Vector, mapped: Vector, low: float, high: float) -> float:
 
 
 def _knees(model: Model) -> Vector:
-    """Where friction over speed may bend, rising [rad/s | m/s]; of the model's own knees none is
-    missing."""
+    """Return the speeds at which friction may bend, rising [rad/s | m/s].
+
+    The model's knees after the first are among them.
+    """
     top = model.bench.mechanics.top_speed
     regimes = model.laws.regimes if model.laws is not None else ()
     if regimes:
@@ -235,8 +244,7 @@ def _knees(model: Model) -> Vector:
 
 
 def _gap(model: Model, count: float) -> float:
-    """The widest that the backlash may be, with the count that hides where it begins [rad | m]; 0:
-    there is none."""
+    """Return the widest backlash plus one count [rad | m]; 0: none."""
     width = model.bench.mechanics.backlash
     if width is None or width.value == 0.0:
         return 0.0

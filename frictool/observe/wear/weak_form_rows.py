@@ -1,22 +1,18 @@
-"""Rows of the weak form along a stream of samples, summed up move by move as they come: nothing of
-the log is kept.
+"""Rows of the weak form along a stream of samples, summed move by move as they come.
 
-    sample k ──gap, speed before and after──▶ slips with the load attached? ──▶ its friction, its
-    bends (ring of one window)
-                                                                                     │ every `every`
-                                                                                     samples of an
-                                                                                     unbroken run
-    move: sum of row' row  ◀── row of the window that ends at k: phi over the ring, phi'' over the
-    positions
+    sample k ──gap, speed before and after──▶ slips with the load attached?
+             ──▶ its friction and bends, into a ring of one window
+    every `every` samples of an unbroken run: row of the window that ends at k,
+             from phi over the ring and phi'' over the positions
+    move: sum of row' row
 
-A sample is used where in `reach` samples before it and in `reach` after it the axis went on in one
-direction, faster than `slowest`, past the widest gap that the backlash may have and free of the end
-stops. The motor is past the gap where a play of that width (4.45), started from either of its ends,
-has arrived at the edge: as long as nobody knows where in its backlash the axis began, nothing is
+A sample is used if the axis moved in one direction during the `reach` samples before and after it,
+faster than `slowest`. The load must be attached and the axis free of the end stops. The load is
+attached when a play as wide as the widest possible backlash (4.45) has arrived at its edge from
+either start position. Before that, the position inside the backlash is unknown and no sample is
 used.
 
-A move ends where the axis has been too slow for REST windows, where it has turned, or with
-MOST_ROWS rows of an endless one.
+A move ends after REST windows of too little speed, at a reversal, or with MOST_ROWS rows.
 """
 
 from __future__ import annotations
@@ -30,26 +26,28 @@ from frictool.runtime.kernels import kernel
 
 Vector = NDArray[np.float64]
 
-MOST_ROWS = 400.0
-REST = 1.0  # windows
+MOST_ROWS = 400.0  # rows, after which an endless move is cut
+REST = 1.0  # windows of too little speed, after which a move has ended
 
-# numbers, what the kernel is told: layout.py
+# indices of `numbers`, the kernel's constants, from weak_form_layout.py
 PERIOD, SLOWEST, FASTEST, GAP, LOW_STOP, HIGH_STOP, MAP_LOW, MAP_HIGH, OFFSET, HALF_COUNT = range(
     10
 )
-# state, what it keeps from sample to sample: the play's ends, samples in the run, its direction,
-# samples since a usable one, those seen
+# indices of `state`: the play's ends, samples in the run, its direction, samples since a usable
+# one, samples seen
 PLAY_LOW, PLAY_HIGH, RUN, DIRECTION, IDLE, SEEN = range(6)
 STATE_SIZE = 6
-# move: rows, the direction, the sum of rows' speeds, the last row's sample, whether it has ended
+# indices of `move`: rows, direction, sum of the rows' speeds, sample of the last row, 1 if ended
 ROWS, SIDE, SPEEDS, LAST, ENDED = range(5)
 MOVE_SIZE = 5
 
 
 @kernel
 def attached(state: Vector, step: float, gap: float) -> float:
-    """Moves the play by a `step` [rad | m] of the motor; 1 or -1 where the load is certain to be
-    carried in that direction, else 0."""
+    """Move the play by a motor `step` [rad | m].
+
+    Returns 1 or -1 if the load is certain to be carried in that direction, else 0.
+    """
     if gap == 0.0:
         return 1.0 if step > 0.0 else -1.0 if step < 0.0 else 0.0
     half = 0.5 * gap
@@ -62,8 +60,7 @@ def attached(state: Vector, step: float, gap: float) -> float:
 
 @kernel
 def slips(position: Vector, k: int, reach: int, carried: float, numbers: Vector) -> float:
-    """The direction, 1 or -1, in which sample k slips for certain with the load attached; 0 where
-    it does not, or may not."""
+    """Return the direction (1 or -1) if sample k certainly slips with the load attached, else 0."""
     before, after = position[k] - position[k - reach], position[k + reach] - position[k]
     least, most = (
         numbers[SLOWEST] * numbers[PERIOD] * reach,
@@ -95,11 +92,11 @@ def remember(
     dry: Vector,
     numbers: Vector,
 ) -> None:
-    """Writes bends and friction of a sample into column `place` and once more a window later: any
-    window is then one piece of the ring.
+    """Write bends and friction of a sample into the ring.
 
-    ring (h + z, 2 window): bends (h,), friction (z,) [N m | N] in the zone where x [rad | m] is, 0
-    in the others.
+    They go to column `place` and again to `place` + window, so that any window is contiguous. ring:
+    (h + z, 2 window). The first h rows are bends. The other z rows are one per zone: the friction
+    [N m | N] at x [rad | m] in the zone of x, and 0 in other zones.
     """
     bends, zones = knees.shape[0], edges.shape[0] - 1
     here = min(max(x, numbers[MAP_LOW]), numbers[MAP_HIGH])
@@ -129,8 +126,10 @@ def fill_row(
     load: Vector,
     numbers: Vector,
 ) -> None:
-    """The row (p + 1,) of the window that ends at sample `last`, the effort at its end; `first`:
-    where the window begins in the ring."""
+    """Fill the row (p + 1,) of the window that ends at sample `last`; its last entry is the effort.
+
+    first: column of the ring at which the window begins.
+    """
     window, bends = phi.shape[0], ring.shape[0] - zones
     start, sign, origin = last - window + 1, 2.0 * side - 1.0, position[last]
     row[:] = 0.0
@@ -156,7 +155,7 @@ def fill_row(
 
 @kernel
 def add_row(gram: Vector, row: Vector) -> None:
-    """gram (p + 1, p + 1), its lower triangle: plus row' row; columns that are 0 cost nothing."""
+    """Add row' row to the lower triangle of gram (p + 1, p + 1); zero entries are skipped."""
     for i in range(row.shape[0]):
         if row[i] != 0.0:
             for j in range(i + 1):
@@ -165,7 +164,7 @@ def add_row(gram: Vector, row: Vector) -> None:
 
 @kernel
 def forget(state: Vector, gap: float) -> None:
-    """After a gap of the log: nobody knows where in its backlash the axis is."""
+    """Reset the state after a gap: the position inside the backlash is unknown."""
     state[:] = 0.0
     state[PLAY_LOW], state[PLAY_HIGH] = -0.5 * gap, 0.5 * gap
 
@@ -190,11 +189,10 @@ def walk(
     load: Vector,
     numbers: Vector,
 ) -> int:
-    """Goes on from sample `begin` until a move has ended, or to the last sample that has `reach`
-    others behind it.
+    """Process samples from `begin` until a move has ended or fewer than `reach` samples remain.
 
-    position, effort (n,): with at least window + reach samples before `begin`. gram (p + 1, p + 1)
-    and move (5,): of the present move. Returns the sample to go on from; move[ENDED] says whether
+    position, effort: (n,), with at least window + reach samples before `begin`. gram: (p + 1, p +
+    1) and move: (5,), of the present move. Returns the sample to go on from; move[ENDED] is 1 if
     the move has ended.
     """
     window, zones, n = phi.shape[0], edges.shape[0] - 1, position.shape[0]
@@ -240,9 +238,8 @@ def walk(
             move[ROWS] += 1.0
             move[SPEEDS] += speed
             move[LAST] = state[SEEN]
-        if move[ROWS] >= MOST_ROWS or (
-            move[ROWS] > 0.0 and direction != move[SIDE]
-        ):  # its first sample: no row of it yet
+        # at a reversal, this is the first sample of the next move, of which there is no row yet
+        if move[ROWS] >= MOST_ROWS or (move[ROWS] > 0.0 and direction != move[SIDE]):
             move[ENDED] = 1.0
             return k + 1
     done: int = max(n - reach, begin)

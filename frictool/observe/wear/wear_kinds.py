@@ -1,29 +1,29 @@
-"""What kind of wear the moves show: one linear model of the rows with five beliefs about its
-parameters, compared by their evidence.
+"""Classification of wear: five kinds as prior beliefs of one linear model, compared by evidence.
 
     rows = columns theta + errors       theta ~ N(mean, P_kind)
 
-    none             dry_d,z = 1                  multiplicative   dry_d,z = w
-    additive         level_d = d a                directional      dry_d,z = w_d
-                     zones   dry_d,z = w_z
+    none             dry_d,z = 1
+    multiplicative   dry_d,z = w        alpha of (6.13)
+    additive         level_d = d a      alpha of (6.22)
+    directional      dry_d,z = w_d
+    zones            dry_d,z = w_z
 
-Multiplicative is the alpha of (6.13), additive that of (6.22).
+All kinds share the uncertainties of restriction.py: inertia, viscous friction with its bends, and
+an offset. All allow friction over speed that the model lacks. It is a mixture of beliefs whose
+probabilities are summed; larger friction is less likely (filter_bank.py). Each dry_d,z has the
+standard deviation ROUGH, because no model knows its friction over position better. All are scaled
+alike by the uncertainty of the actuator's constant, so that a wrong constant does not pass for
+wear.
 
-In every kind the inertia, the viscous friction and its bends, and an offset are as unsure as
-restriction.py says, and friction over speed that the model has not may be there, the more the less
-likely (filter_bank.py): a mixture of beliefs, whose p are summed. Each dry_d,z deviates by ROUGH,
-as no model has its friction over position to the last per cent; and all are scaled alike by what
-the actuator's constant is unsure of: what a wrong constant explains is no wear. The evidence of a
-kind (evidence.py) is the density of the data under it, the parameters integrated out, so that a
-kind with more parameters has to earn them.
+The evidence of a kind (bayesian_evidence.py) is the probability density of the data with the
+parameters integrated out. A kind with more parameters must explain more to win. A kind of wear is
+reported if its evidence exceeds that of `none` by CERTAIN. Of kinds within ALIKE of the best, the
+first in KINDS is reported. Values are posterior means. Their intervals include ROUGH, but not the
+scale (constant_error.py).
 
-A kind of wear is told where its evidence exceeds that of none by CERTAIN and that of the other
-kinds; below that it is none. Values are posterior means; their intervals hold the rough part, and
-not the scale (constant_error.py).
-
-Sums fade over MEMORY moves. Where the last RECENT moves have more evidence with another friction in
-either direction than with what those before have told of every direction and zone, it has changed
-at once, and those before are forgotten.
+The sums fade over MEMORY moves. Each classification first looks for a sudden change among the last
+RECENT moves. The friction has changed if the moves since then have more evidence with another
+friction of each direction than with that of the moves before. These are then forgotten.
 """
 
 from __future__ import annotations
@@ -47,36 +47,37 @@ from frictool.observe.wear.zone_weights import SIDES, friction_share, zone_edges
 
 Vector = NDArray[np.float64]
 
-# of kinds that explain the same, as where friction does not vary over position, the first is told
+# the first of several kinds that explain the data alike is reported
 KINDS: tuple[Kind, ...] = ("none", "multiplicative", "additive", "directional", "zones")
-WEAR = 0.3  # standard deviation of a wear, and of an added friction over the mean friction
-ROUGH = 0.01  # of the model's friction, in each direction and zone
-# of the friction: what the model's shape leaves in a value, however many moves there are (a
-# deviation)
+WEAR = 0.3  # standard deviation of a wear, and of an added friction relative to the mean friction
+ROUGH = 0.01  # relative standard deviation of the model's friction in each direction and zone
+# relative standard deviation that an error of the model's shape leaves in a value, however many
+# moves there are
 FLOOR = 0.005
-# of the mean friction: by how much the drive's sensor may have drifted; more looks like friction of
-# one direction
+# drift of the drive's sensor relative to the mean friction, a standard deviation; a larger one
+# looks like wear of one direction
 OFFSET = 0.01
-CERTAIN = 4.0  # of evidence, natural logarithms
-ALIKE = 1.0  # of evidence, by which two kinds explain the same
-MEMORY = 60.0  # moves, over which the sums are a mean
-FEWEST = 2  # moves
-SEEN = 0.2  # of WEAR: what the moves have told less of is not given
-LEFT = 0.25  # of the rows at least, when parameters have used theirs up
-UNEVEN = 0.08  # of what the wear of zones differs by: a deviation within a zone
-LOOSE = -1  # of the beliefs of friction over speed, the widest
-PASSES = 3  # until the variance no longer moves
-FIRST = 16  # moves, at each of which they are looked at
-RECENT = 8  # moves, after which they are looked at again
+CERTAIN = 4.0  # difference of log evidence for a report of wear
+ALIKE = 1.0  # difference of log evidence below which two kinds explain the same
+MEMORY = 60.0  # moves, time constant of the fading sums
+FEWEST = 2  # moves, fewest for a classification
+SEEN = 0.2  # relative to WEAR: deviation that the moves alone must reach for a wear to be reported
+LEFT = 0.25  # least fraction of the rows that count after the parameters have used theirs up
+UNEVEN = 0.08  # standard deviation within a zone, relative to the spread of wear between zones
+LOOSE = -1  # index of the widest belief of friction over speed
+PASSES = 3  # iterations for the variance
+FIRST = 16  # moves, up to which each one leads to a new classification
+RECENT = 8  # moves between classifications after that, and moves that are searched for a change
 
 
 @dataclass(frozen=True)
 class WearClassification:
-    """What the moves say. evidence: of each kind over that of none. wear: of both directions and
-    the zones that were seen, under the kind.
+    """Wear by kind, direction and zone.
 
-    forward, backward: None where a direction was not seen. inertia: over the model's, under the
-    kind. added [N m | N]: of kind additive. zones: those that were seen, of kind zones.
+    evidence: log evidence of each kind relative to `none`. wear: over both directions and all
+    observed zones, under the kind. forward, backward: None for a direction that was not observed.
+    inertia: relative to the model's, under the kind. added: N m | N, for kind additive. zones:
+    observed zones, for kind zones.
     """
 
     kind: Kind
@@ -90,7 +91,7 @@ class WearClassification:
 
 
 class WearClassifier:
-    """Takes moves and tells their kind of wear; holds some Gram matrices."""
+    """Classifier that takes moves one by one; it holds a few Gram matrices."""
 
     def __init__(self, model: Model, layout: WeakFormLayout, confidence: float = 0.95) -> None:
         self.layout = layout
@@ -114,9 +115,8 @@ class WearClassifier:
             relative_deviation(model),
         )
         self._change = _spread(layout, "directional") / np.outer(self._unit, self._unit)
-        self._inflation = 1.0 / (
-            layout.every * float(np.sum(layout.phi**2))
-        )  # rows that tell as much as one: windows overlap
+        # rows that count as one independent row, because windows overlap
+        self._inflation = 1.0 / (layout.every * float(np.sum(layout.phi**2)))
         self._dry = np.flatnonzero(dry)
         self._inertia = (np.array(layout.names) == "inertia") / model.parameters.inertia.value
         self._sides = {side: dry_columns(layout, side) / self._unit for side in SIDES}
@@ -132,8 +132,10 @@ class WearClassifier:
     def _set_beliefs(
         self, means: Vector, beliefs: dict[Kind, Vector], free: Vector, scale: float
     ) -> None:
-        """Parameters are counted in the deviations of the loosest belief, so that no sum loses
-        digits: `_unit` (p,), `_row` (p + 1,)."""
+        """Set the beliefs in units of the loosest belief's deviations; the sums keep their digits.
+
+        _unit: (p,), these deviations. _row: (p + 1,), with 1 for the effort.
+        """
         loose = sum((belief[LOOSE] for belief in beliefs.values()), free)
         deviations = np.sqrt(np.diag(loose))
         self._unit = np.where(deviations > 0.0, deviations, 1.0)
@@ -146,8 +148,10 @@ class WearClassifier:
         self._mean = self._means[LOOSE]
 
     def take(self, move: Move) -> WearClassification | None:
-        """A move more; what all of them say by now, None where they are too few. Looks again at
-        each of the first, then now and then."""
+        """Add a move; return the present classification, None if there are too few moves.
+
+        The classification is updated at each of the FIRST moves, and later at every RECENT-th.
+        """
         scaled = move.gram * np.outer(self._row, self._row)
         self._repeats.take(move.gram[np.ix_(self._dry, self._dry)])
         self._recent.append((scaled, float(move.rows)))
@@ -189,11 +193,10 @@ class WearClassifier:
         return self._values(likely[0], over, gram, right, best)
 
     def _changed(self, gram: Vector, right: Vector) -> int:
-        """How many of the last moves are of another friction than all before, all else being as it
-        was; 0: none.
+        """Return how many of the last moves have a changed friction; 0: none.
 
-        Wherever it changed among the last RECENT: moves of both frictions together would look like
-        zones.
+        All other parameters are taken as unchanged. Every number up to RECENT is tried, because
+        moves from both sides of a change would look like wear of zones.
         """
         last, since, most = self._nothing, 0, CERTAIN
         for count, (move, _) in enumerate(reversed(self._recent), 1):
@@ -209,8 +212,10 @@ class WearClassifier:
         return since
 
     def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
-        """G (p, p) and b (p,), by the variance of the rows' errors under the loosest belief of
-        all."""
+        """Return G (p, p) and b (p,), weighted by the rows' error variance.
+
+        The variance is that of the residual under the loosest belief.
+        """
         size = self._mean.size
         gram, right, squares = sums[:size, :size], sums[:size, size], float(sums[size, size])
         variance = min(max(squares / rows, self._floor), self._variance)
@@ -218,15 +223,14 @@ class WearClassifier:
             weight = 1.0 / (variance * self._inflation)
             theta, spread = posterior(weight * gram, weight * right, self._mean, self._loose)
             left = squares - 2.0 * float(theta @ right) + float(theta @ gram @ theta)
-            spent = (
-                self._inflation * weight * float(np.sum(spread * gram))
-            )  # rows that the parameters have used up
+            # rows that the parameters have used up
+            spent = self._inflation * weight * float(np.sum(spread * gram))
             variance = max(left / max(rows - spent, LEFT * rows), self._floor)
         self._variance = variance
         return self._weighted(sums, variance)
 
     def _weighted(self, sums: Vector, variance: float) -> tuple[Vector, Vector]:
-        """G and b of sums over rows whose errors have this variance."""
+        """Return G and b of `sums` for rows whose errors have this variance."""
         size, weight = self._mean.size, 1.0 / (variance * self._inflation)
         return weight * sums[:size, :size], weight * sums[:size, size]
 
@@ -266,12 +270,16 @@ class WearClassifier:
     def _under(
         self, kind: Kind, gram: Vector, right: Vector, best: Vector
     ) -> tuple[Vector, Vector]:
-        """Mean and covariance of the parameters under a kind."""
+        """Return mean and covariance of the parameters under a kind."""
         return mixture(gram, right, best, self._means, self._beliefs[kind], np.array(BEFOREHAND))
 
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[WearZone, ...]:
-        """Each zone's wear; wherever it begins, it need not be at the edge of a zone, so that what
-        zones differ by is within them too, and an error that moves which are alike repeat."""
+        """Return the wear of each zone.
+
+        The true edge of worn friction need not be the edge of a zone. The interval therefore
+        includes part of the spread between zones. The covariance is scaled by the number of
+        repeated moves, because moves that are alike repeat their errors.
+        """
         weights, edges = [zone_mean(self.layout, zone) for zone in zones], zone_edges(self.layout)
         values = [float(own * self._unit @ theta) for own in weights]
         uneven = UNEVEN * (max(values, default=0.0) - min(values, default=0.0))
@@ -295,7 +303,10 @@ class WearClassifier:
     def _range(
         self, weights: Vector, theta: Vector, spread: Vector, beside: float = 0.0
     ) -> EstimateRange:
-        """The value of weighted parameters, a deviation `beside` in quadrature."""
+        """Return value and interval of weighted parameters.
+
+        beside: standard deviation added in quadrature.
+        """
         own = weights * self._unit
         value, deviation = float(own @ theta), float(np.sqrt(own @ spread @ own + beside**2))
         return EstimateRange(
@@ -304,13 +315,15 @@ class WearClassifier:
 
 
 def _tells(columns: Vector, gram: Vector) -> bool:
-    """Whether the moves alone tell the wear of these columns to better than SEEN of what is known
-    beforehand, were all else known."""
+    """Return True if the moves alone determine the wear of these columns to SEEN WEAR or better.
+
+    All other parameters are taken as known.
+    """
     return bool(columns @ gram @ columns * (SEEN * WEAR) ** 2 > 1.0)
 
 
 def _spread(layout: WeakFormLayout, kind: Kind) -> Vector:
-    """What a kind adds to the covariance (p, p) of the columns' parameters."""
+    """Return the covariance (p, p) that a kind adds to that of the columns' parameters."""
     if kind == "multiplicative":
         worn = [WEAR * dry_columns(layout)]
     elif kind == "additive":

@@ -1,5 +1,7 @@
-"""Friction of some directions and zones over the model's (4.44): weights of the columns'
-parameters, of which an interval is taken."""
+"""Weights of the columns' parameters for the friction of directions and zones.
+
+The friction is relative to the model's (4.44).
+"""
 
 from __future__ import annotations
 
@@ -14,12 +16,12 @@ from frictool.observe.wear.restriction import dry_columns, level_columns
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
 
 Vector = NDArray[np.float64]
-DIGITS = 6  # of the travel
+DIGITS = 6  # digits of the travel in printed edges
 SIDES = ("backward", "forward")
 
 
 def zone_edges(layout: WeakFormLayout) -> list[float]:
-    """Where zones begin and end [rad | m], for people: without what rounding has left of a zero."""
+    """Return the edges of the zones [rad | m], rounded for printing."""
     span = float(np.ptp(layout.edges))
     return [
         float(edge) + 0.0
@@ -30,14 +32,16 @@ def zone_edges(layout: WeakFormLayout) -> list[float]:
 
 
 def zone_mean(layout: WeakFormLayout, zone: int) -> Vector:
-    """Weights (p,) of the plain mean of a zone's two directions."""
+    """Return weights (p,) of the plain mean of a zone's two directions."""
     columns = dry_columns(layout, zone=zone)
     return np.asarray(columns / np.sum(columns))
 
 
 def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | None = None) -> Vector:
-    """Weights (p,) of the friction over the model's in the mean over `zones`, all where none is
-    given; of one direction, or of both."""
+    """Return weights (p,) of the mean friction over `zones`, relative to the model's.
+
+    zones: empty for all. side: direction; None: both.
+    """
     sides = SIDES if side is None else (side,)
     bounded = np.all(np.isfinite(layout.edges)) and layout.edges[0] < layout.edges[-1]
     spans = {
@@ -50,15 +54,14 @@ def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | Non
             part = span * _mean_friction(layout, name, zone)
             weights[layout.names.index(f"dry_{name}_{zone}")] = part
             whole += part
-    each = (
-        0.5 * len(sides) * sum(spans.values())
-    )  # what levels have in common: by what they differ is an offset, no friction
+    # the common part of the levels is friction; their difference is an offset
+    each = 0.5 * len(sides) * sum(spans.values())
     levels = level_columns(layout, each, each)
     return np.asarray((weights + levels) / whole)
 
 
 def _mean_friction(layout: WeakFormLayout, side: str, zone: int) -> float:
-    """The model's own, over a zone [N m | N]."""
+    """Return the model's mean friction over a zone [N m | N]."""
     curve, (low, high) = layout.dry[SIDES.index(side)], layout.mapped
     if not np.isfinite(low):
         return float(curve[0])
