@@ -1,1 +1,1 @@
-"""Matrix inequalities: assembled for the solver, balanced, solved."""
+"""Linear matrix inequalities: formulation, balancing and solution."""

@@ -1,13 +1,12 @@
-"""Whether a quadratic form of a transfer matrix is negative on a whole arc of the unit circle, not
-only at points of it.
+"""Negativity of a quadratic form of a transfer matrix on a whole arc of the unit circle.
 
     Phi(z) = [M; I]* Pi [M; I],   M(z) = c (z - a)^-1 b + d
 
-is singular exactly at the imaginary eigenvalues of a Hamiltonian matrix. The circle is turned so
-that the arc's middle is at 1, and mapped by s = tan(h/2) (z + 1)/(z - 1), h half the arc: its
-middle goes to infinity, its ends to +-j, so that the arc is where abs(s) >= 1 on the imaginary
-axis. Phi is negative on the arc where it is at the middle and no eigenvalue lies on that part of
-the axis.
+Phi is singular exactly at the imaginary eigenvalues of a Hamiltonian matrix. The circle is rotated
+so that the middle of the arc is at 1, and mapped by s = tan(h/2) (z + 1)/(z - 1), with h half the
+arc. The middle goes to infinity and the ends to +-j, so the arc becomes abs(s) >= 1 on the
+imaginary axis. Phi is negative on the arc if it is negative at the middle and no eigenvalue lies on
+that part of the axis.
 """
 
 from __future__ import annotations
@@ -18,13 +17,15 @@ from numpy.typing import NDArray
 from frictool.plant.lti import Lti
 
 Complex = NDArray[np.complex128]
-# of the largest eigenvalue: a real part below this counts as a crossing, which refuses the arc
+# relative real part below which an eigenvalue counts as a crossing, which refuses the arc
 ON_AXIS = 1e-8
 
 
 def is_negative_on(system: Lti, pi: Complex, start: float, stop: float) -> bool:
-    """Whether Phi < 0 for every angle from `start` to `stop` [rad]; the system is sampled and
-    stable, pi is Hermitian."""
+    """Return True if Phi < 0 for every angle from `start` to `stop` [rad].
+
+    The system is sampled and stable, `pi` is Hermitian.
+    """
     middle, half = 0.5 * (start + stop), 0.5 * (stop - start)
     stretch = np.tan(0.5 * half)
     turn = np.exp(-1j * middle)

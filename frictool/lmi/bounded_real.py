@@ -1,26 +1,26 @@
-"""The eliminated bounded-real inequalities of a set of plants with one pair (R, S), in continuous
-and in discrete time.
+"""Projected bounded-real inequalities of a set of plants with common Lyapunov blocks R and S.
 
-Vocabulary: R, S the two blocks of the Lyapunov matrix (X, Y in (5.61)); gamma the bound on the norm
-from w to z; N_R, N_S bases of the null spaces of [B2' D12'] and [C2 D21]. A controller exists for
-every plant exactly when (Gahinet and Apkarian, 1994)
+R and S are the two blocks of the Lyapunov matrix (X, Y in (5.61)), gamma is the bound on the norm
+from w to z, and N_R, N_S are bases of the null spaces of [B2' D12'] and [C2 D21]. A controller
+exists for every plant if and only if (Gahinet and Apkarian, 1994)
 
-    [N_R 0]' [ L(R)     M(R)'            B1      ] [N_R 0]          continuous  L = A R + R A'     M
-                        = C1 R      Q = 0
-    [0   I]  [ M(R)     Q(R) - gamma I   D11     ] [0   I] < 0      discrete    L = A R A' - R     M
-         = C1 R A'   Q = C1 R C1'
-             [ B1'      D11'            -gamma I ]
+    [N_R 0]' [ L(R)   M(R)'            B1       ] [N_R 0]
+    [0   I]  [ M(R)   Q(R) - gamma I   D11      ] [0   I] < 0
+             [ B1'    D11'             -gamma I ]
 
-and its dual in S hold, and [R I; I S] >= 0. With P = [A; C1], E = [I; 0] the upper left corner is P
-R E' + E R P' in continuous and P R P' - E R E' in discrete time: the two domains differ in the
-signs of three products only.
+    continuous:  L = A R + R A'    M = C1 R       Q = 0
+    discrete:    L = A R A' - R    M = C1 R A'    Q = C1 R C1'
 
-The solver gets them smaller: a Schur complement takes out the last block row, and all is divided by
-gamma. With R' = R/gamma, S' = S/gamma
+and its dual in S hold, and [R I; I S] >= 0. With P = [A; C1] and E = [I; 0], the upper left corner
+is P R E' + E R P' in continuous time and P R P' - E R E' in discrete time. The two domains differ
+only in the signs of three products.
 
-    N_R' [ L(R')   M(R')'     ] N_R + m N_R' [B1; D11] [B1; D11]' N_R < 0,    m >= d^2,   [R' dI; dI
-                   S'] >= 0,     d = 1/gamma -> max
-         [ M(R')   Q(R') - I  ]
+The solver gets a smaller problem: a Schur complement removes the last block row, and everything is
+divided by gamma. With R' = R/gamma, S' = S/gamma, d = 1/gamma and m >= d^2, maximise d subject to
+
+    N_R' [ L(R')   M(R')'    ] N_R + m N_R' [B1; D11] [B1; D11]' N_R < 0,
+         [ M(R')   Q(R') - I ]
+    [R' dI; dI S'] >= 0
 """
 
 from __future__ import annotations
@@ -42,8 +42,10 @@ ROUNDING = 1e-14
 
 @dataclass(frozen=True)
 class ProjectedInequality:
-    """One inequality of one plant, projected: level(gamma) - p v q' ... > 0 in the block v, which
-    is R or S."""
+    """Projected inequality of one plant: fixed + gamma level - p v e' - e v p' > 0, v being R or S.
+
+    In discrete time the products are -p v p' + e v e'.
+    """
 
     p: Matrix
     e: Matrix
@@ -55,8 +57,10 @@ class ProjectedInequality:
     def of(
         a: Matrix, b: Matrix, c: Matrix, d: Matrix, null: Matrix, disc: bool
     ) -> ProjectedInequality:
-        """Of x' = a x + b w, z = c x + d w with the basis `null` of what the controller does not
-        reach."""
+        """Return the inequality of x' = a x + b w, z = c x + d w.
+
+        `null` is a basis of the directions that the controller does not affect.
+        """
         n, n_z, n_w = len(a), len(c), b.shape[1]
         outer = block_diag(null, np.eye(n_w)).T
         fixed = np.zeros((n + n_z + n_w,) * 2)
@@ -73,7 +77,7 @@ class ProjectedInequality:
         )
 
     def at(self, v: Matrix, gamma: float) -> Matrix:
-        """The matrix that must be positive."""
+        """Return the matrix that must be positive."""
         if self.disc:
             return np.asarray(
                 self.fixed + gamma * self.level - self.p @ v @ self.p.T + self.e @ v @ self.e.T
@@ -83,12 +87,14 @@ class ProjectedInequality:
 
     @property
     def columns(self) -> Matrix:
-        """The upper triangles of the coefficients of v's upper triangle."""
+        """Upper triangles of the coefficients of v's upper triangle."""
         return _columns(self.p, self.e, self.disc)
 
     def reduced(self, n_w: int) -> tuple[Matrix, Matrix, Matrix]:
-        """fixed, columns, entering: over gamma and without its last `n_w` rows the matrix is fixed
-        + F(v/gamma) - entering/gamma^2."""
+        """Return fixed, columns and entering of the inequality divided by gamma.
+
+        Without its last `n_w` rows the matrix is fixed + F(v/gamma) - entering/gamma^2.
+        """
         k = len(self.p) - n_w
         side = self.fixed[:k, k:]
         return self.level[:k, :k], _columns(self.p[:k], self.e[:k], self.disc), side @ side.T
@@ -105,8 +111,10 @@ def _columns(p: Matrix, e: Matrix, disc: bool) -> Matrix:
 
 
 def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Matrix:
-    """Upper triangles of the coefficients of left v right' with respect to the upper triangle of
-    the symmetric v."""
+    """Return the coefficients of left v right' by the upper triangle of the symmetric v.
+
+    Both are given as upper triangles.
+    """
     up, down, i, j = left[rows[0]], right[rows[1]], *pairs
     both = up[:, i] * down[:, j]
     both[:, i != j] += up[:, j[i != j]] * down[:, i[i != j]]
@@ -114,8 +122,10 @@ def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Mat
 
 
 class BoundedRealInequalities:
-    """All inequalities in one set of coordinates; decision vectors begin with the upper triangles
-    of R' and S'."""
+    """All inequalities in one set of coordinates.
+
+    Decision vectors begin with the upper triangles of R' and S'.
+    """
 
     def __init__(self, plants: Sequence[GeneralisedPlant]) -> None:
         first = plants[0]
@@ -147,13 +157,13 @@ class BoundedRealInequalities:
         ]
 
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
-        """R and S of a decision vector."""
+        """Return R and S of a decision vector."""
         return gamma * symmetric(x[: self.half], self.n), gamma * symmetric(
             x[self.half : 2 * self.half], self.n
         )
 
     def free(self) -> list[AffineConstraint]:
-        """The inequalities with gamma free; the decision vector is (R', S', d, m)."""
+        """Return the inequalities with gamma free; the decision vector is (R', S', d, m)."""
         count = 2 * self.half + 2
         found = [self._coupling(count, None)]
         for start, (fixed, own, entering) in self.reduced:
@@ -166,8 +176,10 @@ class BoundedRealInequalities:
         return [*found, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
-        """The inequalities at one gamma, by a margin, and [R bI; bI S] >= 0. The vector is (R',
-        S'), or (R', S', b/gamma) for b None."""
+        """Return the inequalities at one gamma, with a margin, and [R bI; bI S] >= 0.
+
+        The decision vector is (R', S'), or (R', S', b/gamma) if b is None.
+        """
         count = 2 * self.half + (b is None)
         found = [self._coupling(count, None if b is None else b / gamma)]
         for start, (fixed, own, entering) in self.reduced:
@@ -179,7 +191,7 @@ class BoundedRealInequalities:
         return found
 
     def _coupling(self, count: int, b: float | None) -> AffineConstraint:
-        """[R' bI; bI S']; with `b` None it is the decision vector's entry after R' and S'."""
+        """Return [R' bI; bI S']; if b is None, b is the vector's entry after R' and S'."""
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
         columns = np.zeros((len(i), count))
@@ -190,8 +202,7 @@ class BoundedRealInequalities:
         return AffineConstraint(np.zeros((2 * n, 2 * n)) if b is None else b * side, columns)
 
     def hold(self, r: Matrix, s: Matrix, gamma: float) -> bool:
-        """Whether every inequality is strictly satisfied, evaluated from the plants and not from
-        what the solver was given."""
+        """Return True if every inequality holds strictly, evaluated from the plants."""
         n = self.n
         matrices = [side.at(r, gamma) for side in self.sides_r] + [
             side.at(s, gamma) for side in self.sides_s
@@ -201,6 +212,6 @@ class BoundedRealInequalities:
 
 
 def _positive(matrix: Matrix) -> bool:
-    """Whether the smallest eigenvalue is above what rounding makes of zero."""
+    """Return True if the smallest eigenvalue is positive beyond rounding."""
     values = np.linalg.eigvalsh(matrix)
     return bool(values[0] > ROUNDING * abs(values[-1]))

@@ -1,10 +1,9 @@
-"""Lyapunov matrices, linear in one parameter, of a bounded-real inequality that is to hold on a
-whole cell of plants.
+"""Search for Lyapunov matrices, linear in one parameter, for a whole cell of plants.
 
-The loop G = [A B; C D] is linear between its two ends in that parameter, for each of several
-control points in the other; with S = diag(P, I) the inequality diag(P, g^2 I) - G' S G > 0 is a
-cubic in the first, positive where its four Bernstein coefficients are (verify/certificate_proof.py,
-which proves what is found here). They are affine in P at the two ends.
+The loop G = [A B; C D] is linear in that parameter between two ends, for each of several control
+points in the other parameter. With S = diag(P, I), the inequality diag(P, g^2 I) - G' S G > 0 is a
+cubic in the first parameter, positive if its four Bernstein coefficients are. They are affine in P
+at the two ends. verify/certificate_proof.py proves the result.
 """
 
 from __future__ import annotations
@@ -23,13 +22,11 @@ Matrix = NDArray[np.float64]
 def lyapunov_ends(
     low: Sequence[Matrix], high: Sequence[Matrix], n: int, below: float
 ) -> tuple[float, Matrix, Matrix]:
-    """P (n, n) at both ends, as far inside the inequalities at the bound `below` as they go, and
-    their smallest eigenvalue there.
+    """Return the smallest eigenvalue of the inequalities at `below`, and P (n, n) at both ends.
 
-    It is negative where the inequalities have no solution, and -inf where the solver gives no
-    finite point.
-
-    low, high: [A B; C D] (n + outputs, n + inputs) at the control points, at either end.
+    The eigenvalue is maximised. It is negative if the inequalities have no solution, and -inf if
+    the solver returns no finite point. `low` and `high` are [A B; C D] (n + outputs, n + inputs) at
+    the control points, at either end.
     """
     half = n * (n + 1) // 2
     constraints = [
@@ -45,8 +42,7 @@ def lyapunov_ends(
 
 
 def _coefficient(low: Matrix, high: Matrix, n: int, below: float, index: int) -> Affine:
-    """One Bernstein coefficient, of the bounded-real inequality minus the last variable times the
-    identity."""
+    """Return one Bernstein coefficient of the inequality minus the last variable times identity."""
     half, m = n * (n + 1) // 2, low.shape[1]
     level = np.diag(np.concatenate([np.zeros(n), np.full(m - n, below**2)]))
 

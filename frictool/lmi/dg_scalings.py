@@ -1,20 +1,18 @@
 """D-G scalings of a structured uncertainty as one quadratic form (Fan, Tits and Doyle, 1991).
 
-    w_D = Delta z_D, Delta = diag(delta I, ..., Delta_f, ...), delta real in [-1, 1], |Delta_f| <= 1
-    real block   D = D* > 0, G = G*, both full:   z* D z - w* D w >= 0,   j (w* G z - z* G w) = 0
+    w_D = Delta z_D, Delta = diag(delta I, ..., Delta_f, ...), delta real in [-1, 1],
+    |Delta_f| <= 1
+
+    real block   D = D* > 0, G = G*, both full:   z* D z - w* D w >= 0,
+                                                  j (w* G z - z* G w) = 0
     full block   d > 0:                           d |z|^2 - d |w|^2 >= 0
 
-With M from (w_D, w) to (z_D, z), level g and all of these added,
+M maps (w_D, w) to (z_D, z). Adding the terms of all blocks and the level g gives
 
-    Phi = [M; I]* Pi [M; I] = M* diag(D, 1/g) M + j (G M_D - M_D* G) - diag(D, g) < 0      on the
-                                                                                           whole
-                                                                                           imaginary
-                                                                                           axis or
-                                                                                           unit
-                                                                                           circle
+    Phi = [M; I]* Pi [M; I] = M* diag(D, 1/g) M + j (G M_D - M_D* G) - diag(D, g) < 0
 
-says |z| < g |w| for every Delta, and that the loop is stable for every Delta where it is for one (G
-acts on w_D). Pi is linear in the unknowns.
+on the whole imaginary axis or unit circle (G acts on w_D). Then |z| < g |w| for every Delta, and
+the loop is stable for every Delta if it is stable for one. Pi is linear in the unknowns.
 """
 
 from __future__ import annotations
@@ -33,11 +31,11 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ScalingForm:
-    """Pi = fixed(g) + sum x_k `basis`[k]; `positive` are the (entering, size) slices whose D has to
-    be positive.
+    """Quadratic form Pi = fixed(g) + sum x_k `basis`[k].
 
-    z, w: numbers of all outputs and inputs of M, those of the uncertainty first (z_uncertain,
-    w_uncertain).
+    `blocks` has, per uncertainty block, its slices of outputs and inputs and True for a real block.
+    `z` and `w` count all outputs and inputs of M; the first `z_uncertain` and `w_uncertain` of them
+    belong to the uncertainty.
     """
 
     basis: Complex
@@ -52,18 +50,18 @@ class ScalingForm:
         return len(self.basis)
 
     def fixed(self, level: float) -> Complex:
-        """The part of the performance: z* z/level - level w* w."""
+        """Return the term of the performance: z* z/level - level w* w."""
         diagonal = np.zeros(self.z + self.w)
         diagonal[self.z_uncertain : self.z] = 1.0 / level
         diagonal[self.z + self.w_uncertain :] = -level
         return np.diag(diagonal).astype(np.complex128)
 
     def at(self, x: Vector, level: float) -> Complex:
-        """Pi for the unknowns x (count,)."""
+        """Return Pi for the unknowns x (count,)."""
         return np.asarray(self.fixed(level) + np.tensordot(x, self.basis, 1))
 
     def scales(self, x: Vector) -> list[Complex]:
-        """The matrices D of the blocks, which have to be positive."""
+        """Return the matrices D of the blocks, which must be positive."""
         whole = np.tensordot(x, self.basis, 1)
         return [
             whole[z, z] if real else whole[z.start : z.start + 1, z.start : z.start + 1]
@@ -72,8 +70,7 @@ class ScalingForm:
 
 
 def form(blocks: Sequence[Uncertain], z: int, w: int) -> ScalingForm:
-    """The form of an uncertainty; `z`, `w` count the outputs and inputs of M, those of the
-    uncertainty among them."""
+    """Return the form of an uncertainty; `z` and `w` count all outputs and inputs of M."""
     z_at, w_at, found, placed = 0, 0, [], []
     for block in blocks:
         rows, columns = slice(z_at, z_at + block.entering), slice(z + w_at, z + w_at + block.size)
@@ -88,7 +85,7 @@ def form(blocks: Sequence[Uncertain], z: int, w: int) -> ScalingForm:
 
 
 def _real(block: RealBlock, z: slice, w: slice, size: int) -> list[Complex]:
-    """One matrix for each real unknown of D and of G."""
+    """Return one matrix for each real unknown of D and of G."""
     found = []
     for part in _hermitian(block.size):
         for_d, for_g = np.zeros((2, size, size), dtype=np.complex128)
@@ -99,7 +96,7 @@ def _real(block: RealBlock, z: slice, w: slice, size: int) -> list[Complex]:
 
 
 def _hermitian(size: int) -> list[Complex]:
-    """A basis of the Hermitian matrices over the real numbers."""
+    """Return a basis of the Hermitian matrices over the real numbers."""
     found = []
     for row in range(size):
         for column in range(row + 1):

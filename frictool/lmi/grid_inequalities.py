@@ -1,20 +1,20 @@
-"""The eliminated inequalities of (5.62) at points of a grid, with X and Y that depend on the
-scheduled parameters.
+"""Projected inequalities of (5.62) at grid points, with parameter-dependent X and Y.
 
-    N_X' [ A X + X A' - X'   X C1'      B1     ]            N_Y' [ Y A + A' Y + Y'   Y B1      C1'
-                             ]
-         [ C1 X              -gamma I   D11    ] N_X < 0         [ B1' Y             -gamma I  D11'
-                             ] N_Y < 0        [X I; I Y] > 0
-         [ B1'               D11'      -gamma I]                 [ C1                D11      -gamma
-                             I]
+    N_X' [ A X + X A' - X'   X C1'      B1       ]
+         [ C1 X              -gamma I   D11      ] N_X < 0
+         [ B1'               D11'       -gamma I ]
 
-at every r and at every corner of the rates, X' = sum r_j' dX/dr_j (Wu, 1995; Apkarian and Adams,
-1998). (5.62) prints + for both derivatives; that of X is negative, X being a block of an inverse;
-with symmetric rates the conditions are the same. In discrete time the derivative is a step: A X(r)
-A' - X(r + step), A' Y(r + step) A - Y(r).
+    N_Y' [ Y A + A' Y + Y'   Y B1       C1'      ]
+         [ B1' Y             -gamma I   D11'     ] N_Y < 0        [X I; I Y] > 0
+         [ C1                D11        -gamma I ]
 
-The solver gets them as lmi/bounded_real.py says: without the last block row (Schur), and in X' =
-X/gamma, Y' = Y/gamma.
+They hold at every r of the grid and at every corner of the rates, with X' = sum r_j' dX/dr_j (Wu,
+1995; Apkarian and Adams, 1998). (5.62) prints + for both derivatives. That of X is negative,
+because X is a block of an inverse; with symmetric rates the conditions are the same. In discrete
+time the derivative is a step: A X(r) A' - X(r + step), A' Y(r + step) A - Y(r).
+
+The solver gets the smaller form of lmi/bounded_real.py: without the last block row (Schur), and in
+X/gamma, Y/gamma, which the code calls X' and Y'.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Values = tuple[float, ...]
 
 @dataclass(frozen=True)
 class ParameterBasis:
-    """Of X or Y in the parameters `on`: 1 (degree 0), and r_j (1), and r_i r_j (2)."""
+    """Basis of X or Y in the parameters `on`: 1 (degree 0), r_j (degree 1), r_i r_j (degree 2)."""
 
     degree: int
     on: tuple[int, ...]
@@ -52,13 +52,13 @@ class ParameterBasis:
         )
 
     def at(self, values: Sequence[float]) -> Vector:
-        """(terms,) at one r."""
+        """Return the basis functions (terms,) at one r."""
         return np.array(
             [np.prod([values[j] for j in term]) for term in self.terms], dtype=np.float64
         )
 
     def along(self, values: Sequence[float], motion: Sequence[float]) -> Vector:
-        """(terms,) derivatives along a motion."""
+        """Return their derivatives (terms,) along a motion."""
         found = []
         for term in self.terms:
             others = [
@@ -71,16 +71,17 @@ class ParameterBasis:
 
 @dataclass(frozen=True)
 class GridPlants:
-    """The plants at one r, all of one domain with the same B2, D12, C2, D21, in balanced
-    coordinates."""
+    """Plants at one r in balanced coordinates, of one domain and with equal B2, D12, C2, D21."""
 
     values: Values
     plants: tuple[GeneralisedPlant, ...]
 
 
 class GridInequalities:
-    """All inequalities; decision vectors begin with the upper triangles of the terms of X', then of
-    Y'."""
+    """All inequalities on the grid.
+
+    Decision vectors begin with the upper triangles of the terms of X', then those of Y'.
+    """
 
     def __init__(
         self,
@@ -112,18 +113,21 @@ class GridInequalities:
 
     @property
     def unknowns(self) -> int:
-        """Of X' and Y'."""
+        """Number of unknowns of X' and Y'."""
         return sum(self.sizes)
 
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
-        """(terms, n, n) of X and of Y."""
+        """Return the terms (terms, n, n) of X and of Y."""
         first, second = x[: self.sizes[0]], x[self.sizes[0] : self.unknowns]
         return gamma * symmetric(first.reshape(-1, self.half), self.n), gamma * symmetric(
             second.reshape(-1, self.half), self.n
         )
 
     def free(self) -> list[AffineConstraint]:
-        """With gamma free; the decision vector is (X', Y', d, m), d = 1/gamma, m >= d^2."""
+        """Return the inequalities with gamma free; the decision vector is (X', Y', d, m).
+
+        d = 1/gamma and m >= d^2.
+        """
         count = self.unknowns + 2
         found = self.coupling(count, None)
         for fixed, own, entering in self.reduced():
@@ -136,8 +140,10 @@ class GridInequalities:
         return [*found, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
-        """At one gamma, by a margin, and [X bI; bI Y] >= 0. The vector is (X', Y'), or (X', Y',
-        b/gamma) for b None."""
+        """Return the inequalities at one gamma, with a margin, and [X bI; bI Y] >= 0.
+
+        The decision vector is (X', Y'), or (X', Y', b/gamma) if b is None.
+        """
         count = self.unknowns + (b is None)
         found = self.coupling(count, None if b is None else b / gamma)
         for fixed, own, entering in self.reduced():
@@ -149,8 +155,10 @@ class GridInequalities:
         return found
 
     def reduced(self) -> Iterator[tuple[Matrix, Matrix, Matrix]]:
-        """fixed, columns, entering of every cell, plant and motion: fixed + F(X', Y') -
-        entering/gamma^2 > 0."""
+        """Yield fixed, columns and entering of every cell, plant and motion.
+
+        The inequality is fixed + F(X', Y') - entering/gamma^2 > 0.
+        """
         for cell, sides in zip(self.cells, self.sides, strict=True):
             for block in (0, 1):
                 start = block * self.sizes[0]
@@ -166,11 +174,11 @@ class GridInequalities:
                         yield fixed, columns, entering
 
     def weights(self, block: int, values: Values) -> list[tuple[Vector, Vector]]:
-        """For every motion that tells on X (block 0) or Y (1): weights of the terms in the flow,
-        and in e v e'.
+        """Return the weights of the terms for every distinct motion of X (block 0) or Y (block 1).
 
-        Continuous: flow v, then +v' of X or -v' of Y. Discrete: -p v p' of what is mapped, + e v e'
-        of what it is compared with.
+        Each entry is a pair (w1, w2): w1 gives the v that is multiplied with the plant, w2 the v of
+        e v e'. In continuous time w2 gives the derivative: +v' of X, -v' of Y. In discrete time w1
+        and w2 belong to the two ends of a step.
         """
         basis, found = self.bases[block], []
         for motion in self.motions:
@@ -184,8 +192,7 @@ class GridInequalities:
         return list(unique.values())
 
     def coupling(self, count: int, b: float | None) -> list[AffineConstraint]:
-        """[X' bI; bI Y'] at every cell; with `b` None it is the decision vector's entry after X'
-        and Y'."""
+        """Return [X' bI; bI Y'] at every cell; if b is None, b is the entry after X' and Y'."""
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
         found = []
@@ -204,8 +211,10 @@ class GridInequalities:
         return found
 
     def margins(self, x: Matrix, y: Matrix, gamma: float) -> Vector:
-        """(cells,) the smallest eigenvalue of each cell's inequalities over the largest: positive
-        where all hold. No solver takes part."""
+        """Return (cells,) the smallest eigenvalue of each cell's inequalities over the largest.
+
+        They are positive if all inequalities hold. They are evaluated without a solver.
+        """
         found = []
         for cell, sides in zip(self.cells, self.sides, strict=True):
             values = []
@@ -226,12 +235,12 @@ class GridInequalities:
 
 
 def _flowing(side: ProjectedInequality) -> ProjectedInequality:
-    """Of the product with the plant; in discrete time -p v p' alone."""
+    """Return the product with the plant; in discrete time -p v p' alone."""
     return replace(side, e=np.zeros_like(side.e)) if side.disc else side
 
 
 def _compared(side: ProjectedInequality) -> ProjectedInequality:
-    """Of e v e' alone."""
+    """Return e v e' alone."""
     return replace(side, p=np.zeros_like(side.p), disc=True)
 
 

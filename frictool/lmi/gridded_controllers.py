@@ -1,18 +1,17 @@
-"""Controllers scheduled by r for X constant and Y(r): explicit, in common coordinates, without the
-rates of r.
+"""Explicit controllers scheduled by r, for constant X and Y(r), which do not depend on rates of r.
 
-With M = I, N(r) = I - Y(r) X in (5.63) the map that takes the closed loop's inequality to (5.62) is
-constant, so that the motion enters as Y' in M22 alone (Apkarian and Adams, 1998: practically
-valid). Some D with |D11 + D12 D D21| < gamma is taken, W is the lower right block of (5.62), and
+With M = I and N(r) = I - Y(r) X in (5.63), the map from the closed loop's inequality to (5.62) is
+constant. The motion then enters only as Y' in M22 (Apkarian and Adams, 1998: practically valid).
+Take any D with |D11 + D12 D D21| < gamma, and let W be the lower right block of (5.62), V = -W^-1,
+E = [0; D12], F = [D21'; 0]:
 
-    A^ = -A' - C2' D' B2' + L2' W^-1 L1        makes M21's Schur complement zero: two inequalities
-                                               remain, each with one unknown
-    C^ = -(E' V E + e I)^-1 (B2' + E' V L1)    the least of the first,  V = -W^-1,  E = [0; D12]
-    B^' = -(F' V F + e I)^-1 (C2 + F' V L2)    the least of the second, at every rate,  F = [D21';
-                                               0]
+    A^ = -A' - C2' D' B2' + L2' W^-1 L1        makes the Schur complement of M21 zero; two
+                                               inequalities with one unknown each remain
+    C^ = -(E' V E + e I)^-1 (B2' + E' V L1)    minimises the first
+    B^' = -(F' V F + e I)^-1 (C2 + F' V L2)    minimises the second, for every rate
 
-e > 0 stands for a small weight where D12 or D21 lacks rank, the largest with which both hold at
-every point: a smaller one only makes the controller faster.
+e > 0 is a small weight for D12 or D21 without full rank. The largest e for which both inequalities
+hold at every point is used: a smaller one only makes the controller faster.
 """
 
 from __future__ import annotations
@@ -34,18 +33,18 @@ Matrix = NDArray[np.float64]
 WEIGHTS = (
     0.0,
     *np.geomspace(1.0, 1e-10, 21).tolist(),
-)  # e, in balanced coordinates; zero where both ranks are full
-FULL = 1e-6  # smallest singular value of D12 and D21, of gamma, that counts as full rank
+)  # e in balanced coordinates; zero if both ranks are full
+FULL = 1e-6  # smallest singular value of D12 and D21, relative to gamma, that counts as full rank
 
 
 def scheduled_controllers(
     found: GriddedSolution, points: Sequence[Values], plants: Sequence[GeneralisedPlant]
 ) -> tuple[Lti, ...]:
-    """One controller for each point and its plant; with them the loop keeps `found.gamma` while r
-    moves within the rates.
+    """Return one controller for each point and its plant.
 
-    In continuous time and for X of degree 0; raises ValueError otherwise, and NoSolutionError where
-    the inequalities admit no controller to working precision at some point.
+    With them the loop keeps `found.gamma` while r moves within the rates. Needs continuous time and
+    an X of degree 0, else raises ValueError. Raises NoSolutionError if the inequalities admit no
+    controller to working precision at some point.
     """
     if found.frame.disc or found.bases[0].degree:
         raise ValueError("scheduled controllers need continuous time and an X of degree 0")
@@ -58,12 +57,13 @@ def scheduled_controllers(
         if all(cell.holds(small) for cell in cells):
             return tuple(found.frame.back(cell.controller(small), 0.0) for cell in cells)
     raise NoSolutionError(
-        "no scheduled controller keeps the bound at every point to working precision; raise `recentring`"
+        "no scheduled controller keeps the bound at every point to working precision; raise "
+        "`recentring`"
     )
 
 
 class _ScheduledPlant:
-    """One plant in balanced coordinates, and what of (5.62) does not depend on the unknowns."""
+    """One plant in balanced coordinates, with the constant parts of (5.62)."""
 
     def __init__(self, found: GriddedSolution, values: Values, plant: GeneralisedPlant) -> None:
         self.plant, self.gamma = plant, found.gamma
@@ -97,7 +97,7 @@ class _ScheduledPlant:
         )
 
     def hats(self, small: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:
-        """C^, B^, L1, L2."""
+        """Return C^, B^, L1, L2."""
         p, e, f, v = self.plant, self.e, self.f, self.v
         first, second = np.vstack([self.b.T, p.c1 @ self.x]), np.vstack([p.b1.T @ self.y, self.c])
         c = -np.linalg.solve(e.T @ v @ e + small * np.eye(e.shape[1]), p.b2.T + e.T @ v @ first)
@@ -105,7 +105,7 @@ class _ScheduledPlant:
         return np.asarray(c), np.asarray(b), np.asarray(first + e @ c), np.asarray(second + f @ b.T)
 
     def holds(self, small: float) -> bool:
-        """Whether both inequalities do, the second at every corner of the rates."""
+        """Return True if both inequalities hold, the second at every corner of the rates."""
         p = self.plant
         c, b, first, second = self.hats(small)
         flow_x, flow_y = p.a @ self.x + p.b2 @ c, self.y @ p.a + b @ p.c2
@@ -117,7 +117,7 @@ class _ScheduledPlant:
         )
 
     def controller(self, small: float) -> Lti:
-        """(5.63) with M = I."""
+        """Return the controller of (5.63) with M = I."""
         p, x, y = self.plant, self.x, self.y
         c, b, first, second = self.hats(small)
         a = -self.a.T - second.T @ self.v @ first
@@ -131,8 +131,7 @@ class _ScheduledPlant:
 
 
 def lyapunov(found: GriddedSolution, values: Values) -> Matrix:
-    """P(r) of the loop of plant and scheduled controller, in the plant's states and the
-    controller's as they are given.
+    """Return P(r) of the loop of plant and scheduled controller, in the original states.
 
     [X I; I 0] P = [I Y; 0 N'].
     """
@@ -155,10 +154,10 @@ def _balanced(found: GriddedSolution, values: Values) -> Matrix:
 def certified_gamma(
     found: GriddedSolution, values: Values, plant: GeneralisedPlant, controller: Lti
 ) -> float:
-    """The gamma that P(r) proves at r, at every corner of the rates, for any controller in the
-    scheduled ones' coordinates; infinite: none.
+    """Return the gamma that P(r) proves at r for any controller; inf if none.
 
-    For instance of a sum of them (5.64), which this synthesis does not cover by itself.
+    The proof covers every corner of the rates. The controller must have the coordinates of the
+    scheduled ones. An example is a sum of them (5.64), which the synthesis alone does not cover.
     """
     states = block_diag(found.t, np.eye(controller.order))
     loop, unit = plant.closed(controller).transformed(states), found.frame.scale
@@ -181,7 +180,7 @@ def certified_gamma(
 
 
 def _carried(found: GriddedSolution, drift: Matrix, still: Matrix) -> Matrix:
-    """P' = T^-T diag(0, Y') T^-1 with the constant map T = [X I; I 0]."""
+    """Return P' = T^-T diag(0, Y') T^-1 with the constant map T = [X I; I 0]."""
     x, identity = found.x[0], np.eye(len(drift))
     inverse = np.linalg.inv(np.block([[x, identity], [identity, still]]))
     return np.asarray(inverse.T @ block_diag(still, drift) @ inverse)

@@ -1,15 +1,13 @@
-"""H-infinity synthesis with Lyapunov matrices that depend on scheduled parameters, on a grid that
-is checked between its points.
+"""H-infinity synthesis with parameter-dependent Lyapunov matrices on a refined grid.
 
-X(r) and Y(r) of (5.62) are constant, affine or quadratic in r, each r_j in [-1, 1] with a bounded
-speed (lmi/grid_inequalities.py). Speeds without bound and constant X, Y are theorem 5.3.1; one r is
-an LTI problem.
+X(r) and Y(r) of (5.62) are constant, affine or quadratic in r, with each r_j in [-1, 1] and of
+bounded speed (lmi/grid_inequalities.py). Unbounded speeds with constant X, Y give theorem 5.3.1; a
+single r gives an LTI problem.
 
-A grid proves nothing between its points: after each solution the inequalities are evaluated on a
-finer grid that is offset from it, and the points where they fail join the grid. What is said to
-hold was evaluated so, and is still no proof for every r; the frozen controller has the norm of its
-own loops. Several plants at one r (vertices of parameters that X and Y do not depend on) are
-covered with their hull.
+A grid proves nothing between its points. After each solution the inequalities are evaluated on a
+finer grid with an offset, and the points at which they fail join the grid. This is evidence, not a
+proof for every r; the norm of a frozen controller is computed from its own loops. Several plants at
+one r (vertices of parameters on which X and Y do not depend) are covered with their hull.
 """
 
 from __future__ import annotations
@@ -42,28 +40,29 @@ from frictool.plant.lti import Lti
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
-Family = Callable[[Values], Sequence[GeneralisedPlant]]  # scheduled values -> the plants there
-PASSES = 6  # of balancing, at most
-ROUNDS = 12  # of points that join the grid
-JOINING = 4  # of them at once, the worst
+# scheduled values -> plants at these values
+Family = Callable[[Values], Sequence[GeneralisedPlant]]
+PASSES = 6  # largest number of balancing passes
+ROUNDS = 12  # largest number of grid refinements
+JOINING = 4  # points that join the grid in each refinement, the worst ones
 FINER = (
     1,
     16,
     8,
     4,
-)  # intervals of the finer grid to one of the first, for 0, 1, 2, 3 and more parameters
-# of the recentring (its power): the gamma at which the finer grid is judged, so that something is
-# left between its points
+)  # intervals of the finer grid per interval of the first, for 0, 1, 2, 3 and more parameters
+# exponent of the recentring for the gamma at which the finer grid is evaluated, which leaves a
+# reserve between its points
 INSIDE = 0.75
 
 
 @dataclass(frozen=True)
 class GridSchedule:
-    """How X and Y depend on the parameters.
+    """Dependence of X and Y on the parameters.
 
-    rates (r,): bounds of their speeds, in half-widths per s, per sample for sampled plants;
-    infinite: X and Y do not depend on that one. degrees: of X and Y, 0 to 2. points: of the first
-    grid along each parameter.
+    `rates` (r,) bound the speeds in half-widths per s, per sample for sampled plants; X and Y do
+    not depend on a parameter with an infinite rate. `degrees` of X and Y are 0 to 2. `points` is
+    the number of points of the first grid along each parameter.
     """
 
     rates: tuple[float, ...]
@@ -73,12 +72,11 @@ class GridSchedule:
 
 @dataclass(frozen=True)
 class GriddedSolution:
-    """X, Y by the terms of their bases, in the states x = t x_balanced of the frame's variable;
-    gamma >= optimum, at which they hold.
+    """X and Y by the terms of their bases, in the states x = t x_balanced of the frame's variable.
 
-    motions: corners of the rates (steps in discrete time), in the frame's unit of time. points: of
-    the grid in the end. checked: at how many points in all, the finer grid's among them, the
-    inequalities were evaluated.
+    They hold at `gamma`, which is at least `optimum`. `motions` are the corners of the rates (steps
+    in discrete time) in the frame's unit of time. `points` are those of the final grid; `checked`
+    counts all points at which the inequalities were evaluated, those of the finer grid included.
     """
 
     x: Matrix
@@ -93,9 +91,9 @@ class GriddedSolution:
     checked: int
 
     def frozen(self, plant: GeneralisedPlant, values: Sequence[float]) -> Lti:
-        """The central controller of a plant at r, which keeps gamma there.
+        """Return the central controller of a plant at r, which keeps gamma there.
 
-        Raises NoSolutionError where X and Y do not admit one to working precision.
+        Raises NoSolutionError if X and Y do not admit one to working precision.
         """
         x, y = (
             np.tensordot(basis.at(values), v, 1)
@@ -111,12 +109,12 @@ class GriddedSolution:
 
 
 def minimise(family: Family, schedule: GridSchedule, recentring: float) -> GriddedSolution:
-    """The smallest gamma on the grid, then X and Y recentred at `recentring` times it, at which
-    they hold between its points too.
+    """Return X and Y recentred at `recentring` times the smallest gamma on the grid.
 
-    `family`: the plants of one domain at values (r,) in [-1, 1]. Raises NoSolutionError where the
-    inequalities are infeasible, where they do not hold, evaluated again, at what the solver
-    returns, or still fail between the points after ROUNDS refinements.
+    At that gamma they also hold at the checked points between those of the grid. `family` maps
+    values (r,) in [-1, 1] to plants of one domain. Raises NoSolutionError if the inequalities are
+    infeasible, if the solver's result violates them, or if they still fail between the points after
+    ROUNDS refinements.
     """
     try:
         return _GridSearch(family, schedule, recentring).found()
@@ -127,7 +125,7 @@ def minimise(family: Family, schedule: GridSchedule, recentring: float) -> Gridd
 
 
 class _GridSearch:
-    """The grid as it grows, and the coordinates as they settle."""
+    """Grid and coordinates during the refinement."""
 
     def __init__(self, family: Family, schedule: GridSchedule, recentring: float) -> None:
         self.family, self.recentring, parameters = family, recentring, len(schedule.rates)
@@ -148,7 +146,7 @@ class _GridSearch:
         refuse_fixed_modes([plant.transformed(self.t) for plant in framed], self.frame)
         speeds = [
             rate if self.frame.disc else rate * self.frame.scale for rate in schedule.rates
-        ]  # time in the frame's unit
+        ]  # in the frame's unit of time
         on = tuple(j for j, speed in enumerate(speeds) if np.isfinite(speed))
         self.bases = (
             ParameterBasis(schedule.degrees[0], on),
@@ -156,7 +154,7 @@ class _GridSearch:
         )
         rest = (
             (0.0,) if self.frame.disc and max(schedule.degrees) == 2 else ()
-        )  # a step in a square is not linear: standing still is no mean
+        )  # a step in a square is not linear, so the corners do not cover standing still
         self.motions: list[Values] = list(
             product(*((-s, *rest, s) if np.isfinite(s) and s > 0.0 else (0.0,) for s in speeds))
         )
@@ -182,7 +180,8 @@ class _GridSearch:
                 )
             self.grid += failing[:JOINING]
         raise NoSolutionError(
-            f"the inequalities hold on the grid and fail between its points after {ROUNDS} refinements (gamma {gamma * self.level:.4g}); "
+            f"the inequalities hold on the grid and fail between its points after {ROUNDS} "
+            f"refinements (gamma {gamma * self.level:.4g}); "
             "raise `recentring`, take a lower degree or slower parameters"
         )
 
@@ -200,7 +199,10 @@ class _GridSearch:
         return GridInequalities(cells, self.bases, self.motions)
 
     def solved(self) -> tuple[Matrix, Matrix, float]:
-        """X, Y in the last coordinates, recentred, and the optimum in units of the last level."""
+        """Return X, Y in the last coordinates, recentred, and the optimum.
+
+        The optimum is relative to the last level.
+        """
         for k in range(PASSES + 1):
             problem = self.inequalities(self.grid)
             optimum = _optimum(problem)
@@ -208,7 +210,7 @@ class _GridSearch:
             smallest = solve(_trace(problem), problem.at(inner, 1.0, STRICT)).x
             if (
                 k == PASSES or abs(optimum - 1.0) <= SETTLED
-            ):  # the level is the optimum of the pass before
+            ):  # the level is the optimum of the previous pass
                 break
             if np.all(np.isfinite(smallest)):
                 self.t = self.t @ balancing(*_mean(problem, *problem.blocks(smallest, inner)))
@@ -219,12 +221,13 @@ class _GridSearch:
             ):
                 return *problem.blocks(x, inner), optimum
         raise NoSolutionError(
-            f"the matrix inequalities do not hold where the solver stopped (gamma {gamma * self.level:.4g}); "
+            "the matrix inequalities do not hold where the solver stopped (gamma "
+            f"{gamma * self.level:.4g}); "
             "raise `recentring` or relax the weights"
         )
 
     def failing(self, x: Matrix, y: Matrix, gamma: float, points: Sequence[Values]) -> list[Values]:
-        """The points at which the inequalities do not hold, the worst first."""
+        """Return the points at which the inequalities do not hold, the worst first."""
         margins = self.inequalities(points).margins(x, y, gamma)
         return [points[k] for k in np.argsort(margins) if not margins[k] > 0.0]
 
@@ -242,7 +245,7 @@ def _optimum(problem: GridInequalities) -> float:
 
 
 def _mean(problem: GridInequalities, x: Matrix, y: Matrix) -> tuple[Matrix, Matrix]:
-    """X and Y averaged over the grid."""
+    """Return X and Y averaged over the grid."""
     weights = [
         np.mean([basis.at(cell.values) for cell in problem.cells], axis=0)
         for basis in problem.bases
@@ -251,7 +254,7 @@ def _mean(problem: GridInequalities, x: Matrix, y: Matrix) -> tuple[Matrix, Matr
 
 
 def _trace(problem: GridInequalities) -> Vector:
-    """Of the mean of X and Y over the grid, as an objective."""
+    """Return the objective: trace of the mean of X and Y over the grid."""
     unit = np.eye(problem.n)[upper_triangle(problem.n)]
     weights = [
         np.mean([basis.at(cell.values) for cell in problem.cells], axis=0)
@@ -261,8 +264,7 @@ def _trace(problem: GridInequalities) -> Vector:
 
 
 def _widest(problem: GridInequalities, gamma: float, smallest: Vector) -> Vector:
-    """The point of the largest b in [X bI; bI Y] > 0, with a mean trace not much above the
-    smallest."""
+    """Return the point with the largest b in [X bI; bI Y] > 0 and a nearly minimal mean trace."""
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(
         np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None]

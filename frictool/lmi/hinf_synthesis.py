@@ -1,15 +1,15 @@
-"""H-infinity synthesis over a polytope with one Lyapunov matrix (theorem 5.3.1), in continuous and
-in discrete time, by elimination.
+"""H-infinity synthesis over a polytope with one Lyapunov matrix (theorem 5.3.1), by elimination.
 
-    minimise    the smallest gamma and (R, S), the X and Y of (5.61), for all plants at once
-    controller  the central controller of one plant (a frozen controller, or an LTI problem's)
-    scheduled   a controller per vertex in common coordinates, whose barycentric sums (5.64) the
-                inequalities cover
+    minimise              smallest gamma and (R, S), the X and Y of (5.61), for all plants
+    controller            central controller of one plant (frozen, or of an LTI problem)
+    vertex_controllers    one controller per vertex in common coordinates; the inequalities
+                          cover their barycentric sums (5.64)
 
-Conditioning decides whether the solver's answer means anything (not the solver's status): the
-problem is solved several times in coordinates in which R and S are equal and diagonal and gamma is
-near one, then recentred: at gamma somewhat above the optimum the smallest R and S are sought, then
-the largest distance of [R I; I S] from singular, so that the controller has bounded coefficients.
+The plants are in continuous or discrete time. The solver's result is reliable only for a
+well-conditioned problem, whatever status it reports. Therefore the problem is solved several times,
+in coordinates in which R and S are equal and diagonal and gamma is near one. It is then recentred:
+at a gamma somewhat above the optimum, first the smallest R and S are computed, then those with the
+largest distance of [R I; I S] from singular. The controller then has bounded coefficients.
 """
 
 from __future__ import annotations
@@ -46,30 +46,30 @@ __all__ = [
 ]
 
 Matrix = NDArray[np.float64]
-PASSES = 8  # of balancing, at most
-DIVERGED = 1e3  # a gamma so many times that of the pass before is no optimum
-SETTLED = 1e-3  # of gamma: the passes end where it changes by less, and the inequalities hold
+PASSES = 8  # largest number of balancing passes
+DIVERGED = 1e3  # ratio of gamma to that of the previous pass above which the problem diverges
+SETTLED = 1e-3  # relative change of gamma below which the passes end, if the inequalities hold
 INFEASIBLE = frozenset(
     {"PrimalInfeasible", "DualInfeasible", "AlmostPrimalInfeasible", "AlmostDualInfeasible"}
 )
-SMALLEST_INVERSE = 1e-8  # of gamma: zero to the solver's precision
+SMALLEST_INVERSE = 1e-8  # 1/gamma that is zero to the solver's precision
 NO_GAMMA = (
-    "no finite gamma: no controllers satisfy the matrix inequalities of all plants with one Lyapunov matrix, to working precision; "
+    "no finite gamma: no controllers satisfy the matrix inequalities of all plants with one "
+    "Lyapunov matrix, to working precision; "
     "narrow the intervals or relax the weights"
 )
 RELAX = "bring the weights nearer to each other, or relax them"
-# by which the inequalities are asked, gamma being near one: more than the solver's own slack
+# margin of the inequalities for gamma near one, larger than the solver's own tolerance
 STRICT = 1e-6
-TRACE_SLACK = 1.5  # how far above the smallest trace(R + S) the recentring may go
+TRACE_SLACK = 1.5  # limit of trace(R + S) in the recentring, relative to the smallest one
 
 
 @dataclass(frozen=True)
 class LyapunovPair:
-    """R, S in the coordinates x = t x_balanced, the optimum gamma, and the gamma >= optimum at
-    which R and S hold.
+    """R and S in the coordinates x = t x_balanced, with the optimum and the recentred gamma.
 
-    `frame` is the variable in which they do; without a pole region they hold for the plant in s or
-    z too.
+    They hold at `gamma`, which is at least `optimum`, and in the variable `frame`. Without a pole
+    region they also hold for the plant in s or z.
     """
 
     r: Matrix
@@ -83,12 +83,11 @@ class LyapunovPair:
 def minimise(
     plants: Sequence[GeneralisedPlant], recentring: float, pole_region: PoleRegion | None = None
 ) -> LyapunovPair:
-    """The smallest gamma over all plants, of one domain, with one (R, S), then (R, S) recentred at
-    `recentring` times it.
+    """Return (R, S) recentred at `recentring` times the smallest gamma over all plants.
 
-    Raises NoSolutionError where a pole cannot be moved into the region of stability (or the
-    `pole_region`), where the inequalities are infeasible, or where they do not hold, evaluated
-    again, at what the solver returns; ValueError where B2, C2, D12 or D21 vary.
+    The plants are of one domain. Raises NoSolutionError if a pole cannot be moved into the region
+    of stability (or the `pole_region`), if the inequalities are infeasible, or if the solver's
+    result violates them. Raises ValueError if B2, C2, D12 or D21 vary.
     """
     try:
         return _minimise(plants, recentring, pole_region)
@@ -121,20 +120,19 @@ def _minimise(
         level = before = optimum * level
         t = t @ _next(problem.blocks(smallest, inner), (r, s))
     raise NoSolutionError(
-        f"the matrix inequalities do not hold where the solver stopped (gamma {recentring * before:.4g}); "
+        "the matrix inequalities do not hold where the solver stopped (gamma "
+        f"{recentring * before:.4g}); "
         "raise `recentring` or relax the weights"
     )
 
 
 def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.0) -> Lti:
-    """The central controller of one plant for the given (R, S): closed by it the plant's norm is at
-    most `lyapunov.gamma`.
+    """Return the central controller of one plant; its loop has a norm of at most `lyapunov.gamma`.
 
-    With `ease` > 1 it is the central one at `ease` times that gamma, which is all that the
-    inequalities then bound: calmer, and often of a norm below the gamma asked for all that, which
-    has to be verified. A controller that is frozen has to be verified in any case. Raises
-    NoSolutionError where (R, S) do not admit a controller to working precision, ValueError for an
-    `ease` below 1.
+    With `ease` > 1 it is the central one at `ease` times that gamma, and the inequalities guarantee
+    only that value. It is slower, and its norm is often still below `lyapunov.gamma`, which must be
+    verified. A frozen controller must be verified in any case. Raises NoSolutionError if (R, S) do
+    not admit a controller to working precision, ValueError if `ease` is below 1.
     """
     if not ease >= 1.0:
         raise ValueError(f"ease is {ease:g}; it is a factor on gamma, 1 or more")
@@ -151,13 +149,15 @@ def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.
 def vertex_controllers(
     plants: Sequence[GeneralisedPlant], lyapunov: LyapunovPair, ease: float = 1.0
 ) -> tuple[Lti, ...]:
-    """A controller for each plant, in common coordinates: sums of them with the plants' weights
-    (5.46) keep ease times gamma (5.64)."""
+    """Return a controller for each plant, in common coordinates.
+
+    Sums of them with the plants' weights (5.46) keep ease times gamma (5.64).
+    """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 
 
 def scale_level(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
-    """The plant whose norm is that of `plant` over `level`; R and S are the same."""
+    """Return the plant whose norm is that of `plant` over `level`, with the same R and S."""
     root = np.sqrt(level)
     return replace(
         plant,
@@ -170,8 +170,7 @@ def scale_level(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
 
 
 def _optimum(problem: BoundedRealInequalities) -> tuple[float, Matrix, Matrix]:
-    """The smallest gamma, with its R and S. Raises NoSolutionError where the solver finds no finite
-    gamma."""
+    """Return the smallest gamma with its R and S; raise NoSolutionError if it is not finite."""
     objective = np.zeros(2 * problem.half + 2)
     objective[-2] = -1.0
     found = solve(objective, problem.free())
@@ -186,8 +185,10 @@ def _optimum(problem: BoundedRealInequalities) -> tuple[float, Matrix, Matrix]:
 
 
 def _next(*pairs: tuple[Matrix, Matrix]) -> Matrix:
-    """The balancing by the first pair (R, S) of two positive matrices. Raises NoSolutionError where
-    none is."""
+    """Return the balancing by the first pair (R, S) that is finite and positive.
+
+    Raises NoSolutionError if there is none.
+    """
     for r, s in pairs:
         if (
             np.all(np.isfinite(r))
@@ -203,12 +204,12 @@ def _trace(problem: BoundedRealInequalities) -> Vector:
 
 
 def _smallest(problem: BoundedRealInequalities, gamma: float) -> Vector:
-    """The decision vector of smallest trace(R + S) at a gamma."""
+    """Return the decision vector with the smallest trace(R + S) at a gamma."""
     return solve(_trace(problem), problem.at(gamma, 1.0 + STRICT, STRICT)).x
 
 
 def _widest(problem: BoundedRealInequalities, gamma: float, smallest: Vector) -> Vector:
-    """That of the largest b in [R bI; bI S] >= 0, with a trace not much above the smallest."""
+    """Return the vector with the largest b in [R bI; bI S] >= 0 and a nearly minimal trace."""
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(
         np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None]

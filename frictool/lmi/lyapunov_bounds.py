@@ -1,28 +1,26 @@
-"""Upper bounds of the worst norm (5.53) of a family of closed loops, by a Lyapunov matrix: what
-holds while the parameters move.
+"""Upper bounds of the worst norm (5.53) of a family of loops whose parameters may move.
 
-    x' = A x + B w,  z = C x + D w      in the parameters r, a box of normalised ones in [0, 1], the
-                                        loop is multi-affine
+    x' = A x + B w,  z = C x + D w    multi-affine in the parameters r of a box, normalised
+                                      to [0, 1]
+    common                one P: any motion of r at any speed (Boyd et al., 1994); the
+                          vertices are sufficient for their hull
+    parameter dependent   P(r) multi-affine in r: r constant, or |r'| bounded
 
-    common               one P: any motion of r, as fast as it likes (Boyd et al., 1994); the
-                         vertices decide, for all of their hull
-    parameter dependent  P(r) multi-affine in r: r constant, or |r'| bounded
+With P(r) the bounded-real inequality has degree two in each parameter. In Bernstein's basis,
+(1-r)^2, 2 r (1-r), r^2 for each parameter, it is negative on the whole box if all 3^r coefficient
+matrices are. This condition is sufficient, needs no grid and is linear in P. A coefficient is the
+mean, over the pairs of corners that contribute to it, of the inequality with P of one corner and
+the loop of the other.
 
-With P(r) the bounded-real inequality is of degree two in each parameter. It is written in
-Bernstein's basis, (1-r)^2, 2 r (1-r), r^2 in each, where it is negative on the whole box if every
-one of its 3^r coefficient matrices is: sufficient, no grid, and linear in P. A coefficient is the
-mean over the pairs of corners that meet there of P at one with the loop at the other. The motion
-adds the sum of r_j' dP/dr_j, at every corner of the box of rates; in discrete time a step moves
-P(r) to P+ = P(r + step), and Schur's complement keeps A' P+ A linear:
+The motion adds the sum of r_j' dP/dr_j, at every corner of the box of rates. In discrete time a
+step moves P(r) to P+ = P(r + step), and a Schur complement keeps A' P+ A linear:
 
     [-P  A'P+  0  C'; P+A  -P+  P+B  0; 0  B'P+  -gamma  D'; C  0  D  -gamma] < 0.
 
-Samples of a continuous plant are not multi-affine in its parameters, only nearly: for sampled loops
-the bound is of the interpolation between the corners, and `at` tells what the P found proves of any
-other loop.
-
-The solver's gamma is not used. For the P found the smallest gamma of each inequality is the largest
-eigenvalue of a matrix in closed form (Schur's complement), evaluated here.
+Samples of a continuous plant are only nearly multi-affine in its parameters. For sampled loops the
+bound is therefore that of the interpolation between the corners; `at` computes the gamma that P
+proves for any other loop. The solver's gamma is not used: for given P the smallest gamma of each
+inequality is the largest eigenvalue of a matrix in closed form (Schur complement), computed here.
 """
 
 from __future__ import annotations
@@ -41,15 +39,15 @@ from frictool.lmi.state_balancing import osborne
 from frictool.plant.lti import Lti
 
 Matrix = NDArray[np.float64]
-PASSES = 3  # of balancing: coordinates in which the mean P of the last one is the unit matrix
+PASSES = 3  # balancing passes, each in coordinates in which the last mean P is the unit matrix
 
 
 @dataclass(frozen=True)
 class LyapunovBound:
-    """`gamma` bounds |z|/|w|; infinite where no Lyapunov matrix was found.
+    """Bound `gamma` of |z|/|w|, infinite if no Lyapunov matrix was found.
 
-    p: P, or P at each corner, in coordinates x = t x_balanced and, in continuous time, in time
-    units of `unit` [s]. In SI the decrease of x' P x is lost in rounding.
+    `p` is P, or P at each corner, in coordinates x = t x_balanced and, in continuous time, in time
+    units of `unit` [s]. In SI units the decrease of x' P x would be lost in rounding.
     """
 
     gamma: float
@@ -58,8 +56,7 @@ class LyapunovBound:
     unit: float = 1.0
 
     def at(self, loop: Lti, values: Sequence[float] = ()) -> float:
-        """The gamma that P at normalised `values` (r,) proves of one constant loop; infinite where
-        it proves nothing."""
+        """Return the gamma that P at normalised `values` (r,) proves for one loop, else inf."""
         if not self.p:
             return np.inf
         corners = product((0, 1), repeat=len(values))
@@ -82,21 +79,23 @@ class LyapunovBound:
 
 
 def common_bound(loops: Sequence[Lti]) -> LyapunovBound:
-    """One Lyapunov matrix for the hull of `loops` (same states, inputs and outputs, one domain):
-    arbitrarily fast motion inside it."""
+    """Return the bound by one Lyapunov matrix for the hull of `loops`, for motion at any speed.
+
+    The loops have the same states, inputs, outputs and domain.
+    """
     return _bound(loops, 0, [[(0, k)] for k in range(len(loops))], np.zeros((1, 0)))
 
 
 def parameter_dependent_bound(
     loops: Sequence[Lti], rates: ArrayLike | None = None
 ) -> LyapunovBound:
-    """P multi-affine in r parameters.
+    """Return the bound by a P that is multi-affine in r parameters.
 
-    `loops`: the 2^r corners in the order of itertools.product, the last parameter quickest. `rates`
-    (r,): bounds of the parameters' speeds, in widths of their intervals per s (per sample for
-    sampled loops, where more than 1 means 1); zero, constant, where absent. Where one is infinite,
-    or nothing is found with P(r), it is `common_bound`. Raises ValueError where the loops are not
-    2^r.
+    `loops` are the 2^r corners in the order of itertools.product, the last parameter fastest.
+    `rates` (r,) bound the speeds of the parameters, in interval widths per s, or per sample for
+    sampled loops (more than 1 means 1); without them the parameters are constant. The result is
+    `common_bound` if a rate is infinite or no P(r) is found. Raises ValueError if there are not 2^r
+    loops.
     """
     count = len(loops).bit_length() - 1
     if len(loops) != 1 << count:
@@ -109,7 +108,7 @@ def parameter_dependent_bound(
     motions = np.array(
         list(product(*((-speed, speed) if speed > 0.0 else (0.0,) for speed in speeds))),
         dtype=np.float64,
-    )  # (k, r); (1, 0) of one plant
+    )  # (k, r); (1, 0) for one plant
     corners = list(product((0, 1), repeat=count))
     meeting: dict[tuple[int, ...], list[tuple[int, int]]] = {}
     for i, first in enumerate(corners):
@@ -156,7 +155,7 @@ def _bound(
 
 
 def _timed(loop: Lti, unit: float) -> Lti:
-    """A continuous loop with time in `unit` s, in which P is the same."""
+    """Return a continuous loop with time in `unit` s; P is the same."""
     return (
         loop
         if loop.period
@@ -165,7 +164,7 @@ def _timed(loop: Lti, unit: float) -> Lti:
 
 
 class _BoundProblem:
-    """The inequalities in one set of coordinates; unknowns: P of each corner, then gamma."""
+    """Inequalities in one set of coordinates; the unknowns are P of each corner, then gamma."""
 
     def __init__(
         self, loops: Sequence[Lti], count: int, coefficients: Sequence[Pairs], motions: Matrix
@@ -177,8 +176,10 @@ class _BoundProblem:
         self.unknowns = len(self.corners) * self.half + 1
 
     def solved(self) -> tuple[float, tuple[Matrix, ...]]:
-        """The smallest gamma that our own evaluation gives for what the solver returns (infinite:
-        none), and P of each corner."""
+        """Return the smallest gamma proved by the solver's P, and P of each corner.
+
+        gamma is infinite if P proves nothing.
+        """
         constraints: list[Affine] = [
             partial(self.p, corner=corner) for corner in range(len(self.corners))
         ]
@@ -201,18 +202,18 @@ class _BoundProblem:
         return product(self.coefficients, self.motions)
 
     def p(self, x: Matrix, corner: int) -> Matrix:
-        """P at a corner, for decision vectors (k, unknowns)."""
+        """Return P at a corner, for decision vectors (k, unknowns)."""
         return symmetric(x[:, corner * self.half : (corner + 1) * self.half], self.n)
 
     def positive(self, x: Matrix, pairs: Pairs, motion: Matrix) -> Matrix:
-        """Minus a coefficient of the inequality, with gamma."""
+        """Return minus a coefficient of the inequality, with gamma."""
         whole = -self.whole(x, pairs, motion)
         outer = np.arange(whole.shape[1] - _ports(self.loops[0]), whole.shape[1])
         whole[:, outer, outer] += x[:, -1:]
         return whole
 
     def whole(self, x: Matrix, pairs: Pairs, motion: Matrix) -> Matrix:
-        """A coefficient of the inequality without gamma."""
+        """Return a coefficient of the inequality without gamma."""
         found = [
             _inequality(
                 self.loops[j], self.p(x, i), self.moved(x, i, motion), self.drift(x, i, motion)
@@ -222,7 +223,7 @@ class _BoundProblem:
         return np.asarray(np.mean(found, axis=0))
 
     def drift(self, x: Matrix, corner: int, motion: Matrix) -> Matrix:
-        """sum r_j' dP/dr_j at a corner, of P multi-affine."""
+        """Return sum r_j' dP/dr_j at a corner."""
         return sum(
             (speed * self.slope(x, corner, axis) for axis, speed in enumerate(motion) if speed),
             start=np.zeros((len(x), self.n, self.n)),
@@ -236,7 +237,7 @@ class _BoundProblem:
         )
 
     def moved(self, x: Matrix, corner: int, motion: Matrix) -> Matrix:
-        """P(corner + step): multi-affine, so that it is extrapolated exactly."""
+        """Return P(corner + step); the extrapolation is exact since P is multi-affine."""
         values = np.add(self.corners[corner], motion)
         weights = [
             np.prod([v if bit else 1.0 - v for bit, v in zip(other, values, strict=True)])
@@ -253,8 +254,10 @@ def _ports(loop: Lti) -> int:
 
 
 def _inequality(loop: Lti, p: Matrix, moved: Matrix, drift: Matrix) -> Matrix:
-    """The bounded-real inequality without its gamma, for P, P after a step and the drift of P, (k,
-    n, n) each."""
+    """Return the bounded-real inequality without its gamma.
+
+    `p`, `moved` (P after a step) and `drift` have the shape (k, n, n).
+    """
     n, w = loop.b.shape
     inner = 2 * n if loop.period else n
     whole = np.zeros((len(p), inner + w + len(loop.c), inner + w + len(loop.c)))
@@ -268,8 +271,10 @@ def _inequality(loop: Lti, p: Matrix, moved: Matrix, drift: Matrix) -> Matrix:
 
 
 def _smallest_gamma(whole: Matrix, loop: Lti) -> float:
-    """The smallest gamma with whole - diag(0, gamma I) < 0; infinite where the part without gamma
-    is not negative."""
+    """Return the smallest gamma with whole - diag(0, gamma I) < 0.
+
+    It is infinite if the block without gamma is not negative.
+    """
     inner = len(whole) - _ports(loop)
     decrease, cross, rest = -whole[:inner, :inner], whole[inner:, :inner], whole[inner:, inner:]
     if np.linalg.eigvalsh(decrease)[0] <= 0.0:

@@ -1,17 +1,16 @@
-"""The controller of a plant for given (R, S), explicit: Parrott's problem instead of (5.62)-(5.63)
-with another optimisation.
+"""Explicit controller of a plant for given (R, S), by Parrott's lemma.
 
-With P = [S, -G; -G, G], G = S - R^-1, the bounded-real lemma in discrete time says that a norm is
-below one, affinely in the controller's matrices K: |Phi + U K V| < 1. That is Parrott's problem;
-its central solution is explicit (Davis, Kahan and Weinberger, 1982).
+It makes a second optimisation of (5.62)-(5.63) unnecessary. With P = [S, -G; -G, G], G = S - R^-1,
+the bounded-real lemma in discrete time becomes |Phi + U K V| < 1, in which K contains the
+controller's matrices. That is Parrott's problem, whose central solution is explicit (Davis, Kahan
+and Weinberger, 1982).
 
-In continuous time the plant is first mapped to the unit disc (Cayley): the same P solves both
-bounded-real inequalities. D12 = 0 or D21 = 0 need no exception on this way, and a singular [R I; I
-S] is the only thing that can go wrong.
+A continuous plant is first mapped to the unit disc (Cayley): the same P solves both bounded-real
+inequalities. D12 = 0 or D21 = 0 need no special case; only a singular [R I; I S] can fail.
 
-P depends on (R, S) alone, so that the controllers of all vertices are in common coordinates, and
-any barycentric sum of them (5.64) is covered by the same inequalities: these are affine in the
-plant and the controller together, B2, C2, D12 and D21 being constant.
+P depends on (R, S) alone, so the controllers of all vertices are in common coordinates. The same
+inequalities cover any barycentric sum of them (5.64), because they are affine in plant and
+controller together for constant B2, C2, D12 and D21.
 """
 
 from __future__ import annotations
@@ -29,14 +28,13 @@ CAYLEY_STEPS = (
     1.0,
     0.7,
     0.5,
-)  # times the frame's unit of time; one of them is away from every pole in the right half-plane
+)  # times the frame's unit of time; at least one is far from every pole in the right half-plane
 
 
 def central(plant: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float) -> Lti:
-    """The central controller of the order of the plant, in its domain, where the inequalities hold
-    with (R, S) at `gamma`.
+    """Return the central controller for (R, S) at `gamma`, of the plant's order and domain.
 
-    Raises NoSolutionError where (R, S) do not admit a controller to working precision.
+    Raises NoSolutionError if (R, S) do not admit a controller to working precision.
     """
     if plant.period:
         return _discrete(
@@ -58,7 +56,7 @@ def central(plant: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float) -> Lti:
 
 
 def _cayley(p: GeneralisedPlant, h: float) -> tuple[GeneralisedPlant, Matrix]:
-    """The plant in z = (1 + h s)/(1 - h s), and its D22."""
+    """Return the plant in z = (1 + h s)/(1 - h s), and its D22."""
     identity = np.eye(len(p.a))
     inverse = np.linalg.inv(identity - h * p.a)
     root = np.sqrt(2.0 * h)
@@ -79,15 +77,15 @@ def _cayley(p: GeneralisedPlant, h: float) -> tuple[GeneralisedPlant, Matrix]:
 def _discrete(
     p: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float, d22: Matrix, period: float
 ) -> Lti:
-    """Parrott's central controller, for a plant whose measurement sees the command through
-    `d22`."""
+    """Return Parrott's central controller for a plant with the direct term `d22`."""
     n, n_w, n_z, n_u, n_y = len(p.a), p.b1.shape[1], len(p.c1), p.b2.shape[1], len(p.c2)
     gap = s - np.linalg.inv(r)
     big = np.block([[s, -gap], [-gap, gap]])
     values, vectors = np.linalg.eigh(0.5 * (big + big.T))
     if values[0] <= 0.0:
         raise NoSolutionError(
-            "the Lyapunov matrix of the synthesis is not positive; raise `recentring` or relax the weights"
+            "the Lyapunov matrix of the synthesis is not positive; raise `recentring` or relax "
+            "the weights"
         )
     root, root_inverse = (
         vectors @ np.diag(np.sqrt(values)) @ vectors.T,
@@ -108,15 +106,17 @@ def _discrete(
     )
     v = np.block([[zero((n, n)), np.eye(n), zero((n, n_w))], [p.c2, zero((n_y, n)), p.d21]]) @ right
     k = parrott(phi, u, v)
-    # found for y without d22 u: u = k (y - d22 u), solved for u
+    # k was computed for the measurement without d22 u: u = k (y - d22 u), solved for u
     direct = np.linalg.inv(np.eye(n_u) + k[n:, n:] @ d22)
     c, d = direct @ k[n:, :n], direct @ k[n:, n:]
     return Lti(k[:n, :n] - k[:n, n:] @ d22 @ c, k[:n, n:] - k[:n, n:] @ d22 @ d, c, d, period)
 
 
 def parrott(phi: Matrix, u: Matrix, v: Matrix) -> Matrix:
-    """The central K with |phi + u K v| < 1, u of full column rank and v of full row rank. Raises
-    NoSolutionError where there is none."""
+    """Return the central K with |phi + u K v| < 1; raise NoSolutionError if there is none.
+
+    u has full column rank and v full row rank.
+    """
     q_u, r_u = np.linalg.qr(u, mode="complete")
     q_v, r_v = np.linalg.qr(v.T, mode="complete")
     m, k = u.shape[1], v.shape[0]
@@ -125,12 +125,14 @@ def parrott(phi: Matrix, u: Matrix, v: Matrix) -> Matrix:
     reach = max(np.linalg.norm(np.vstack([b, a]), 2), np.linalg.norm(np.hstack([c, a]), 2))
     if reach >= 1.0:
         raise NoSolutionError(
-            f"no controller for the Lyapunov matrix found (norm {reach:.6g} >= 1); raise `recentring` or relax the weights"
+            f"no controller for the Lyapunov matrix found (norm {reach:.6g} >= 1); raise "
+            "`recentring` or relax the weights"
         )
     completed = -b @ np.linalg.solve(np.eye(a.shape[1]) - a.T @ a, a.T @ c)
     found = np.linalg.solve(r_u[:m], np.linalg.solve(r_v[:k], (completed - corner).T).T)
     if not np.linalg.norm(phi + u @ found @ v, 2) < 1.0:
         raise NoSolutionError(
-            "the controller found does not keep the bound that it was found for; raise `recentring` or relax the weights"
+            "the controller found does not keep the bound that it was found for; raise "
+            "`recentring` or relax the weights"
         )
     return np.asarray(found)

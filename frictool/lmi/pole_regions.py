@@ -1,14 +1,13 @@
-"""The variable of the Laplace or z transform in which a synthesis is solved: p = scale (s - shift),
-in a half-plane or in a disc.
+"""Variable of the Laplace or z transform in which a synthesis is solved: p = scale (s - shift).
 
-    continuous            p = s T              Re p < 0       T makes the fast modes of order one
+    continuous            p = s T              Re p < 0      T scales fast modes to about one
     discrete              p = z                abs(p) < 1
-    half-plane of poles   p = (s + decay) T    Re p < 0       Re s < -decay
-    disc of poles         p = (s - c)/r        abs(p) < 1     abs(s - c) < r
+    half-plane of poles   p = (s + decay) T    Re p < 0      Re s < -decay
+    disc of poles         p = (s - c)/r        abs(p) < 1    abs(s - c) < r
 
-A norm bounded on the boundary of the region, with every pole inside it, is bounded on the imaginary
-axis or the unit circle too (maximum modulus), so that one inequality in p asks for the region and
-the norm at once.
+A norm that is bounded on the boundary of the region, with every pole inside it, is also bounded on
+the imaginary axis or the unit circle (maximum modulus). One inequality in p therefore demands both
+the region and the norm.
 """
 
 from __future__ import annotations
@@ -24,22 +23,23 @@ from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
 
 Matrix = NDArray[np.float64]
-# smallest singular value of [A - pole, B2], of the largest, below which a pole is not moved by
-# feedback
+# relative smallest singular value of [A - pole, B2] below which feedback does not move a pole
 UNREACHED = 1e-9
 
 
 @dataclass(frozen=True)
 class PoleHalfPlane:
-    """Closed-loop poles with Re s < -decay [rad/s]; continuous time."""
+    """Region Re s < -decay [rad/s] of closed-loop poles; continuous time."""
 
     decay: float
 
 
 @dataclass(frozen=True)
 class PoleDisc:
-    """Closed-loop poles with abs(s - centre) < radius: in the left half-plane [rad/s], or for
-    sampled plants in the unit disc."""
+    """Region abs(s - centre) < radius of closed-loop poles.
+
+    It lies in the left half-plane [rad/s], or for sampled plants in the unit disc.
+    """
 
     centre: float
     radius: float
@@ -50,14 +50,14 @@ PoleRegion = PoleHalfPlane | PoleDisc
 
 @dataclass(frozen=True)
 class TransformVariable:
-    """p = scale (s - shift); stable where abs(p) < 1 (`disc`) or where Re p < 0."""
+    """Variable p = scale (s - shift); stable means abs(p) < 1 (`disc`) or Re p < 0."""
 
     shift: float
     scale: float
     disc: bool
 
     def plant(self, plant: GeneralisedPlant) -> GeneralisedPlant:
-        """The plant in p: a period of 1 marks the disc."""
+        """Return the plant in p; a period of 1 marks the disc."""
         root = np.sqrt(self.scale)
         return replace(
             plant,
@@ -70,33 +70,37 @@ class TransformVariable:
         )
 
     def back(self, k: Lti, period: float) -> Lti:
-        """A controller in p as one in s or z."""
+        """Return a controller in p as one in s or z."""
         root = np.sqrt(self.scale)
         return Lti(
             k.a / self.scale + self.shift * np.eye(k.order), k.b / root, k.c / root, k.d, period
         )
 
     def inside(self, pole: complex) -> bool:
-        """Whether a pole, in s or z, is in the region."""
+        """Return True if a pole, in s or z, is in the region."""
         p = self.scale * (pole - self.shift)
         return abs(p) < 1.0 if self.disc else p.real < 0.0
 
 
 def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> TransformVariable:
-    """The frame of a synthesis. Raises ValueError for a region that is not within the region of
-    stability."""
+    """Return the variable of a synthesis.
+
+    Raises ValueError if the region is not within the region of stability.
+    """
     sampled = plants[0].period > 0.0
     if isinstance(region, PoleDisc):
         reach = abs(region.centre) + region.radius if sampled else region.centre + region.radius
         if region.radius <= 0.0 or reach > (1.0 if sampled else 0.0):
             where = "the unit disc" if sampled else "the left half-plane"
             raise ValueError(
-                f"the disc of poles, centre {region.centre:g} and radius {region.radius:g}, is not within {where}"
+                f"the disc of poles, centre {region.centre:g} and radius {region.radius:g}, is "
+                f"not within {where}"
             )
         return TransformVariable(region.centre, 1.0 / region.radius, True)
     if isinstance(region, PoleHalfPlane) and (sampled or region.decay < 0.0):
         raise ValueError(
-            "a half-plane of poles needs a plant in continuous time and a decay of 0 rad/s or more; try a disc"
+            "a half-plane of poles needs a plant in continuous time and a decay of 0 rad/s or "
+            "more; try a disc"
         )
     if sampled:
         return TransformVariable(0.0, 1.0, True)
@@ -107,10 +111,9 @@ def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> Tran
 
 
 def refuse_fixed_modes(framed: Sequence[GeneralisedPlant], frame: TransformVariable) -> None:
-    """Raises NoSolutionError where a pole that no feedback moves, such as a weight's own, lies
-    outside the region.
+    """Raise NoSolutionError if feedback cannot move a pole that lies outside the region.
 
-    `framed` are the plants in p, with states of like size.
+    An example is a weight's own pole. `framed` are the plants in p, with states of similar size.
     """
     for plant in framed:
         identity = np.eye(len(plant.a))
@@ -127,6 +130,8 @@ def refuse_fixed_modes(framed: Sequence[GeneralisedPlant], frame: TransformVaria
                 values = np.linalg.svd(side, compute_uv=False)
                 if values[-1] <= UNREACHED * values[0]:
                     raise NoSolutionError(
-                        f"the pole at {pole if pole.imag else pole.real:.4g} is not {what}, and not within the region asked for the "
-                        "closed loop: no controller exists; give the weights stable poles within that region, or widen it"
+                        f"the pole at {pole if pole.imag else pole.real:.4g} is not {what}, and "
+                        "not within the region asked for the "
+                        "closed loop: no controller exists; give the weights stable poles within "
+                        "that region, or widen it"
                     )

@@ -1,24 +1,24 @@
-"""Gains of a switched observer that pass least of the measurement's noise, of those that keep the
-gain from the model's error small.
+"""Switched-observer gains with the least noise amplification for a given bound of the model error.
 
-The optimum of (6.6) is flat, and without noise in it the gains that it gives put the error right
-within a sample or two: what a coarse encoder adds then goes through amplified. Here the gains
-minimise nu under
+The optimum of (6.6) is flat. Without noise in the problem its gains correct the error within one or
+two samples, and then amplify the noise of a coarse encoder. Here the gains minimise nu subject to
 
-    |z| <= factor gamma* |Delta|      gamma*: the smallest gamma, with the decay that is asked for
-    |z| <= nu |w|                     y = C_i x + n_i w, so that -L_i n_i w enters the error
+    |z| <= factor gamma* |Delta|    gamma*: the smallest gamma with the requested decay
+    |z| <= nu |w|                   y = C_i x + n_i w, so that -L_i n_i w enters the error
 
-both with the same P_i. For every allowed switch (i, j), a slack G_i in place of the P_i that (6.6)
-multiplies by, V_i = G_i' L_i, and Q the one of the two that is meant (-V_i n_i for G_i' Q_i)
+with the same P_i. For every allowed switch (i, j), a slack G_i replaces the factor P_i of (6.6),
+with V_i = G_i' L_i. In the noise inequality -V_i n_i replaces G_i' Q_i:
 
-    [lambda^2 P_i - C-bar_i' C-bar_i      0           A_i' G_i - C_i' V_i']
-    [ *                                   gamma^2 I   Q_i' G_i            ]  >  0
-    [ *                                   *           G_i + G_i' - P_j    ]
+    [lambda^2 P_i - C-bar_i' C-bar_i   0           A_i' G_i - C_i' V_i']
+    [ *                                gamma^2 I   Q_i' G_i            ]  >  0
+    [ *                                *           G_i + G_i' - P_j    ]
 
 (J. Daafouz, P. Riedinger, C. Iung, IEEE TAC 47, 2002). With G_i = P_i it is (6.6), whose lemma
-6.2.1 asks P_j < 2 P_i of every switch: where alpha pushes one way in one mode and the other way in
-the next that leaves no fast alpha. gamma* is the solver's; that the gains keep to `factor` times it
-is evaluated by (6.9), with the gains and the P_i found, and so is nu.
+6.2.1 requires P_j < 2 P_i for every switch. If alpha acts in opposite directions in two successive
+modes, that requirement excludes a fast alpha.
+
+gamma* is the solver's value. The bound of `factor` times gamma* is checked by (6.9) with the
+computed gains and P_i, and so is nu.
 """
 
 from __future__ import annotations
@@ -46,16 +46,16 @@ from frictool.lmi.switched_observer_gains import (
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
-PASSES = 3  # of balancing
+PASSES = 3  # balancing passes
 INSIDE, FASTER = (
     0.995,
     1e-6,
-)  # of the gamma that is allowed, and of the decay, by which the gains are asked for inside and not on the edge
+)  # reserve in gamma (factor) and in the decay (share): keeps the gains off the limit
 
 
 @dataclass(frozen=True)
 class QuietGains:
-    """found: gains and what they prove. noise_gain: the smallest nu that is proved of them."""
+    """Gains with their proof, and the smallest noise gain nu that is proved for them."""
 
     found: SwitchedGains
     noise_gain: float
@@ -69,19 +69,18 @@ def quiet_gains(
     factor: float,
     apart: Mapping[int, NDArray[np.bool_]] = MappingProxyType({}),
 ) -> QuietGains:
-    """Gains for `modes` and the allowed `switches`; noise: n_i (m,) of each mode.
+    """Return the gains for `modes` and the allowed `switches`; `noise` has n_i (m,) of each mode.
 
-    apart: of a mode (n, m), which gains may differ from 0. Such a mask is the same for all states
-    of a block, and the blocks' states follow one another, so that it stands in states which a
-    triangular matrix leads to.
-
-    Raises NoSolutionError where a mode is not detectable, and where no gains are proved to keep to
-    `factor` times the smallest gamma. Raises ValueError for a decay outside (0, 1], or a factor
-    that is not above 1.
+    `apart` (n, m) marks, per mode, the gains that may differ from 0. Such a mask must be equal for
+    all states of a block, and a block's states must be consecutive, so that the mask also holds
+    after a triangular change of states. Raises NoSolutionError if a mode is not detectable, or if
+    no gains are proved within `factor` times the smallest gamma. Raises ValueError for a decay
+    outside (0, 1] or a factor of at most 1.
     """
     if not 0.0 < decay <= 1.0 or not factor > 1.0:
         raise ValueError(
-            f"a decay of {decay:g} and a factor of {factor:g}; allowed: above 0 and at most 1, and above 1"
+            f"a decay of {decay:g} and a factor of {factor:g}; allowed: above 0 and at most 1, "
+            "and above 1"
         )
     t = state_units(modes)
     for index, mode in modes.items():
@@ -102,15 +101,18 @@ def quiet_gains(
         t = t @ np.linalg.inv(cholesky(np.mean(list(found.p.values()), axis=0)))
     if best is None:
         raise NoSolutionError(
-            f"no gains were found that are proved to decay by {decay:g} a sample within {factor:g} times the smallest gamma: ask for a "
+            f"no gains were found that are proved to decay by {decay:g} a sample within "
+            f"{factor:g} times the smallest gamma: ask for a "
             "decay nearer to 1, or a larger factor"
         )
     return best
 
 
 class _QuietProblem:
-    """The inequalities in one set of states. Unknowns: P_i, G_i, V_i of each mode, then the square
-    that is minimised."""
+    """Inequalities in one set of states.
+
+    The unknowns are P_i, G_i, V_i of each mode, then the square that is minimised.
+    """
 
     def __init__(
         self,
@@ -142,7 +144,7 @@ class _QuietProblem:
         }
         self.masks = {
             i: (np.all(mask[:, None] == mask[None], axis=2), mask) for i, mask in masks.items()
-        }  # of G_i and V_i
+        }  # masks of G_i and V_i
         self.first, self.sizes, count = {}, {}, 0
         for index, mode in self.posed.items():
             self.first[index], self.sizes[index] = (
@@ -153,8 +155,7 @@ class _QuietProblem:
         self.count = count + 1
 
     def smallest(self) -> float:
-        """The smallest gamma by the solver, at the edge of what is possible; 0 where it finds
-        none."""
+        """Return the smallest gamma of the solver; 0 if there is none."""
         square = float(
             solve(
                 np.eye(self.count)[-1],
@@ -164,15 +165,14 @@ class _QuietProblem:
         return self.weight * self.entering * math.sqrt(square) if square > 0.0 else 0.0
 
     def quietest(self, gamma: float) -> SwitchedGains | None:
-        """The gains with the smallest nu for a gamma."""
+        """Return the gains with the smallest nu for a gamma."""
         level = (gamma / (self.weight * self.entering)) ** 2
         constraints = [self.inequality(i, j, level, False) for i, j in self.switches]
         constraints += [self.inequality(i, j, None, True) for i, j in self.switches]
         return self.found(solve(np.eye(self.count)[-1], constraints).x)
 
     def inequality(self, i: int, j: int, level: float | None, of_noise: bool) -> AffineConstraint:
-        """The matrix above for a switch; `level`: the square that stands in it, None: the unknown
-        one."""
+        """Return the module's matrix for a switch; `level` is gamma^2, None if unknown."""
         mode, same, own = self.posed[i], i == j, self.sizes[i]
         size = own + (0 if same else self.half) + 1
 
@@ -201,15 +201,17 @@ class _QuietProblem:
         )
 
     def multipliers(self, index: int, x: Matrix) -> tuple[Matrix, Matrix]:
-        """G_i (k, n, n) and V_i (k, n, m) from their unknowns (k, n n + n m)."""
+        """Return G_i (k, n, n) and V_i (k, n, m) from their unknowns (k, n n + n m)."""
         of_g, of_v = self.masks[index]
         return of_g * x[:, : self.n**2].reshape(-1, *of_g.shape), of_v * x[:, self.n**2 :].reshape(
             -1, *of_v.shape
         )
 
     def found(self, x: Vector) -> SwitchedGains | None:
-        """L_i = G_i'^-1 V_i in the modes' own states and the gamma that they prove; None where P_i
-        or G_i are of no use."""
+        """Return L_i = G_i'^-1 V_i in the modes' own states and the gamma that they prove.
+
+        The result is None if P_i or G_i + G_i' is not positive.
+        """
         gains, p = {}, {}
         for index in self.posed:
             own = x[self.first[index] : self.first[index] + self.sizes[index]]
@@ -234,8 +236,10 @@ def _matrix(
     enters: Matrix,
     square: Matrix,
 ) -> Matrix:
-    """The matrix above for P_i, P_j, G_i (k, n, n), V_i (k, n, m), what enters (k, n, w) and
-    gamma^2 (k,)."""
+    """Return the module's matrix for P_i, P_j, G_i (k, n, n), V_i (k, n, m) and gamma^2 (k,).
+
+    `enters` (k, n, w) is the input's block.
+    """
     n, w = len(mode.a), enters.shape[2]
     whole = np.zeros((len(p_i), 2 * n + w, 2 * n + w))
     turned = np.swapaxes(g, 1, 2)

@@ -1,10 +1,8 @@
-"""Linear matrix inequalities handed to Clarabel directly: minimise c'x subject to F_j(x) = F_j0 +
-sum x_k F_jk >= 0.
+"""Semidefinite programs for Clarabel: minimise c'x subject to F_j(x) = F_j0 + sum x_k F_jk >= 0.
 
-A constraint comes assembled, as its fixed matrix and the upper triangles of its coefficients, or as
-a function of the decision vector for many vectors at once; being affine, the latter is assembled
-exactly from its values at zero and at the unit vectors. Nothing here knows what the inequalities
-mean.
+A constraint is assembled (fixed matrix and upper triangles of the coefficients), or a function of
+many decision vectors at once. The function is affine, so its values at zero and at the unit vectors
+assemble it exactly.
 """
 
 from __future__ import annotations
@@ -21,26 +19,30 @@ Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 Affine = Callable[[Matrix], Matrix]  # decision vectors (k, count) -> symmetric matrices (k, m, m)
 
-TOLERANCE = 1e-7  # of a constraint's own scale
+TOLERANCE = 1e-7  # relative to a constraint's own scale
 
 
 @dataclass(frozen=True)
 class AffineConstraint:
-    """fixed (m, m) + sum x_k F_k; `columns` (m (m + 1)/2, count) are the upper triangles of the
-    F_k, column by column."""
+    """Constraint fixed (m, m) + sum x_k F_k >= 0.
+
+    `columns` (m (m + 1)/2, count) are the upper triangles of the F_k, column by column.
+    """
 
     fixed: Matrix
     columns: Matrix
 
     def at(self, x: Vector) -> Matrix:
-        """The matrix at one decision vector."""
+        """Return the matrix at one decision vector."""
         return np.asarray(self.fixed + symmetric(self.columns @ x, len(self.fixed)))
 
 
 @dataclass(frozen=True)
 class SdpSolution:
-    """The decision vector; `holds` is our own check of the constraints there, the solver's `status`
-    is only told."""
+    """Decision vector of a solution.
+
+    `holds` is the result of an independent check of the constraints; `status` is for information.
+    """
 
     x: Vector
     status: str
@@ -48,8 +50,10 @@ class SdpSolution:
 
 
 def symmetric(x: Matrix, size: int) -> Matrix:
-    """The symmetric matrices (..., size, size) whose upper triangles, column by column, are `x`
-    (..., size (size + 1)/2)."""
+    """Return the symmetric matrices (..., size, size) with the upper triangles `x`.
+
+    `x` has the shape (..., size (size + 1)/2), column by column.
+    """
     out = np.zeros((*x.shape[:-1], size, size))
     rows, columns = upper_triangle(size)
     out[..., rows, columns] = x
@@ -59,14 +63,14 @@ def symmetric(x: Matrix, size: int) -> Matrix:
 
 @lru_cache(maxsize=256)
 def upper_triangle(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Rows and columns of the upper triangle, column by column."""
+    """Return rows and columns of the upper triangle, column by column."""
     columns = np.concatenate([np.full(c + 1, c) for c in range(size)])
     rows = np.concatenate([np.arange(c + 1) for c in range(size)])
     return rows, columns
 
 
 def assemble(constraint: Affine, count: int) -> AffineConstraint:
-    """The constraint from its values at zero and at the `count` unit vectors."""
+    """Return the constraint from its values at zero and at the `count` unit vectors."""
     base, *moved = constraint(np.vstack([np.zeros(count), np.eye(count)]))
     rows, columns = upper_triangle(len(base))
     return AffineConstraint(base, (np.array(moved) - base)[:, rows, columns].T)
@@ -75,7 +79,7 @@ def assemble(constraint: Affine, count: int) -> AffineConstraint:
 def solve(
     objective: Vector, constraints: Sequence[Affine | AffineConstraint], *, iterations: int = 200
 ) -> SdpSolution:
-    """Minimises objective @ x with every constraint positive semidefinite."""
+    """Minimise objective @ x with every constraint positive semidefinite."""
     import clarabel
 
     count = objective.shape[0]
@@ -93,7 +97,7 @@ def solve(
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = iterations
-    settings.max_threads = 1  # the same bytes on every machine
+    settings.max_threads = 1  # makes the result identical on every machine
     quadratic = sparse.csc_matrix((count, count))
     solver = clarabel.DefaultSolver(
         quadratic,
@@ -108,7 +112,7 @@ def solve(
     except BaseException as error:
         if (
             type(error).__name__ != "PanicException"
-        ):  # pyo3's, which is no Exception: an eigenvalue routine inside that gave up
+        ):  # pyo3's PanicException is no Exception: an eigenvalue routine inside failed
             raise
         return SdpSolution(np.full(count, np.nan), "Panicked", False)
     x = np.asarray(found.x, dtype=np.float64)

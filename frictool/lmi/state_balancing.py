@@ -1,5 +1,4 @@
-"""States in which the matrix inequalities are well conditioned: what decides whether the solver's
-answer means anything."""
+"""Balancing of states for well-conditioned matrix inequalities and reliable solver results."""
 
 from __future__ import annotations
 
@@ -12,17 +11,19 @@ from scipy.linalg import svd
 from frictool.plant.generalised_plant import GeneralisedPlant
 
 Matrix = NDArray[np.float64]
-SMALLEST = 1e-12  # eigenvalue of R and S that balancing believes, of their largest
+SMALLEST = 1e-12  # smallest eigenvalue of R and S that balancing uses, relative to their largest
 
 
 def even_out(plants: Sequence[GeneralisedPlant], sweeps: int = 20) -> Matrix:
-    """Diagonal t that evens out what flows into and out of each state of all plants."""
+    """Return a diagonal t that equalises the gains into and out of each state of all plants."""
     return osborne([_whole(p) for p in plants], len(plants[0].a), sweeps)
 
 
 def osborne(systems: Sequence[Matrix], n: int, sweeps: int = 20) -> Matrix:
-    """Diagonal t (n, n) for matrices [A B; C D], whose first n rows and columns are states:
-    Osborne's balancing with inputs and outputs."""
+    """Return Osborne's balancing, a diagonal t (n, n), for matrices [A B; C D] with n states.
+
+    Inputs and outputs are included in the row and column norms.
+    """
     whole = np.max(np.abs(systems), axis=0)
     scale = np.ones(n)
     for _ in range(sweeps):
@@ -48,13 +49,13 @@ def _whole(p: GeneralisedPlant) -> Matrix:
 
 
 def balancing(r: Matrix, s: Matrix) -> Matrix:
-    """t with t^-1 R t^-T = t' S t diagonal."""
+    """Return t with t^-1 R t^-T = t' S t diagonal."""
     root_r, root_s = _root(r), _root(s)
     _, values, v = svd(root_s.T @ root_r)
     return np.asarray(root_r @ v.T @ np.diag(values**-0.5))
 
 
 def _root(m: Matrix) -> Matrix:
-    """A square root of a matrix that is positive but for rounding."""
+    """Return a square root of a matrix that is positive up to rounding."""
     values, vectors = np.linalg.eigh(m)
     return np.asarray(vectors * np.sqrt(np.maximum(values, SMALLEST * values[-1])))

@@ -1,18 +1,18 @@
-"""What is true of a loop for every constant value of its real parameters: the worst norm, and how
-far the box may grow.
+"""Worst norm and stability margin of a loop for every constant value of its real parameters.
 
-    worst_gain       smallest g found with |z| < g |w| for every Delta, |Delta| <= 1: an upper bound
+    worst_gain       smallest g found with |z| < g |w| for every |Delta| <= 1: an upper bound
                      of the worst norm over the box
-    singular_value   smallest m found with the loop stable for every Delta, |Delta| < 1/m: an upper
+    singular_value   smallest m found with the loop stable for every |Delta| < 1/m: an upper
                      bound of the real mu of the box
 
-Upper bounds by D-G scalings (Fan, Tits and Doyle, 1991; Young, 1993), which are not a grid of
-frequencies: on each arc of the unit circle one D, G is sought with the inequality strict at the
-arc's ends and middle, and is accepted where a Hamiltonian matrix shows that it holds on the whole
-arc; else the arc is halved. Where no D, G exists at a point the level is raised to the one that its
-own optimum asks for. The solver's answer is used as numbers only: D > 0 and the inequality are
-evaluated here. A continuous loop goes through Tustin's image, which keeps norm, stability and the
-uncertainty as they are.
+The bounds use D-G scalings (Fan, Tits and Doyle, 1991; Young, 1993) on the whole frequency axis,
+not on a grid. For each arc of the unit circle one D, G is computed for which the inequality is
+strict at the arc's ends and middle. The arc is accepted if a Hamiltonian matrix shows that the
+inequality holds on all of it, else it is halved. If no D, G exists at a point, the level is raised
+to the smallest feasible one at that point.
+
+The solver's result is checked: D > 0 and the inequality are evaluated here. A continuous loop is
+replaced by its Tustin image, which keeps norm, stability and uncertainty.
 """
 
 from __future__ import annotations
@@ -33,20 +33,21 @@ from frictool.plant.lti import Lti, tustin
 from frictool.plant.uncertain_axis import Uncertain
 
 Matrix = NDArray[np.float64]
-TOLERANCE = 2e-3  # how far above the optimum at its worst frequency a level is set
-SHORTEST = 1e-7  # rad, of an arc
+TOLERANCE = 2e-3  # relative distance of a level above the optimum at its worst frequency
+SHORTEST = 1e-7  # rad, shortest arc
 SMALLEST = 1e-3  # level at which a search begins
-UNBOUNDED = 1e6  # times the level before: no level at all
-LARGEST = 1e4  # sum of the scalings D in evened coordinates: what needs more has no useful margin
+UNBOUNDED = 1e6  # factor on the starting level above which the level counts as infinite
+# limit of the sum of the scalings D in balanced coordinates; larger ones mean no useful margin
+LARGEST = 1e4
 FIRST_ARCS = np.concatenate([[0.0], np.geomspace(1e-4, 1.0, 9) * np.pi])
 
 
 @dataclass(frozen=True)
 class CertifiedLevel:
-    """`value` holds on the whole frequency axis; it is what `frequency` [rad/s] asks for (nan: no
-    frequency asked for more than the start).
+    """Level `value` that holds on the whole frequency axis.
 
-    arcs: how many were needed to cover the axis.
+    `frequency` [rad/s] is the one that determines it, NaN if no frequency raised it above the
+    start. `arcs` is the number of arcs that cover the axis.
     """
 
     value: float
@@ -57,11 +58,11 @@ class CertifiedLevel:
 def worst_gain(
     loop: Lti, blocks: Sequence[Uncertain], start: float = 0.0, tolerance: float = TOLERANCE
 ) -> CertifiedLevel:
-    """Upper bound of the norm from w to z over all Delta.
+    """Return an upper bound of the norm from w to z over all Delta.
 
-    `loop`: inputs (w_Delta, w), outputs (z_Delta, z), those of `blocks` first. `start`: a norm that
-    some plant of the box has, where the search begins. Infinite where the loop is unstable without
-    uncertainty, or where the bound is not finite.
+    The inputs of `loop` are (w_Delta, w), its outputs (z_Delta, z), those of `blocks` first.
+    `start` is the norm of some plant of the box, at which the search begins. The bound is infinite
+    if the loop is unstable without uncertainty or no finite bound exists.
     """
     return _covered(loop, blocks, start, tolerance, scaled=False)
 
@@ -69,11 +70,12 @@ def worst_gain(
 def singular_value(
     loop: Lti, blocks: Sequence[Uncertain], start: float = 0.0, tolerance: float = TOLERANCE
 ) -> CertifiedLevel:
-    """Upper bound of the structured singular value of M_Delta; the loop is stable for every |Delta|
-    < 1/value. Ports as in `worst_gain`.
+    """Return an upper bound of the structured singular value of M_Delta.
 
-    A sampled axis's rest (plant/uncertain_axis.py) encloses the box itself: a value below 1 says
-    that all of it is stable, and 1/value is how far the box may grow in continuous time only.
+    The loop is stable for every |Delta| < 1/value. Its ports are as in `worst_gain`. The remainder
+    of a sampled axis (plant/uncertain_axis.py) is computed for this box. A value below 1 then means
+    that the whole box is stable; only in continuous time is 1/value the factor by which the box may
+    grow.
     """
     z, w = sum(b.entering for b in blocks), sum(b.size for b in blocks)
     alone = replace(loop, b=loop.b[:, :w], c=loop.c[:z], d=loop.d[:z, :w])
@@ -91,8 +93,10 @@ def _covered(
 
 
 class _ArcCover:
-    """Of a stable loop: arcs with scalings that hold on them, at a level that only rises (what
-    holds at a level holds above it)."""
+    """Cover of the unit circle by arcs with scalings that hold on them, for a stable loop.
+
+    The level only rises; scalings that hold at a level also hold above it.
+    """
 
     def __init__(
         self, loop: Lti, blocks: Sequence[Uncertain], *, scaled: bool, tolerance: float
@@ -109,8 +113,8 @@ class _ArcCover:
     def found(self, start: float) -> CertifiedLevel:
         level, where, arcs = max(start, self.least()) * (1.0 + self.tolerance), np.nan, 0
         waiting = list(pairwise(FIRST_ARCS.tolist()))
-        # at the ends, where the response is real, what real parameters ask for may jump: scalings
-        # beside them grow beyond measure below it
+        # at the ends the response is real, and the level for real parameters may jump: below that
+        # level the scalings nearby grow without limit
         angles: tuple[float, ...] = (0.0, np.pi)
         while True:
             for angle in angles:
@@ -128,15 +132,15 @@ class _ArcCover:
             middle = 0.5 * (left + right)
             if right - left < SHORTEST:
                 raise NoSolutionError(
-                    f"the structured singular value was not bounded near {self.frequency(middle):.4g} rad/s: no scaling holds on any arc "
+                    "the structured singular value was not bounded near "
+                    f"{self.frequency(middle):.4g} rad/s: no scaling holds on any arc "
                     "there; narrow the parameters' intervals"
                 )
             angles = left, middle, right
             waiting += [(left, middle), (middle, right)]
 
     def least(self) -> float:
-        """A level that is certainly not too high: the gain without uncertainty, or hardly
-        anything."""
+        """Return a safe lower level: the gain without uncertainty, at least SMALLEST."""
         if self.scaled:
             return SMALLEST
         rows, columns = self.form.z_uncertain, self.form.w_uncertain
@@ -152,13 +156,13 @@ class _ArcCover:
         )
 
     def frequency(self, angle: float) -> float:
-        """In rad/s, of the loop as it was given."""
+        """Return an angle as frequency in rad/s of the original loop."""
         return float(
             2.0 / self.period * np.tan(0.5 * angle) if self.continuous else angle / self.period
         )
 
     def scaled_loop(self, level: float) -> tuple[Lti, float]:
-        """The loop and the level of the performance at which the inequality is posed."""
+        """Return the loop and the level of the performance for the inequality."""
         return (
             (replace(self.loop, c=self.loop.c / level, d=self.loop.d / level), 1.0)
             if self.scaled
@@ -166,14 +170,16 @@ class _ArcCover:
         )
 
     def held(self, left: float, right: float, level: float) -> bool:
-        """Whether scalings were found that hold from one angle to the other."""
+        """Return True if scalings were found that hold from one angle to the other."""
         loop, performance = self.scaled_loop(level)
         x = self.scalings(loop, np.array([left, 0.5 * (left + right), right]), performance)
         return x is not None and is_negative_on(loop, self.form.at(x, performance), left, right)
 
     def asked(self, angle: float, level: float) -> float:
-        """The smallest level at one angle, at least `level`, to a fraction of the tolerance;
-        infinite where it is UNBOUNDED times that."""
+        """Return the smallest feasible level at one angle, at least `level`.
+
+        It is accurate to a fraction of the tolerance, and infinite above UNBOUNDED times `level`.
+        """
         low, high = level, level
         while self.scalings(*self.one(angle, high)) is None:
             low, high = high, 2.0 * high
@@ -193,8 +199,7 @@ class _ArcCover:
         return loop, np.array([angle]), performance
 
     def scalings(self, loop: Lti, angles: NDArray[np.float64], level: float) -> Vector | None:
-        """Unknowns of the form with Phi < 0 at all angles and D > 0, by our own eigenvalues, or
-        None."""
+        """Return unknowns with Phi < 0 at all angles and D > 0 by eigenvalues, or None."""
         m = _responses(loop, angles)
         terms = np.array(
             [
@@ -215,7 +220,7 @@ class _ArcCover:
 
 
 def _responses(loop: Lti, angles: NDArray[np.float64]) -> Complex:
-    """[M; I] at the angles [rad]."""
+    """Return [M; I] at the angles [rad]."""
     m = replace(loop, period=1.0).response(angles)
     return np.concatenate(
         [m, np.broadcast_to(np.eye(m.shape[2]), (len(m), m.shape[2], m.shape[2]))], axis=1
@@ -227,12 +232,12 @@ def _congruence(stack: Complex, part: Complex) -> Complex:
 
 
 def _real(matrices: Complex) -> Matrix:
-    """Real symmetric images of Hermitian matrices (..., m, m), with the same eigenvalues twice."""
+    """Return real symmetric images of Hermitian matrices (..., m, m); eigenvalues occur twice."""
     return np.block([[matrices.real, -matrices.imag], [matrices.imag, matrices.real]])
 
 
 def _below(terms: Complex) -> Affine:
-    """-Phi - t >= 0, t the last unknown."""
+    """Return the constraint -Phi - t >= 0, t the last unknown."""
     fixed, parts = _real(terms[0]), _real(terms[1:])
     identity = np.eye(len(fixed))
 
@@ -245,7 +250,7 @@ def _below(terms: Complex) -> Affine:
 
 
 def _bounds(shape: ScalingForm) -> list[Affine]:
-    """D >= 0 of each block, trace of all D at most a bound, t at most 1."""
+    """Return the constraints D >= 0 of each block, trace of all D <= LARGEST and t <= 1."""
     basis = shape.basis
     constraints: list[Affine] = []
     for z, _, real in shape.blocks:
@@ -264,8 +269,10 @@ def _combined(parts: Matrix, x: Matrix) -> Matrix:
 
 
 def _evened(loop: Lti, shape: ScalingForm, sweeps: int = 20) -> Lti:
-    """The same loop with each uncertain channel in the unit that evens out what enters and leaves
-    it (D and G change with it)."""
+    """Return the loop with each uncertain channel scaled to equal input and output gains.
+
+    D and G change with the scaling.
+    """
     size = np.max(np.abs(replace(loop, period=1.0).response(np.geomspace(1e-3, np.pi, 12))), axis=0)
     scale_z, scale_w = np.ones(shape.z), np.ones(shape.w)
     offset = shape.z
@@ -286,7 +293,7 @@ def _evened(loop: Lti, shape: ScalingForm, sweeps: int = 20) -> Lti:
 
 
 def _channels(z: slice, w: slice, real: bool) -> list[tuple[slice, slice]]:
-    """Pairs of rows and columns that may be scaled by their own number."""
+    """Return the pairs of rows and columns that may be scaled independently."""
     return (
         [
             (slice(z.start + k, z.start + k + 1), slice(w.start + k, w.start + k + 1))

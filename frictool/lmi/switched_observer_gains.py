@@ -1,24 +1,24 @@
-"""Gains of a switched observer that bound the gain from the model's error to the weighted
-estimation error: theorem 6.2.1.
+"""Gains of a switched observer that bound the effect of the model error on its estimate.
 
-    e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k),    z(k) = C-bar_i e(k)        (6.5), mode i at k
-                                                     and j at k+1, (i, j) an allowed switch
+The bound is theorem 6.2.1, for mode i at k and mode j at k+1, (i, j) an allowed switch:
 
-With P_i > 0 and V_i = L_i' P_i, for every allowed (i, j), and the decay lambda that is asked for
-(1: none, which is (6.6) as printed)
+    e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k),    z(k) = C-bar_i e(k)        (6.5)
 
-    [-lambda^2 P_i + C-bar_i' C-bar_i      0           A_i' P_i - C_i' V_i]
-    [ *                                   -gamma^2 I   Q_i' P_i           ]  <  0            (6.6)
-    [ *                                    *           P_j - 2 P_i        ]
+With P_i > 0 and V_i = L_i' P_i, for every allowed (i, j), and the requested decay lambda (1 for
+none, as (6.6) is printed)
 
-so that e' P e falls by lambda^2 a sample where Delta = 0, whatever the allowed switches, and |z| <=
-gamma |Delta|. The gains are L_i = P_i^-1 V_i' (the thesis prints V' P^-1, and V > 0, which has
-neither a sign nor a square).
+    [-lambda^2 P_i + C-bar_i' C-bar_i   0            A_i' P_i - C_i' V_i]
+    [ *                                 -gamma^2 I   Q_i' P_i           ]  <  0    (6.6)
+    [ *                                 *            P_j - 2 P_i        ]
 
-The solver's word is not taken. With the gains and the P_i found, the smallest gamma of (6.9), which
-(6.6) implies, is the largest eigenvalue of a matrix in closed form, evaluated here; what cannot be
-proved so is no solution. States are put into units in which what couples them is of order one, and
-then into those in which the mean P of the pass before is the unit matrix.
+Then e' P e decays by lambda^2 per sample if Delta = 0, for any allowed switches, and |z| <= gamma
+|Delta|. The gains are L_i = P_i^-1 V_i' (the thesis prints V' P^-1 and V > 0, but V is neither
+symmetric nor square).
+
+The solver's result is checked. With the computed gains and P_i, the smallest gamma of (6.9), which
+(6.6) implies, is the largest eigenvalue of a matrix in closed form; a result without this proof is
+rejected. States are scaled so that their coupling is of order one, then so that the mean P of the
+previous pass is the unit matrix.
 """
 
 from __future__ import annotations
@@ -35,20 +35,23 @@ from frictool.lmi.sdp import AffineConstraint, assemble, solve, symmetric, upper
 
 Matrix = NDArray[np.float64]
 Switches = Sequence[tuple[int, int]]
-PASSES = 2  # of balancing
+PASSES = 2  # balancing passes
 ROOM, MOST_ROOM = (
     1.005,
     1.008,
-)  # gamma over the smallest one, at which the gains are taken: inside the solutions, not on their edge
-HELD = 1e-3  # weight of the units given, in finding units
-# smallest singular value of [A - z; C], of the largest, below which the mode of A at z is not seen
+)  # gamma of the chosen gains relative to the smallest one, which keeps them off the limit
+HELD = 1e-3  # weight of the original units in the choice of units
+# relative smallest singular value of [A - z; C] below which the mode at z is not observable
 UNSEEN = 1e-9
 
 
 @dataclass(frozen=True)
 class ObserverMode:
-    """A mode: a (n, n), c (m, n) what is measured, q (n, w) how the model's error enters, weight
-    (p, n), C-bar of (6.5)."""
+    """Mode of the observed system.
+
+    `a` (n, n); `c` (m, n) of the measurement; `q` (n, w), input of the model error; `weight` (p,
+    n), C-bar of (6.5).
+    """
 
     a: Matrix
     c: Matrix
@@ -56,17 +59,17 @@ class ObserverMode:
     weight: Matrix
 
     def in_states(self, t: Matrix) -> ObserverMode:
-        """The same in states x with old states t x."""
+        """Return the mode in states x, with old states t x."""
         back = np.asarray(np.linalg.inv(t))
         return ObserverMode(back @ self.a @ t, self.c @ t, back @ self.q, self.weight @ t)
 
 
 @dataclass(frozen=True)
 class SwitchedGains:
-    """gains: L_i (n, m). gamma: what `p` and the gains prove by (6.9). decay: lambda.
-    smallest_gamma: of (6.6) without a decay.
+    """Gains L_i (n, m) per mode and the `gamma` that they prove with `p` by (6.9).
 
-    p: P_i in states x = t x_p. In SI the decrease of e' P e would be lost in rounding.
+    `decay` is lambda; `smallest_gamma` is that of (6.6) without a decay. `p` has P_i in states x =
+    t x_p; in SI units the decrease of e' P e would be lost in rounding.
     """
 
     gains: dict[int, Matrix]
@@ -77,7 +80,7 @@ class SwitchedGains:
     t: Matrix
 
     def value(self, mode: int, error: Matrix) -> NDArray[np.float64]:
-        """e' P_i e of errors (..., n)."""
+        """Return e' P_i e of errors (..., n)."""
         x = np.linalg.solve(self.t, error[..., None])[..., 0]
         return np.asarray(np.einsum("...i,ij,...j->...", x, self.p[mode], x))
 
@@ -85,12 +88,11 @@ class SwitchedGains:
 def switched_gains(
     modes: Mapping[int, ObserverMode], switches: Switches, decay: float = 1.0
 ) -> SwitchedGains:
-    """Gains for `modes` and the allowed `switches` (i, j), of which (i, i) is one where the mode
-    may last.
+    """Return gains for `modes` and the allowed `switches` (i, j).
 
-    Raises NoSolutionError where a mode's (A_i, C_i) is not detectable, and where the inequalities
-    have no solution, or none that holds when it is evaluated. Raises ValueError for a decay outside
-    (0, 1].
+    A switch (i, i) means that the mode may last. Raises NoSolutionError if a mode's (A_i, C_i) is
+    not detectable, or if the inequalities have no solution that passes the check. Raises ValueError
+    for a decay outside (0, 1].
     """
     if not 0.0 < decay <= 1.0:
         raise ValueError(f"a decay of {decay:g} a sample; allowed: above 0 and at most 1")
@@ -105,14 +107,16 @@ def switched_gains(
     best = next(each for each in found if each.gamma <= MOST_ROOM * least)
     return replace(
         best, smallest_gamma=min(without.gamma, least)
-    )  # what decays solves the inequalities without a decay too
+    )  # gains with a decay also solve the inequalities without one
 
 
 def _candidates(
     modes: Mapping[int, ObserverMode], switches: Switches, decay: float, t: Matrix
 ) -> list[SwitchedGains]:
-    """Gains a little inside of the smallest gamma, of the best states first, then those at it; of
-    infinite gamma where none is proved."""
+    """Return gains slightly inside the optimum, best states first, then those at the optimum.
+
+    A last entry with infinite gamma stands for no result.
+    """
     inner, edge = [], []
     for _ in range(PASSES):
         problem = _SwitchedProblem(modes, switches, decay, t)
@@ -133,8 +137,10 @@ def proved_gamma(
     t: Matrix,
     decay: float,
 ) -> float:
-    """The smallest gamma for which (6.9), with `decay`, holds for the P given in states x = t x_p;
-    infinite where it holds for none."""
+    """Return the smallest gamma for which (6.9) holds with `decay`; inf if there is none.
+
+    `p` is in states x = t x_p.
+    """
     if any(
         not np.all(np.isfinite(each)) or np.linalg.eigvalsh(each)[0] <= 0.0 for each in p.values()
     ):
@@ -156,8 +162,7 @@ def proved_gamma(
 
 
 def refuse_undetectable(index: int, mode: ObserverMode) -> None:
-    """Raises NoSolutionError where a motion of the mode that does not die out is not seen by what
-    it measures (Hautus)."""
+    """Raise NoSolutionError if an undamped motion of the mode is not observable (Hautus test)."""
     identity = np.eye(len(mode.a))
     for pole in np.linalg.eigvals(mode.a).astype(np.complex128):
         if abs(pole) < 1.0 - UNSEEN:
@@ -167,14 +172,18 @@ def refuse_undetectable(index: int, mode: ObserverMode) -> None:
         )
         if values[-1] <= UNSEEN * values[0]:
             raise NoSolutionError(
-                f"mode {index}: its state at the pole {pole if pole.imag else pole.real:.4g} is not seen by what is measured, and does not "
-                "die out by itself: no observer exists; friction that is 0 there tells nothing of its wear"
+                f"mode {index}: its state at the pole {pole if pole.imag else pole.real:.4g} is "
+                "not seen by what is measured, and does not "
+                "die out by itself: no observer exists; friction that is 0 there tells nothing of "
+                "its wear"
             )
 
 
 class _SwitchedProblem:
-    """(6.6) in one set of states; unknowns: P_i and V_i of each mode, then gamma^2, or the margin
-    at a gamma that is given."""
+    """Inequalities (6.6) in one set of states.
+
+    The unknowns are P_i and V_i of each mode, then gamma^2, or the margin at a given gamma.
+    """
 
     def __init__(
         self, modes: Mapping[int, ObserverMode], switches: Switches, decay: float, t: Matrix
@@ -187,7 +196,7 @@ class _SwitchedProblem:
             _largest(np.vstack([getattr(mode, part) for mode in posed.values()]))
             for part in ("weight", "q")
         )
-        self.weight, self.unit = weight, weight * entering  # the latter of gamma
+        self.weight, self.unit = weight, weight * entering  # self.unit is the unit of gamma
         self.posed = {
             i: ObserverMode(m.a, m.c / _rows(m.c), m.q / entering, m.weight / weight)
             for i, m in posed.items()
@@ -199,12 +208,12 @@ class _SwitchedProblem:
         self.count = count + 1
 
     def smallest(self) -> tuple[float, SwitchedGains]:
-        """The smallest gamma as the solver says it, and its gains."""
+        """Return the smallest gamma of the solver and its gains."""
         x = solve(np.eye(self.count)[-1], [self.inequality(i, j) for i, j in self.switches]).x
         return self.unit * float(np.sqrt(max(x[-1], 0.0))), self.gains(x)
 
     def inside(self, gamma: float) -> SwitchedGains:
-        """The gains that satisfy the inequalities at `gamma` by the largest margin."""
+        """Return the gains that satisfy the inequalities at `gamma` with the largest margin."""
         constraints = []
         for i, j in self.switches:
             free = self.inequality(i, j)
@@ -217,8 +226,7 @@ class _SwitchedProblem:
         return self.gains(solve(-np.eye(self.count)[-1], constraints).x)
 
     def inequality(self, i: int, j: int) -> AffineConstraint:
-        """Minus the matrix of (6.6), assembled in the unknowns of its two modes and gamma^2 and
-        then put where they belong."""
+        """Return minus the matrix of (6.6) for a switch, among all unknowns."""
         mode, same, own = self.posed[i], i == j, self.half + self.n * len(self.posed[i].c)
         size = own + (0 if same else self.half) + 1
 
@@ -237,14 +245,16 @@ class _SwitchedProblem:
         )
 
     def gains(self, x: Matrix) -> SwitchedGains:
-        """L_i = P_i^-1 V_i' in the modes' own states, and the gamma that they prove; infinite where
-        P is not positive."""
+        """Return L_i = P_i^-1 V_i' in the original states, and the gamma that they prove.
+
+        gamma is infinite if P is not positive.
+        """
         gains, p = {}, {}
         for index, mode in self.posed.items():
             own = x[self.first[index] :]
             p[index] = self.weight**2 * symmetric(
                 own[: self.half], self.n
-            )  # of the weights as they are
+            )  # in units of the original weights
             v = own[self.half : self.half + self.n * len(mode.c)].reshape(len(mode.c), self.n)
             if not np.all(np.isfinite(own)) or np.linalg.eigvalsh(p[index])[0] <= 0.0:
                 return _nothing(self.decay, self.t)
@@ -261,9 +271,11 @@ class _SwitchedProblem:
 def place_among_unknowns(
     local: AffineConstraint, count: int, own: tuple[int, int], other: tuple[int, int] | None
 ) -> AffineConstraint:
-    """An inequality of a switch among all `count` unknowns, gamma last. own, other: first unknown
-    and how many, of the mode that is left and of the one that follows, in which order `local` has
-    them before gamma."""
+    """Return the inequality of one switch in all `count` unknowns, gamma last.
+
+    `own` and `other` are the first index and the number of unknowns of the mode before the switch
+    and of the mode after it. `local` has them in this order, then gamma.
+    """
     columns = np.zeros((len(local.columns), count))
     columns[:, own[0] : own[0] + own[1]] = local.columns[:, : own[1]]
     if other is not None:
@@ -275,7 +287,7 @@ def place_among_unknowns(
 def _inequality(
     mode: ObserverMode, decay: float, p_i: Matrix, p_j: Matrix, v: Matrix, level: Matrix
 ) -> Matrix:
-    """Minus the matrix of (6.6) for P_i, P_j (k, n, n), V_i (k, m, n) and gamma^2 (k,)."""
+    """Return minus the matrix of (6.6) for P_i, P_j (k, n, n), V_i (k, m, n) and gamma^2 (k,)."""
     n, w = mode.q.shape
     whole = np.zeros((len(p_i), 2 * n + w, 2 * n + w))
     whole[:, :n, :n] = decay**2 * p_i - mode.weight.T @ mode.weight
@@ -292,8 +304,10 @@ def _nothing(decay: float, t: Matrix) -> SwitchedGains:
 
 
 def state_units(modes: Mapping[int, ObserverMode]) -> Matrix:
-    """Units of the states in which what couples them in A is of order one, by least squares of its
-    logarithms over all modes."""
+    """Return units of the states in which the couplings in A are of order one.
+
+    They are a least-squares fit of logarithms over all modes.
+    """
     coupling = np.max(
         [np.abs(mode.a - np.diag(np.diag(mode.a))) for mode in modes.values()], axis=0
     )
@@ -301,7 +315,7 @@ def state_units(modes: Mapping[int, ObserverMode]) -> Matrix:
     for i, j in zip(*np.nonzero(coupling), strict=True):
         rows.append(np.eye(n)[j] - np.eye(n)[i])
         right.append(-np.log(coupling[i, j]))
-    stacked = np.vstack([*rows, HELD * np.eye(n)])  # what is not coupled stays as it is
+    stacked = np.vstack([*rows, HELD * np.eye(n)])  # an uncoupled state keeps its unit
     return np.diag(
         np.exp(np.linalg.lstsq(stacked, np.concatenate([right, np.zeros(n)]), rcond=None)[0])
     )
@@ -310,17 +324,19 @@ def state_units(modes: Mapping[int, ObserverMode]) -> Matrix:
 def _unsolved(decay: float, without: float) -> str:
     if not np.isfinite(without):
         return (
-            "no gains were found that satisfy (6.6) when it is evaluated, for these modes and switches: allow fewer switches, or fewer and "
+            "no gains were found that satisfy (6.6) when it is evaluated, for these modes and "
+            "switches: allow fewer switches, or fewer and "
             "wider intervals, or weights that are less far apart"
         )
     return (
-        f"no gains were found that satisfy (6.6) with a decay of {decay:.6g} a sample when it is evaluated; without a decay there are some "
+        f"no gains were found that satisfy (6.6) with a decay of {decay:.6g} a sample when it is "
+        "evaluated; without a decay there are some "
         f"(gamma {without:.4g}): ask for a decay nearer to 1"
     )
 
 
 def _rows(matrix: Matrix) -> Matrix:
-    """(m, 1): the largest of each row."""
+    """Return the largest absolute value of each row, (m, 1)."""
     return np.array([[_largest(row)] for row in matrix])
 
 

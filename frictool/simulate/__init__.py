@@ -1,4 +1,4 @@
-"""Step tests of a model under its controller, as a log."""
+"""Simulation of a model or mechanism, usually under its controller, with the result as a log."""
 
 from typing import TYPE_CHECKING
 

@@ -1,29 +1,23 @@
-"""A record of the closed loop as the stream of a log: what a bench would have, and beside it what
-only a simulation knows.
+"""Log stream of a closed-loop record: channels of a bench, and those that only a simulation knows.
 
-============================
-=====================================================================================================
+============================  ====================================================================
 channel                       meaning
-============================
-=====================================================================================================
+============================  ====================================================================
 position                      the encoder's report, with its faults
-reference                     of the position
-current | voltage             the drive as its sensor shows it, with its faults and noise
-effort                        the bench's constant times that, as a bench computes it, whatever the
-                              variant
-velocity_estimated            what the controller took for the speed, from the encoder's difference
+reference                     reference of the position
+current | voltage             the drive as its sensor reports it, with its faults and noise
+effort                        the bench's constant times that, as a bench computes it, also for
+                              variants with another constant
+velocity_estimated            the speed that the controller used, from the encoder's difference
                               or an observer
-velocity_measured             of the sensor of the speed, where the controller has one: the true one
-command                       what the controller computed at the sample; it acts `delay_samples`
-                              later
+velocity_measured             the sensor's speed, which is the true one, if the controller uses it
+command                       output of the controller at the sample; it acts `delay_samples` later
 position_true, velocity       of the motor
 load_position                 behind the backlash
 current_true | voltage_true   the drive that acts from the sample on (without lag), or at it
-disturbance                   the mean effort from outside over the sample, where there is any
-..._factor                    what friction, viscous friction or constant has been multiplied by,
-                              where it drifts
-============================
-=====================================================================================================
+disturbance                   mean external effort over the sample, if there is any
+..._factor                    factor on friction, viscous friction or constant, if it drifts
+============================  ====================================================================
 """
 
 from __future__ import annotations
@@ -51,11 +45,11 @@ NO_UNIT = "1"
 
 
 class AxisChannels:
-    """Maker of the streams of all variants of one scenario.
+    """Builder of the streams of all variants of one scenario.
 
-    reference (n,), None without a controller; conditions (n, 8) or (0, 8): engine/conditions.py.
-    senses_velocity: whether the velocity is measured. hold_samples: of the controller's guard
-    against invalid inputs (control/measurement_guard.py).
+    `reference` (n,) is None without a controller; `conditions` are (n, 8) or (0, 8), see
+    engine/conditions.py. `senses_velocity` is True if the velocity is measured. `hold_samples` is
+    the limit of the controller's guard against invalid inputs (control/measurement_guard.py).
     """
 
     def __init__(
@@ -83,10 +77,10 @@ class AxisChannels:
     def stream(
         self, topic: str, index: int, record: Vector, used_speed: Vector | None = None
     ) -> Stream:
-        """The stream of variant number `index` from its record (n, 7); its noise is drawn from
-        (seed, index).
+        """Return the stream of variant number `index` from its record (n, 7).
 
-        used_speed (n,): what the controller took for the speed, where it asks for one.
+        Its noise is drawn from (seed, index). `used_speed` (n,) is the speed that the controller
+        used, None if it uses none.
         """
         drive, noise = (
             self.rig.drive,
@@ -124,8 +118,7 @@ class AxisChannels:
         return Stream(topic, self.time, signals, units)
 
     def _shown(self, record: Vector) -> Vector:
-        """Return the measured position (n,) for the log; an invalid sample repeats the last valid
-        one."""
+        """Return the position (n,) for the log; an invalid sample repeats the last valid one."""
         measured = record[:, closed_loop.MEASURED]
         valid = np.isfinite(measured)
         if valid.all():
@@ -137,8 +130,10 @@ class AxisChannels:
         return np.where(last >= 0, measured[last], before)
 
     def _invalid(self, measured: Vector) -> dict[str, tuple[Vector, str]]:
-        """Return whether the position was valid, and whether the controller was in the fault, each
-        (n,); empty if no sample was lost."""
+        """Return the validity of the position and the controller's fault, each (n,).
+
+        The result is empty if no sample was lost.
+        """
         valid = np.isfinite(measured)
         if valid.all():
             return {}
@@ -159,7 +154,7 @@ class AxisChannels:
 
 
 def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
-    """Return the warning of a stream in which the controller set its fault; empty if it did not."""
+    """Return the warning for a stream in which the controller set its fault, else an empty list."""
     fault = stream.signals.get("controller_fault")
     if fault is None or not fault.any():
         return []
@@ -169,7 +164,7 @@ def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
 
 
 def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:
-    """The channels that are the same in every stream: (n,) each, with their dimension."""
+    """Return the channels (n,) that are equal in every stream, with their dimensions."""
     found: dict[str, tuple[Vector, str]] = {}
     if on_axis(scenario):
         found["disturbance"] = (np.ascontiguousarray(conditions[:, DISTURBANCE]), "effort")

@@ -1,5 +1,4 @@
-"""A model as what a scenario is played to: one axis, its variants the vertices of the model's
-ranges or plants drawn from them."""
+"""Single axis of a model as a simulated plant; its variants are vertices or random draws."""
 
 from __future__ import annotations
 
@@ -35,7 +34,7 @@ Vector = NDArray[np.float64]
 
 
 class AxisPlant:
-    """simulate/plant.py `Plant` of a model."""
+    """Model as a `SimulatedPlant`, whose protocol documents the methods."""
 
     width = 1.0
 
@@ -45,20 +44,21 @@ class AxisPlant:
     def check(
         self, controller: Controller | None, scenario: Scenario, names: DocumentNames
     ) -> None:
-        """See Plant."""
         if self.model.resonances is not None:
             links = ", ".join(self.model.resonances.links)
             refuse(
                 names.model,
                 "resonances",
-                f"found those of {links}, which one axis cannot play; simulate the mechanism, or what `frictool reduce --reduced` wrote",
+                f"found those of {links}, which one axis cannot play; simulate the mechanism, or "
+                "what `frictool reduce --reduced` wrote",
             )
         for key in ("sources", "duration_s"):
             if getattr(scenario, key):
                 refuse(
                     names.scenario,
                     key,
-                    f"belongs to a mechanism; {names.model} is one axis, which a controller drives: leave it out",
+                    f"belongs to a mechanism; {names.model} is one axis, which a controller "
+                    "drives: leave it out",
                 )
         for key, disturbance in disturbances_of(scenario):
             if disturbance.on is not None:
@@ -70,15 +70,12 @@ class AxisPlant:
         check_given(scenario, self.ranges(), names)
 
     def count(self, controller: Controller, scenario: Scenario) -> int:
-        """See Plant."""
         return count(self.model, scenario)
 
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[AxisVariant]:
-        """See Plant."""
         return variants_of(self.model, scenario, owner, self.ranges())
 
     def ranges(self) -> Mapping[str, VariedParameter]:
-        """See Plant."""
         return self._ranges
 
     @cached_property
@@ -86,13 +83,11 @@ class AxisPlant:
         return parameters_of(self.model)
 
     def known(self, variant: AxisVariant) -> dict[str, float]:
-        """See Plant."""
         return scheduled_values(self.model, variant)
 
     def play(
         self, variants: Sequence[AxisVariant], loop: SimulatedLoop
     ) -> Iterator[tuple[AxisVariant, VariantRun]]:
-        """See Plant."""
         given = (
             loop.controller,
             loop.start,
@@ -111,7 +106,6 @@ class AxisPlant:
             yield variant, VariantRun(record, warnings=tuple(self._against_stops(variant, record)))
 
     def linear(self, variant: AxisVariant, conditions: Vector) -> LoggedPlant:
-        """See Plant."""
         axis, levels = variant.axis, self.known(variant)
         backward = axis.laws.backward
         slopes = [axis.viscous, *([backward.viscous] if backward else [])]
@@ -127,7 +121,6 @@ class AxisPlant:
         )
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
-        """See Plant."""
         return self._intervals
 
     @cached_property
@@ -135,14 +128,13 @@ class AxisPlant:
         return intervals(self.model)
 
     def described(self, variant: AxisVariant) -> str:
-        """See Plant."""
         units = {name: one.unit for name, one in self.ranges().items()}
         return ", ".join(
             f"{name} {value:.6g} {units[name]}" for name, value in variant.values.items()
         )
 
     def _against_stops(self, variant: AxisVariant, record: Vector) -> Iterator[str]:
-        """A warning where the axis runs against an end stop of its travel: no rig should."""
+        """Yield a warning for each end stop that the axis reaches; no rig should."""
         travel = self.rig.travel
         if travel is None:
             return
@@ -154,9 +146,12 @@ class AxisPlant:
             arrivals = np.flatnonzero(against[1:] & ~against[:-1])
             if arrivals.size:
                 first = (arrivals[0] + 1) * self.rig.sample_period_s
-                yield f"{variant.topic} runs against its end stop at {wall:g} {travel.unit}, first at {first:.3f} s"
+                yield (
+                    f"{variant.topic} runs against its end stop at {wall:g} {travel.unit}, first "
+                    f"at {first:.3f} s"
+                )
 
 
 def _drifted(values: list[float], factors: Vector) -> list[float]:
-    """Return each value times the least and the largest factor."""
+    """Return each value times the smallest and the largest factor."""
     return [value * float(factor) for value in values for factor in (factors.min(), factors.max())]

@@ -1,5 +1,7 @@
-"""The closed loop of each variant, many at once on all cores, some after the others so that records
-do not pile up."""
+"""Closed loops of all variants of an axis, in parallel on all cores and in batches.
+
+The batches limit the memory for records.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,7 @@ from frictool.plant.position_load import PositionLoad
 from frictool.simulate.axis_variants import AxisVariant
 
 Vector = NDArray[np.float64]
-AT_ONCE, LEAST = 500_000, 4  # samples of all runs of a batch; runs, however long they are
+AT_ONCE, LEAST = 500_000, 4  # samples of all runs of a batch; least number of runs in a batch
 
 
 def play(
@@ -33,13 +35,13 @@ def play(
     progress: Callable[[int, int], None],
     told: Sequence[Mapping[int, float]] = (),
 ) -> Iterator[tuple[AxisVariant, Vector]]:
-    """Each variant and its record (n, 7) under `reference` (n,), by the machine `running`.
+    """Yield each variant and its record (n, 7) under `reference` (n,), with the program `running`.
 
-    From rest at `start` [rad | m], the backlash in its middle, the prefilter settled at what is
-    measured. conditions: engine/conditions.py. `told`: what a scheduled controller is told of each
-    variant, by the machine's places; those are played one by one. `progress(done, total)` is told
-    before the first batch and after each. Raises NoSolutionError where a variant cannot be
-    simulated.
+    Each run starts at rest at `start` [rad | m], in the middle of the backlash, with the prefilter
+    at the measured position. `conditions` are those of engine/conditions.py. `told` has, per
+    variant, the scheduled parameters of the controller by state index; such variants run one by
+    one. `progress(done, total)` is called before the first batch and after each. Raises
+    NoSolutionError if a variant cannot be simulated.
     """
     samples, total, done = reference.size, len(variants), 0
     batch = 1 if told else max(LEAST, AT_ONCE // max(samples, 1))
@@ -82,8 +84,10 @@ def _alone(
     load: Vector,
     conditions: Vector,
 ) -> None:
-    """engine/batch.py `closed_loops` of one loop: without threads, whose start takes longer than a
-    short run."""
+    """Run one loop like engine/batch.py `closed_loops`, without threads.
+
+    Starting the threads takes longer than a short run.
+    """
     own = copy_program(running)
     start_at(own, measure(states[0, POSITION], axes[0, ENCODER_STEP]))
     statuses[0] = run(

@@ -1,12 +1,10 @@
-"""The plants that a scenario is played to: the model, the vertices of its ranges, plants drawn at
-random, or a given one.
+"""Variants of an axis in a simulation: the model, vertices of its ranges, random or given plants.
 
 The ranges of inertia, viscous and Coulomb friction and constant are `ranges` of plant/polytope.py,
-for which `synth` designs too. A vertex has an end of each range; a random plant is drawn from them
-independently and uniformly. Plant number i of a seed is the same however many there are.
-
-A vertex and a drawn plant are four numbers; plant/friction_levels.py applies them to models with
-further friction parameters.
+the same as for `synth`. A vertex has one end of each range; a random plant is drawn from them
+independently and uniformly. Plant number i of a seed is the same for any number of plants. A vertex
+or a random plant is four numbers; plant/friction_levels.py applies them to models with further
+friction parameters.
 """
 
 from __future__ import annotations
@@ -39,13 +37,15 @@ LABELS = {
     "offset": "offset",
     "backlash": "backlash",
 }
-PLANTS_STREAM = 1 << 32  # beside the seed: noise is drawn from (seed, variant)
+PLANTS_STREAM = 1 << 32  # stream number of the random plants of a seed; noise uses (seed, variant)
 
 
 @dataclass(frozen=True)
 class AxisVariant:
-    """One plant, `name` empty for the nominal one, and what makes it differ from that one; `topic`
-    is that of its stream."""
+    """One plant, with the values that differ from the nominal plant.
+
+    `name` is empty for the nominal plant, `topic` is that of its stream.
+    """
 
     name: str
     axis: AxisParameters
@@ -58,12 +58,12 @@ class AxisVariant:
 
     @cached_property
     def array(self) -> NDArray[np.float64]:
-        """The axis for the kernels."""
+        """Axis parameters as an array for the kernels."""
         return self.axis.as_array()
 
 
 def count(model: Model, scenario: Scenario) -> int:
-    """How many variants there are, the nominal one among them."""
+    """Return the number of variants, the nominal one included."""
     if scenario.variants == "vertices":
         return 1 + len(vertices(model))
     return 1 + (scenario.plants or 0) * (scenario.variants == "random")
@@ -80,12 +80,11 @@ def variants_of(
     owner: str = "model",
     parameters: Mapping[str, VariedParameter] | None = None,
 ) -> list[AxisVariant]:
-    """Return the nominal plant and the requested vertices or random plants of the model, or else
-    the one plant of the scenario.
+    """Return the nominal plant with the requested vertices or random plants, or the given plant.
 
-    owner: the model as messages name it; parameters: the result of `parameters_of`, if known.
-    Raises FrictoolError where a plant's parameters are out of range, or there is no range to draw
-    from.
+    `owner` is the name of the model in messages, `parameters` the result of `parameters_of`, if
+    known. Raises FrictoolError if a plant's parameters are out of range, or if there is no range to
+    draw from.
     """
     if scenario.variants == GIVEN:
         values = given_values(scenario, parameters or parameters_of(model))
@@ -109,13 +108,15 @@ def variants_of(
 
 
 def scheduled_values(model: Model, variant: AxisVariant) -> dict[str, float]:
-    """PARAMETERS of a variant's plant [SI], as what a scheduled controller is told of it; of a
-    range its middle."""
+    """Return PARAMETERS of a variant's plant [SI] for a scheduled controller.
+
+    A parameter that the variant does not set has the middle of the model's level.
+    """
     return {name: variant.values.get(name, value) for name, value in _levels(model).items()}
 
 
 def _levels(model: Model) -> dict[str, float]:
-    """PARAMETERS of the model itself."""
+    """Return PARAMETERS of the model itself."""
     coulomb, viscous = coulomb_level(model), viscous_level(model)
     values = (
         model.parameters.inertia.value,
@@ -127,11 +128,10 @@ def _levels(model: Model) -> dict[str, float]:
 
 
 def parameters_of(model: Model) -> dict[str, VariedParameter]:
-    """What of a model may be given or varied: PARAMETERS in their `ranges`, offset, backlash,
-    breakaway.
+    """Return the parameters of a model that can be given or varied.
 
-    The breakaway has no range of its own: it goes with the Coulomb friction, of which it is a
-    multiple, unless it is given.
+    They are PARAMETERS in their `ranges`, offset, backlash and breakaway. The breakaway has no
+    range of its own: it keeps its ratio to the Coulomb friction unless it is given.
     """
     bench, nominal = model.bench, _levels(model)
     drive = drive_dimension(bench.actuator.drive, constant=True)
@@ -155,7 +155,7 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
     )
     level = nominal[
         "coulomb"
-    ]  # of which the parameter is a part where the model has a map, or its own friction backward
+    ]  # mean level; the parameter is a share of it if the model has a map or backward friction
     least = ("coulomb", model.parameters.coulomb.value / level) if level > 0.0 else None
     found["breakaway"] = VariedParameter(
         breakaway, breakaway, breakaway, effort, LABELS["breakaway"], least
@@ -170,11 +170,12 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
 
 
 def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[str, float]]:
-    """Name -> the parameters of each plant."""
+    """Return the parameters of each random plant by its name."""
     box = ranges(model)
     if all(low == high for low, high in box.values()):
         raise FrictoolError(
-            f"{owner}: variants: random draws from ranges, and its bench gives none; give low and high in bench.mechanics"
+            f"{owner}: variants: random draws from ranges, and its bench gives none; give low and "
+            "high in bench.mechanics"
         )
     lows, highs = (np.array([box[name][side] for name in PARAMETERS]) for side in (0, 1))
     parts = np.random.Generator(np.random.PCG64([seed, PLANTS_STREAM])).random(

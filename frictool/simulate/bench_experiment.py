@@ -1,11 +1,11 @@
-"""Plays a test of `frictool excite` to a plant as its bench would, and returns what the bench would
-have logged: nothing else.
+"""Simulation of a test of `frictool excite` as its bench would run and log it.
 
-    a reference     under the bench's own position loop (engine/servo.py)
-    ramps           by the rule that the test carries (figure 4.6)
+    a reference    under the bench's own position loop (engine/servo.py)
+    ramps          by the rule that the test contains (figure 4.6)
 
-Position is what the encoder reports; the drive is measured with noise. Where the encoder's zero
-lies within a count is chance, and is drawn, with the noise, from PCG64 seeded with `seed`.
+The log has only the channels of a bench. Position is the encoder's report; the drive is measured
+with noise. The offset of the encoder's zero within one count is random. It is drawn, like the
+noise, from PCG64 seeded with `seed`.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from frictool.simulate.rig import Rig, rig_of
 
 Vector = NDArray[np.float64]
 Rows = NDArray[np.int64]
-SAME_PERIOD = 1e-6  # relative
+SAME_PERIOD = 1e-6  # relative tolerance of the sample period
 
 
 class RampRows(NamedTuple):
-    """As engine/bench_experiment.py takes them."""
+    """Rows of a ramp test in the form of engine/bench_experiment.py."""
 
     rows: Vector
     segment: Vector
@@ -48,24 +48,28 @@ class RampRows(NamedTuple):
 
 
 def read_excitation(path: Path) -> Log:
-    """The test at `path`. Raises LogError where it is none of `frictool excite`."""
+    """Return the test at `path`; raise LogError if it is not one of `frictool excite`."""
     found = read_mcap(path) if is_canonical(path) else None
     if found is None or EXCITATION not in found.metadata:
         raise LogError(
             str(path),
-            "is no test of frictool excite; write one with -o NAME.mcap, which carries how it is played",
+            "is no test of frictool excite; write one with -o NAME.mcap, which carries how it is "
+            "played",
         )
     return found
 
 
 def is_ramps(excitation: Log) -> bool:
-    """Whether a test is one of rows of the drive."""
+    """Return True if a test consists of drive rows, without a reference."""
     return "reference" not in excitation.main.signals
 
 
 class BenchPlant(Protocol):
-    """What a test is played to. Both return engine/status.py; position, drive (n,) are filled with
-    what is measured."""
+    """Plant that can run a test.
+
+    Both methods return a status of engine/status.py and write the measured values into `position`
+    and `drive` (n,).
+    """
 
     @property
     def name(self) -> str: ...
@@ -76,16 +80,19 @@ class BenchPlant(Protocol):
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
     ) -> int:
-        """A reference (n,) under the bench's own loop, from rest at `start` [rad | m]."""
+        """Follow a reference (n,) under the bench's own loop, from rest at `start` [rad | m]."""
 
     def ramp(
         self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: Rows
     ) -> int:
-        """Rows of the drive by their rules; `played` (1,) is how many were."""
+        """Apply rows of the drive by their rules.
+
+        The number of applied rows is written to `played` (1,).
+        """
 
 
 class AxisBenchPlant:
-    """One axis."""
+    """Single axis as a `BenchPlant`."""
 
     def __init__(self, model: Model) -> None:
         self.name, self.rig = model.name, rig_of(model.bench)
@@ -94,7 +101,6 @@ class AxisBenchPlant:
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
     ) -> int:
-        """See OnBench."""
         timing = self.rig.sample_period_s, self.rig.delay_samples
         return int(
             play_reference(
@@ -105,7 +111,6 @@ class AxisBenchPlant:
     def ramp(
         self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: Rows
     ) -> int:
-        """See OnBench."""
         timing = self.rig.sample_period_s, self.rig.delay_samples
         return int(
             play_ramps(
@@ -122,11 +127,10 @@ def bench_test(
     seed: int,
     provenance: Provenance,
 ) -> Log:
-    """The log of a test: position, drive and effort, and the reference where there is one; `noise`
-    of the measured drive, A | V.
+    """Return the log of a test: position, drive, effort and, if there is one, the reference.
 
-    Raises LogError where the test is not of this plant's bench, NoSolutionError where it cannot be
-    simulated.
+    `noise` is the standard deviation of the measured drive [A | V]. Raises LogError if the test
+    does not belong to this plant's bench, NoSolutionError if it cannot be simulated.
     """
     bench = AxisBenchPlant(plant) if isinstance(plant, Model) else plant
     rig, stream, ramps = bench.rig, excitation.main, is_ramps(excitation)
@@ -164,8 +168,7 @@ def bench_test(
 
 
 def _at_stops(rig: Rig, position: Vector) -> list[str]:
-    """A warning for each end of the travel that the measured position (n,) comes to within a count
-    of: no test should."""
+    """Return a warning for each end stop within a count of the position (n,)."""
     travel, step = rig.travel, rig.resolution
     if travel is None:
         return []
@@ -183,7 +186,10 @@ def _at_stops(rig: Rig, position: Vector) -> list[str]:
 def _reference(
     bench: BenchPlant, excitation: Log, servo: PositionServo, phase: float
 ) -> tuple[Vector, Vector]:
-    """Measured position and drive (n,) under the servo, from rest where the reference starts."""
+    """Return the measured position and drive (n,) under the servo.
+
+    The run starts at rest at the first reference.
+    """
     reference = excitation.main.signals["reference"]
     _within_travel(bench.rig, excitation, reference)
     position, drive = np.empty(reference.size), np.empty(reference.size)
@@ -195,7 +201,10 @@ def _reference(
 
 
 def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Vector]:
-    """The same (m,) of ramps, m rows at most, from rest at the lower turn."""
+    """Return the measured position and drive (m,) of ramps, from rest at the lower turn.
+
+    m is at most the number of rows.
+    """
     about, signals = excitation.metadata[EXCITATION], excitation.main.signals
     rows, segment = signals[bench.rig.drive], signals["segment"]
     low, high = (
@@ -212,8 +221,7 @@ def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Ve
 
 
 def _next_change(values: Vector) -> NDArray[np.int64]:
-    """For each row (n,) the first later one at which `values` (n,) has changed; n where there is
-    none."""
+    """Return for each row (n,) the next row at which `values` (n,) changes; n if there is none."""
     edges = np.append(np.flatnonzero(np.diff(values)) + 1, values.size)
     return edges[np.searchsorted(edges, np.arange(values.size), side="right")]
 

@@ -1,4 +1,4 @@
-"""A test of `frictool.identify.excite` played to a model as its bench would play it."""
+"""Simulation of a test of `frictool.identify.excite`, for use from Python."""
 
 from __future__ import annotations
 
@@ -21,17 +21,42 @@ def play(
     seed: int = 0,
     provenance: Provenance | None = None,
 ) -> Log:
-    """What the bench would have logged of `test` (`Sequence.as_log`): ramps by their rule, a
-    reference under `servo`.
+    """Simulate a test of a model as its bench would run it.
 
-    servo: the bench's own position loop, from position to effort, which a reference needs.
-    drive_noise: standard deviation of the measured drive [A | V]. Raises LogError where the test is
-    not of this bench, NoSolutionError where it cannot be simulated.
+    Ramps follow the rule in the test; a reference is followed under `servo`.
+
+    Parameters
+    ----------
+    model : Model
+        Model of the axis.
+    test : Log
+        Test sequence (`Sequence.as_log`).
+    servo : PositionServo, optional
+        The bench's own position loop, from position to effort; required for a reference.
+    drive_noise : float
+        Standard deviation of the measured drive [A | V].
+    seed : int
+        Seed of the noise and of the encoder's zero.
+    provenance : Provenance, optional
+        Origin to store; the record of this call if left out.
+
+    Returns
+    -------
+    Log
+        Log of the bench.
+
+    Raises
+    ------
+    LogError
+        If the test does not belong to this bench.
+    NoSolutionError
+        If the test cannot be simulated.
     """
     if servo is None and not is_ramps(test):
         raise LogError(
             test.source,
-            "is a reference, which no drive follows by itself; give the servo that runs on the bench",
+            "is a reference, which no drive follows by itself; give the servo that runs on the "
+            "bench",
         )
     origin = provenance or provenance_of_call("frictool.simulate.play", model=model)
     return bench_test(model, test, servo or AT_REST, drive_noise, seed, origin)

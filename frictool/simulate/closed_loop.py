@@ -1,12 +1,11 @@
-"""Plays a scenario to a plant under its controller, once for each variant, and returns what a bench
-would have logged.
+"""Simulation of a scenario with a controller, once per variant of the plant, as a log.
 
-    scenario --> reference, conditions --> the loop of each variant (simulate/simulated_plant.py)
-    --> record --> sensors --> stream
+    scenario -> reference, conditions -> loop of each variant (simulate/simulated_plant.py)
+    -> record -> sensors -> stream
 
-Position is what the encoder reports; the drive is measured with noise of standard deviation
-`drive_noise`, independent from sample to sample and drawn for each variant from PCG64 seeded with
-(seed, the variant's index). What only a simulation knows is there too.
+Position is the encoder's report. The drive is measured with white noise of standard deviation
+`drive_noise`, drawn for each variant from PCG64 seeded with (seed, index of the variant). The log
+also has the signals that only a simulation knows.
 """
 
 from __future__ import annotations
@@ -54,7 +53,7 @@ DOCUMENTS = DocumentNames()
 
 
 def untold(done: int, total: int) -> None:
-    """Progress that nobody watches."""
+    """Ignore the progress."""
 
 
 def simulate_closed_loop(
@@ -68,14 +67,13 @@ def simulate_closed_loop(
     number: Number = "double",
     target: CompiledTarget | None = None,
 ) -> Log:
-    """The log of the scenario, one stream a variant and what else is known of the plant, with
-    warnings for people.
+    """Return the log of the scenario, with one stream per variant, further data and warnings.
 
-    `progress(done, total)` is told before the first variants and after each batch of them; `names`
-    are what messages call the documents; `recorded` is the log of a scenario that replays one;
-    `number` is the format in which the controller runs; `target` runs in its place. Raises
-    InputFileError where the documents do not fit together, LogError where the log cannot be
-    replayed, NoSolutionError where a variant cannot be simulated.
+    `progress(done, total)` is called before the first variants and after each batch. `names` are
+    the names of the documents in messages. `recorded` is the log of a scenario that replays one.
+    `number` is the number format of the controller; `target` replaces the controller by compiled
+    code. Raises InputFileError if the documents do not fit together, LogError if the log cannot be
+    replayed, NoSolutionError if a variant cannot be simulated.
     """
     if isinstance(plant, Model):
         return StepTest(AxisPlant(plant), controller, names, number, target).log(
@@ -87,8 +85,10 @@ def simulate_closed_loop(
 
 
 class StepTest(Generic[V]):
-    """A plant under its controller, for one scenario after another: what they share is made once.
-    Arguments: see `step_test`."""
+    """Plant and controller for several scenarios, with their common data prepared once.
+
+    The arguments are those of `simulate_closed_loop`.
+    """
 
     def __init__(
         self,
@@ -111,8 +111,10 @@ class StepTest(Generic[V]):
         recorded: Log | None = None,
         with_speed: bool = True,
     ) -> Log:
-        """The scenario's log, as of `step_test`. with_speed: with what the controller took for the
-        speed, which costs its program again."""
+        """Return the log of a scenario, as `simulate_closed_loop` does.
+
+        `with_speed` adds the speed that the controller used, for which its program runs again.
+        """
         plant, controller, rig = self.plant, self.controller, self.plant.rig
         reference, start = self.reference(scenario, recorded)
         variants, conditions = (
@@ -175,11 +177,13 @@ class StepTest(Generic[V]):
         return log if provenance is None else with_provenance(log, provenance)
 
     def reference(self, scenario: Scenario, recorded: Log | None = None) -> tuple[Vector, float]:
-        """The reference (n,), and where the axis rests at first [rad | m]. Raises InputFileError
-        where they do not fit together."""
+        """Return the reference (n,) and the initial position at rest [rad | m].
+
+        Raises InputFileError if plant, controller and scenario do not fit together.
+        """
         self.plant.check(
             self.controller, replace(scenario, spread=None), self.names
-        )  # a campaign's; it is not played
+        )  # the spread belongs to a campaign and is not simulated
         check_agreement(self.plant.rig, self.controller, scenario, self.names)
         reference, start = _reference(self.plant, self.controller, scenario, self.names, recorded)
         period = self.plant.rig.sample_period_s
@@ -187,8 +191,7 @@ class StepTest(Generic[V]):
         return reference, start
 
     def _linear(self, variants: Sequence[V], conditions: Vector) -> dict[str, dict[str, str]]:
-        """Return the log records from which `report` computes the margins of the simulated
-        loops."""
+        """Return the log records from which `report` computes the margins of the loops."""
         linear = {
             variant.topic: found.to_text()
             for variant in variants
@@ -206,7 +209,7 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _outside(self) -> list[str]:
-        """Return a warning if the plant or its rig is not what the controller was verified for."""
+        """Warning if the plant or its rig differs from that of the verification."""
         found = differences(self.controller, self.plant.rig.facts, self.plant.intervals())
         return (
             [f"{self.names.model} {outside_message(self.names.controller, found)}"] if found else []
@@ -218,17 +221,17 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _running(self) -> CompiledProgram:
-        """The controller as the simulation runs it in its number format."""
+        """Controller program in its number format."""
         try:
             return machine_in(self._program, self._number)
         except FixedPointOverflow as error:
             raise NoSolutionError(
-                f"{self.controller.name}: {self._number} cannot be scaled: {error}; bound what is measured in the bench, or use float"
+                f"{self.controller.name}: {self._number} cannot be scaled: {error}; bound what is "
+                "measured in the bench, or use float"
             ) from None
 
     def _used(self, reference: Vector, record: Vector, told: Mapping[int, float]) -> Vector | None:
-        """What the controller took for the speed; None where it asks for none, or a sensor of its
-        own tells it."""
+        """Return the speed that the controller used; None if it uses none or measures it."""
         speed = self._program.speed
         if (
             speed is None
@@ -244,16 +247,14 @@ class StepTest(Generic[V]):
 def _told(
     plant: SimulatedPlant[V], variants: Sequence[V], places: Mapping[str, int]
 ) -> list[dict[int, float]]:
-    """What a scheduled controller is told of each variant, by the machine's places; nothing where
-    nothing is known of any."""
+    """Return the scheduled parameters of each variant by state index; empty if none is known."""
     known = [plant.known(variant) for variant in variants] if places else []
     told = [{place: of[name] for name, place in places.items() if name in of} for of in known]
     return told if any(told) else []
 
 
 def scheduled(controller: Controller, program: Program) -> dict[str, int]:
-    """The places of the parameters that a scheduled controller is told, by their names; none where
-    it has no schedule."""
+    """Return the state indices of the scheduled parameters by name; empty without a schedule."""
     names = controller.schedule.parameters if controller.schedule is not None else ()
     return {str(name): program.states[name].index for name in names if name in program.states}
 
@@ -265,7 +266,7 @@ def _reference(
     names: DocumentNames,
     recorded: Log | None,
 ) -> tuple[Vector, float]:
-    """The reference (n,) within the travel, and where the axis rests at first [rad | m]."""
+    """Return the reference (n,) within the travel and the initial position at rest [rad | m]."""
     rig, runs = plant.rig, plant.count(controller, scenario)
     period = rig.sample_period_s
     if scenario.reference is not None:
@@ -292,7 +293,7 @@ def _reference(
 
 
 def _of_log(scenario: Scenario, recorded: Log | None) -> list[str]:
-    """What there is to be told of the log that is replayed."""
+    """Return the warnings about the log that is replayed."""
     return (
         []
         if scenario.reference is None or recorded is None

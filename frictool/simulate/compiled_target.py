@@ -1,12 +1,11 @@
-"""The controller as it runs on the target: the exported C compiled here, and called in place of the
-simulation's own controller.
+"""Controller as on the target: exported C, compiled here and called instead of the simulated one.
 
-    DIR/NAME.c, NAME.h  ──cc──▶ shared library ──ctypes──▶ step(reference, position, velocity) ->
-    drive
+    DIR/NAME.c, NAME.h  ──cc──▶ shared library ──ctypes──▶ step(reference, position,
+                                                          velocity) -> drive
 
-A few lines of C of ours go between: they convert to and from the number format as the simulation
-does, so that the loop is the same in every channel, bit by bit. That the sources are of the
-controller that is simulated is seen from the SHA-256 in their header.
+A few lines of C convert to and from the number format in the same way as the simulation, so that
+every channel of the loop is equal, bit by bit. The SHA-256 in the sources' header proves that they
+belong to the simulated controller.
 """
 
 from __future__ import annotations
@@ -24,12 +23,14 @@ from frictool.errors import InputFileError
 
 COMPILERS = ("cc", "gcc", "clang")
 OPTIONS = ("-std=c99", "-O2", "-fPIC", "-shared")
-LONGEST = 120.0  # s, a compilation
+LONGEST = 120.0  # s, limit of a compilation
 MACROS = re.compile(
-    r'^#define (\w+)_CONTROLLER_SHA256 "([0-9a-f]{64})"\s+^#define \1_NUMBER "(double|float|q31|q15)"',
+    r'^#define (\w+)_CONTROLLER_SHA256 "([0-9a-f]{64})"\s+'
+    r'^#define \1_NUMBER "(double|float|q31|q15)"',
     re.MULTILINE,
 )
-BETWEEN = r"""
+BETWEEN = (
+    r"""
 #include "{id}.h"
 
 #include <math.h>
@@ -41,9 +42,11 @@ static int32_t given(double value, int fraction, double low, double high)
 {{
     const double scaled = ldexp(value, fraction);
 
-    return !isfinite(value) ? {ID}_INVALID : (int32_t)(scaled >= high ? high : (scaled <= low ? low : rint(scaled)));
+    return !isfinite(value) ? {ID}_INVALID : """
+    r"""(int32_t)(scaled >= high ? high : (scaled <= low ? low : rint(scaled)));
 }}
-#define GIVEN(value, NAME) given(value, {ID}_##NAME##_FRACTION, {ID}_##NAME##_LOW, {ID}_##NAME##_HIGH)
+#define GIVEN(value, NAME) given(value, {ID}_##NAME##_FRACTION, """
+    r"""{ID}_##NAME##_LOW, {ID}_##NAME##_HIGH)
 #define TAKEN(value) ldexp((double)(value), -({ID}_DRIVE_FRACTION))
 #else
 #define GIVEN(value, NAME) ({kind})(value)
@@ -72,11 +75,15 @@ void target_tell(int which, double value)
     (void)value;
 {settings}}}
 """
+)
 
 
 class CompiledTarget:
-    """Compiled code of one controller: one axis at a time. number: its format; sources: what was
-    compiled; told: scheduled parameters."""
+    """Compiled code of one controller, for one axis at a time.
+
+    `number` is its number format, `sources` are the compiled files, `told` the values of the
+    scheduled parameters.
+    """
 
     def __init__(self, library: ctypes.CDLL, number: Number, sources: tuple[Path, ...]) -> None:
         self.number, self.sources = number, sources
@@ -87,13 +94,13 @@ class CompiledTarget:
         self._step.argtypes, self._step.restype = [ctypes.c_double] * 3, ctypes.c_double
 
     def start(self, position: float) -> None:
-        """At rest at `position` [rad | m], the prefilter settled there."""
+        """Start at rest at `position` [rad | m], with the prefilter settled there."""
         self._start(position)
         for which, value in enumerate(self.told):
             self._tell(which, value)
 
     def step(self, reference: float, position: float, velocity: float) -> float:
-        """The drive [A | V] at one sample."""
+        """Return the drive [A | V] at one sample."""
         return float(self._step(reference, position, velocity))
 
 
@@ -104,24 +111,26 @@ def compiled_target(
     inputs: tuple[str, ...],
     scheduled: tuple[str, ...] = (),
 ) -> CompiledTarget:
-    """The code in `folder` for the controller document of this digest; `controller` is its path for
-    messages, `inputs` what it is given at every sample, `scheduled` the parameters that it is told.
+    """Compile the code in `folder` for the controller document of the digest `sha256`.
 
-    Raises InputFileError where the folder has no sources of this controller, no compiler is on the
-    PATH, or it does not compile.
+    `controller` is the document's path in messages, `inputs` are the inputs at every sample,
+    `scheduled` the scheduled parameters. Raises InputFileError if the folder has no sources of this
+    controller, if no compiler is on the PATH, or if the compilation fails.
     """
     header, name, number = _header(folder, sha256, controller)
     source = header.with_suffix(".c")
     if not source.is_file():
         raise InputFileError(
             source,
-            f"is missing beside {header.name}; export again: frictool export {controller} --lang c -o {folder}",
+            f"is missing beside {header.name}; export again: frictool export {controller} --lang "
+            f"c -o {folder}",
         )
     compiler = next((found for found in map(shutil.which, COMPILERS) if found), None)
     if compiler is None:
         raise InputFileError(
             folder,
-            f"no C compiler to run it with: none of {', '.join(COMPILERS)} is on the PATH; install one",
+            f"no C compiler to run it with: none of {', '.join(COMPILERS)} is on the PATH; "
+            "install one",
         )
     with tempfile.TemporaryDirectory() as temporary:
         library = Path(temporary) / "target.so"
@@ -130,7 +139,8 @@ def compiled_target(
         fixed = int(number in ("q31", "q15"))
         kind = "int32_t" if fixed else number
         settings = "".join(
-            f"    if (which == {index}) {{\n        {name}_set_{one}(&state, ({kind})value);\n    }}\n"
+            f"    if (which == {index}) {{\n        {name}_set_{one}(&state, ({kind})value);\n    "
+            f"}}\n"
             for index, one in enumerate(scheduled)
         )
         text = BETWEEN.format(
@@ -154,11 +164,12 @@ def compiled_target(
 
 
 def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Number]:
-    """The header of this controller's sources, its prefix and number format."""
+    """Return the header of this controller's sources, its prefix and its number format."""
     if not folder.is_dir():
         raise InputFileError(
             folder,
-            f"is no folder; allowed: one that frictool export {controller} --lang c -o DIR has written",
+            f"is no folder; allowed: one that frictool export {controller} --lang c -o DIR has "
+            "written",
         )
     others = []
     for header in sorted(folder.glob("*.h")):
@@ -170,7 +181,8 @@ def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Numb
     told = "; ".join(others) or "there is no header of frictool export"
     raise InputFileError(
         folder,
-        f"holds no sources of {controller} (SHA-256 {sha256[:12]}): {told}; export it again into this folder",
+        f"holds no sources of {controller} (SHA-256 {sha256[:12]}): {told}; export it again into "
+        "this folder",
     )
 
 

@@ -1,5 +1,4 @@
-"""The closed loop of each variant with compiled code in place of the simulation's controller:
-engine/closed_loop.py, sample by sample."""
+"""Closed loops with compiled controller code: engine/closed_loop.py, sample by sample."""
 
 from __future__ import annotations
 
@@ -31,7 +30,10 @@ def play_target(
     progress: Callable[[int, int], None],
     told: Sequence[Mapping[int, float]] = (),
 ) -> Iterator[tuple[AxisVariant, Vector]]:
-    """simulate/playing.py `play`, one variant after the other, with the drive from `target`."""
+    """Yield variants and records like `play` of simulate/axis_runs.py, with `target`.
+
+    The variants run one by one.
+    """
     progress(0, len(variants))
     for done, variant in enumerate(variants):
         record = np.zeros((reference.size, RECORD_SIZE))
@@ -64,7 +66,7 @@ def _run(
     load: Vector,
     conditions: Vector,
 ) -> int:
-    """engine/closed_loop.py `run`, the controller's step outside of it."""
+    """Run engine/closed_loop.py `run` with the step of the compiled controller."""
     axis = with_load(axis, load)
     state, p, waiting = rest(start), axis.copy(), np.zeros(controller.delay_samples + 1)
     measured = float(measure(state[POSITION], axis[ENCODER_STEP]))

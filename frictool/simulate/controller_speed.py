@@ -1,9 +1,8 @@
-"""What a controller took for the speed at each sample of a run: its program once more, along what
-it was given.
+"""Speed that a controller used at each sample of a run, from a second run of its program.
 
-A machine is deterministic, so that on the same references and positions it goes through the same
-values; reading one of them while the loop runs would cost every loop for it. The format is that of
-the run, the exported code's where that ran: its values are the same bit by bit.
+A program is deterministic: the same references and positions give the same values. Recording a
+value during the loop would slow down every loop. The second run has the number format of the first,
+also for exported code, so that its values are equal bit by bit.
 """
 
 from __future__ import annotations
@@ -28,9 +27,11 @@ def controller_speed(
     step: float,
     told: Mapping[int, float],
 ) -> Vector:
-    """The value at `place` (n,) [rad/s | m/s] along `reference` (n,) and a run's record (n, 7).
+    """Return the speed [rad/s | m/s] (n,) that a controller used in a run.
 
-    step: the encoder's [rad | m]. told: the scheduled parameters' values, by their places.
+    `place` is the index of that value in the program, `reference` (n,) and `record` (n, 7) are
+    those of the run, `step` is that of the encoder [rad | m]; `told` has the scheduled parameters
+    by state index.
     """
     again = copy_program(running)
     for parameter, value in told.items():

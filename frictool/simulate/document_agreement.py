@@ -1,4 +1,4 @@
-"""Whether a plant, a controller and a scenario can run together: one rig, one timing."""
+"""Check that plant, controller and scenario have one rig and one timing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frictool.simulate.rig import Rig
 
 
 class DocumentNames(NamedTuple):
-    """What messages call the three documents: their paths, where they have any."""
+    """Names of the three documents in messages: their paths, if they have any."""
 
     model: str = "model"
     controller: str = "controller"
@@ -23,16 +23,17 @@ class DocumentNames(NamedTuple):
 
 
 def refuse(name: str, key: str, message: str) -> NoReturn:
-    """Raises DocumentError on `key` of the document called `name`, with its line where that is a
-    file."""
+    """Raise DocumentError for `key` of the document `name`, with its line if that is a file."""
     raise document_error(name, key, message)
 
 
 def check_agreement(
     rig: Rig, controller: Controller, scenario: Scenario, names: DocumentNames
 ) -> None:
-    """Raises DocumentError naming the first thing on which the three do not agree, both values and
-    what to do."""
+    """Raise DocumentError for the first fact on which the three disagree.
+
+    The message has both values and the remedy.
+    """
     owner, lag = rig.owner.format(names.model), controller.bench.actuator.loop_time_constant_s
     for key, ours, theirs in (
         ("axis", controller.axis, rig.axis),
@@ -54,7 +55,7 @@ def check_agreement(
 
 
 def check_drive(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
-    """Raises DocumentError where quantities of the drive are in that of another."""
+    """Raise DocumentError if the scenario has quantities of another kind of drive."""
     in_drive = any(fault.offset is not None for fault in scenario.sensor_faults)
     if scenario.drive != rig.drive and (in_drive or scenario.drive != "current"):
         allowed = f"drive: {rig.drive}, which {names.model} has"
@@ -66,18 +67,23 @@ def check_drive(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
 
 
 def check_efforts(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
-    """Raises DocumentError where a disturbance of the driven axis is in the unit of another kind of
-    axis."""
+    """Raise DocumentError if a disturbance has the unit of another kind of axis.
+
+    Only disturbances of the driven axis are checked.
+    """
     wanted = si_unit("effort", rig.effort_axis)
     for index, disturbance in enumerate(scenario.disturbances):
         if disturbance.on is None and disturbance.effort.unit != wanted:
             found = disturbance.effort.unit
-            message = f"unit {found!r} does not measure effort of a {rig.effort_axis} axis; allowed: {wanted} and its multiples"
+            message = (
+                f"unit {found!r} does not measure effort of a {rig.effort_axis} axis; allowed: "
+                f"{wanted} and its multiples"
+            )
             refuse(names.scenario, f"disturbances[{index}].effort.unit", message)
 
 
 def disturbances_of(scenario: Scenario) -> Iterator[tuple[str, Disturbance | SpreadDisturbance]]:
-    """Those that are played, and those that a campaign draws, with their keys in the file."""
+    """Yield the disturbances of the scenario and of its spread, with their keys in the file."""
     drawn = () if scenario.spread is None else scenario.spread.disturbances
     yield from ((f"disturbances[{index}]", one) for index, one in enumerate(scenario.disturbances))
     yield from ((f"spread.disturbances[{index}]", one) for index, one in enumerate(drawn))

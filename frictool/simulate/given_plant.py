@@ -1,5 +1,4 @@
-"""The one plant of `variants: given`: values of its parameters, by the names and in the units of
-simulate/simulated_plant.py `ranges`."""
+"""Plant of `variants: given`, with the names and units of `SimulatedPlant.ranges`."""
 
 from __future__ import annotations
 
@@ -18,8 +17,9 @@ GIVEN = "given"  # the plant's name, as in `/axis/given`
 def check_given(
     scenario: Scenario, ranges: Mapping[str, VariedParameter], names: DocumentNames
 ) -> None:
-    """Raises DocumentError where `given` names no parameter of the plant, has a unit of something
-    else, or a breakaway below its Coulomb friction.
+    """Raise DocumentError if `given` does not fit the plant.
+
+    It does not fit if a name or a unit is wrong, or a breakaway is below its Coulomb friction.
     """
     for name, quantity in scenario.given.items():
         if name not in ranges:
@@ -39,7 +39,7 @@ def check_given(
 
 
 def given_values(scenario: Scenario, ranges: Mapping[str, VariedParameter]) -> dict[str, float]:
-    """The values by name [SI], of a scenario that `check_given` lets pass."""
+    """Return the values by name [SI] of a scenario that passed `check_given`."""
     return {
         name: factor_between(quantity.unit, ranges[name].unit) * quantity.value
         for name, quantity in scenario.given.items()

@@ -1,16 +1,14 @@
-"""A measured channel as the reference: brought from the log's own times to the controller's samples
-by a stated rule.
+"""Measured channel as a reference, resampled from the log's times to the controller's samples.
 
-Sample k stands for the instant from_s + k T after the log's first sample; the last one is at or
-before `to_s`, or the log's end.
+Sample k belongs to the instant from_s + k T after the log's first sample; the last one is at or
+before `to_s` or the log's end.
 
-held     what a controller or an operator sets keeps its value until the next one: the latest logged
-         value at the instant. A logged time
-         may come up to T/2 after the instant it belongs to, so that jitter neither doubles nor
-         drops a sample.
-linear   everything else, such as a measured position: between the logged values around the instant
+held     A value set by a controller or an operator is held until the next one: the latest logged
+         value at the instant. A logged time may be up to T/2 after its instant, so that jitter
+         neither doubles nor drops a sample.
+linear   Everything else, such as a measured position, is interpolated between the logged values.
 
-Held are those that frictool holds wherever it resamples: reference, current, voltage
+The held channels are those that frictool holds whenever it resamples: reference, current, voltage
 (logs/clocks/resampling.py).
 """
 
@@ -27,15 +25,15 @@ from frictool.logs.log import Log
 from frictool.simulate.reference import samples_of
 
 Vector = NDArray[np.float64]
-JITTER = 0.5  # of the controller's period
+JITTER = 0.5  # share of the controller's period
 GAP = 1.5  # periods of the log
 
 
 def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> Vector:
-    """The reference (n,) [rad | m] at the controller's samples.
+    """Return the reference (n,) [rad | m] at the controller's samples.
 
-    Raises LogError where the log has no such channel, it is no position, is not finite somewhere,
-    or ends before `from_s` or `to_s`.
+    Raises LogError if the log lacks the channel, if it is not a position or not finite, or if it
+    ends before `from_s` or `to_s`.
     """
     stream = log.main
     (values,) = log.require(stream, replay.channel)
@@ -44,14 +42,16 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
         was = stream.units.get(replay.channel)
         raise LogError(
             log.source,
-            f"has {replay.channel} in {was!r}; allowed as a reference: a channel in {unit}, the axis is {axis}",
+            f"has {replay.channel} in {was!r}; allowed as a reference: a channel in {unit}, the "
+            f"axis is {axis}",
         )
     time = stream.time - stream.time[0]
     end = float(time[-1]) if replay.to_s is None else replay.to_s
     if replay.from_s >= time[-1] or end > time[-1] + 0.5 * stream.period:
         raise LogError(
             log.source,
-            f"lasts for {float(time[-1]):g} s, but the scenario replays {replay.from_s:g} s to {end:g} s of it",
+            f"lasts for {float(time[-1]):g} s, but the scenario replays {replay.from_s:g} s to "
+            f"{end:g} s of it",
         )
     instants: Vector = replay.from_s + period * np.arange(
         int((end - replay.from_s) / period + 1e-9) + 1, dtype=np.float64
@@ -65,21 +65,24 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
         first = float(instants[int(np.argmin(np.isfinite(found)))])
         raise LogError(
             log.source,
-            f"has no number for {replay.channel} at {first:g} s; replay a part without, by from_s and to_s",
+            f"has no number for {replay.channel} at {first:g} s; replay a part without, by from_s "
+            "and to_s",
         )
     found = found + (replay.shift.value if replay.shift is not None else 0.0)
     return np.concatenate([found, np.full(samples_of(replay.hold_s or 0.0, period), found[-1])])
 
 
 def _held(time: Vector, values: Vector, instants: Vector, late: float) -> Vector:
-    """The latest of values (m,) that was logged no later than `late` after each instant (n,);
-    before the first one, the first."""
+    """Return the latest of values (m,) logged at most `late` after each instant (n,).
+
+    Instants before the first value get the first value.
+    """
     found: Vector = values[np.maximum(np.searchsorted(time, instants + late, side="right") - 1, 0)]
     return found
 
 
 def gaps_of(replay: Replay, log: Log) -> list[str]:
-    """A warning where samples are missing in the part that is replayed."""
+    """Return a warning if samples are missing in the replayed part."""
     stream = log.main
     time = stream.time - stream.time[0]
     inside = time[
@@ -93,5 +96,6 @@ def gaps_of(replay: Replay, log: Log) -> list[str]:
     where = f"the longest of {steps[longest]:.4g} s at {inside[longest]:.4g} s"
     count = int(wide.sum())
     return [
-        f"the log that is replayed has {count} gap{'s' * (count > 1)}, {where}; the reference keeps or bridges its value there"
+        f"the log that is replayed has {count} gap{'s' * (count > 1)}, {where}; the reference "
+        "keeps or bridges its value there"
     ]

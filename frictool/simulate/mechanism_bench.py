@@ -1,5 +1,4 @@
-"""A mechanism on its bench: what a test of `frictool excite` is played to
-(simulate/bench_experiment.py)."""
+"""Mechanism on its bench, for tests of `frictool excite` (simulate/bench_experiment.py)."""
 
 from __future__ import annotations
 
@@ -32,7 +31,7 @@ Rows = NDArray[np.int64]
 
 
 class PreparedBenchRun(NamedTuple):
-    """A mechanism at rest where a test begins, and where it is recorded."""
+    """Mechanism at rest at the beginning of a test, with its record."""
 
     machine: CompiledMechanism
     state: MechanismState
@@ -43,7 +42,10 @@ class PreparedBenchRun(NamedTuple):
 
 
 class MechanismBenchPlant:
-    """simulate/bench_test.py `OnBench` of a mechanism."""
+    """Mechanism as a `BenchPlant`.
+
+    `follow` and `ramp` raise NoSolutionError if the mechanism cannot begin at `start`.
+    """
 
     def __init__(self, plant: MechanismPlant) -> None:
         self.plant, self.name, self.rig = plant, plant.name, plant.rig
@@ -51,7 +53,6 @@ class MechanismBenchPlant:
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
     ) -> int:
-        """See OnBench. Raises NoSolutionError where the mechanism cannot begin at `start`."""
         at, (period, delay) = (
             self._ready(start, reference.size),
             (self.rig.sample_period_s, self.rig.delay_samples),
@@ -76,7 +77,6 @@ class MechanismBenchPlant:
     def ramp(
         self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: Rows
     ) -> int:
-        """See OnBench. Raises NoSolutionError where the mechanism cannot begin at `start`."""
         at, delay = self._ready(start, ramps.rows.size), self.rig.delay_samples
         return int(
             play_ramps(

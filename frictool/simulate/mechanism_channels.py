@@ -1,21 +1,16 @@
-"""All blocks of a mechanism as one stream of a log, `/mechanism`, that plotting tools show signal
-by signal.
+"""Stream `/mechanism` of a log: all blocks of a mechanism, one signal each for plotting tools.
 
-=============================
-==================================================================================================
-channel                        meaning, at each sample; names are the elements', in lower case
-=============================
-==================================================================================================
-BLOCK_position, BLOCK_velocity rad or m
-BLOCK_stuck                    1 while friction holds it, of blocks that friction can hold
-LINK_contact                   of a link with play: -1 or 1 at the flank that it touches, 0 between;
-                               of a stop: at its low, its high end
-SOURCE_current, .. _effort     what flows from the sample on
-SENSOR_position, .. _velocity  what each sensor shows, without the faults of a scenario
-BLOCK_disturbance              the mean effort from outside over the sample, where a scenario names
-                               the block
-=============================
-==================================================================================================
+==============================  ==================================================================
+channel                         meaning at each sample; names of elements are in lower case
+==============================  ==================================================================
+BLOCK_position, BLOCK_velocity  rad or m, rad/s or m/s
+BLOCK_stuck                     1 while friction holds a block, for blocks that it can hold
+LINK_contact                    link with play: -1 or 1 for the flank in contact, 0 between;
+                                stop: -1 or 1 at its low or high end
+SOURCE_current, .. _effort      value from the sample on
+SENSOR_position, .. _velocity   output of each sensor, without the faults of a scenario
+BLOCK_disturbance               mean external effort over the sample, if a scenario names the block
+==============================  ==================================================================
 """
 
 from __future__ import annotations
@@ -39,8 +34,9 @@ DRIVE_UNITS = {"current": "A", "voltage": "V"}
 
 
 def field_names(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
-    """Names of elements -> the beginnings of names of signals: lower case, no double _, each once
-    and none of those taken.
+    """Return the prefix of the signals for each element name.
+
+    Prefixes are lower case, without double underscores, unique and none of `taken`.
 
     >>> field_names(("m6", "Rack", "rack"), ("m6",))
     {'m6': 'm6_2', 'Rack': 'rack', 'rack': 'rack_2'}
@@ -58,15 +54,20 @@ def field_names(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, st
 
 
 class MechanismChannels:
-    """Makes the `/mechanism` streams of the variants of one scenario; time (n,); disturbances:
-    block -> mean effort of each sample (n,)."""
+    """Builder of the `/mechanism` streams of one scenario's variants.
+
+    `time` (n,) is in s; `disturbances` maps a block to the mean effort of each sample (n,).
+    """
 
     def __init__(self, time: Vector, disturbances: dict[int, Vector]) -> None:
         self.time, self.disturbances = time, disturbances
 
     def stream(self, variant: MechanismVariant, motion: Vector, modes: Modes) -> Stream:
-        """motion (samples, 2 n + u): positions, speeds, drives; modes (samples, m):
-        engine/mechanism/state.py."""
+        """Return the stream of a variant.
+
+        `motion` (samples, 2 n + u) has positions, speeds and drives, `modes` (samples, m) those of
+        engine/mechanism/state.py.
+        """
         columns: dict[str, tuple[Vector, str]] = {}
         for parts in (
             self._blocks(variant, motion, modes),
@@ -142,7 +143,10 @@ class MechanismChannels:
 
 
 def held_blocks(variant: MechanismVariant) -> set[int]:
-    """The blocks that friction can hold, their own or that of what moves as one with them."""
+    """Return the blocks that friction can hold.
+
+    The friction may be that of a rigidly connected block.
+    """
     packed = variant.assembled.packed
     dry = set(packed.frictions.block.tolist()) | set(packed.pressings.block.tolist())
     dry |= set(

@@ -1,5 +1,4 @@
-"""The events of runs of mechanisms as rows of a text file: what breaks away, sticks, touches,
-strikes, and when."""
+"""Events of mechanism runs as rows of a CSV file: breakaways, sticking, contacts and impacts."""
 
 from __future__ import annotations
 
@@ -10,21 +9,25 @@ HEAD = "time_s,plant,element,event,speed\n"
 
 
 class EventCsv:
-    """Gathers them, run by run. time_s in s; plant empty for the nominal one; speed before the
-    event, rad/s or m/s, 0 where it has none."""
+    """Builder of the table of events, run by run.
+
+    time_s is in s; plant is empty for the nominal one; speed is that before the event in rad/s or
+    m/s, 0 if the event has none.
+    """
 
     def __init__(self) -> None:
         self._parts = [HEAD]
 
     def add(self, moved: MechanismOutcome) -> None:
-        """The events of one run, in their order."""
+        """Add the events of one run, in their order."""
         name = moved.variant.name
         self._parts += [
-            f"{event[0]:.9f},{name},{element_of(moved.variant, event)},{NAMES[int(event[1])]},{event[3]:.9g}\n"
+            f"{event[0]:.9f},{name},{element_of(moved.variant, event)},"
+            f"{NAMES[int(event[1])]},{event[3]:.9g}\n"
             for event in moved.out.events
         ]
 
     @property
     def text(self) -> str:
-        """The whole table, as CSV with a head."""
+        """Whole table as CSV with a header."""
         return "".join(self._parts)

@@ -1,12 +1,12 @@
-"""What a scenario puts into a mechanism beside its controller: signals of sources and efforts on
-blocks, held over parts of time.
+"""Inputs of a scenario to a mechanism besides its controller: source signals and block efforts.
 
     |- sample k ------------|- sample k+1 ---
-    |-- part --|-- part ----|-- part --------         a sample is cut wherever a signal jumps or
-                                                      bends: steps come at their very instants
+    |-- part --|-- part ----|-- part --------
 
-Over a part a signal is held at its mean: exact in its impulse, and for a step in everything; what
-it does to the motion of a sine or a ramp is of second order in a part.
+A sample is divided into parts at every instant at which a signal jumps or bends, so that steps
+occur exactly at their instants. In each part a signal is held at its mean: its impulse is exact,
+and so is the effect of a step. For a sine or a ramp the error in the motion is of second order in
+the length of the part.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from frictool.engine.mechanism.closed_loop import MechanismInputs
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
-SAME_INSTANT = 1e-9  # of a sample: instants that are equal but for rounding
+SAME_INSTANT = 1e-9  # share of a sample: instants that differ only by rounding
 
 
 def inputs_of(
@@ -32,8 +32,10 @@ def inputs_of(
     samples: int,
     period: float,
 ) -> MechanismInputs:
-    """The inputs of a scenario of so many samples of a `period` [s]; signals: by the source's
-    place, disturbances: with the block's."""
+    """Return the inputs of a scenario with `samples` samples of a `period` [s].
+
+    `signals` are by index of the source; `disturbances` are pairs with the index of the block.
+    """
     courses = [course for of in signals.values() for course in of] + [
         one for _, one in disturbances
     ]
@@ -56,7 +58,7 @@ def inputs_of(
 def _cut(
     courses: Iterable[Signal | Disturbance], samples: int, period: float
 ) -> tuple[Vector, Places]:
-    """The edges (m + 1,) of the parts, in samples, and `Inputs.first`."""
+    """Return the edges (m + 1,) of the parts, in samples, and `MechanismInputs.first`."""
     instants = {
         instant / period
         for course in courses
@@ -73,8 +75,10 @@ def _end(course: Signal | Disturbance) -> float:
 
 
 def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vector:
-    """The mean of a course over each part (m,) between the edges (m + 1,) [s], none of which it
-    jumps inside of."""
+    """Return the mean of a course over each part (m,) between the edges (m + 1,) [s].
+
+    The course must not jump inside a part.
+    """
     begin, end = edges[:-1], edges[1:]
     middle, slack = 0.5 * (begin + end), SAME_INSTANT * float(np.max(end - begin, initial=0.0))
     since = middle - course.at_s
@@ -94,7 +98,7 @@ def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vect
 
 
 def mean_efforts(inputs: MechanismInputs) -> dict[int, Vector]:
-    """The mean effort over each sample (n,) on each block that has one."""
+    """Return the mean effort over each sample (n,) for each block that has one."""
     period = np.add.reduceat(inputs.durations, inputs.first[:-1])
     pushed = (
         np.add.reduceat(inputs.efforts * inputs.durations[:, None], inputs.first[:-1], axis=0)

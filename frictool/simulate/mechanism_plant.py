@@ -1,5 +1,4 @@
-"""A mechanism as what a scenario is played to (simulate/simulated_plant.py), and the checks of what
-a scenario asks of one."""
+"""Mechanism as a simulated plant (simulate/simulated_plant.py), with checks of its scenarios."""
 
 from __future__ import annotations
 
@@ -29,15 +28,16 @@ from frictool.simulate.parameter_order import check_least
 from frictool.simulate.simulated_plant import SimulatedLoop, VariantRun, VariedParameter
 
 Vector = NDArray[np.float64]
-FASTEST = 1e4  # of the sampling rate: a link that is faster is a rigid one
-MOST_TURNS = 1e8  # rad that the fastest link may ring for: some microseconds each, of a few blocks
+FASTEST = 1e4  # times the sampling rate: a faster link should be rigid
+# rad, limit of the fastest link's oscillation; each rad takes some microseconds for a few blocks
+MOST_TURNS = 1e8
 
 
 class MechanismPlant:
-    """simulate/plant.py `Plant` of a mechanism. Raises WrongElement where no source or no sensor
-    can be a controller's.
+    """Mechanism as a `SimulatedPlant`, whose protocol documents the methods.
 
-    `watch` is given each variant when it has been moved.
+    `watch` is called with each variant after its run. Raises ElementError if no source or no sensor
+    can be a controller's.
     """
 
     def __init__(
@@ -54,7 +54,6 @@ class MechanismPlant:
     def check(
         self, controller: Controller | None, scenario: Scenario, names: DocumentNames
     ) -> None:
-        """See Plant."""
         if scenario.is_open:
             refuse(
                 names.scenario,
@@ -80,27 +79,23 @@ class MechanismPlant:
                 refuse(names.scenario, "start", str(error))
 
     def count(self, controller: Controller, scenario: Scenario) -> int:
-        """See Plant."""
         return 1 + (scenario.plants or 0)
 
     def variants(
         self, controller: Controller, scenario: Scenario, owner: str
     ) -> list[MechanismVariant]:
-        """See Plant."""
         return mechanism_variants(self.document, self.assembled, scenario, owner)
 
     def ranges(self) -> dict[str, VariedParameter]:
-        """See Plant."""
         return ranges(self.document)
 
     def known(self, variant: MechanismVariant) -> Mapping[str, float]:
-        """Nothing: a scheduled parameter is one of a single axis."""
+        """Return nothing: scheduled parameters are those of a single axis."""
         return {}
 
     def play(
         self, variants: Sequence[MechanismVariant], loop: SimulatedLoop
     ) -> Iterator[tuple[MechanismVariant, VariantRun]]:
-        """See Plant."""
         inputs = scenario_inputs(
             self.assembled,
             loop.scenario,
@@ -147,34 +142,43 @@ class MechanismPlant:
             yield moved.variant, run_of(moved, channels, [*self._scheduled(loop.controller, moved)])
 
     def linear(self, variant: MechanismVariant, conditions: Vector) -> None:
-        """Return None: margins are defined for one axis only."""
+        """Return None: margins are defined for a single axis only."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
-        """Return the interval of the drive's constant: the other parameters are those of one
-        axis."""
+        """Return the interval of the drive's constant.
+
+        The other parameters are those of a single axis.
+        """
         constant = self.document.sources[self.assembled.sources[self.controlled.source]].constant
         return {} if constant is None else {"constant": constant.interval}
 
     def described(self, variant: MechanismVariant) -> str:
-        """See Plant."""
         return variant.described()
 
     def _scheduled(self, controller: Controller, moved: MechanismOutcome) -> Iterator[str]:
         if controller.schedule is not None and not moved.variant.name:
             names = ", ".join(controller.schedule.parameters)
-            yield f"the controller is scheduled by {names}, of which a mechanism tells it nothing: it takes the middle of each range"
+            yield (
+                f"the controller is scheduled by {names}, of which a mechanism tells it nothing: "
+                "it takes the middle of each range"
+            )
 
 
 def width_of(assembled: AssembledMechanism) -> float:
-    """How many times as much as of one axis is logged of a mechanism: three channels a block beside
-    an axis's nine."""
+    """Return the logged data of a mechanism relative to one axis.
+
+    A block has three channels, an axis has nine.
+    """
     return 1.0 + len(assembled.blocks) / 3.0
 
 
 def sight_of(
     source: int, controlled: ControlledAxis, resolution: float, start: Vector
 ) -> ControlPorts:
-    """Whom a controller commands and what it sees, with all blocks at `start` (n,) at first."""
+    """Return the ports of a controller: commanded source and observed blocks.
+
+    All blocks are initially at `start` (n,).
+    """
     sensor, load = controlled.sensor_block, controlled.load
     return ControlPorts(
         source,
@@ -190,7 +194,7 @@ def sight_of(
 def run_of(
     moved: MechanismOutcome, channels: MechanismChannels, warnings: Sequence[str]
 ) -> VariantRun:
-    """The run of one variant, with the stream of all blocks."""
+    """Return the run of one variant, with the stream of all blocks."""
     stream = channels.stream(moved.variant, moved.out.motion, moved.out.modes)
     return VariantRun(
         moved.out.record, (stream,), (*warnings_of(moved), *warnings), metadata_of(moved)
@@ -204,8 +208,10 @@ def scenario_inputs(
     period: float,
     driven: int | None,
 ) -> MechanismInputs:
-    """What the scenario puts into the mechanism; disturbances without a block act on the one at
-    `driven`."""
+    """Return the inputs from the scenario.
+
+    Disturbances without a block act on the block `driven`.
+    """
     signals = {assembled.sources.index(name): of for name, of in scenario.sources.items()}
     blocks = [
         driven if one.on is None else assembled.blocks.index(one.on)
@@ -220,12 +226,17 @@ def scenario_inputs(
 
 
 def check_pace(assembled: AssembledMechanism, seconds: float, period: float, owner: str) -> None:
-    """Raises DocumentError where a link yields so little that steps short enough for it would not
-    come to an end."""
+    """Raise DocumentError if a link is so stiff that the simulation would not end."""
     pace = fastest_link(assembled)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
-        found = f"is so stiff, or so damped, for what it carries that it answers at {pace.rate:.3g} rad/s"
-        allowed = f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of {seconds:g} s sampled at {period:g} s"
+        found = (
+            f"is so stiff, or so damped, for what it carries that it answers at {pace.rate:.3g} "
+            "rad/s"
+        )
+        allowed = (
+            f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of "
+            f"{seconds:g} s sampled at {period:g} s"
+        )
         refuse(
             owner,
             f"links.{pace.link}",
@@ -240,11 +251,16 @@ def check_mechanism_scenario(
     names: DocumentNames,
     commanded: str | None,
 ) -> None:
-    """Raises DocumentError where sources, blocks or units are not the mechanism's; `commanded`: the
-    source that a controller has."""
+    """Raise DocumentError if sources, blocks or units do not fit the mechanism.
+
+    `commanded` is the source of the controller, if there is one.
+    """
     check_pace(assembled, scenario.seconds, document.sample_period_s, names.model)
     if scenario.variants == "vertices":
-        message = "found vertices, which are numbers of one axis; allowed for a mechanism: nominal, random, given"
+        message = (
+            "found vertices, which are numbers of one axis; allowed for a mechanism: nominal, "
+            "random, given"
+        )
         refuse(names.scenario, "variants", message)
     check_given(scenario, ranges(document), names)
     if scenario.variants == "random":
@@ -255,20 +271,25 @@ def check_mechanism_scenario(
             refuse(
                 names.scenario,
                 key,
-                f"{names.model} has no such source; allowed: {', '.join(document.sources) or 'none'}",
+                f"{names.model} has no such source; allowed: "
+                f"{', '.join(document.sources) or 'none'}",
             )
         if name == commanded:
             refuse(
                 names.scenario,
                 key,
-                f"is what the controller commands; allowed: signals of other sources, or disturbances on {document.sources[name].on}",
+                "is what the controller commands; allowed: signals of other sources, or "
+                f"disturbances on {document.sources[name].on}",
             )
         block = assembled.packed.sources.block[assembled.sources.index(name)]
         drive = document.sources[name].drive
         unit = DRIVE_UNITS.get(drive) or si_unit("effort", assembled.kinds[int(block)])
         for index, signal in enumerate(signals):
             if signal.level.unit != unit:
-                message = f"found a multiple of {signal.level.unit}; allowed: {unit} and its multiples, since drive of {name} is {drive}"
+                message = (
+                    f"found a multiple of {signal.level.unit}; allowed: {unit} and its multiples, "
+                    f"since drive of {name} is {drive}"
+                )
                 refuse(names.scenario, f"{key}[{index}].level.unit", message)
     for key, disturbance in disturbances_of(scenario):
         if disturbance.on is None:
@@ -277,9 +298,13 @@ def check_mechanism_scenario(
             refuse(
                 names.scenario,
                 f"{key}.on",
-                f"{names.model} has no block {disturbance.on!r}; allowed: {', '.join(assembled.blocks)}",
+                f"{names.model} has no block {disturbance.on!r}; allowed: "
+                f"{', '.join(assembled.blocks)}",
             )
         unit = si_unit("effort", assembled.kinds[assembled.blocks.index(disturbance.on)])
         if disturbance.effort.unit != unit:
-            message = f"found a multiple of {disturbance.effort.unit}; allowed: {unit} and its multiples, on {disturbance.on}"
+            message = (
+                f"found a multiple of {disturbance.effort.unit}; allowed: {unit} and its "
+                f"multiples, on {disturbance.on}"
+            )
             refuse(names.scenario, f"{key}.effort.unit", message)

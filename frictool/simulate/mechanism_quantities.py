@@ -1,5 +1,4 @@
-"""The quantities of a mechanism by their keys, `blocks.rotor.inertia`: where each may lie, and the
-mechanism with other values of them."""
+"""Quantities of a mechanism by their keys, such as `blocks.rotor.inertia`, and their ranges."""
 
 from __future__ import annotations
 
@@ -15,12 +14,12 @@ from frictool.simulate.simulated_plant import VariedParameter
 
 
 def quantities_of(document: Mechanism) -> Iterator[tuple[str, Quantity]]:
-    """Every quantity, with its key, in the document's order."""
+    """Yield every quantity with its key, in the document's order."""
     yield from _walk(document, "")
 
 
 def ranges(document: Mechanism) -> dict[str, VariedParameter]:
-    """Of every quantity, by its key, as simulate/simulated_plant.py `Plant.ranges`."""
+    """Return the range of every quantity by its key, as `SimulatedPlant.ranges` does."""
     least = dict(_leasts(document, ""))
     return {
         key: VariedParameter(*one.interval, one.value, one.unit, key, least.get(key))
@@ -29,14 +28,13 @@ def ranges(document: Mechanism) -> dict[str, VariedParameter]:
 
 
 def with_quantities(document: Mechanism, values: Mapping[str, float]) -> Mechanism:
-    """The document with other values, by their keys (`blocks.rotor.inertia`), in the units that it
-    has."""
+    """Return the document with other values by their keys, in the document's units."""
     made: Mechanism = _changed(document, values, "")
     return made
 
 
 def _walk(one: Any, key: str) -> Iterator[tuple[str, Quantity]]:
-    """Every quantity below `one`, with its key, in the document's order."""
+    """Yield every quantity below `one` with its key, in the document's order."""
     if isinstance(one, Quantity):
         yield key, one
         return
@@ -45,8 +43,10 @@ def _walk(one: Any, key: str) -> Iterator[tuple[str, Quantity]]:
 
 
 def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
-    """Of every parameter of a friction law that may not fall below another: its key, the other's,
-    and the factor between their units."""
+    """Yield each friction parameter with a lower limit: its key, the limit's key, the factor.
+
+    The factor converts the limit's unit.
+    """
     if isinstance(one, FrictionOf):
         for name, other in _pairs(one):
             factor = factor_between(one.parameters[other].unit, one.parameters[name].unit)
@@ -57,7 +57,7 @@ def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
 
 
 def _pairs(friction: FrictionOf) -> list[tuple[str, str]]:
-    """The parameters that are there and may not fall below another one, and that one."""
+    """Return the existing parameters that must not be below another one, with that one."""
     law, there = LAWS.get(friction.law), friction.parameters
     named = (
         [(parameter.name, parameter.at_least or "") for parameter in law.parameters]
@@ -92,8 +92,10 @@ def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
 
 
 def _ordered(document: FrictionOf, made: FrictionOf, given: set[str]) -> FrictionOf:
-    """`made` of the document's, with each parameter that is not given in the document's proportion
-    to the one that it may not fall below, and none below that by a rounding.
+    """Return `made` with consistent friction parameters.
+
+    If only the lower limit of a parameter is given, the parameter keeps its ratio to the limit.
+    Rounding does not put a parameter below its limit.
     """
     parameters = dict(made.parameters)
     for name, other in _pairs(made):

@@ -1,10 +1,9 @@
-"""What is told of a mechanism's run beside its signals: the energy balance, the events by element,
-and warnings.
+"""Report of a mechanism's run besides its signals: energy balance, events by element, warnings.
 
-    what sources and efforts from outside do = kinetic and stored energy gained + what friction,
-    links and impacts take + residual
+    work of sources and external efforts = gain of kinetic and stored energy
+                                           + losses in friction, links and impacts + residual
 
-The records `energy/TOPIC` and `events/TOPIC` of a log hold them: J, and numbers of events.
+The records `energy/TOPIC` [J] and `events/TOPIC` (counts) of a log hold them.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ ENERGY, EVENTS = "energy", "events"
 
 
 def metadata_of(moved: MechanismOutcome) -> dict[str, dict[str, str]]:
-    """The metadata records of a run."""
+    """Return the metadata records of a run."""
     topic = moved.variant.whole_topic
     return {
         f"{ENERGY}{topic}": {name: repr(value) for name, value in energy_of(moved).items()},
@@ -32,8 +31,11 @@ def metadata_of(moved: MechanismOutcome) -> dict[str, dict[str, str]]:
 
 
 def energy_of(moved: MechanismOutcome) -> dict[str, float]:
-    """J over the whole run: `input`, `kinetic`, `stored`, `lost in NAME` of each element that took
-    any, `residual`."""
+    """Return the energies of the whole run in J.
+
+    The keys are `input`, `kinetic`, `stored`, `lost in NAME` for each element with losses,
+    `residual`.
+    """
     made, work, now = (
         moved.variant.assembled,
         work_by_element(moved.machine, moved.state),
@@ -60,8 +62,10 @@ def energy_of(moved: MechanismOutcome) -> dict[str, float]:
 
 
 def events_of(moved: MechanismOutcome) -> dict[str, int]:
-    """How often what happened: `ELEMENT KIND` -> a number; with `not kept` where there were more
-    than there is room for."""
+    """Return the number of events by `ELEMENT KIND`.
+
+    `not kept` counts the events beyond ROOM_FOR_EVENTS.
+    """
     found = Counter(
         f"{element_of(moved.variant, event)} {NAMES[int(event[1])]}" for event in moved.out.events
     )
@@ -70,8 +74,7 @@ def events_of(moved: MechanismOutcome) -> dict[str, int]:
 
 
 def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
-    """A note of what the assembly left out, and a warning for each end stop that is struck: no rig
-    should."""
+    """Yield the notes of the assembly, and a warning for each end stop that is struck."""
     made = moved.variant.assembled
     if not moved.variant.name:
         yield from made.notes
@@ -79,5 +82,8 @@ def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
     for place in np.unique(strikes[:, 2]).astype(int).tolist():
         block = int(made.packed.stops.block[place])
         first = strikes[strikes[:, 2] == place][0]
-        told = f"{made.blocks[block]} strikes its end stop {made.stops[place]}, first at {first[0]:.3f} s"
+        told = (
+            f"{made.blocks[block]} strikes its end stop {made.stops[place]}, first at "
+            f"{first[0]:.3f} s"
+        )
         yield f"{moved.variant.topic}: {told}"

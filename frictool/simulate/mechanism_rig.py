@@ -1,14 +1,13 @@
-"""What a controller is told of a mechanism, and what lies behind the sensor: the chain of links
-from its block to every other.
+"""Rig of a mechanism for a controller, and the chain of links that starts at its sensor's block.
 
-Along the chain a block's position is that of the sensor's times the ratios between them, as far as
-no play and no compliance lies between:
+Along the chain, without play and compliance, the position of a block follows that of the sensor by
+the product of the ratios:
 
     q_block - start_block = ratio (q_sensor - start_sensor)
 
-The load is the block that `control.load` names, or else the one that the most links lie between and
-the sensor, the last such in the file. Its position is brought back to the sensor's coordinate, so
-that it compares with the reference.
+The load is the block that `control.load` names. Without that key it is the block with the most
+links to the sensor, the last such block in the file. Its position is converted to the sensor's
+coordinate, so that it compares with the reference.
 """
 
 from __future__ import annotations
@@ -29,12 +28,14 @@ from frictool.simulate.rig import Rig
 
 Vector = NDArray[np.float64]
 FULL_TURN = 2.0 * np.pi
-SAME_PLACE = 1e-12  # of where a stop stands
+SAME_PLACE = 1e-12  # relative tolerance of a stop's position
 
 
 class ControlledAxis(NamedTuple):
-    """Places of the controlled source, of its block and the sensor's; of the load, whose speed is
-    `load_ratio` times the sensor's."""
+    """Indices of the controlled source, its block, the sensor's block and the load.
+
+    The speed of the load is `load_ratio` times that of the sensor.
+    """
 
     source: int
     source_block: int
@@ -44,7 +45,7 @@ class ControlledAxis(NamedTuple):
 
 
 def resolution_of(sensor: Sensor) -> float:
-    """The step of an encoder [rad | m]; 0 of a perfect one."""
+    """Return the step of an encoder [rad | m], 0 for a perfect one."""
     if sensor.step is not None:
         return sensor.step.value
     return (
@@ -57,8 +58,11 @@ def resolution_of(sensor: Sensor) -> float:
 def rig_of_mechanism(
     document: Mechanism, assembled: AssembledMechanism
 ) -> tuple[Rig, ControlledAxis]:
-    """The rig that a controller sees. Raises ElementError where source or sensor are not
-    determined, or the sensor shows no position."""
+    """Return the rig for a controller, and its axis.
+
+    Raises ElementError if source or sensor are not determined, or if the sensor does not measure a
+    position.
+    """
     source, sensor = assembled.controlled(document)
     drives, senses = (
         document.sources[assembled.sources[source]],
@@ -85,8 +89,10 @@ def rig_of_mechanism(
 
 
 def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, float]:
-    """Return the facts of verify/rig_facts.py, without a spring on the axis: a mechanism has
-    springs of its own."""
+    """Return the facts of verify/rig_facts.py, without a spring on the axis.
+
+    A mechanism models its springs itself.
+    """
     winding = source.winding
     return {
         "sample_period_s": document.sample_period_s,
@@ -100,8 +106,7 @@ def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, flo
 
 
 class ChainPosition(NamedTuple):
-    """How a block hangs on the chain's root: its motion over the root's, and the number of links
-    between."""
+    """Motion of a block relative to the chain's root, and the number of links between them."""
 
     ratio: float
     links: int
@@ -110,8 +115,10 @@ class ChainPosition(NamedTuple):
 def chain_from(
     document: Mechanism, assembled: AssembledMechanism, root: int
 ) -> dict[int, ChainPosition]:
-    """Every block that links tie to the block `root`, itself among them, the nearest first. Springs
-    tie nothing."""
+    """Return every block that links connect to the block `root`, nearest first, `root` included.
+
+    Springs do not connect.
+    """
     joints, couplings = assembled.packed.joints, assembled.packed.couplings
     ties = list(zip(joints.a.tolist(), joints.b.tolist(), joints.ratio.tolist(), strict=True))
     for name, a, b, ratio in zip(
@@ -142,10 +149,10 @@ def chain_from(
 def block_positions(
     document: Mechanism, assembled: AssembledMechanism, root: int, position: float
 ) -> Vector:
-    """Positions (n,) [rad | m] of all blocks with the block `root` at `position`: what is tied to
-    it comes along, the rest stays.
+    """Return positions (n,) [rad | m] of all blocks with the block `root` at `position`.
 
-    Raises ValueError naming the block that then lies beyond its end stop.
+    Connected blocks move along, the others stay. Raises ValueError with the name of a block that is
+    then beyond its end stop.
     """
     placed = assembled.start.copy()
     for block, tied in chain_from(document, assembled, root).items():

@@ -1,5 +1,7 @@
-"""Runs of mechanisms: each has a state and a machine of its own, several at once in threads (the
-kernels hold no lock)."""
+"""Runs of mechanisms in threads, each with its own state and compiled mechanism.
+
+The kernels release the interpreter lock.
+"""
 
 from __future__ import annotations
 
@@ -51,13 +53,15 @@ Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 AT_ONCE = 500_000  # samples of all runs of a batch
-PIECE = 5000  # samples between two looks at the clock and the keyboard
-ROOM_FOR_EVENTS = 200_000  # of one run; more are counted, not kept
+PIECE = 5000  # samples between two checks of the clock and the keyboard
+ROOM_FOR_EVENTS = 200_000  # stored events of one run; further ones are counted only
 
 
 class MechanismOutcome(NamedTuple):
-    """What became of one variant; machine and state are those of the end, `before` what it held at
-    first."""
+    """Result of one variant.
+
+    `machine` and `state` are those at the end, `before` is the initial energy balance.
+    """
 
     variant: MechanismVariant
     machine: CompiledMechanism
@@ -67,8 +71,10 @@ class MechanismOutcome(NamedTuple):
 
 
 class MechanismTask(NamedTuple):
-    """What is played to each variant. controller: None where the sources follow their signals
-    alone, or `target` is in its place."""
+    """Inputs of a run.
+
+    `controller` is None if the sources follow their signals alone, or if `target` replaces it.
+    """
 
     samples: int
     sight: ControlPorts
@@ -85,10 +91,12 @@ def play_all(
     tasks: Sequence[tuple[MechanismTask, Vector]],
     progress: Callable[[int, int], None],
 ) -> Iterator[MechanismOutcome]:
-    """Every variant moved through its task from rest at (n,) [rad | m]; `progress(done, total)` is
-    told of variants, or of one's samples.
+    """Yield the outcome of every variant.
 
-    Raises NoSolutionError, with time and element, where one cannot be simulated.
+    Each run starts at rest at the positions (n,) [rad | m] of its task.
+
+    `progress(done, total)` counts variants, or the samples of a single one. Raises NoSolutionError,
+    with time and element, if a variant cannot be simulated.
     """
     total, done = len(variants), 0
     alone = progress if total == 1 else lambda done, total: None
@@ -97,7 +105,8 @@ def play_all(
     with ThreadPoolExecutor(os.cpu_count()) as threads:
         while done < total:
             chosen = range(done, min(done + batch, total))
-            if len(chosen) == 1:  # here, where an interrupt is heard between two pieces
+            # in this thread, so that an interrupt is handled between two pieces
+            if len(chosen) == 1:
                 yield moved(variants[done], *tasks[done], alone)
             else:
                 yield from threads.map(
@@ -114,7 +123,7 @@ def moved(
     start: Vector,
     progress: Callable[[int, int], None],
 ) -> MechanismOutcome:
-    """One variant. Raises NoSolutionError where it cannot be simulated."""
+    """Return the outcome of one variant; raise NoSolutionError if it cannot be simulated."""
     packed = variant.assembled.packed
     machine = prepare(packed)
     state = rest(packed, machine, start)
@@ -145,7 +154,7 @@ def _by_kernel(
     out: MechanismRecord,
     progress: Callable[[int, int], None],
 ) -> int:
-    """The status after all samples, by pieces."""
+    """Return the status after all samples, run piece by piece."""
     shown = np.array([measure(state.y[task.sight.sensor], task.sight.step)])
     waiting = np.zeros(task.delay_samples + 1)
     own = None if task.controller is None else copy_program(task.controller)
@@ -175,7 +184,7 @@ def _by_target(
     out: MechanismRecord,
     progress: Callable[[int, int], None],
 ) -> int:
-    """The same with compiled code in the controller's place."""
+    """Return the status after all samples with compiled code as the controller."""
     target, reference, sight = task.target, task.reference, task.sight
     assert target is not None
     assert reference is not None
@@ -203,8 +212,10 @@ def _by_target(
 def _drifting(
     packed: PackedMechanism, machine: CompiledMechanism, task: MechanismTask
 ) -> DriftedNumbers:
-    """Which numbers of the machine follow the scenario's drifts; the controlled drive's limit is
-    the loop's where its sensor may fail."""
+    """Return the numbers of the compiled mechanism that follow the scenario's drifts.
+
+    If a sensor may fail, the drive's limit is applied by the loop, and the mechanism has none.
+    """
     whole, numbers = machine.whole, machine.numbers
     places: list[int] = []
     columns: list[int] = []
@@ -226,7 +237,7 @@ def _drifting(
         if task.conditions.size:
             numbers[row + LIMIT] = (
                 np.inf
-            )  # `true_command` has limited what the drive's loop is asked for
+            )  # `true_command` has already limited the request to the drive's loop
     at = np.array(places, dtype=np.int64)
     return DriftedNumbers(
         task.conditions, at, np.array(columns, dtype=np.int64), numbers[at], limit
@@ -234,7 +245,7 @@ def _drifting(
 
 
 def _told(found: MechanismOutcome, status: int) -> str:
-    """Where it ended and why, with the element that moved last."""
+    """Return the message of a failed run, with time, reason and the element of the last event."""
     instant = float(found.state.pace[1])
     text = f"{found.variant.topic}: at {instant:.6g} s {MESSAGES[status]}"
     events = found.out.events
@@ -247,7 +258,7 @@ def _told(found: MechanismOutcome, status: int) -> str:
 
 
 def element_of(variant: MechanismVariant, event: Vector) -> str:
-    """The name of the element that an event (4,) happened to."""
+    """Return the name of the element of an event (4,)."""
     made = variant.assembled
     names: Mapping[str, tuple[str, ...]] = {
         "block": made.blocks,

@@ -1,9 +1,8 @@
-"""Mechanisms drawn at random: every quantity of the document that has `low` and `high` is drawn
-between them, uniformly and on its own.
+"""Random mechanisms: every quantity with `low` and `high` is drawn uniformly and independently.
 
-Mechanism number i of a seed is the same however many there are. A breakaway lies nowhere below its
-Coulomb friction: it is drawn from what of its range is above, and one without a range goes with the
-Coulomb friction, of which it is a multiple.
+Mechanism number i of a seed is the same for any number of plants. A breakaway is never below its
+Coulomb friction: it is drawn from the part of its range above that. A breakaway without a range
+keeps its ratio to the Coulomb friction.
 """
 
 from __future__ import annotations
@@ -33,8 +32,10 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MechanismVariant:
-    """One mechanism, `name` empty for the nominal one; values: what was drawn, by its key, in SI,
-    and the unit of each."""
+    """One mechanism, with the drawn values by key [SI] and their units.
+
+    `name` is empty for the nominal one.
+    """
 
     name: str
     document: Mechanism
@@ -44,16 +45,16 @@ class MechanismVariant:
 
     @property
     def topic(self) -> str:
-        """Of the controlled axis: `/axis`, or `/axis/NAME`."""
+        """Topic of the controlled axis: `/axis`, or `/axis/NAME`."""
         return f"{MAIN_TOPIC}/{self.name}" if self.name else MAIN_TOPIC
 
     @property
     def whole_topic(self) -> str:
-        """Of all blocks: `/mechanism`, or `/mechanism/NAME`."""
+        """Topic of all blocks: `/mechanism`, or `/mechanism/NAME`."""
         return f"{MECHANISM_TOPIC}/{self.name}" if self.name else MECHANISM_TOPIC
 
     def described(self) -> str:
-        """Its values with their units."""
+        """Return the values with their units as text."""
         return ", ".join(
             f"{key} {value:.6g} {self.units[key]}" for key, value in self.values.items()
         )
@@ -62,11 +63,10 @@ class MechanismVariant:
 def mechanism_variants(
     document: Mechanism, assembled: AssembledMechanism, scenario: Scenario, owner: str
 ) -> list[MechanismVariant]:
-    """The nominal mechanism, and `plants` drawn ones where the scenario asks for them; or the one
-    that it gives.
+    """Return the nominal mechanism with the requested random ones, or the given mechanism.
 
-    `owner` is what messages call the document. Raises FrictoolError where it has no range to draw
-    from, or a mechanism cannot be put together.
+    `owner` is the name of the document in messages. Raises FrictoolError if there is no range to
+    draw from, or if a mechanism cannot be assembled.
     """
     if scenario.variants == GIVEN:
         return [
@@ -86,7 +86,8 @@ def mechanism_variants(
     ranged = {key: one for key, one in every.items() if one.low < one.high}
     if not ranged:
         raise FrictoolError(
-            f"{owner}: variants: random draws from ranges, and no quantity has one; give low and high beside a value"
+            f"{owner}: variants: random draws from ranges, and no quantity has one; give low and "
+            "high beside a value"
         )
     parts = np.random.Generator(np.random.PCG64([scenario.seed, PLANTS_STREAM])).random(
         (scenario.plants, len(ranged))
@@ -109,8 +110,10 @@ def mechanism_variants(
 def _values(
     every: Mapping[str, VariedParameter], ranged: Mapping[str, VariedParameter], parts: Vector
 ) -> Vector:
-    """Values (n, d) at parts (n, d) of the ranges, of each range what lies above the value that it
-    may not fall below."""
+    """Return values (n, d) at shares (n, d) of the ranges.
+
+    A range with a lower limit begins at that limit.
+    """
     lows, highs = (
         np.array([one.low for one in ranged.values()]),
         np.array([one.high for one in ranged.values()]),
@@ -129,10 +132,10 @@ def _values(
 def _variant(
     document: Mechanism, name: str, values: dict[str, float], owner: str, remedy: str
 ) -> MechanismVariant:
-    """The mechanism with these values. Raises FrictoolError where it cannot be put together."""
+    """Return the mechanism with these values; raise FrictoolError if it cannot be assembled."""
     try:
         made = with_quantities(document, values)
-    except ValueError as error:  # two values that do not go together
+    except ValueError as error:  # two values contradict each other
         raise FrictoolError(f"{owner}{error}; {remedy}") from None
     if any(value <= 0.0 for value in values.values()):
         _check_signs(made, owner, remedy)
@@ -144,8 +147,7 @@ def _variant(
 
 
 def _check_signs(made: Mechanism, owner: str, remedy: str) -> None:
-    """Raises FrictoolError where a value is below what its key allows, as when the document is
-    read."""
+    """Raise FrictoolError if a value is below the limit that its key has in a document."""
     try:
         DocumentReader(Path()).read(compose(to_yaml(made), Path()), Mechanism, "")
     except DocumentError as error:

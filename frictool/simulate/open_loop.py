@@ -1,8 +1,7 @@
-"""Plays a scenario to a mechanism without a controller: its sources follow the scenario's signals
-for `duration_s`.
+"""Simulation of a mechanism without a controller: its sources follow the scenario for `duration_s`.
 
-The log has every block, and where source and sensor of a controller are determined `/axis` too, as
-a bench would log it.
+The log has every block. If the source and sensor of a controller are determined, it also has
+`/axis` as a bench would log it.
 """
 
 from __future__ import annotations
@@ -54,11 +53,10 @@ def simulate_open_loop(
     progress: Callable[[int, int], None] = lambda done, total: None,
     watch: Callable[[MechanismOutcome], None] = lambda moved: None,
 ) -> Log:
-    """The log of the scenario, with warnings for people. `watch` is given each variant when it has
-    been moved.
+    """Return the log of the scenario, with warnings.
 
-    Raises DocumentError where the scenario does not fit the mechanism, NoSolutionError where a
-    mechanism cannot be simulated.
+    `watch` is called with each variant after its run. Raises DocumentError if the scenario does not
+    fit the mechanism, NoSolutionError if a mechanism cannot be simulated.
     """
     seen = _controlled(document, assembled)
     _check(document, assembled, scenario, names, seen)
@@ -110,7 +108,7 @@ def simulate_open_loop(
 def _controlled(
     document: Mechanism, assembled: AssembledMechanism
 ) -> tuple[Rig, ControlledAxis] | None:
-    """What a bench would log, where that is determined."""
+    """Return the rig of a controller, or None if source and sensor are not determined."""
     try:
         return rig_of_mechanism(document, assembled)
     except ElementError:
@@ -148,14 +146,15 @@ def _check(
     names: DocumentNames,
     seen: tuple[Rig, ControlledAxis] | None,
 ) -> None:
-    """Raises DocumentError where the scenario is none without a controller, or does not fit."""
+    """Raise DocumentError if the scenario needs a controller or does not fit."""
     period = document.sample_period_s
     if not scenario.is_open:
         key = "steps" if scenario.steps else "reference"
         refuse(
             names.scenario,
             key,
-            "is a reference, which a controller follows: give --controller; without one: duration_s and sources",
+            "is a reference, which a controller follows: give --controller; without one: "
+            "duration_s and sources",
         )
     samples = samples_of(scenario.seconds, period)
     if samples < 1:
@@ -189,9 +188,11 @@ def _check(
 
 
 def _check_undetermined(scenario: Scenario, names: DocumentNames) -> None:
-    """Raises DocumentError where something is asked of the controlled axis and none is
-    determined."""
-    told = f"{names.model} does not say which source and sensor are a controller's (control: {{source: .., sensor: ..}})"
+    """Raise DocumentError if the scenario uses a controlled axis that is not determined."""
+    told = (
+        f"{names.model} does not say which source and sensor are a controller's (control: "
+        f"{{source: .., sensor: ..}})"
+    )
     for key in ("start", "sensor_faults", "drive_noise"):
         if getattr(scenario, key):
             refuse(names.scenario, key, f"belongs to the controlled axis, and {told}")

@@ -1,5 +1,7 @@
-"""Whether a parameter that may not fall below another, a breakaway below its Coulomb friction, can
-be at least as large in every plant."""
+"""Check of parameters with a lower limit, such as a breakaway and its Coulomb friction.
+
+The check passes if the parameter can be at least as large as its limit in every plant.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +12,11 @@ from frictool.documents.quantity import Quantity, Span, factor_between
 from frictool.simulate.document_agreement import DocumentNames, refuse
 from frictool.simulate.simulated_plant import VariedParameter
 
-ROUNDING = 1e-9  # of a value that a file has in another unit
+ROUNDING = 1e-9  # relative rounding of a value that a file states in another unit
 
 
 class ParameterEnds(NamedTuple):
-    """Between what a parameter lies in the plants that are played [SI], and the document and the
-    key that say so."""
+    """Range of a parameter over the simulated plants [SI], with its document and key."""
 
     low: float
     high: float
@@ -30,12 +31,10 @@ def check_least(
     names: DocumentNames,
     drawn: bool,
 ) -> None:
-    """Raises DocumentError with the key of a value, or of a range, that ends below what it may not
-    fall below.
+    """Raise DocumentError if a value or range ends below the parameter that limits it.
 
-    spans, given: what the scenario says of parameters in place of their own ranges, in units that
-    fit. drawn: whether the ranges are drawn from, or the values that are given played and else
-    those of the document.
+    `spans` and `given` replace the parameters' own ranges, in compatible units. If `drawn`, plants
+    are drawn from the ranges; else the given values are simulated, or those of the document.
     """
     for name, own in ranges.items():
         if own.least is None:
@@ -45,7 +44,7 @@ def check_least(
         if (
             ends.low == ends.high == own.nominal and ends.document == names.model
         ) or ends.high >= factor * below.high * (1.0 - ROUNDING):
-            continue  # it goes with the other, or there is always something above
+            continue  # it keeps its ratio to the other one, or part of its range is always above
         label, unit = ranges[other].label, own.unit
         most = f"{factor * below.high:g} {unit}"
         if ends.document == names.model and below.document != names.model:
@@ -56,7 +55,10 @@ def check_least(
                 f"{found}; allowed: at most that; write a range of {own.label} too",
             )
         without = "without a range" if ends.document == names.model else "left out"
-        found = f"found {_shown(ends)} {unit}, below {label} of {'up to ' if below.low < below.high else ''}{most}"
+        found = (
+            f"found {_shown(ends)} {unit}, below {label} of "
+            f"{'up to ' if below.low < below.high else ''}{most}"
+        )
         refuse(
             ends.document,
             ends.key,

@@ -1,13 +1,9 @@
-"""The reference of a scenario's steps at each sample k of the controller's period T, part after
-part.
+"""Reference of a scenario's steps at each sample k of the controller's period T, part after part.
 
-reference  r                                           held; a part of duration d has round(d/T)
-                                                       samples
-ramp_to    r0 + (r1 - r0)(j + 1)/n                     j = 0 .. n - 1: arrives at r1 with its last
-           sample
+reference  r                               held; a part of duration d has round(d/T) samples
+ramp_to    r0 + (r1 - r0)(j + 1)/n         j = 0 .. n - 1: reaches r1 at its last sample
 sine       centre + A sin(2 pi f j T + phase)
-hold_s     r0                                          r0: the part before it at its last sample, at
-           first `start`
+hold_s     r0                              r0: last sample of the previous part, first `start`
 """
 
 from __future__ import annotations
@@ -23,12 +19,12 @@ Vector = NDArray[np.float64]
 
 
 def samples_of(seconds: float, period: float) -> int:
-    """How many samples a part has."""
+    """Return the number of samples of a part."""
     return round(seconds / period)
 
 
 def parts_of(scenario: Scenario, period: float) -> list[Vector]:
-    """The reference of each step [rad | m], one array a step. The scenario has steps."""
+    """Return the reference of each step [rad | m], one array per step; the scenario has steps."""
     assert scenario.start is not None
     last, parts = scenario.start.value, []
     for step in scenario.steps:

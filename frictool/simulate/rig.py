@@ -1,5 +1,4 @@
-"""What a controller and a log are told of a plant: its axis, drive, timing and travel, as a bench
-or a mechanism says."""
+"""Rig of a bench or mechanism for a controller and a log: axis, drive, timing and travel."""
 
 from __future__ import annotations
 
@@ -15,12 +14,12 @@ from frictool.verify.rig_facts import facts_of
 
 @dataclass(frozen=True)
 class Rig:
-    """Actuator and encoder in SI, those of the controlled axis of a mechanism.
+    """Actuator and encoder in SI units; those of the controlled axis for a mechanism.
 
-    owner: the document as messages name it ({} is its name). constant: effort per unit of the
-    drive; effort_axis: the kind of axis on which the drive acts. facts: numbers that a controller
-    is verified with (verify/rig_facts.py). examples: keys of example values in the bench.
-    bench_values_only: the reason why nothing of the model was identified, or empty.
+    `owner` is the document in messages ({} is its name), `constant` the effort per unit of the
+    drive, `effort_axis` the kind of axis on which the drive acts. `facts` are those of
+    verify/rig_facts.py. `examples` are keys of example values in the bench. `bench_values_only` is
+    the reason why nothing of the model was identified, or empty.
     """
 
     owner: str
@@ -35,28 +34,27 @@ class Rig:
 
     @property
     def sample_period_s(self) -> float:
-        """Return the sample period of the controller."""
+        """Sample period of the controller [s]."""
         return self.facts["sample_period_s"]
 
     @property
     def delay_samples(self) -> int:
-        """Return the computational delay."""
+        """Computational delay [samples]."""
         return int(self.facts["delay_samples"])
 
     @property
     def loop_time_constant_s(self) -> float:
-        """Return the time constant of the drive."""
+        """Time constant of the drive [s]."""
         return self.facts["loop_time_constant_s"]
 
     @property
     def resolution(self) -> float:
-        """Return the encoder's step [rad | m], 0 of a perfect encoder."""
+        """Encoder step [rad | m], 0 for a perfect encoder."""
         return self.facts["encoder_step"]
 
 
 def rig_of(bench: Bench, model: Model | None = None) -> Rig:
-    """Return the rig that a bench describes; with a model, whose bench it is, also the spring on
-    its axis."""
+    """Return the rig of a bench, and with its model also the spring on its axis."""
     return Rig(
         owner="the bench of {}",
         axis=bench.axis,

@@ -1,12 +1,10 @@
-"""What a scenario does to the rig beside the reference, as the engine's conditions: a row for each
-sample (engine/conditions.py).
+"""Disturbances, drifts and sensor faults of a scenario as rows per sample (engine/conditions.py).
 
 Sample k begins at k T and lasts for T.
 
-disturbance   the mean of the effort over the sample: a pulse keeps its impulse wherever it begins
-              and ends
-drift         the factor in the middle of the sample
-sensor        a fault is there from the first sample at or after `at_s` to the last before `until_s`
+disturbance   mean effort over the sample: a pulse keeps its impulse wherever it begins and ends
+drift         factor in the middle of the sample
+sensor        a fault lasts from the first sample at or after `at_s` to the last before `until_s`
 """
 
 from __future__ import annotations
@@ -36,11 +34,11 @@ from frictool.engine.conditions import (
 from frictool.simulate.rig import Rig
 
 Vector = NDArray[np.float64]
-SAME_INSTANT = 9  # decimals of a sample: instants that are equal but for rounding
+SAME_INSTANT = 9  # decimals of a sample: instants that differ only by rounding
 
 
 def conditions_of(scenario: Scenario, samples: int, period: float) -> Vector:
-    """The conditions (samples, 8) of a scenario, (0, 8) where nothing happens."""
+    """Return the conditions (samples, 8) of a scenario, (0, 8) if it has none."""
     if not scenario.disturbances and scenario.drifts is None and not scenario.sensor_faults:
         return NO_CONDITIONS
     rows = neutral(samples)
@@ -53,8 +51,10 @@ def conditions_of(scenario: Scenario, samples: int, period: float) -> Vector:
 
 
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
-    """The conditions as the loop feels them: a voltage is not fed back, so that a wrong sensor of
-    it only shows in the log."""
+    """Return the conditions that act on the loop.
+
+    A voltage is not fed back, so a fault of its sensor affects the log only.
+    """
     if rig.drive == "current" or not conditions.size:
         return conditions
     found = conditions.copy()
@@ -63,13 +63,12 @@ def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
 
 
 def on_axis(scenario: Scenario) -> list[Disturbance]:
-    """The disturbances of the driven axis: all that name no block of a mechanism."""
+    """Return the disturbances of the driven axis, which name no block of a mechanism."""
     return [disturbance for disturbance in scenario.disturbances if disturbance.on is None]
 
 
 def _overlap(begin: float, end: float, samples: int, period: float) -> tuple[Vector, Vector]:
-    """Where the span [begin, end] of time covers each sample: from, to (n,), parts of a sample in
-    [0, 1]."""
+    """Return the begin and end (n,) of [begin, end] in each sample, as shares in [0, 1]."""
     edges = np.arange(samples, dtype=np.float64)
 
     def within(instant: float) -> Vector:
@@ -79,18 +78,19 @@ def _overlap(begin: float, end: float, samples: int, period: float) -> tuple[Vec
 
 
 def _effort(disturbance: Disturbance, samples: int, period: float) -> Vector:
-    """Its mean over each sample (n,) [N m | N]."""
+    """Return the mean effort over each sample (n,) [N m | N]."""
     end = math.inf if disturbance.duration_s is None else disturbance.at_s + disturbance.duration_s
     first, last = _overlap(disturbance.at_s, end, samples, period)
     mean: Vector = disturbance.effort.value * (last - first)
     if disturbance.frequency_hz is None:
         return mean
     middle = (np.arange(samples) + 0.5 * (first + last)) * period - disturbance.at_s
-    turns = disturbance.frequency_hz * period * (last - first)  # of the sine within the sample
+    # turns of the sine within the sample
+    turns = disturbance.frequency_hz * period * (last - first)
     angle = 2.0 * math.pi * disturbance.frequency_hz * middle + math.radians(disturbance.phase_deg)
     found: Vector = (
         mean * np.sin(angle) * np.sinc(turns)
-    )  # the mean of a sine over a span is that in its middle times sinc
+    )  # the mean of a sine over a span is its value in the middle times sinc
     return found
 
 
@@ -108,7 +108,10 @@ def _drift(rows: Vector, drifts: Drifts, period: float) -> None:
 
 
 def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
-    """Faults of one kind at one time add up; gains multiply."""
+    """Write the sensor faults into `rows`.
+
+    Simultaneous faults of one kind add up; gains multiply.
+    """
     instants = np.arange(rows.shape[0], dtype=np.float64)
     for fault in faults:
         until = math.inf if fault.until_s is None else fault.until_s

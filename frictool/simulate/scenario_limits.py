@@ -1,5 +1,4 @@
-"""Whether what a scenario asks for can be played: long enough and not too long, within the travel,
-everything before the end."""
+"""Limits of a scenario: its length, the travel, and all events before its end."""
 
 from __future__ import annotations
 
@@ -14,15 +13,17 @@ from frictool.documents.scenario import Scenario
 from frictool.simulate.document_agreement import refuse
 
 Vector = NDArray[np.float64]
-MAX_SAMPLES = 20_000_000  # of all variants together: about 2 GB in memory, 0.6 GB as a log
-SAME_INSTANT = 1e-9  # of the whole
+MAX_SAMPLES = 20_000_000  # samples of all variants together: about 2 GB in memory, 0.6 GB as a log
+SAME_INSTANT = 1e-9  # relative to the whole duration
 
 
 def check_steps(
     scenario: Scenario, period: float, runs: int, name: str, width: float = 1.0
 ) -> None:
-    """Raises DocumentError where a step has no sample, a sine is too fast for the period, or all
-    runs together are too long."""
+    """Raise DocumentError if a step is shorter than a sample, or the runs are too long.
+
+    A sine that is too fast is an error too.
+    """
     for index, step in enumerate(scenario.steps):
         key = f"steps[{index}]"
         if step.seconds < 0.5 * period:
@@ -37,8 +38,10 @@ def check_steps(
 
 
 def check_length(samples: float, runs: int, key: str, name: str, width: float = 1.0) -> None:
-    """Raises DocumentError where so many samples of so many runs do not fit into memory; width: how
-    many times an axis's a sample is."""
+    """Raise DocumentError if the samples of all runs do not fit into memory.
+
+    `width` is the size of a sample relative to that of one axis.
+    """
     if samples * runs * width > MAX_SAMPLES:
         found = f"asks for {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
         refuse(
@@ -49,7 +52,7 @@ def check_length(samples: float, runs: int, key: str, name: str, width: float = 
 
 
 def check_frequency(frequency: float, period: float, key: str, name: str) -> None:
-    """Raises DocumentError where a sine has not two samples a turn."""
+    """Raise DocumentError if a sine has less than two samples per period."""
     if frequency >= 0.5 / period:
         refuse(
             name,
@@ -59,8 +62,10 @@ def check_frequency(frequency: float, period: float, key: str, name: str) -> Non
 
 
 def check_path(places: Mapping[str, Vector], travel: Span | None, name: str) -> None:
-    """Raises DocumentError where a part of the reference leaves the travel; `places`: key -> its
-    samples [rad | m]."""
+    """Raise DocumentError if a part of the reference leaves the travel.
+
+    `places` maps a key to its samples [rad | m].
+    """
     if travel is None:
         return
     for key, values in places.items():
@@ -72,21 +77,22 @@ def check_path(places: Mapping[str, Vector], travel: Span | None, name: str) -> 
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
-    """Raises DocumentError where something begins or ends after the end of the scenario [s], lasts
-    less than a sample, or is too fast."""
+    """Raise DocumentError if an event is after the end [s], shorter than a sample, or too fast."""
     limit = seconds * (1.0 + SAME_INSTANT)
     for key, begin, end in _spans(scenario):
         if begin[1] >= seconds:
             refuse(
                 name,
                 f"{key}.{begin[0]}",
-                f"found {begin[1]:g}, after the end; allowed: below {seconds:g}, how long the scenario lasts",
+                f"found {begin[1]:g}, after the end; allowed: below {seconds:g}, how long the "
+                "scenario lasts",
             )
         if end is not None and end[1] > limit:
             refuse(
                 name,
                 f"{key}.{end[0]}",
-                f"ends at {end[1]:g} s, after the end; allowed: {seconds:g} s, how long the scenario lasts",
+                f"ends at {end[1]:g} s, after the end; allowed: {seconds:g} s, how long the "
+                "scenario lasts",
             )
     for index, fault in enumerate(scenario.sensor_faults):
         if fault.until_s is not None and fault.until_s - fault.at_s < period * (1.0 - SAME_INSTANT):
@@ -110,8 +116,10 @@ Instant = tuple[str, float]  # key, s
 
 
 def _spans(scenario: Scenario) -> Iterator[tuple[str, Instant, Instant | None]]:
-    """(key, begin, end) of everything that happens; of a drift its first point, as it may go on
-    after the end."""
+    """Yield (key, begin, end) of every event; a drift has its first point only.
+
+    A drift may continue after the end.
+    """
     for index, disturbance in enumerate(scenario.disturbances):
         lasts = disturbance.duration_s
         end = None if lasts is None else ("duration_s", disturbance.at_s + lasts)

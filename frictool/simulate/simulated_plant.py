@@ -1,8 +1,9 @@
-"""What a scenario is played to: one axis (simulate/axis_plant.py) or a mechanism
-(simulate/mechanism_plant.py), behind one face.
+"""Interface of a plant that scenarios are simulated with: one axis or a mechanism.
 
-scenario ──▶ variants ──▶ play: the loop of each ──▶ Run: record of the axis, further streams,
-warnings ──▶ log
+scenario ──▶ variants ──▶ play: the loop of each ──▶ VariantRun: record of the axis, further
+streams, warnings ──▶ log
+
+The implementations are simulate/axis_plant.py and simulate/mechanism_plant.py.
 """
 
 from __future__ import annotations
@@ -26,8 +27,10 @@ Vector = NDArray[np.float64]
 
 
 class PlantVariant(Protocol):
-    """One plant of a scenario. name: empty for the nominal one. values: what makes it differ from
-    that one. topic: of its stream."""
+    """One plant of a scenario, with the values that differ from the nominal plant.
+
+    `name` is empty for the nominal plant, `topic` is that of its stream.
+    """
 
     @property
     def name(self) -> str: ...
@@ -43,12 +46,11 @@ V = TypeVar("V", bound=PlantVariant)
 
 
 class VariedParameter(NamedTuple):
-    """Where a parameter of a plant lies, and where it is in the document, SI; low == high: it is
-    known. label: what people call it.
+    """Range and document value of a plant's parameter, SI; low == high if it is known exactly.
 
-    least: (the parameter that it may not fall below, the factor between their units), as a
-    breakaway has its Coulomb friction. Where it varies it is drawn from what lies above; where it
-    has no range it goes with the other, in the document's proportion.
+    `label` is its name in messages. `least` is (parameter that limits it from below, factor between
+    their units); a breakaway is limited by its Coulomb friction. A parameter with a range is drawn
+    from the part above the limit; one without a range keeps its ratio to the limit in the document.
     """
 
     low: float
@@ -60,8 +62,11 @@ class VariedParameter(NamedTuple):
 
 
 class VariantRun(NamedTuple):
-    """record (n, 7): engine/closed_loop.py, of the controlled axis. streams: what else is known of
-    the plant. metadata: further records."""
+    """Result of one run.
+
+    `record` (n, 7) is that of the controlled axis (engine/closed_loop.py), `streams` and `metadata`
+    have further data of the plant.
+    """
 
     record: Vector
     streams: tuple[Stream, ...] = ()
@@ -70,12 +75,12 @@ class VariantRun(NamedTuple):
 
 
 class SimulatedLoop(NamedTuple):
-    """What is played to every plant: the controller, in the simulation's number format or as
-    compiled code, and what happens to it.
+    """Controller and conditions that every plant is simulated with.
 
-    start [rad | m]; reference (n,); conditions (n, 8) as the loop feels them: engine/conditions.py.
-    told: what a scheduled controller is told of each variant, by the machine's places.
-    progress(done, total) is told before the first variants and after each batch of them.
+    The controller is `running` in the simulation's number format, or compiled code (`target`).
+    `start` is in rad | m, `reference` (n,) too; `conditions` (n, 8) are those that act on the loop
+    (engine/conditions.py). `told` has the scheduled parameters of each variant by state index.
+    `progress(done, total)` is called before the first variants and after each batch.
     """
 
     controller: Controller
@@ -90,7 +95,7 @@ class SimulatedLoop(NamedTuple):
 
 
 class SimulatedPlant(Protocol[V]):
-    """One axis or a mechanism, with what a log says of it."""
+    """Single axis or mechanism, with the data of its log."""
 
     @property
     def name(self) -> str: ...
@@ -100,41 +105,40 @@ class SimulatedPlant(Protocol[V]):
 
     @property
     def width(self) -> float:
-        """How many times as much as of one axis is logged of it."""
+        """Size of its logged data relative to that of one axis."""
 
     def check(
         self, controller: Controller | None, scenario: Scenario, names: DocumentNames
     ) -> None:
-        """Raises DocumentError where the scenario asks for what this kind of plant does not
-        have."""
+        """Raise DocumentError if the scenario uses a feature that this kind of plant lacks."""
 
     def count(self, controller: Controller, scenario: Scenario) -> int:
-        """How many variants there are, the nominal one among them."""
+        """Return the number of variants, the nominal one included."""
 
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[V]:
-        """The nominal plant, then those that the scenario asks for; `owner` is what messages call
-        the document.
+        """Return the nominal plant and the variants of the scenario, or only its given plant.
 
-        Raises FrictoolError where a plant's parameters are out of range, or there is no range to
-        draw from.
+        `owner` is the name of the document in messages. Raises FrictoolError if a plant's
+        parameters are out of range, or if there is no range to draw from.
         """
 
     def ranges(self) -> Mapping[str, VariedParameter]:
-        """Of the parameters that `given` of a scenario may name, by their names."""
+        """Return the parameters that `given` of a scenario may name, by name."""
 
     def known(self, variant: V) -> Mapping[str, float]:
-        """What a scheduled controller can be told of it, by the parameters' names [SI]."""
+        """Return the parameters for a scheduled controller, by name [SI]."""
 
     def play(self, variants: Sequence[V], loop: SimulatedLoop) -> Iterator[tuple[V, VariantRun]]:
-        """Each variant and its run. Raises NoSolutionError where one cannot be simulated."""
+        """Yield each variant and its run; raise NoSolutionError if one cannot be simulated."""
 
     def linear(self, variant: V, conditions: Vector) -> LoggedPlant | None:
-        """Return the linear plant of a variant under conditions (n, 8); None if no margins are
-        computed for it."""
+        """Return the linear plant of a variant under conditions (n, 8); None without margins."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
-        """Return the known intervals [SI] of the parameters for which a controller is synthesised;
-        of a mechanism the drive's constant."""
+        """Return the known intervals [SI] of the parameters of a synthesis.
+
+        For a mechanism this is the drive's constant.
+        """
 
     def described(self, variant: V) -> str:
-        """Its values with their units, for the log."""
+        """Return the values of a variant with their units, for the log."""

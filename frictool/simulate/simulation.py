@@ -1,5 +1,4 @@
-"""A scenario played to a model or a mechanism: what `frictool simulate` does, on values in
-memory."""
+"""Simulation of a scenario from documents in memory, the function behind `frictool simulate`."""
 
 from __future__ import annotations
 
@@ -37,14 +36,44 @@ def simulate(
     names: DocumentNames = DOCUMENTS,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Log:
-    """What a bench would have logged: a stream for each variant of the plant, with what only a
-    simulation knows.
+    """Simulate a scenario and return the log that a bench would have written.
 
-    controller: None for a mechanism whose sources follow the scenario. recorded: the log that a
-    scenario replays. number: the format that the controller runs in; target: compiled code in its
-    place. names: what messages call the documents. `progress` is told (done, total). Raises
-    InputFileError, DocumentError where the documents do not fit together, LogError where a log
-    cannot be replayed, NoSolutionError where a variant cannot be simulated.
+    The log has one stream per variant of the plant, with channels that only a simulation knows.
+
+    Parameters
+    ----------
+    plant : Model, Mechanism or SimulatedPlant
+        Plant of the simulation.
+    controller : Controller or None
+        Controller document; None for a mechanism whose sources follow the scenario.
+    scenario : Scenario
+        Reference or signals, disturbances, faults and variants.
+    recorded : Log, optional
+        Log that the scenario replays.
+    number : Number
+        Number format of the controller.
+    target : CompiledTarget, optional
+        Compiled code that replaces the controller.
+    provenance : Provenance, optional
+        Origin to store; the record of this call if left out.
+    names : DocumentNames
+        Names of the documents in messages.
+    progress : callable
+        Called with (done, total).
+
+    Returns
+    -------
+    Log
+        Simulated log with warnings.
+
+    Raises
+    ------
+    InputFileError, DocumentError
+        If the documents do not fit together.
+    LogError
+        If a log cannot be replayed.
+    NoSolutionError
+        If a variant cannot be simulated.
     """
     documents = {
         "model": plant if isinstance(plant, Model | Mechanism) else None,

@@ -1,8 +1,8 @@
-"""Whether every draw of a scenario's `spread` can be played: what it varies is there, in its units,
-within the travel and the time.
+"""Check that every draw of a scenario's `spread` can be simulated.
 
-A range of a parameter is refused by the plants at its two ends: where one of them cannot be, so
-cannot draws near it.
+Its parameters must exist and have their units, and its events must lie within the travel and the
+time. A range of a parameter is checked by the plants at its two ends: if one of them is impossible,
+so are draws near it.
 """
 
 from __future__ import annotations
@@ -30,8 +30,10 @@ def check_spread(
     seconds: float,
     names: DocumentNames,
 ) -> None:
-    """Raises DocumentError with the first key of `spread` that does not fit the plant, or a
-    scenario of `seconds` [s]."""
+    """Raise DocumentError for the first key of `spread` that does not fit.
+
+    It must fit the plant and a scenario of `seconds` [s].
+    """
     spread, rig, name = scenario.spread or Spread(), plant.rig, names.scenario
     _check_parameters(spread, plant.ranges(), names)
     _check_ends(plant, controller, scenario, spread, names)
@@ -57,7 +59,8 @@ def check_spread(
             refuse(
                 name,
                 "drive",
-                f"found {scenario.drive}; allowed: {rig.drive}, which {names.model} has, for quantities of the drive",
+                f"found {scenario.drive}; allowed: {rig.drive}, which {names.model} has, for "
+                "quantities of the drive",
             )
     for index, one in enumerate(spread.disturbances):
         key = f"spread.disturbances[{index}]"
@@ -99,13 +102,11 @@ def _check_ends(
     spread: Spread,
     names: DocumentNames,
 ) -> None:
-    """Raises DocumentError where no plant can be at an end of a parameter's range."""
+    """Raise DocumentError if no plant can have the end of a parameter's range."""
     for parameter, span in spread.parameters.items():
         least = plant.ranges()[parameter].least
         for end, value in (("low", span.low), ("high", span.high)):
-            if (
-                least is not None and value < 0.0
-            ):  # a mechanism would lift it to what it may not fall below
+            if least is not None and value < 0.0:  # a mechanism would raise it to its lower limit
                 found = f"found {value:g} {span.unit}, below 0"
                 refuse(
                     names.scenario,
@@ -137,7 +138,8 @@ def _check_times(
         refuse(
             name,
             f"{key}.at_s",
-            f"found {one.at_s.high:g}, after the end; allowed: below {seconds:g}, how long the scenario lasts",
+            f"found {one.at_s.high:g}, after the end; allowed: below {seconds:g}, how long the "
+            "scenario lasts",
         )
     if lasts is None:
         return
@@ -152,5 +154,6 @@ def _check_times(
         refuse(
             name,
             f"{key}.{of_it}",
-            f"may end at {end:g} s, after the end; allowed: {seconds:g} s, how long the scenario lasts",
+            f"may end at {end:g} s, after the end; allowed: {seconds:g} s, how long the scenario "
+            "lasts",
         )

@@ -1,4 +1,4 @@
-"""Model, specification and design to a controller that was verified."""
+"""Synthesis: from a model, a specification and a design to a verified controller document."""
 
 from typing import TYPE_CHECKING
 

@@ -1,6 +1,9 @@
-"""A candidate becomes a controller only here: the loop rebuilt in physical units from the
-coefficients as they are stored, sampled at the bench's period with its delay, at every vertex, and
-again with the coefficients rounded. Nothing that the method says is believed."""
+"""Acceptance test that every controller candidate must pass before it becomes a document.
+
+The sampled loop is rebuilt in physical units from the stored coefficients, at the bench's period
+and delay, at every vertex; then again with rounded coefficients. The figures that a synthesis
+method claims are not trusted.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,8 @@ from frictool.verify.messages import delay_words, plant_words
 from frictool.verify.resonant_loop import ResonantCheck, require_margin, resonant_check
 
 COUNT_LIMIT = (
-    4.0  # times the drive's limit that one encoder count may ask for; beyond, the loop is a switch
+    # limit of the drive after one encoder count, in multiples of the drive limit
+    4.0
 )
 
 
@@ -34,11 +38,12 @@ def accept(
     linear: stored.LinearController,
     around: SurroundingBlocks,
 ) -> stored.Verified:
-    """What was verified of the loops that `linear` closes with the blocks around it.
+    """Return the verified figures of the loops that `linear` closes with the surrounding blocks.
 
-    Raises NoSolutionError (exit 4) naming the vertex and its figure where a loop is unstable with 0
-    samples of delay, 1 or the bench's, or misses the specified modulus margin at the bench's, also
-    with rounded coefficients; or where one count asks for too much drive.
+    Raises NoSolutionError (exit 4), naming the vertex and its figure, if a loop is unstable with a
+    delay of 0 samples, 1 sample or the bench's. Raises it also if a loop misses the specified
+    modulus margin at the bench's delay, if rounded coefficients break a claim, or if one encoder
+    count requests too much drive.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0
@@ -47,13 +52,15 @@ def accept(
         if not vertex.stable:
             worst = vertex.checks[largest(check.spectral_radius for check in vertex.checks)[1]]
             raise NoSolutionError(
-                f"not verified: the sampled loop is unstable at vertex {_where(vertex, problem)} with {delay_words(worst.delay_samples)} "
+                f"not verified: the sampled loop is unstable at vertex {_where(vertex, problem)} "
+                f"with {delay_words(worst.delay_samples)} "
                 f"(spectral radius {worst.spectral_radius:.4f}); {problem.hint}"
             )
     margin, at = smallest(vertex.modulus_margin for vertex in vertices)
     if margin < required:
         raise NoSolutionError(
-            f"not verified: modulus margin {margin:.4f} < {required:g} at vertex {_where(vertices[at], problem)} "
+            f"not verified: modulus margin {margin:.4f} < {required:g} at vertex "
+            f"{_where(vertices[at], problem)} "
             f"with {delay_words(problem.delay)}; {problem.hint}"
         )
     _brake(problem, around)
@@ -63,8 +70,10 @@ def accept(
     for one in rounded[: len(HELD)]:
         if not tolerates_rounding(one, worst_norm, required):
             raise NoSolutionError(
-                f"not verified: with coefficients rounded to {one.number} the worst norm is {one.gamma:.4g} where {worst_norm:.4g} is "
-                f"claimed, the modulus margin {one.modulus_margin:.3f} where {required:g} is specified; bring the weights nearer to each "
+                f"not verified: with coefficients rounded to {one.number} the worst norm is "
+                f"{one.gamma:.4g} where {worst_norm:.4g} is "
+                f"claimed, the modulus margin {one.modulus_margin:.3f} where {required:g} is "
+                "specified; bring the weights nearer to each "
                 "other"
             )
     return stored.Verified(
@@ -79,10 +88,10 @@ def accept(
 
 
 def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> ResonantCheck | None:
-    """The loops with the model's resonances, at the bench's delay the worst margin; None where it
-    has none.
+    """Check the loops on the plant with the model's resonances; return None if it has none.
 
-    Raises NoSolutionError where one of them is unstable, or misses the specified margin.
+    The result is the worst margin at the bench's delay. Raises NoSolutionError if a loop is
+    unstable with a delay of 0 samples, 1 sample or the bench's, or misses the specified margin.
     """
     resonances = problem.model.resonances
     if resonances is None:
@@ -98,7 +107,7 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
 def linear_loops(
     problem: SynthesisProblem, linear: stored.LinearController, around: SurroundingBlocks
 ) -> LinearLoops:
-    """Return the loops that `linear` closes around the vertices with the blocks around it."""
+    """Return the loops of `linear` at the vertices, together with the surrounding blocks."""
     return LinearLoops(
         structure=problem.design.structure,
         domain=problem.design.domain,
@@ -115,7 +124,7 @@ def linear_loops(
 
 
 def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
-    """Raises NoSolutionError where the virtual friction of a limiter would not come to rest."""
+    """Raise NoSolutionError if the limiter's virtual friction is unstable around standstill."""
     brake = limiter_brake(
         around.limiter, around.velocity, problem.model.bench.actuator.constant.value, problem.period
     )
@@ -125,8 +134,10 @@ def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
         found = check_feedback(one, point.rates, problem.lag, samples)
         if not found.stable:
             raise NoSolutionError(
-                f"not verified: the limiter's virtual friction is unstable at rest, at vertex {point.name} with {samples} samples of "
-                f"delay (spectral radius {found.spectral_radius:.4f}); raise limiter.virtual_speed, or velocity.filter_rad_s"
+                "not verified: the limiter's virtual friction is unstable at rest, at vertex "
+                f"{point.name} with {samples} samples of "
+                f"delay (spectral radius {found.spectral_radius:.4f}); raise "
+                "limiter.virtual_speed, or velocity.filter_rad_s"
             )
 
 
@@ -135,7 +146,8 @@ def _count(problem: SynthesisProblem, loops: LinearLoops) -> float:
     if requested > COUNT_LIMIT * actuator.limit.value:
         unit = "A" if actuator.drive == "current" else "V"
         raise NoSolutionError(
-            f"not verified: one encoder count asks for {requested:.4g} {unit}, more than {COUNT_LIMIT:g} times the limit of "
+            f"not verified: one encoder count asks for {requested:.4g} {unit}, more than "
+            f"{COUNT_LIMIT:g} times the limit of "
             f"{actuator.limit.value:g} {unit}; {problem.softer}"
         )
     return requested

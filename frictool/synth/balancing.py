@@ -1,4 +1,4 @@
-"""Balanced coordinates of a stable system, in either domain (Moore 1981)."""
+"""Balanced coordinates of a stable system in continuous or discrete time (Moore 1981)."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ Matrix = NDArray[np.float64]
 
 
 def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.float64]]:
-    """A stable system in coordinates whose Gramians are equal and diagonal, and their diagonal: the
-    Hankel singular values, falling.
+    """Return a stable system in balanced coordinates and its Hankel singular values, largest first.
 
-    States that are not reached or not seen to working precision, or whose value is at most
-    `negligible` times the largest, are left out.
+    In these coordinates both Gramians are the same diagonal matrix, whose entries are the Hankel
+    singular values. States that are unreachable or unobservable to working precision are left out,
+    and so are states whose value is at most `negligible` times the largest.
     """
     if not k.order:
         return k, np.empty(0)
@@ -37,6 +37,6 @@ def _gramian(a: Matrix, b: Matrix, period: float) -> Matrix:
 
 
 def _root(gramian: Matrix) -> Matrix:
-    """A square root of a positive semidefinite matrix that may be singular to working precision."""
+    """Return a square root of a positive semidefinite matrix, which may be numerically singular."""
     values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

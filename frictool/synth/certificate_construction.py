@@ -1,14 +1,13 @@
-"""Finding a certificate: rectangles of rates small enough for Lyapunov matrices linear in K/J, and
-the matrices, rounded to short integers.
+"""Search for a robustness certificate: cells of the parameter box with Lyapunov matrices.
 
-Nothing of what is found here is believed: a cell is kept only if the proof of
-verify/certificate_proof.py goes through with the rounded matrices, at the bound that is written
-down.
+A cell is a rectangle of rates; its Lyapunov matrices are linear in K/J and rounded to short
+integers. This search proves nothing: a cell is kept only if the proof of
+verify/certificate_proof.py succeeds with the rounded matrices, for the bound that is stored.
 
-The matrices come from lmi/certificate_search.py. The bound is the worst norm that a scan of the box
-sees, raised by the smallest of SLACKS for which MOST_CELLS suffice. In the coordinates in which the
-matrix of the plant in the middle is the identity those of the cells are near it, so that few bits
-are enough.
+The matrices come from lmi/certificate_search.py. The bound is the worst norm in a scan of the box,
+raised by the smallest of SLACKS for which MOST_CELLS cells are enough. The coordinates are chosen
+so that the Lyapunov matrix of the plant in the middle is the identity. The matrices of the cells
+are then near the identity, and few bits are enough.
 """
 
 from __future__ import annotations
@@ -50,22 +49,20 @@ SLACKS = (0.01, 0.03, 0.10)
 MOST_CELLS = 64
 MOST_HALVINGS = 2 * MOST_CELLS
 BITS_KEPT = 22
-SCANNED = 3  # values of each parameter that a scan looks at
+SCANNED = 3  # values of each parameter in the scan of the box
 NEGLIGIBLE = (
-    1e-9  # of the largest Hankel singular value: what is below is scaled as if it were this
+    1e-9  # of the largest Hankel singular value; smaller ones are scaled as if they had this value
 )
-# by how much the cells reach beyond the box, so that a parameter that is known exactly has cells
-# too
+# relative margin of the cells beyond the box, so that an exactly known parameter has cells too
 ROOM = 1e-9
 
 
 def certify(loop: CertificateLoop, box: Box) -> Certificate:
-    """A certificate of the loop's norm and of its largest sensitivity, and for what is not proved
-    of the two the reason why.
+    """Return certified bounds of the loop's norm and largest sensitivity over the box.
 
-    Raises NoSolutionError where the loop is seen to be unstable somewhere in the box. The work is
-    bounded by the number of cells and not by a clock, so that the same inputs give the same
-    certificate.
+    A bound that could not be proved is replaced by the reason. Raises NoSolutionError if the scan
+    meets an unstable loop in the box. The work is limited by the number of cells, not by time, so
+    that the same inputs give the same certificate.
     """
     quantities: tuple[Literal["norm", "sensitivity"], ...] = ("norm", "sensitivity")
     found = {of: _bound(quantity_loop(loop, of), box, of) for of in quantities}
@@ -80,7 +77,7 @@ def certify(loop: CertificateLoop, box: Box) -> Certificate:
 
 
 def certified_weights(weights: PlantWeights) -> CertifiedWeights:
-    """The weights of a design as a certificate stores them."""
+    """Return the weights of a design in the form that a certificate stores."""
 
     def stored(weight: FirstOrderWeight) -> Filter:
         return Filter(
@@ -100,11 +97,12 @@ def certified_weights(weights: PlantWeights) -> CertifiedWeights:
 
 
 def _bound(loop: CertificateLoop, box: Box, of: Literal["norm", "sensitivity"]) -> Bound | str:
-    """The bound with its proof, or why there is none."""
+    """Return the bound with its proof, or the reason why it is missing."""
     worst, where = _scan(loop, box)
     if not np.isfinite(worst):
         raise NoSolutionError(
-            f"not verified: the sampled loop is unstable at inertia {where.inertia:.4g}, viscous {where.viscous:.4g}, "
+            f"not verified: the sampled loop is unstable at inertia {where.inertia:.4g}, viscous "
+            f"{where.viscous:.4g}, "
             f"constant {where.constant:.4g}; relax the weights"
         )
     try:
@@ -118,13 +116,14 @@ def _bound(loop: CertificateLoop, box: Box, of: Literal["norm", "sensitivity"]) 
         if cells is not None:
             return Bound(of, below, BITS_KEPT, rows, cells)
     return (
-        f"{of} < {below:.4g} needs more than {MOST_CELLS} cells, though no more than {worst:.4g} is seen; "
+        f"{of} < {below:.4g} needs more than {MOST_CELLS} cells, though no more than {worst:.4g} "
+        "is seen; "
         "narrower intervals of the model or of the bench need fewer"
     )
 
 
 def _scan(loop: CertificateLoop, box: Box) -> tuple[float, PlantPoint]:
-    """The largest norm seen at the box's corners and between them, and where."""
+    """Return the largest norm on a grid over the box, corners included, and its plant."""
     k = chain(loop.sections, loop.period) if loop.sections else Lti.of(loop.controller, loop.period)
     ends = (box.inertia, box.viscous, box.constant)
     coulomb = max(abs(end) for end in box.coulomb)
@@ -151,8 +150,7 @@ def _numbers(enclosure: Enclosure) -> Matrix:
 
 
 def _factor(loop: CertificateLoop, box: Box, below: float) -> Matrix:
-    """W, upper triangular, with W' W a solution of the bounded-real inequality of the plant in the
-    middle."""
+    """Return W, upper triangular; W' W solves the bounded-real inequality at mid-box."""
     drive, viscous = (_narrow((low + high) / 2) for low, high in surroundings(box))
     n = len(loop.states)
     unscaled = CertificateCoordinates.of(
@@ -180,8 +178,11 @@ def _narrow(value: Fraction) -> Interval:
 
 
 def _balancing(a: Matrix, b: Matrix, c: Matrix) -> Matrix:
-    """t with equal diagonal Gramians of (t^-1 a t, t^-1 b, c t); states that hardly count are kept,
-    scaled as if they did."""
+    """Return t for which (t^-1 a t, t^-1 b, c t) has equal diagonal Gramians.
+
+    All states are kept. Nearly unreachable or unobservable ones are scaled as if their Hankel
+    singular value were NEGLIGIBLE times the largest.
+    """
     root_reach = _root(linalg.solve_discrete_lyapunov(a, b @ b.T, method="bilinear"))
     root_see = _root(linalg.solve_discrete_lyapunov(a.T, c.T @ c, method="bilinear"))
     _, hankel, v = np.linalg.svd(root_see.T @ root_reach)
@@ -189,15 +190,18 @@ def _balancing(a: Matrix, b: Matrix, c: Matrix) -> Matrix:
 
 
 def _root(gramian: Matrix) -> Matrix:
-    """A square root of full rank."""
+    """Return a square root of full rank; eigenvalues are raised to 1e-14 times the largest."""
     values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
     return np.asarray(vectors * np.sqrt(np.maximum(values, 1e-14 * values[-1])))
 
 
 @dataclass(frozen=True)
 class _TriedCell:
-    """A rectangle, how far inside the inequalities its matrices are, and the cell where they are
-    proved; `empty` where no plant is."""
+    """A rectangle of rates after one attempt to prove the bound there.
+
+    `least` is the margin by which the matrices satisfy the inequalities. `cell` is None if the
+    proof failed. `empty` marks a rectangle that contains no plant of the box.
+    """
 
     rates: Rectangle
     least: float
@@ -206,7 +210,7 @@ class _TriedCell:
 
 
 class _CellSearch:
-    """The cells of one bound, by halving rectangles for which no matrices are found."""
+    """Search for the cells of one bound; rectangles without a proof are halved."""
 
     def __init__(
         self, loop: CertificateLoop, box: Box, coordinates: CertificateCoordinates, below: float
@@ -216,8 +220,11 @@ class _CellSearch:
         self.whole = (_outward(drive), _outward(viscous))
 
     def cells(self) -> tuple[Cell, ...] | None:
-        """None where more than MOST_CELLS are needed, or MOST_HALVINGS: halves in which no plant is
-        are no cells, and have no end."""
+        """Return the cells, or None if more than MOST_CELLS or MOST_HALVINGS would be needed.
+
+        The limit of halvings is separate because halves without a plant give no cell and could be
+        halved without end.
+        """
         waiting = [self._tried(self.whole)]
         found: list[Cell] = []
         halvings = 0
@@ -236,8 +243,8 @@ class _CellSearch:
         if inverse_inertia(self.box, *rates) is None:
             return _TriedCell(rates, np.inf, empty=True)
         loops = enclose_loop(self.loop, self.box, rates, self.coordinates)
-        # the ends of the cubics: what lies between them is nearly on their chord, and is left to
-        # the proof
+        # end points of the cubics: values between them lie nearly on the chord and are left to the
+        # proof
         low_ends, high_ends = (
             [_numbers(end[0]), _numbers(end[-1])]
             for end in (loops[:CONTROL_POINTS], loops[CONTROL_POINTS:])
@@ -260,8 +267,10 @@ class _CellSearch:
         return _TriedCell(rates, least, Cell(drive, viscous, pack_matrix(low), pack_matrix(high)))
 
     def _halves(self, rates: Rectangle) -> list[_TriedCell]:
-        """Both halves, across the direction in which a half comes further inside the inequalities;
-        not across one without width."""
+        """Halve a rectangle in the direction that satisfies the inequalities better.
+
+        A direction without width is not halved.
+        """
         drive, viscous = rates
         if _thin(viscous) or _thin(drive):
             halves = (
@@ -279,13 +288,13 @@ class _CellSearch:
 
 
 def _halved(interval: Interval) -> tuple[Interval, Interval]:
-    """The upper half first."""
+    """Return the two halves of an interval, the upper one first."""
     middle = Fraction(float((interval[0] + interval[1]) / 2))
     return (middle, interval[1]), (interval[0], middle)
 
 
 def _thin(interval: Interval) -> bool:
-    """Whether it is no wider than the room around a rate that is known exactly."""
+    """Return True if the interval is only the margin ROOM around an exactly known rate."""
     return float(interval[1] - interval[0]) <= 2.0 * ROOM * max(
         abs(float(interval[0])), abs(float(interval[1])), 1.0
     ) * (1.0 + ROOM)

@@ -1,9 +1,9 @@
-"""The scheduled controller: the corners' matrices summed with the weights of the plant's parameters
-(5.46), (5.64).
+"""Scheduled controller: an interpolation of the corner controllers over the plant's parameters.
 
-The inequalities cover it where the plants are affine in the parameters (vertices: first_order,
-continuous time). Elsewhere, exact vertices or sampled plants, they cover it nearly: it is verified
-at the corners and at plants between them, as it runs.
+The weights of the corners are those of (5.46), (5.64). If the plants are affine in the parameters
+(vertices: first_order, continuous time), the inequalities cover the interpolated controller. With
+exact vertices or sampled plants they cover it only approximately. It is therefore verified as it
+runs, at the corners and at plants between them.
 """
 
 from __future__ import annotations
@@ -19,8 +19,11 @@ from frictool.verify.scheduled_loop import scheduled_figures
 
 
 def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate) -> stored.Schedule:
-    """Raises NoSolutionError where a corner's controller is unstable by itself, or a loop is
-    unstable or short of the specified margin."""
+    """Return the stored schedule of a candidate after verification.
+
+    Raises NoSolutionError if the controller of a corner is unstable by itself, or if a loop is
+    unstable or misses the specified margin.
+    """
     if candidate.over is None:
         raise NoSolutionError(
             f"method {problem.design.method} found no controllers to be scheduled"
@@ -29,7 +32,8 @@ def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate)
     for corner, k in zip(corners, candidate.scheduled, strict=True):
         if not k.stable:
             raise NoSolutionError(
-                f"the controller of vertex {corner.name} is itself unstable, and would run away whenever the loop is open; "
+                f"the controller of vertex {corner.name} is itself unstable, and would run away "
+                "whenever the loop is open; "
                 "raise weights.static_error, or leave out scheduled"
             )
     stored_corners = tuple(
@@ -41,7 +45,8 @@ def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate)
     required = problem.spec.modulus_margin or 0.0
     if found.modulus_margin <= 0.0 or found.modulus_margin < required:
         raise NoSolutionError(
-            f"not verified: the scheduled loop has a modulus margin of {found.modulus_margin:.3f} < {required:g} at "
+            f"not verified: the scheduled loop has a modulus margin of {found.modulus_margin:.3f} "
+            f"< {required:g} at "
             f"{plant_words(found.at, problem.model.bench)}; "
             "relax the weights"
         )

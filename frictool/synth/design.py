@@ -1,5 +1,4 @@
-"""From model, specification and design to a controller document: the problem posed, a method's
-candidate, its stored forms, acceptance."""
+"""Design of a controller document: run a synthesis method, then store and accept its candidate."""
 
 from __future__ import annotations
 
@@ -36,7 +35,10 @@ from frictool.synth.weights import ChosenWeights, DerivedValue, choose_weights
 from frictool.verify.certificate_loop import CertificateLoop
 from frictool.verify.feedback_loops import feedbacks_of
 
-NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by a speed; `verify` finds its margins again"
+NOT_CERTIFIED = (
+    "what is proved is a loop around eta, and this one is fed by a speed; `verify` finds its "
+    "margins again"
+)
 WHOLE = (
     "bounds and certificate are of the speed loop; "
     "the proportional law around it is verified at the vertices and at plants between them"
@@ -46,7 +48,11 @@ MEASURED = {"position": "position reference", "speed_cascade": "integral(speed r
 
 @dataclass(frozen=True)
 class SynthesisResult:
-    """The verified document, and what a person should read beside it."""
+    """Verified controller document with the information that a report prints next to it.
+
+    `derived` lists the values that were derived because the design leaves them out, `trade` is the
+    result of `relax: auto` (None without it), `notes` are sentences for the user.
+    """
 
     controller: stored.Controller
     derived: tuple[DerivedValue, ...]
@@ -57,7 +63,7 @@ class SynthesisResult:
 def design_controller(
     model: Model, spec: Spec, design: Design, provenance: Provenance
 ) -> stored.Controller:
-    """A controller document that is verified at the vertices; `designed` tells more of it."""
+    """Return a controller document verified at the vertices (see `synthesise_verified`)."""
     return synthesise_verified(model, spec, design, provenance, beyond=False).controller
 
 
@@ -70,14 +76,14 @@ def synthesise_verified(
     beyond: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> SynthesisResult:
-    """A verified controller; `beyond`: with the bounds over the whole box and the certificate.
-    `progress` is told what is being done.
+    """Design a controller and verify it.
 
-    Raises NoSolutionError (exit 4) where the method finds no controller, where what it finds is not
-    verified as it will run (the message names the vertex and its figure), or where the model's load
-    is no disturbance that the drive can bear.
+    With `beyond`, the bounds over the whole box and the certificate are computed too. `progress` is
+    called with the name of each step. Raises NoSolutionError (exit 4) if the method finds no
+    controller, if its controller fails the verification (the message names the vertex and its
+    figure), or if the model's load is not a disturbance that the drive can hold.
     """
-    disturbance(model)  # refuses what no loop of these structures can do
+    disturbance(model)  # refuses loads that these structures cannot handle
     possible = check_feasible(model, spec, design)
     posed, chosen = _posed(model, spec, design)
     composed, trade = blocks(model, design), None
@@ -111,25 +117,27 @@ def synthesise_verified(
 
 
 def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> str:
-    """The margin that was verified with what yields."""
+    """Return a note with the margin that was verified on the plant with resonances."""
     found = resonant(posed, feedbacks_of(controller))
     assert found is not None
     assert controller.resonances is not None
     return (
-        f"with the resonances of {', '.join(controller.resonances.links)}: stable, modulus margin {found.modulus_margin:.3f} at least "
+        f"with the resonances of {', '.join(controller.resonances.links)}: stable, modulus margin "
+        f"{found.modulus_margin:.3f} at least "
         f"({found.where}); norms, bounds and certificate are of the plant without them"
     )
 
 
 def _linear(posed: SynthesisProblem, candidate: ControllerCandidate) -> stored.LinearController:
-    """The candidate in its stored forms, as the design wants it to run."""
+    """Return the candidate's stored forms, with the requested form and anti-windup."""
     linear, design = stored_forms(candidate.controller), posed.design
     if design.method == "pid":
         entering: Literal["eta", "speed_error"] = (
             "speed_error" if design.structure == "speed_cascade" else "eta"
         )
         linear = msgspec.structs.replace(linear, input=entering)
-        if design.form == "state_space":  # the integral is held, as in 5.2.2, and not driven
+        # conditional integration instead of back-calculation, as in 5.2.2
+        if design.form == "state_space":
             linear = msgspec.structs.replace(
                 linear, anti_windup=(0.0,) * len(linear.anti_windup), conditional=True
             )
@@ -139,8 +147,7 @@ def _linear(posed: SynthesisProblem, candidate: ControllerCandidate) -> stored.L
 def _beyond(
     posed: SynthesisProblem, controller: stored.Controller, progress: Callable[[str], None]
 ) -> tuple[stored.Controller, tuple[str, ...]]:
-    """With what is known of the plants between the vertices, and what a person should read of
-    that."""
+    """Add the figures between the vertices and the certificate; return the controller and notes."""
     progress("bounds over the whole box")
     loops = feedbacks_of(controller)
     found = robustness(posed, loops[0].system) if posed.weighs else sensitivity_inside(posed, loops)
@@ -156,7 +163,7 @@ def _beyond(
 def _certificate(
     posed: SynthesisProblem, linear: stored.LinearController
 ) -> tuple[Certificate | None, tuple[str, ...]]:
-    """What is proved, or why nothing is."""
+    """Return the certificate and notes; the certificate is None if a loop is unstable."""
     weights, box = certified_weights(posed.weights), Box(**enclosing_box(posed.box.vertices))
     if not posed.weighs:
         return Certificate(1, box, weights, (), {"sensitivity": NOT_CERTIFIED}), (
@@ -173,8 +180,10 @@ def _certificate(
 
 
 def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
-    """The design's problem on the model's polytope, with the weights given or derived, before they
-    are relaxed."""
+    """Return the design's problem on the model's polytope, before any weight is relaxed.
+
+    Weights that the design leaves out are derived.
+    """
     return _posed(model, spec, design)[0]
 
 
@@ -183,8 +192,10 @@ def _posed(model: Model, spec: Spec, design: Design) -> tuple[SynthesisProblem, 
     lag = bench.actuator.loop_time_constant_s
     if design.prewarp_rad_s is not None and design.prewarp_rad_s * bench.sample_period_s >= math.pi:
         raise FrictoolError(
-            f"prewarp_rad_s: found {design.prewarp_rad_s:g}; allowed: below half the sampling frequency of the bench, "
-            f"{math.pi / bench.sample_period_s:.6g} rad/s; take weights.bandwidth_rad_s, or leave it out"
+            f"prewarp_rad_s: found {design.prewarp_rad_s:g}; allowed: below half the sampling "
+            "frequency of the bench, "
+            f"{math.pi / bench.sample_period_s:.6g} rad/s; take weights.bandwidth_rad_s, or leave "
+            "it out"
         ).at("design", "prewarp_rad_s")
     posed = SynthesisProblem(
         polytope(model),
@@ -234,11 +245,12 @@ def _document(
 
 
 def sign_convention(design: Design) -> str:
-    """What the numbers of a controller document mean."""
+    """Return the sentence that defines signals, signs and coefficients of a controller document."""
     by_speed = design.method == "pid" and design.structure == "speed_cascade"
     entering = "e" if by_speed else "eta"
     measured = "speed reference - speed" if by_speed else f"{MEASURED[design.structure]} - position"
     return (
         f"{entering} = {measured}; drive = c x + d {entering}; x[k+1] = a x + b {entering}; "
-        "a positive drive accelerates towards positive position; sections: (b0 + b1/z + b2/z^2)/(1 + a1/z + a2/z^2)"
+        "a positive drive accelerates towards positive position; sections: (b0 + b1/z + "
+        "b2/z^2)/(1 + a1/z + a2/z^2)"
     )

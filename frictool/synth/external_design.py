@@ -1,8 +1,7 @@
-"""A controller that somebody else designed: posed, verified and stored as one of ours, so that
-everything runs with it.
+"""Import of a controller that was designed elsewhere, stored and verified like a designed one.
 
-What is verified is what a method's candidate is verified for (acceptance.py); no norm is asked for,
-the derived weights only tell one.
+The checks are those of acceptance.py. No norm is required; the derived weights serve only to state
+one.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from frictool.systems.lti_conversion import as_lti
 
 @dataclass(frozen=True)
 class _ExternalProblem(SynthesisProblem):
-    """A problem whose answer is given: there are no weights to turn."""
+    """Problem of an existing controller; its hints concern the controller, not weights."""
 
     @property
     def hint(self) -> str:
@@ -56,21 +55,48 @@ def external_controller(
     weights: Weights | None = None,
     provenance: Provenance | None = None,
 ) -> Controller:
-    """`system` as a controller document, verified at the vertices of the model's intervals with 0
-    and 1 sample of delay.
+    """Convert `system` to a controller document, verified at the vertices of the model's intervals.
 
-    system: of python-control or scipy.signal, from the position's error [rad | m] to the drive [A |
-    V]; with a `position_law` from eta = integral(speed reference) - position. A continuous one is
-    discretised by Tustin at the bench's period. It may have one integrator and has to be stable
-    otherwise. Raises FrictoolError where it is no such system, NoSolutionError where a loop is
-    unstable or misses the specified modulus margin.
+    The loops are verified with a delay of 0 samples, 1 sample and the bench's. A continuous system
+    is discretised by Tustin's method at the bench's period. The system may have one integrator; all
+    its other poles must be stable.
+
+    Parameters
+    ----------
+    system : LTI system of python-control or scipy.signal
+        Controller from the position error [rad | m] to the drive [A | V]. With a `position_law` its
+        input is eta = integral(speed reference) - position.
+    model : Model
+        Identified model whose intervals span the vertices.
+    spec : Spec
+        Specification with the modulus margin.
+    name : str
+        Name of the controller document.
+    position_law, prefilter : PositionLawDesign, PrefilterDesign, optional
+        Blocks around the controller.
+    weights : Weights, optional
+        Weights for the stated norm; derived from `spec` if left out.
+    provenance : Provenance, optional
+        Origin to store; the record of this call if left out.
+
+    Returns
+    -------
+    Controller
+        Document with method "own".
+
+    Raises
+    ------
+    FrictoolError
+        If `system` is not of this kind.
+    NoSolutionError
+        If a loop is unstable or misses the specified modulus margin.
     """
     design = Design(
         format="design/1",
         name=name,
         axis=model.axis,
         structure="position" if position_law is None else "speed_cascade",
-        method="lpv",  # of which nothing is run
+        method="lpv",  # a valid design needs a method; this one is never run
         weights=weights or Weights(),
         position_law=position_law,
         prefilter=prefilter,

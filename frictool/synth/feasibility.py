@@ -1,18 +1,21 @@
-"""Check, before the design, for requirements and bands that no controller can reach with this
-encoder, drive and specification.
+"""Check, before the design, for requirements that no controller can reach on this bench.
 
-A step of length s from rest takes the drive at its limit at least t(s), bang-bang, on a plant with
-inertia J and Coulomb friction F:
+Bands are compared with the encoder and the specification, times with the drive's limit. The
+shortest time t(s) for a step of length s from rest follows from bang-bang control of a plant with
+inertia J, Coulomb friction F and the actuator's effort E at its limit:
 
-    a+ = (E - F)/J speeds up, a- = (E + F)/J slows down, E the actuator's effort at its limit; the
-    axis may overshoot by 5 % of s it turns from a+ to a- at x1 = 1.05 s a-/(a+ + a-), so that it
-    comes to rest at 1.05 s; t is when it passes 0.95 s
+    a+ = (E - F)/J    acceleration
+    a- = (E + F)/J    deceleration
+    x1 = 1.05 s a-/(a+ + a-)    switching position, so that the axis stops at 1.05 s
 
-Inside a backlash only the smaller friction of the motor counts while it speeds up. t grows with the
-square root of s. Viscous friction and the drive's lag only lengthen it, and so does a load in one
-of the two directions. A specification does not state the length of its steps. The shortest step to
-which it can apply must be possible (else exit 4): 5 % of it is static_error, or one encoder count
-without that key; it is at most the travel. A note names the longer steps that are not possible.
+The axis may overshoot by 5 % of s; t is the time at which it passes 0.95 s, and grows with the
+square root of s. Inside a backlash only the motor's smaller friction acts during the acceleration.
+Viscous friction, the drive's lag and, in one of the two directions, a load can only lengthen t; all
+three are neglected.
+
+A specification does not state the length of its steps. The shortest step to which it can apply must
+be possible (else exit 4): static_error is 5 % of it, or one encoder count if that key is missing;
+it is at most the travel. A note names the longer steps that are not possible.
 """
 
 from __future__ import annotations
@@ -28,13 +31,15 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import polytope
 
-WITHIN = 0.05  # share of the step: response_time_95_s
-RISE = (0.1, 0.9)  # share of the step: rise_time_s
+WITHIN = 0.05  # share of the step: error band of response_time_95_s
+RISE = (0.1, 0.9)  # shares of the step between which rise_time_s counts
 
 
 class FastestStep(NamedTuple):
-    """Slowest plant of the bench at the drive's limit: effort [N m | N], inertia and Coulomb
-    friction in SI, and t(s)/sqrt(s)."""
+    """Slowest plant of the bench with its drive at the limit.
+
+    `effort` [N m | N], `inertia` and `coulomb` in SI units; `per_root` is t(s)/sqrt(s).
+    """
 
     effort: float
     inertia: float
@@ -45,8 +50,8 @@ class FastestStep(NamedTuple):
 def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
     """Return notes on times that only short steps can reach.
 
-    Raises FrictoolError where a band contradicts the encoder or the specification, NoSolutionError
-    where the drive cannot reach a time.
+    Raises FrictoolError if a band contradicts the encoder or the specification, NoSolutionError if
+    the drive cannot reach a time.
     """
     _check_bands(model, spec, design)
     notes = []
@@ -68,7 +73,8 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
     step = model.bench.encoder.resolution
     if law is not None and law.band is not None and law.band.value < step:
         raise FrictoolError(
-            f"position_law.band: found {law.band.value:.6g} {unit}; allowed: at least the encoder's step, {step:.6g} {unit}, below which "
+            f"position_law.band: found {law.band.value:.6g} {unit}; allowed: at least the "
+            f"encoder's step, {step:.6g} {unit}, below which "
             "no error is measured; write a larger band, or leave the key out for one step"
         ).at("design", "position_law.band")
     bands: dict[str, PositiveLength | None] = {} if limiter is None else {"limiter": limiter.band}
@@ -82,22 +88,24 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
                 else f"found {band:.6g} {unit}"
             )
             raise FrictoolError(
-                f"{name}.band: {found}; allowed: at most static_error of the specification, {spec.static_error.value:.6g} {unit}: the "
+                f"{name}.band: {found}; allowed: at most static_error of the specification, "
+                f"{spec.static_error.value:.6g} {unit}: the "
                 "drive is released anywhere in the band; narrow the band, or widen static_error"
             ).at("design", f"{name}.band")
 
 
 def shortest_step(model: Model, spec: Spec) -> float:
-    """Return the shortest step [rad | m] to which a response time of the specification can
-    apply."""
+    """Return the shortest step [rad | m] to which a specified response time can apply."""
     resolution, travel = model.bench.encoder.resolution, model.bench.mechanics.travel
     error = resolution if spec.static_error is None else max(resolution, spec.static_error.value)
     return min(error / WITHIN, math.inf if travel is None else travel.high - travel.low)
 
 
 def _settling(up: float, down: float) -> float:
-    """Return the time until a step of length 1 stays within 5 %, for accelerations up to `up` and
-    braking with `down`."""
+    """Return the shortest time until a step of length 1 stays within 5 %.
+
+    `up` and `down` are the largest acceleration and deceleration.
+    """
     turning = (1.0 + WITHIN) * down / (up + down)
     if turning >= 1.0 - WITHIN:
         return math.sqrt(2.0 * (1.0 - WITHIN) / up)
@@ -106,14 +114,16 @@ def _settling(up: float, down: float) -> float:
 
 
 def _rising(up: float, down: float) -> float:
-    """Return the least time from 10 % to 90 % of a step of length 1; braking comes after it."""
+    """Return the shortest time from 10 % to 90 % of a step of length 1; braking comes later."""
     low, high = RISE
     return math.sqrt(2.0 * high / up) - math.sqrt(2.0 * low / up)
 
 
 def fastest(model: Model, part: Callable[[float, float], float]) -> FastestStep:
-    """Return the slowest vertex of the model's polytope. Its drive moves every vertex
-    (synth/load_disturbance.py)."""
+    """Return the slowest vertex of the model's polytope, with the drive at its limit.
+
+    The drive can move every vertex: synth/load_disturbance.py refuses other models.
+    """
     known, limit, found = model.bench.mechanics, model.bench.actuator.limit.value, []
     loose = (
         known.backlash_coulomb.value
@@ -133,25 +143,31 @@ def fastest(model: Model, part: Callable[[float, float], float]) -> FastestStep:
 def _check_time(
     requirement: tuple[str, float, float], model: Model, shortest: float, slowest: FastestStep
 ) -> list[str]:
-    """Return a note on longer steps; requirement: its key, its time and the delay before the axis
-    moves [s]."""
+    """Return a note on longer steps, or raise NoSolutionError if the shortest one is too slow.
+
+    `requirement` is the key, its time and the delay before the axis moves [s].
+    """
     (key, asked, delay), bench, axis = requirement, model.bench, model.axis
     unit, effort = si_unit("position", axis), si_unit("effort", axis)
     plant = (
-        f"{slowest.effort:.4g} {effort} at its limit, inertia {slowest.inertia:.4g} {si_unit('inertia', axis)}, Coulomb friction "
+        f"{slowest.effort:.4g} {effort} at its limit, inertia {slowest.inertia:.4g} "
+        f"{si_unit('inertia', axis)}, Coulomb friction "
         f"{slowest.coulomb:.4g} {effort}"
     )
     least = delay + slowest.per_root * math.sqrt(shortest)
     if asked < least:
         raise NoSolutionError(
-            f"{key} of the specification is {asked:.4g} s; the drive needs at least {least:.4g} s for a step of {shortest:.4g} {unit}, the "
-            f"shortest that it can mean ({plant}); raise {key}, take a drive with a higher actuator.limit, or narrow the "
+            f"{key} of the specification is {asked:.4g} s; the drive needs at least {least:.4g} s "
+            f"for a step of {shortest:.4g} {unit}, the "
+            f"shortest that it can mean ({plant}); raise {key}, take a drive with a higher "
+            "actuator.limit, or narrow the "
             "intervals of inertia and coulomb"
         ).at("spec", key)
     longest, travel = ((asked - delay) / slowest.per_root) ** 2, bench.mechanics.travel
     if travel is None or longest >= travel.high - travel.low:
         return []
     return [
-        f"{key} of {asked:.4g} s: for steps longer than {longest:.4g} {unit} no controller reaches it; the whole travel takes at least "
+        f"{key} of {asked:.4g} s: for steps longer than {longest:.4g} {unit} no controller "
+        "reaches it; the whole travel takes at least "
         f"{delay + slowest.per_root * math.sqrt(travel.high - travel.low):.4g} s ({plant})"
     ]

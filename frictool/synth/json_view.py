@@ -1,4 +1,4 @@
-"""What `synth --json` tells: the machine's view of a controller."""
+"""JSON output of `synth --json`."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from frictool.synth.weight_relaxation import Trade
 
 
 def json_view(result: SynthesisResult, disturbance: LoadDisturbance) -> dict[str, Any]:
+    """Return the figures of a design as JSON data."""
     controller = result.controller
     verified, law = controller.verified, controller.position_law
     return {

@@ -1,8 +1,8 @@
-"""Method `lft`: one plant, the centre, whose uncertain parameters are a real channel with |Delta| <
-1, annex (20)-(23), figure 5.
+"""Method `lft`: H-infinity synthesis for the centre plant with a real uncertainty channel.
 
-gamma <= 1 on the whole, channel included, is what the small-gain theorem asks for the parameters
-moving together (plant/uncertainty_channel.py); what runs is verified at every corner of their box.
+The uncertain parameters form the channel with |Delta| < 1, annex (20)-(23), figure 5. A gamma of at
+most 1 for the whole plant, channel included, is the small-gain condition for all parameters moving
+together (plant/uncertainty_channel.py). The controller is verified at every corner of their box.
 """
 
 from __future__ import annotations
@@ -13,8 +13,11 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def lft(problem: SynthesisProblem) -> ControllerCandidate:
-    """Raises NoSolutionError where the inequalities have no solution, or the solution does not hold
-    what they claim."""
+    """Return the candidate for the centre plant with its uncertainty channel.
+
+    Raises NoSolutionError if the inequalities have no solution, or if the norm of the loop exceeds
+    their gamma.
+    """
     posed = problem.posed_with_constant_input()
     centre = uncertain_centre(problem.model, problem.design.channel_effort)
     plant = posed.plant(centre.rates, centre.uncertainty)

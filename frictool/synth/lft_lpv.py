@@ -1,9 +1,9 @@
-"""Method `lft_lpv`: some parameters scheduled over a polytope, the others in the uncertainty
-channel of each vertex, annex (28)-(32).
+"""Method `lft_lpv`: scheduled parameters as a polytope, the others as an uncertainty channel.
 
-As in the annex the regimes of friction are scheduled where the design names nothing else. The
-controller that runs is frozen at the middle of the vertices: the annex's two vertex controllers
-agree below 1/T_s, so that one controller is enough (annex 5.2).
+Each vertex of the polytope has its own channel, annex (28)-(32). As in the annex, the friction
+regimes are scheduled if the design does not name other parameters. The controller that runs is
+frozen at the middle of the vertices: the two vertex controllers of the annex agree below 1/T_s, so
+that one controller is enough (annex 5.2).
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def lft_lpv(problem: SynthesisProblem) -> ControllerCandidate:
-    """Raises NoSolutionError where the inequalities have no solution, or the solution does not hold
-    what they claim."""
+    """Return the candidate frozen at the centre, with the controllers of the vertices.
+
+    Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
+    their gamma.
+    """
     posed, design = problem.posed_with_constant_input(), problem.design
     scheduled_names = design.schedule or ("regime",)
     box, corners = uncertain_polytope(problem.model, scheduled_names, design.channel_effort)

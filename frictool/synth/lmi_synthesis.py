@@ -1,5 +1,4 @@
-"""What every method by matrix inequalities does with its plants: the design's options, and
-numerical failure as a refusal."""
+"""Common steps of the methods by matrix inequalities: options of the design, numerical failures."""
 
 from __future__ import annotations
 
@@ -19,17 +18,17 @@ from frictool.synth.synthesis_problem import SynthesisProblem
 SLOW, EASY = (
     5e-5,
     1e-4,
-)  # rad a sample, of W2's pole: what is nearly an integrator; where the inequalities are solved with ease
+)  # W2 pole, rad per sample: nearly an integrator below the first, well-conditioned at the second
 
 
 def solve_inequalities(
     problem: SynthesisProblem, plants: Sequence[GeneralisedPlant]
 ) -> tuple[LyapunovPair, tuple[Lti, ...]]:
-    """The Lyapunov matrices over all plants, with the gamma that is claimed, and the controller of
-    each in common coordinates.
+    """Return the Lyapunov matrices common to all plants and the controller of each plant.
 
-    Raises NoSolutionError where there is none, or the arithmetic breaks down; FrictoolError where
-    the pole region cannot be.
+    The returned gamma is `ease` of the design times that of the inequalities, since the controllers
+    guarantee only that. All controllers have common coordinates. Raises NoSolutionError if there is
+    no solution or the arithmetic fails, FrictoolError if the pole region is impossible.
     """
     try:
         region = pole_region(problem.design.poles)
@@ -39,7 +38,8 @@ def solve_inequalities(
         )
     except np.linalg.LinAlgError as error:
         raise NoSolutionError(
-            f"the synthesis broke down numerically ({error}); bring the weights nearer to each other"
+            f"the synthesis broke down numerically ({error}); bring the weights nearer to each "
+            "other"
         ) from None
     except ValueError as error:
         raise FrictoolError(f"{problem.design.name}: {error}") from None
@@ -48,20 +48,25 @@ def solve_inequalities(
 
 
 def slow_weight(problem: SynthesisProblem) -> str:
-    """What to try where W2 integrates nearly for ever, which no controller reaches: a sentence's
-    end, or nothing."""
+    """Return the advice for a W2 pole that is nearly an integrator, else an empty string.
+
+    No controller can move this pole, so the inequalities may have no solution. The advice is the
+    end of a sentence.
+    """
     weight = problem.weights.error
     share = weight.pole * problem.period
     if share >= SLOW:
         return ""
     return (
-        f"; W2 asks for a static error of {1.0 / weight.gain:.2g} by a pole at {weight.pole:.2g} rad/s, which no controller moves and "
-        f"which at {problem.period:g} s is nearly an integrator: try weights.static_error {EASY / share / weight.gain:.1g}"
+        f"; W2 asks for a static error of {1.0 / weight.gain:.2g} by a pole at {weight.pole:.2g} "
+        "rad/s, which no controller moves and "
+        f"which at {problem.period:g} s is nearly an integrator: try weights.static_error "
+        f"{EASY / share / weight.gain:.1g}"
     )
 
 
 def pole_region(poles: Poles | None) -> PoleRegion | None:
-    """As the inequalities take it."""
+    """Return the design's pole region in the form of the inequalities."""
     if poles is None:
         return None
     if poles.decay_rad_s is not None:

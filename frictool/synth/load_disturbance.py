@@ -1,11 +1,11 @@
-"""What the model's load asks of the drive, as the design sees it: a bounded disturbance, which the
-plants of the polytope do not hold.
+"""Load of the model as a bounded disturbance that the drive must hold.
 
-    offset      constant
-    gravity     |sine sin x + cosine cos x| <= its amplitude, wherever the axis is
-    ripple      likewise
+    offset     constant
+    gravity    |sine sin x + cosine cos x| <= its amplitude at any position
+    ripple     likewise
 
-A spring is none: it gives the plant a stiffness, for which this loop is not designed.
+The plants of the polytope do not contain the load. A spring is refused: it changes the plant, and
+the loop is not designed for a stiffness.
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ from frictool.errors import NoSolutionError
 
 @dataclass(frozen=True)
 class LoadDisturbance:
-    """The largest of each, of all together, and what the actuator gives at its limit, N m | N;
-    breakaway: the least that holds the axis."""
+    """Largest load terms and the actuator's effort at its limit, all in N m | N.
+
+    `breakaway` is the smallest breakaway friction, which can hold the axis at rest.
+    """
 
     offset: float
     gravity: float
@@ -35,10 +37,10 @@ class LoadDisturbance:
 
 
 def disturbance(model: Model) -> LoadDisturbance:
-    """Over the whole of the model's intervals.
+    """Return the largest load over the model's intervals.
 
-    Raises NoSolutionError where the load has a spring, or with the largest friction is more than
-    the actuator gives.
+    Raises NoSolutionError if the load has a spring, or if load and Coulomb friction together may
+    exceed the actuator's effort.
     """
     load, today, actuator = (
         model.laws.load if model.laws else None,
@@ -50,8 +52,10 @@ def disturbance(model: Model) -> LoadDisturbance:
         if load.stiffness is not None:
             spring, unit = load.stiffness, load.stiffness.unit
             raise NoSolutionError(
-                f"laws.load.stiffness is {spring.value:.4g} {unit}: a spring changes the plant, and the speed loop is designed for an axis "
-                "without one; take the spring off the axis, or laws.load.stiffness out of the model where it may be neglected"
+                f"laws.load.stiffness is {spring.value:.4g} {unit}: a spring changes the plant, "
+                "and the speed loop is designed for an axis "
+                "without one; take the spring off the axis, or laws.load.stiffness out of the "
+                "model where it may be neglected"
             ).at("model", "laws.load.stiffness")
         gravity = 0.0 if load.gravity is None else amplitude(load.gravity.sine, load.gravity.cosine)
         ripple = 0.0 if load.ripple is None else amplitude(load.ripple.sine, load.ripple.cosine)
@@ -60,18 +64,20 @@ def disturbance(model: Model) -> LoadDisturbance:
     friction = largest(today.coulomb)
     if found.total + friction >= available:
         raise NoSolutionError(
-            f"the load of up to {found.total:.4g} and a Coulomb friction of up to {friction:.4g} {today.offset.unit} are more than the "
-            f"{available:.4g} {today.offset.unit} that the actuator gives at its limit; narrow the intervals of coulomb and of "
+            f"the load of up to {found.total:.4g} and a Coulomb friction of up to {friction:.4g} "
+            f"{today.offset.unit} are more than the "
+            f"{available:.4g} {today.offset.unit} that the actuator gives at its limit; narrow "
+            "the intervals of coulomb and of "
             "actuator.constant, or take a drive with a higher actuator.limit"
         ).at("model", "parameters.coulomb")
     return found
 
 
 def largest(found: Estimate) -> float:
-    """The largest absolute value of its interval."""
+    """Return the largest absolute value of the estimate's interval."""
     return max(map(abs, found.interval))
 
 
 def amplitude(sine: Estimate, cosine: Estimate) -> float:
-    """The largest of sine sin + cosine cos within the intervals."""
+    """Return the largest value of sine sin x + cosine cos x within the intervals."""
     return math.hypot(largest(sine), largest(cosine))

@@ -1,8 +1,8 @@
-"""Method `lpv`: the polytope's vertices with common Lyapunov matrices (theorem 5.3.1), the
-controller frozen at one plant (5.64)-(5.65).
+"""Method `lpv`: common Lyapunov matrices over the polytope's vertices (theorem 5.3.1).
 
-The frozen controller is not covered by the inequalities at the vertices: it is accepted only after
-the sampled loop, rebuilt from the stored coefficients, was verified there.
+The controller is frozen at one plant (5.64)-(5.65). The inequalities do not cover a frozen
+controller at the other vertices: it is accepted only after its sampled loop, rebuilt from the
+stored coefficients, was verified there.
 """
 
 from __future__ import annotations
@@ -18,8 +18,10 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def bound(problem: SynthesisProblem) -> float:
-    """The least gamma of the inequalities over the vertices and the centre, without a controller;
-    infinite where there is none."""
+    """Return the least gamma of the inequalities, without a controller; inf if they are infeasible.
+
+    The plants are the vertices and the centre.
+    """
     posed, design = problem.posed_with_constant_input(), problem.design
     box = polytope(problem.model, design.schedule or PARAMETERS)
     plants = [
@@ -33,8 +35,11 @@ def bound(problem: SynthesisProblem) -> float:
 
 
 def lpv(problem: SynthesisProblem) -> ControllerCandidate:
-    """Raises NoSolutionError where the inequalities have no solution, or the solution does not hold
-    what they claim."""
+    """Return the frozen candidate, with the controllers of the vertices.
+
+    Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
+    their gamma.
+    """
     posed, design = problem.posed_with_constant_input(), problem.design
     box = polytope(problem.model, design.schedule or PARAMETERS)
     frozen = box.centre if design.frozen_at == "centre" else identified_plant(problem)
@@ -52,7 +57,7 @@ def lpv(problem: SynthesisProblem) -> ControllerCandidate:
 
 
 def identified_plant(problem: SynthesisProblem) -> PlantPoint:
-    """The plant that the model's values give."""
+    """Return the plant at the model's estimated values."""
     today, constant = problem.model.parameters, problem.model.bench.actuator.constant
     return PlantPoint(
         "identified", today.inertia.value, today.viscous.value, today.coulomb.value, constant.value

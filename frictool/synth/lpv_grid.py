@@ -1,10 +1,10 @@
-"""Method `lpv_grid`: X and Y of (5.62) depend on the scheduled parameters, on a grid that is
-checked between its points.
+"""Method `lpv_grid`: X and Y of (5.62) as polynomials of the scheduled parameters, on a grid.
 
-Where `lpv` needs one X and one Y for parameters that jump, this one takes constant or slow ones at
-their word and asks less of gamma. The plants are the exact ones on the grid, nothing is linearised.
-Coulomb friction only scales an input: where it is scheduled its largest value stands for all. The
-controller is frozen at one plant (5.3.4), and accepted after its loop was verified everywhere.
+The inequalities are checked between the grid points too. Method `lpv` has one X and one Y, which
+covers parameters that jump; this method assumes constant or slow parameters and reaches a lower
+gamma. The plants on the grid are exact, none is linearised. Coulomb friction only scales an input:
+if it is scheduled, its largest value is used everywhere. The controller is frozen at one plant
+(5.3.4) and accepted after its loop was verified at every vertex.
 """
 
 from __future__ import annotations
@@ -29,9 +29,12 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
-    """Raises NoSolutionError where the inequalities have no solution or the solution does not hold
-    what they claim, FrictoolError for what this method does not do (regimes, pole regions,
-    linearised vertices)."""
+    """Return the frozen or scheduled candidate.
+
+    Raises NoSolutionError if the inequalities have no solution, or if the norm of the loop exceeds
+    their gamma. Raises FrictoolError for options that this method does not support (regimes, pole
+    regions, linearised vertices, scheduled sampled controllers).
+    """
     design = problem.design
     options = design.grid or Grid()
     _refuse(problem)
@@ -84,8 +87,10 @@ def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
 def _sums(
     found: GriddedSolution, family: Family, corners: Sequence[Lti], ends: Sequence[Values]
 ) -> str:
-    """What the barycentric sums (5.46), (5.64) of the corners' controllers prove at the grid's
-    points."""
+    """Return a note on the gamma that the interpolated corner controllers prove at the grid points.
+
+    The interpolation is the barycentric sum (5.46), (5.64).
+    """
     worst = 0.0
     for values in found.points:
         shares = [
@@ -100,31 +105,38 @@ def _sums(
             "sums (5.64) of the corners' controllers prove nothing at some of the grid's points; "
             "they are verified for constant plants only"
         )
-    return f"sums (5.64) of the corners' controllers keep gamma {worst:.4g} at the grid's points, while the parameters move"
+    return (
+        f"sums (5.64) of the corners' controllers keep gamma {worst:.4g} at the grid's points, "
+        "while the parameters move"
+    )
 
 
 def _refuse(problem: SynthesisProblem) -> None:
     design = problem.design
     if design.scheduled and problem.sampled:
         raise FrictoolError(
-            "method lpv_grid: found scheduled controllers with domain discrete; allowed: domain continuous, or a frozen one"
+            "method lpv_grid: found scheduled controllers with domain discrete; allowed: domain "
+            "continuous, or a frozen one"
         ).at("design", "method")
     if design.schedule is not None and "regime" in design.schedule:
         raise FrictoolError(
-            "method lpv_grid: found schedule regime; allowed: inertia, viscous, coulomb, constant; take lpv or lft_lpv for regimes"
+            "method lpv_grid: found schedule regime; allowed: inertia, viscous, coulomb, "
+            "constant; take lpv or lft_lpv for regimes"
         ).at("design", "schedule")
     if design.poles is not None:
         raise FrictoolError(
-            "method lpv_grid: found poles; allowed: no pole region with this method; take lpv, or weigh the command more"
+            "method lpv_grid: found poles; allowed: no pole region with this method; take lpv, or "
+            "weigh the command more"
         ).at("design", "poles")
     if design.vertices != "exact":
         raise FrictoolError(
-            f"method lpv_grid: found vertices {design.vertices}; allowed: exact, the grid needs no linearisation"
+            f"method lpv_grid: found vertices {design.vertices}; allowed: exact, the grid needs "
+            "no linearisation"
         ).at("design", "vertices")
 
 
 def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) -> PlantPoint:
-    """The plant at normalised values of the scheduled parameters, the other ones as in `others`."""
+    """Return the plant at normalised scheduled parameters; the others are those of `others`."""
     found = {name: getattr(others, name) for name in DYNAMIC}
     for name, value in zip(names, values, strict=True):
         low, high = box[name]
@@ -133,14 +145,15 @@ def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) ->
 
 
 def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
-    """The normalised values of a plant. Raises NoSolutionError for one outside the box."""
+    """Return the normalised values of a plant; raise NoSolutionError if it is outside the box."""
     found = tuple(
         (2.0 * getattr(point, name) - sum(box[name])) / (box[name][1] - box[name][0])
         for name in names
     )
     if np.any(np.abs(found) > 1.0 + 1e-9):
         raise NoSolutionError(
-            f"the plant {point.name} is outside the intervals that are scheduled; freeze at the centre, or widen the intervals"
+            f"the plant {point.name} is outside the intervals that are scheduled; freeze at the "
+            "centre, or widen the intervals"
         )
     return found
 
@@ -152,6 +165,7 @@ def _note(found: GriddedSolution, names: tuple[str, ...], options: Grid) -> str:
         else "constant"
     )
     return (
-        f"gridded over {', '.join(names) or 'nothing'} ({moving}), X and Y of degree {options.degree}: {len(found.points)} points in the "
+        f"gridded over {', '.join(names) or 'nothing'} ({moving}), X and Y of degree "
+        f"{options.degree}: {len(found.points)} points in the "
         f"end, inequalities evaluated at {found.checked}; between them nothing is proved"
     )

@@ -1,4 +1,4 @@
-"""The methods of synthesis by the name that a design gives them."""
+"""Table of the synthesis methods by the name in a design."""
 
 from __future__ import annotations
 

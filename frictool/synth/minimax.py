@@ -1,13 +1,13 @@
-"""Method `minimax`: one constant controller of a given order that minimises the worst true norm
-over the polytope's vertices.
+"""Method `minimax`: constant controller of fixed order with the least worst norm at the vertices.
 
-The inequalities of theorem 5.3.1 bound the norms of a controller that is scheduled; frozen at one
-plant (5.3.4) it keeps no bound. Here the constant controller itself is the unknown, its structure
-is given (structured_controller.py), and what is minimised is what is verified afterwards. The
-problem is not convex: seeded starts are descended from at the least order that can stabilise, and
-the best of them grow by a pole and a zero that cancel, which changes nothing, until they have the
-order that is asked for. The norm therefore never rises with the order, and the result is an upper
-bound of the optimum and is said to be one.
+The inequalities of theorem 5.3.1 bound the norm of a scheduled controller only; one that is frozen
+at a plant (5.3.4) has no bound. This method minimises the verified norm itself, over the parameters
+of one constant controller (structured_controller.py).
+
+The problem is not convex. Seeded random starts are improved at the least order that can stabilise.
+The best of them are extended by a pole and a zero that cancel, until they have the requested order.
+The extension does not change the controller, so the norm never rises with the order. The result is
+an upper bound of the optimum, and the notes say so.
 """
 
 from __future__ import annotations
@@ -29,30 +29,29 @@ from frictool.synth.worst_norm import OpenLoopResponses, true_norms
 Vector = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-ORDER = {"position": 4, "speed": 3}  # where the design gives none
+ORDER = {"position": 4, "speed": 3}  # order if the design does not state one
 DRAWN, STARTS, KEPT, PLACES = (
     300,
     8,
     2,
     4,
-)  # starts drawn, descended from; controllers that grow, and at how many frequencies each
-ROUNDS, LAST_ROUNDS = 25, 60  # of each descent, and of the last one
-LEVEL = (
-    0.01  # vertices whose norms differ from the worst one by less than this share count as equal
-)
-CLEAR = 1.001  # of the specified modulus margin, so that rounding the coefficients does not undo it
+)  # starts drawn, starts improved, controllers extended, frequencies tried for each extension
+ROUNDS, LAST_ROUNDS = 25, 60  # rounds of each descent, and of the last one
+LEVEL = 0.01  # relative difference of norms below which vertices count as equally bad
+# factor on the specified modulus margin, which leaves a reserve for rounded coefficients
+CLEAR = 1.001
 
 
 def silently(_: str) -> None:
-    """Progress that nobody reads."""
+    """Ignore a progress message."""
 
 
 def minimax(problem: SynthesisProblem, seed: int = 0) -> ControllerCandidate:
-    """The best controller found; deterministic for a seed.
+    """Return the best controller of several descents; deterministic for a seed.
 
-    Raises NoSolutionError where no start stabilises every vertex, where the order cannot hold what
-    the structure asks, or where the specified modulus margin is missed by the best one in a sampled
-    design (with the bench's delay inside).
+    Raises NoSolutionError if no start stabilises every vertex, or if the order is too low for the
+    structure. Raises it also if the best controller of a sampled design, with the bench's delay,
+    misses the specified modulus margin.
     """
     design = problem.design
     period = problem.period if problem.sampled else 0.0
@@ -61,8 +60,8 @@ def minimax(problem: SynthesisProblem, seed: int = 0) -> ControllerCandidate:
     around = _bandwidth(problem, bound)
     plants = [problem.plant(point.rates) for point in problem.box.vertices]
     typical = abs(OpenLoopResponses.of(plants[0], np.array([around])).p22[0])
-    # What nothing weighs costs nothing: without a weight on the command the structure bounds the
-    # gain at high frequencies.
+    # A signal without a weight has no cost: without a weight on the command, the structure must
+    # limit the gain at high frequencies.
     structure = StructuredController(
         order, design.integrator, not problem.weights.command, bound, around, 1.0 / typical, period
     )
@@ -74,8 +73,7 @@ def minimax(problem: SynthesisProblem, seed: int = 0) -> ControllerCandidate:
 
 
 def _bandwidth(problem: SynthesisProblem, bound: float) -> float:
-    """Where the loops are expected to cross [rad/s]: twice the bandwidth that W2 asks for, within
-    the poles' bound."""
+    """Return the expected crossover [rad/s]: twice the zero of W2, within the pole bound."""
     zero = problem.weights.error.zero
     return float(min(2.0 * zero if np.isfinite(zero) else np.inf, 0.2 * bound))
 
@@ -92,8 +90,10 @@ def _candidate(
     level = sum(value > (1.0 - LEVEL) * best.worst for value in norms)
     worst = names[largest(norms, LEVEL)[1]]
     note = (
-        f"minimax of order {structure.order}: worst norm {best.worst:.4g} at {worst}, {level} of {len(norms)} vertices within "
-        f"{100.0 * LEVEL:g} % of it; the best of several descents, an upper bound of what the structure can do"
+        f"minimax of order {structure.order}: worst norm {best.worst:.4g} at {worst}, {level} of "
+        f"{len(norms)} vertices within "
+        f"{100.0 * LEVEL:g} % of it; the best of several descents, an upper bound of what the "
+        "structure can do"
     )
     return ControllerCandidate(
         problem.discretised(designed), designed, best.worst, best.worst, (note,)
@@ -107,10 +107,10 @@ def search(
     seed: int = 0,
     progress: Progress = silently,
 ) -> DescentPoint:
-    """The best point found for `structure` over `plants` (of one order) whose modulus margins are
-    at least `margin`.
+    """Return the best point for `structure` with modulus margins of at least `margin`.
 
-    Raises NoSolutionError where no start stabilises every plant, or the margin is missed.
+    All `plants` have the same order. Raises NoSolutionError if no start stabilises every plant, or
+    if the margin is missed.
     """
     random = np.random.default_rng(seed)
     least = min(structure.order, 1 + structure.integrator + structure.rolls_off)
@@ -120,7 +120,8 @@ def search(
     while True:
         if not points:
             raise NoSolutionError(
-                f"minimax: no controller of order {now.order} with poles below {now.bound:.4g} rad/s was found that stabilises every "
+                f"minimax: no controller of order {now.order} with poles below {now.bound:.4g} "
+                "rad/s was found that stabilises every "
                 "vertex; raise order, change pole_bound_rad_s, or narrow the model's intervals"
             )
         progress(f"minimax: order {now.order}, worst norm {points[0].worst:.4f}")
@@ -147,14 +148,16 @@ def search(
     best = descent.run(points[0].parameters, LAST_ROUNDS)
     if best.missed > 1e-4:
         raise NoSolutionError(
-            f"minimax: the best controller of order {structure.order} keeps a modulus margin of {margin / (1.0 + best.missed):.3f} < "
-            f"{margin:g} at the worst vertex; raise order, change pole_bound_rad_s, or lower weights.bandwidth_rad_s"
+            f"minimax: the best controller of order {structure.order} keeps a modulus margin of "
+            f"{margin / (1.0 + best.missed):.3f} < "
+            f"{margin:g} at the worst vertex; raise order, change pole_bound_rad_s, or lower "
+            "weights.bandwidth_rad_s"
         )
     return best
 
 
 def _best(points: Sequence[DescentPoint]) -> list[DescentPoint]:
-    """The few best ones that differ, the best first."""
+    """Return the few best points that differ, the best first."""
     stable = sorted(
         (point for point in points if np.isfinite(point.worst)),
         key=lambda point: (round(point.missed, 4), point.worst),
@@ -167,7 +170,7 @@ def _best(points: Sequence[DescentPoint]) -> list[DescentPoint]:
 
 
 def _starts(descent: MinimaxDescent, random: np.random.Generator) -> list[Vector]:
-    """The best of many drawn leads and lags that stabilise every plant."""
+    """Return the best of many random lead-lag controllers that stabilise every plant."""
     drawn = [_drawn(descent.structure, descent.plants[0], random) for _ in range(DRAWN)]
     ranked = sorted(
         ((descent.coarse(parameters), index) for index, parameters in enumerate(drawn)),
@@ -179,8 +182,10 @@ def _starts(descent: MinimaxDescent, random: np.random.Generator) -> list[Vector
 def _drawn(
     structure: StructuredController, plant: GeneralisedPlant, random: np.random.Generator
 ) -> Vector:
-    """Poles in the upper part of the region, zeros around a third of the crossing, and the gain
-    that makes the loop cross there."""
+    """Draw a random controller whose loop crosses over near the expected frequency.
+
+    The poles lie in the upper part of their region, the zeros near a third of the crossover.
+    """
     low, high = structure.limits()
     crossing = structure.around * np.exp(random.uniform(-1.0, 1.0))
     parameters = np.empty(structure.size)

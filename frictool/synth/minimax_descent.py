@@ -1,13 +1,12 @@
-"""Descent on the worst true norm of several loops by one structured controller.
+"""Descent on the worst norm of several loops over the parameters of one structured controller.
 
-    minimise t   such that   gain(plant, frequency) <= t   at finitely many frequencies,   M
-                 |S(plant, frequency)| <= 1
+    minimise t   subject to   gain(plant, frequency) <= t   and   M |S(plant, frequency)| <= 1
 
-is solved by sequential quadratic programming (scipy's SLSQP) within a box around the parameters.
-Then the exact norm of every loop is evaluated, with the frequency where it is reached. The step is
-taken only if every loop is stable and the worst true norm has come down; otherwise the box shrinks.
-Frequencies of true peaks join the finite set, so that what is minimised on it becomes the norm
-itself.
+at finitely many frequencies is solved by sequential quadratic programming (scipy's SLSQP), within a
+box around the current parameters. Then the exact norm of every loop and its peak frequency are
+computed. The step is accepted only if every loop is stable and the exact worst norm has fallen;
+otherwise the box shrinks. The peak frequencies join the finite set, so that the maximum over the
+set becomes the exact norm.
 """
 
 from __future__ import annotations
@@ -26,33 +25,38 @@ from frictool.synth.worst_norm import OpenLoopResponses, all_stable, sensitivity
 
 Vector = NDArray[np.float64]
 
-GRID = 100  # frequencies on which no gain may rise unseen
-ACTIVE = 0.6  # gains below this part of the worst one cannot become it within a step
-REMEMBERED = 8  # peaks of each plant
-STEPS = 30  # of a quadratic program's sequence, within one box
-FIRST_BOX, LARGEST_BOX, SMALLEST_BOX = 0.5, 1.0, 1e-4  # in parameters whose size is about one
-SETTLED = 1e-6  # relative: less than this is no progress
+GRID = 100  # frequencies of the grid
+ACTIVE = 0.6  # share of the worst gain; smaller gains cannot become the worst one within a step
+REMEMBERED = 8  # peak frequencies kept per plant
+STEPS = 30  # iterations of the quadratic programs within one box
+# half-widths of the box, in parameters scaled to about one
+FIRST_BOX, LARGEST_BOX, SMALLEST_BOX = 0.5, 1.0, 1e-4
+SETTLED = 1e-6  # relative improvement below which a descent has converged
 
 
 @dataclass(frozen=True)
 class DescentPoint:
-    """Parameters, the worst true norm there, and by how much the modulus margin is missed (M max|S|
-    - 1, 0 where it holds)."""
+    """Parameters with their exact worst norm and the violation of the modulus margin.
+
+    `missed` is M max|S| - 1, or 0 if the margin holds.
+    """
 
     parameters: Vector
     worst: float
     missed: float
 
     def better_than(self, other: DescentPoint) -> bool:
-        """First the margin, then the norm."""
+        """Compare the violation of the margin first, then the norm."""
         if max(self.missed, other.missed) > SETTLED:
             return self.missed < other.missed * (1.0 - SETTLED)
         return self.worst < other.worst * (1.0 - SETTLED)
 
 
 class MinimaxDescent:
-    """The plants of one structure of controller; `margin` is the modulus margin that every loop
-    must keep, 0 for none."""
+    """Descent for one controller structure over several plants.
+
+    `margin` is the modulus margin that every loop must keep, 0 for none.
+    """
 
     def __init__(
         self,
@@ -61,30 +65,32 @@ class MinimaxDescent:
         slowest: float,
         margin: float = 0.0,
     ) -> None:
-        """slowest: where the grid begins [rad/s]; it ends ten times beyond the pole bound, or at
-        half the sampling frequency."""
+        """Build the frequency grid, which starts at `slowest` [rad/s].
+
+        It ends at ten times the pole bound, or at half the sampling frequency.
+        """
         top = 0.9999 * np.pi / structure.period if structure.period else 10.0 * structure.bound
         self.structure, self.plants, self.margin = structure, list(plants), margin
         self.grid = np.geomspace(slowest, top, GRID)
         self.on_grid = [OpenLoopResponses.of(plant, self.grid) for plant in plants]
         self.peaks: list[list[float]] = [[] for _ in plants]
-        self.steep: list[list[float]] = [[] for _ in plants]  # peaks of the sensitivity
+        # frequencies of sensitivity peaks, per plant
+        self.steep: list[list[float]] = [[] for _ in plants]
         self._sensitivities = [sensitivity_plant(plant) for plant in plants] if margin else []
 
     def on(self, structure: StructuredController) -> MinimaxDescent:
-        """The same plants for another structure of the same domain and bound."""
+        """Return a descent over the same plants for another structure of the same domain."""
         return MinimaxDescent(structure, self.plants, float(self.grid[0]), self.margin)
 
     def coarse(self, parameters: Vector) -> float:
-        """A bound of the worst gain on the grid, to rank starts by; inf where some loop is
-        unstable."""
+        """Return an upper bound of the worst gain on the grid; inf if a loop is unstable."""
         if not all_stable(self.structure.system(parameters), self.plants):
             return np.inf
         k, _ = self.structure.response(parameters, self.structure.points(self.grid))
         return float(max(np.max(open_loop.bounds(k)) for open_loop in self.on_grid))
 
     def point(self, parameters: Vector) -> DescentPoint:
-        """The exact norms at the parameters, whose peaks are remembered."""
+        """Evaluate the exact norms at the parameters and remember their peak frequencies."""
         k = self.structure.system(parameters)
         if not all_stable(k, self.plants):
             return DescentPoint(parameters, np.inf, np.inf)
@@ -105,7 +111,7 @@ class MinimaxDescent:
         return max(value for value, _ in found)
 
     def run(self, start: Vector, rounds: int) -> DescentPoint:
-        """From stabilising parameters downwards; never worse than the start."""
+        """Descend from stabilising parameters; the result is never worse than the start."""
         here, box = self.point(start), FIRST_BOX
         for _ in range(rounds):
             if not np.isfinite(here.worst):
@@ -132,8 +138,10 @@ class MinimaxDescent:
         return here
 
     def _step(self, here: DescentPoint, box: float) -> tuple[Vector, float]:
-        """The end of one sequence of quadratic programs within the box, and the norm promised there
-        on the finite set."""
+        """Return the proposed parameters within the box and their predicted norm.
+
+        The prediction is the largest gain on the finite set.
+        """
         structure = self.structure
         low, high = structure.limits()
         scale = np.ones(structure.size)
@@ -163,8 +171,10 @@ class MinimaxDescent:
 
 @dataclass(frozen=True)
 class _FiniteSet:
-    """The gains and sensitivities that take part in a step: those near the worst on the grid, and
-    the remembered true peaks."""
+    """Gains and sensitivities in the constraints of a step.
+
+    The frequencies are those of the grid whose value is near the worst, and the remembered peaks.
+    """
 
     structure: StructuredController
     open_loop: OpenLoopResponses
@@ -207,7 +217,7 @@ class _FiniteSet:
         return float(np.max(self.open_loop.gains(k)))
 
     def slack(self, parameters: Vector, level: float) -> Vector:
-        """level - gain, and 1 - M |S|: not negative where they hold."""
+        """Return level - gain, and 1 - M |S|; nonnegative if the constraints hold."""
         k, _ = self.structure.response(parameters, self.structure.points(self.frequencies))
         rows = [level - self.open_loop.gains(k)]
         if self.steep is not None:
@@ -218,7 +228,7 @@ class _FiniteSet:
         return np.concatenate(rows)
 
     def slack_slopes(self, parameters: Vector) -> Vector:
-        """By the parameters, and by the level in the last column."""
+        """Return the Jacobian of `slack`: one column per parameter, the last one for the level."""
         k, by = self.structure.response(parameters, self.structure.points(self.frequencies))
         rows = [np.column_stack([-self.open_loop.slopes(k, by), np.ones(len(k))])]
         if self.steep is not None:

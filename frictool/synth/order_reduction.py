@@ -1,11 +1,11 @@
-"""A controller with fewer states, one less at a time, each step verified again by the caller.
+"""Order reduction of a controller by one state at a time; the caller verifies each step.
 
-Balanced truncation drops the states that the controller's input reaches and its output sees the
-least; the error is at most twice the sum of the Hankel singular values dropped (Enns 1984; Glover
-1984), and the direct gain is kept. Residualisation (singular perturbation) has the same bound and
-keeps the steady state instead. Both hold for a controller alone: what the loop makes of the error
-only its own verification tells, so that a step which the check refuses is a refusal and not a
-warning. An integrator takes no part and is kept.
+Balanced truncation drops the states that the input reaches least and the output sees least. Its
+error is at most twice the sum of the dropped Hankel singular values (Enns 1984; Glover 1984), and
+it keeps the direct gain. Residualisation (singular perturbation) has the same bound and keeps the
+steady state instead. The bound holds for the controller alone. Its effect on the loop is known only
+after verification, so a failed check is an error and not a warning. An integrator is split off
+first and kept.
 """
 
 from __future__ import annotations
@@ -24,30 +24,33 @@ from frictool.synth.realisation import split_integrator
 Check = Callable[[Lti], None]
 Kept = Literal[
     "high", "low"
-]  # frequencies that stay: truncation keeps the direct gain, residualisation the steady state
+]  # frequencies preserved: truncation keeps the direct gain, residualisation the steady state
 
 
 @dataclass(frozen=True)
 class ReducedController:
-    """A controller that passed the check. bound: of the error's norm against the controller that
-    was given."""
+    """Controller that passed the check.
+
+    `bound` limits the norm of its difference from the original controller.
+    """
 
     controller: Lti
     bound: float
 
 
 def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[ReducedController]:
-    """`k` with one state less at a time down to `order`, each of them passed to `check`, which
-    raises NoSolutionError where it fails.
+    """Return `k` with one state less at a time down to `order`; each passes `check`.
 
-    Raises NoSolutionError where the controller (but for an integrator) is unstable, or the order
-    asked for is below the integrator's; and what the check raises, with the order that it refused.
+    `check` raises NoSolutionError if a controller fails; the error then names the order. Raises
+    NoSolutionError also if the controller, apart from an integrator, is unstable, or if `order` is
+    below that of the integrator.
     """
     integrator, rest = split_integrator(k)
     held = 0 if integrator is None else 1
     if not rest.stable:
         raise NoSolutionError(
-            "order reduction: the controller is unstable; only the stable part of one can be reduced"
+            "order reduction: the controller is unstable; only the stable part of one can be "
+            "reduced"
         )
     if order < held:
         raise NoSolutionError(
@@ -67,12 +70,12 @@ def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[
 
 
 def truncated(k: Lti, order: int) -> Lti:
-    """The first states of a balanced system."""
+    """Return the first `order` states of a balanced system."""
     return Lti(k.a[:order, :order], k.b[:order], k.c[:, :order], k.d, k.period)
 
 
 def residualised(k: Lti, order: int) -> Lti:
-    """The first states of a balanced system, the others replaced by what they settle at."""
+    """Return the first `order` states of a balanced system; the others take their steady state."""
     kept, gone = slice(0, order), slice(order, k.order)
     settled = (
         np.eye(k.order - order) * (1.0 if k.period else 0.0) - k.a[gone, gone]

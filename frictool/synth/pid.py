@@ -1,12 +1,11 @@
-"""Method `pid`: the gains are given (5.39), (5.2.3); what is found is the difference equation that
-has them, and whether it may run.
+"""Method `pid`: difference equation of a PI or PID controller with the design's gains.
 
-    position         C(s) = K (1 + 1/(T_i s) + T_d s/(T_d s/a + 1)) on the position error
-    speed_cascade    C(s) = K (1 + 1/(T_i s)) on the speed error
+    position         C(s) = K (1 + 1/(T_i s) + T_d s/(T_d s/a + 1)) on the position error (5.39)
+    speed_cascade    C(s) = K (1 + 1/(T_i s)) on the speed error (5.2.3)
 
-in effort; the drive is effort over the actuator's constant. Sampled as zero-order-hold equivalents:
-the integral takes the error of sample k after the command of sample k, the derivative's low-pass f
-of lag tau = T_d/a moves by 1 - exp(-T/tau) towards it:
+The output of C is an effort; the drive is the effort over the actuator's constant. C is sampled as
+a zero-order-hold equivalent: the integral takes the error of sample k after the command of sample
+k, and the derivative's low-pass of lag tau = T_d/a moves towards that error by 1 - exp(-T/tau):
 
     C(z) = K (1 + (T/T_i)/(z - 1) + (T_d/tau) (z - 1)/(z - exp(-T/tau)))
 """
@@ -23,9 +22,9 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def pid(problem: SynthesisProblem) -> ControllerCandidate:
-    """The controller of the design's gains, which nothing is claimed of yet."""
+    """Return the controller with the design's gains; it claims no norm."""
     asked = problem.design.pid
-    assert asked is not None  # the design's own check
+    assert asked is not None  # guaranteed by the validation of the design
     quantity = asked.gain or asked.speed_gain
     assert quantity is not None
     constant = problem.model.bench.actuator.constant.value
@@ -33,15 +32,19 @@ def pid(problem: SynthesisProblem) -> ControllerCandidate:
     actuator = problem.model.bench.actuator
     unit = "A" if actuator.drive == "current" else "V"
     note = (
-        f"pid: gains given; K {quantity.value:g} {quantity.unit}, with the constant {constant:g} {actuator.constant.unit} "
+        f"pid: gains given; K {quantity.value:g} {quantity.unit}, with the constant {constant:g} "
+        f"{actuator.constant.unit} "
         f"{quantity.value / constant:.4g} {unit} per unit"
     )
     return ControllerCandidate(k, k, None, None, (note,))
 
 
 def sampled_pid(asked: Pid, gain: float, period: float) -> Lti:
-    """The zero-order-hold equivalent of (5.39), gain K [drive per rad | m, or per rad/s | m/s];
-    states: integral of the error, low-pass."""
+    """Return the zero-order-hold equivalent of (5.39).
+
+    Its states are the integral of the error and the low-pass. `gain` is K in drive per rad | m, or
+    per rad/s | m/s; `period` is in s.
+    """
     poles, entering, leaving, direct = [], [], [], gain
     if asked.integral_time_s is not None:
         poles.append(1.0)

@@ -1,12 +1,12 @@
-"""Pole placement: the Diophantine equation of an RST controller with an integrator.
+"""Pole placement by the Diophantine equation of an RST controller with an integrator.
 
-    R u = T r - S y         R = x R' monic with an integrator         A R + B S = P         closed
-                            loop  y = B T/P r
+    R u = T r - S y    R = x R' monic with an integrator    A R + B S = P
+    closed loop: y = B T/P r
 
-x is s/w0 in continuous time and (z - 1)/(w0 T) at a period T, so that an integrator is a root at x
-= 0 in both and the coefficients are of one size in both: at 1 kHz the powers of z would all but
+The variable x is s/w0 in continuous time and (z - 1)/(w0 T) at a period T. In both an integrator is
+a root at x = 0, and the coefficients have similar sizes; at 1 kHz the powers of z would nearly
 coincide. With deg A = n and deg R = m, R' has m - 1 unknown coefficients, S has n + 1, and P has n
-+ m: one solution, if A x and B have no common root.
++ m. The solution is unique if A x and B have no common root.
 """
 
 from __future__ import annotations
@@ -25,13 +25,16 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PlacementVariable:
-    """around: w0 [rad/s]. period: T [s], 0 for continuous time."""
+    """Normalised variable x of the polynomials.
+
+    `around` is w0 [rad/s]; `period` is T [s], 0 for continuous time.
+    """
 
     around: float
     period: float = 0.0
 
     def pole(self, s: complex) -> complex:
-        """The pole s [rad/s] in x; sampled, the one whose response is the same at the samples."""
+        """Return the pole s [rad/s] in x; if sampled, the pole with the same sampled response."""
         return (
             complex(np.expm1(s * self.period) / (self.around * self.period))
             if self.period
@@ -40,19 +43,24 @@ class PlacementVariable:
 
     @property
     def step(self) -> float:
-        """One unit of x, [rad/s] or in z."""
+        """Size of one unit of x, in rad/s or in z."""
         return self.around * self.period if self.period else self.around
 
     def polynomials(self, plant: Lti) -> tuple[Vector, Vector]:
-        """A, monic of degree n, and B of degree below n, highest power first, of a strictly proper
-        plant with one input and one output."""
+        """Return A (monic, degree n) and B (degree below n) of a strictly proper SISO plant.
+
+        Coefficients are in x, the highest power first.
+        """
         a = (plant.a - np.eye(plant.order)) / self.step if self.period else plant.a / self.step
         below = _characteristic(a)
         above = _characteristic(a - plant.b @ plant.c / self.step) - below
         return below, np.asarray(above[1:], dtype=np.float64)
 
     def system(self, above: Vector, below: Vector) -> Lti:
-        """above/(x below) as a system in its domain, the integrator apart; below is monic."""
+        """Return above/(x below) as a system; its first state is the integrator.
+
+        `below` is monic.
+        """
         residue = above[-1] / below[-1]
         rest = chain(np.polysub(above, residue * below)[:-1], [below], 1.0)
         first = Lti(np.zeros((1, 1)), np.ones((1, 1)), np.array([[residue]]), np.zeros((1, 1)), 0.0)
@@ -62,18 +70,19 @@ class PlacementVariable:
 
 
 def place_poles(a: Vector, b: Vector, p: Vector, order: int) -> tuple[Vector, Vector]:
-    """R' of degree order - 1, monic, and S of degree n = deg A, with A x R' + B S = P, all with the
-    highest power first.
+    """Return R' (monic, degree order - 1) and S (degree n = deg A) with A x R' + B S = P.
 
-    a (n + 1,) monic, b (up to n,), p (n + order + 1,) monic; order at least n. Raises
-    numpy.linalg.LinAlgError where A x and B have a common root, ValueError for a lower order.
+    Polynomials have the highest power first: `a` is monic of shape (n + 1,), `b` has at most n
+    coefficients, `p` is monic of shape (n + order + 1,). Raises numpy.linalg.LinAlgError if A x and
+    B have a common root, ValueError if `order` is below n.
     """
     n = len(a) - 1
     if order < n:
         raise ValueError(f"order {order} is below the plant's {n}")
     extended = np.append(a, 0.0)  # A x
-    columns = [_shifted(extended, order - 1 - k, n + order + 1) for k in range(order)]  # of R'
-    columns += [_shifted(b, n - k, n + order + 1) for k in range(n + 1)]  # of S
+    # columns of R'
+    columns = [_shifted(extended, order - 1 - k, n + order + 1) for k in range(order)]
+    columns += [_shifted(b, n - k, n + order + 1) for k in range(n + 1)]  # columns of S
     matrix = np.array(columns).T
     unknown = np.asarray(np.linalg.solve(matrix[1:, 1:], (p - matrix[:, 0])[1:]), dtype=np.float64)
     return np.concatenate([[1.0], unknown[: order - 1]]), unknown[order - 1 :]
@@ -84,12 +93,12 @@ def _characteristic(a: Vector) -> Vector:
 
 
 def polynomial(roots: Sequence[complex]) -> Vector:
-    """Monic, from roots that are real or in conjugate pairs."""
+    """Return the monic polynomial of roots that are real or in conjugate pairs."""
     return np.asarray(np.real(np.poly(np.asarray(roots))))
 
 
 def _shifted(coefficients: Vector, power: int, length: int) -> Vector:
-    """The polynomial times x^power, filled to `length` coefficients."""
+    """Return the polynomial times x^power, padded to `length` coefficients."""
     row = np.zeros(length)
     end = length - power
     row[end - len(coefficients) : end] = coefficients

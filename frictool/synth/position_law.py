@@ -1,5 +1,8 @@
-"""The law that gives the speed reference: the square-root law, its gain from the model (5.19),
-annex (5) and annex 5.2, which differ by sqrt 2; or a proportional one, whose gain is given."""
+"""Position law that computes the speed reference: square-root or proportional.
+
+The gain of the square-root law comes from the model: (5.19), annex (5) or annex 5.2, which differ
+by sqrt 2. The gain of the proportional law comes from the design.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +18,10 @@ from frictool.synth.weights import DerivedValue
 def position_law(
     model: Model, law: PositionLawDesign
 ) -> tuple[stored.PositionLaw, tuple[DerivedValue, ...]]:
-    """The law, and what of it was derived. Raises NoSolutionError where the model has no Coulomb
-    friction to brake with."""
+    """Return the position law and its derived values.
+
+    Raises NoSolutionError if the square-root law has no Coulomb friction to brake with.
+    """
     band, derived = 0.0 if law.band is None else law.band.value, []
     if law.band is None and (law.kind == "square_root" or law.action != "none"):
         band = model.bench.encoder.resolution

@@ -1,9 +1,8 @@
-"""The controller's stored forms: a balanced realisation, its inverse Tustin image, second-order
-sections, anti-windup gains.
+"""Stored forms of a controller: balanced state space, inverse Tustin image, sections, anti-windup.
 
-An exact integrator, a pole at z = 1, is kept apart: a state of its own whose coefficient is 1 and
-stays 1 whatever the numbers are rounded to, and a section of its own where the zeros allow it. The
-rest is stable and is balanced, so that rounding its coefficients hurts least.
+An exact integrator (pole at z = 1) is a state of its own whose coefficient 1 survives any rounding;
+it is also a section of its own if the zeros allow it. The remaining controller is stable and
+balanced, so that rounding its coefficients changes it least.
 """
 
 from __future__ import annotations
@@ -22,26 +21,27 @@ from frictool.verify.hinf_norm import spectral_radius
 
 Matrix = NDArray[np.float64]
 Roots = NDArray[np.complex128]
-# Hankel singular value, of the largest: below what a solver resolves (the delayed command is known
-# exactly)
+# share of the largest Hankel singular value, below the resolution of a solver (the delayed command
+# is known exactly)
 NEGLIGIBLE = 1e-8
-INFINITE = 1e8  # a zero beyond this is one at infinity
-AT_ONE = 1e-9  # a pole nearer to z = 1 is meant to be an integrator
+INFINITE = 1e8  # zeros of larger modulus count as infinite
+AT_ONE = 1e-9  # distance from z = 1 below which a pole is an integrator
 
 
 def stored_forms(k: Lti) -> LinearController:
-    """Every stored form of the discrete controller `k`, which may have one integrator.
+    """Return every stored form of the discrete controller `k`, which may have one integrator.
 
-    Raises NoSolutionError where the rest of the controller is unstable (it would run away whenever
-    the loop is open: in the limit, at rest), where it has two integrators, or where the sections do
-    not reproduce the state space (checked on the unit circle to 1e-6 of the peak, that of (z - 1)
-    K(z) with an integrator).
+    Raises NoSolutionError if the rest of the controller is unstable (it would diverge whenever the
+    loop is open: at the drive's limit, at rest), or if it has two integrators. Raises it also if
+    the sections do not reproduce the state space. This is checked on the unit circle to 1e-6 of the
+    peak; with an integrator, for (z - 1) K(z).
     """
     integrator, rest = split_integrator(k)
     radius = spectral_radius(rest.a)
     if radius >= 1.0:
         raise NoSolutionError(
-            f"the controller found is itself unstable (a pole of modulus {radius:.6g}); raise weights.static_error or weights.command"
+            f"the controller found is itself unstable (a pole of modulus {radius:.6g}); raise "
+            "weights.static_error or weights.command"
         )
     kept, _ = balanced_form(rest, NEGLIGIBLE)
     whole = kept if integrator is None else parallel_sum(integrator, kept)
@@ -52,7 +52,8 @@ def stored_forms(k: Lti) -> LinearController:
     direct = whole.response(angles / whole.period)[:, 0, 0]
     if np.max(weight * np.abs(from_sections - direct)) > 1e-6 * np.max(weight * np.abs(direct)):
         raise NoSolutionError(
-            "the second-order sections of the controller do not reproduce it; its poles are too ill-conditioned, relax the weights"
+            "the second-order sections of the controller do not reproduce it; its poles are too "
+            "ill-conditioned, relax the weights"
         )
     return LinearController(
         discrete=whole.document(),
@@ -65,8 +66,10 @@ def stored_forms(k: Lti) -> LinearController:
 
 
 def running_in_sections(linear: LinearController, period: float) -> LinearController:
-    """The same controller whose sections run on the target, with the anti-windup gains of their
-    states; period [s]."""
+    """Return the same controller to be run as sections, with the anti-windup gains of their states.
+
+    `period` is in s.
+    """
     chain = running_form(
         msgspec.structs.replace(linear, form="sos", sos_anti_windup=(0.0,) * (2 * len(linear.sos))),
         period,
@@ -78,10 +81,10 @@ def running_in_sections(linear: LinearController, period: float) -> LinearContro
 
 
 def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
-    """The part of `k` with its pole at z = 1 or s = 0 (one state, coefficient exact, no direct
-    gain), None without one; and the rest.
+    """Return the integrator of `k` (None without one) and the rest.
 
-    Raises NoSolutionError where more than one pole is there.
+    The integrator has one state with the exact pole z = 1 or s = 0, and no direct gain. Raises
+    NoSolutionError if there is more than one.
     """
     exact = 1.0 if k.period else 0.0
     poles = np.linalg.eigvals(k.a) if k.order else np.empty(0)
@@ -95,16 +98,19 @@ def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
             f"the controller found has {near.sum()} integrators; one is allowed: lower order"
         )
     slope, rest = split_pole(k, exact)
-    if slope == 0.0:  # nothing enters it or leaves it
+    if slope == 0.0:  # unreachable or unobservable
         return None, rest
     return first_order(exact, slope, k.period), rest
 
 
 def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
-    """The residue of the simple real pole of `k` nearest to `pole`, and `k` without that pole: k =
-    residue/(s - pole) + rest."""
+    """Return the residue of the simple real pole of `k` nearest to `pole`, and the rest of `k`.
+
+    k = residue/(s - pole) + rest.
+    """
     _, scaling = linalg.matrix_balance(k.a, permute=False)
-    k = k.transformed(scaling)  # whose vectors are known to the rounding of each state's own size
+    # after balancing, null vectors are accurate relative to the size of each state
+    k = k.transformed(scaling)
     difference = k.a - pole * np.eye(k.order)
     right = np.linalg.svd(difference)[2][-1]  # difference @ right = 0
     left = np.linalg.svd(difference.T)[2][-1]
@@ -115,7 +121,7 @@ def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
 
 
 def first_order(pole: float, residue: float, period: float) -> Lti:
-    """residue/(s - pole) or residue/(z - pole), as much of it before the state as behind."""
+    """Return residue/(s - pole) or residue/(z - pole), with equal input and output gains."""
     size = np.sqrt(abs(residue))
     return Lti(
         np.array([[pole]]),
@@ -127,11 +133,10 @@ def first_order(pole: float, residue: float, period: float) -> Lti:
 
 
 def _sections(whole: Lti, kept: Matrix) -> Matrix:
-    """Second-order sections (m, 6) of the transfer function, zeros from the pencil of the system
-    matrix and not from a polynomial.
+    """Return second-order sections (m, 6) with zeros from the pencil of the system matrix.
 
-    kept: the stable part's matrix; where the whole has one state more, that is the integrator,
-    first.
+    The pencil is better conditioned than a numerator polynomial. `kept` is the matrix of the stable
+    part; if `whole` has one state more, its first state is the integrator.
     """
     a, b, c, d = whole.a, whole.b, whole.c, whole.d
     n = len(a)
@@ -154,18 +159,18 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
     sections = np.asarray(signal.zpk2sos(zeros, poles, gain))
     for _ in range(
         len(poles) - len(zeros)
-    ):  # each pole without a zero is a sample of delay: a numerator that has room moves by one
+    ):  # each pole without a zero delays by one sample: shift a numerator with a free coefficient
         row = int(np.argmin(np.abs(sections[:, 2])))
         sections[row, :3] = [0.0, sections[row, 0], sections[row, 1]]
     return np.vstack([first, sections])
 
 
 def _integrator_section(zeros: Roots, poles: Roots) -> tuple[Matrix, Roots, Roots]:
-    """The integrator's own section with the real zero nearest to it, or with none; and the zeros
-    and poles that are left.
+    """Return the integrator's section, and the zeros and poles that remain.
 
-    Where every zero is complex and none is missing, no first-order section is proper: the
-    integrator shares a section with another pole.
+    The section takes the real zero nearest to z = 1, or none. If all zeros are complex and none is
+    missing, no first-order section is proper; the integrator then shares a section with another
+    pole.
     """
     real = np.flatnonzero(zeros.imag == 0.0)
     if real.size:
@@ -181,12 +186,11 @@ def _integrator_section(zeros: Roots, poles: Roots) -> tuple[Matrix, Roots, Root
 
 
 def anti_windup_gains(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> NDArray[np.float64]:
-    """l in x+ = a x + b eta + l (limited drive - drive): the observer gain that makes a - l c
-    stable and fast.
+    """Return l of x+ = a x + b eta + l (limited drive - drive), so that a - l c is stable and fast.
 
-    While limited, the controller's state follows what the limited drive says it should be
-    (conditioned form). The weights b b' and d^2 + (c b)^2 are the drive's response to one unit of
-    eta, so that no further tuning enters.
+    While the drive is limited, the state follows the limited drive (conditioned form). l is an
+    observer gain whose weights b b' and d^2 + (c b)^2 are the responses to one unit of eta, so that
+    no tuning parameter is needed.
     """
     if not len(a):
         return np.empty(0)

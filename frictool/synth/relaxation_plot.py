@@ -1,5 +1,4 @@
-"""The trade of `relax: auto` as an SVG: gamma over W1 at each effort, and the curve of what is
-achievable, with the point chosen."""
+"""Plot of `relax: auto`: gamma over W1 for each W3, and the trade-off curve with the result."""
 
 from __future__ import annotations
 
@@ -17,7 +16,7 @@ CURVE, CHOSEN, ASKED = "#444444", "#c0392b", "#1f5fa8"
 
 
 def picture(trade: Trade, name: str) -> str:
-    """The `<svg>` element, the same bytes for the same trade."""
+    """Return the `<svg>` element; the same trade gives the same bytes."""
     with drawing("relax"):
         return render(
             figure(trade),
@@ -26,7 +25,7 @@ def picture(trade: Trade, name: str) -> str:
 
 
 def figure(trade: Trade) -> Figure:
-    """Both axes, logarithmic; an effort is a line of points, darker where W3 is stricter."""
+    """Return the figure with two logarithmic axes; lines are darker for a stricter W3."""
     drawn = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     upper, lower = drawn.subplots(2, 1)
     _levels(upper, trade)

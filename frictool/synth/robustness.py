@@ -1,5 +1,4 @@
-"""The worst norm over every plant of the box, beside that of its vertices: seen inside, and bounded
-from above in three senses."""
+"""Worst norm over the whole parameter box: the largest value in a scan and three upper bounds."""
 
 from __future__ import annotations
 
@@ -21,17 +20,22 @@ from frictool.verify.messages import plant_words
 
 
 def robustness(problem: SynthesisProblem, system: Lti) -> stored.Robustness:
-    """Of the sampled loop that `system` closes. Raises NoSolutionError where a plant inside is
-    unstable, or 1 % above the vertices."""
+    """Return the worst norms of the sampled loop that `system` closes.
+
+    Raises NoSolutionError if a plant inside the box is unstable, or if its norm is more than 1 %
+    above that of the vertices.
+    """
     vertices, worst = worst_inside(system, problem.running, problem.box.vertices)
     if math.isinf(worst.norm):
         raise NoSolutionError(
-            f"not verified: the sampled loop is unstable inside the box, at {plant_words(worst.point, problem.model.bench)}; "
+            "not verified: the sampled loop is unstable inside the box, at "
+            f"{plant_words(worst.point, problem.model.bench)}; "
             "narrow the intervals, or relax the weights"
         )
     if worst.norm > CLAIM * vertices.norm:
         raise NoSolutionError(
-            f"not verified: the norm is {worst.norm:.4g} inside the box, at {plant_words(worst.point, problem.model.bench)}, "
+            f"not verified: the norm is {worst.norm:.4g} inside the box, at "
+            f"{plant_words(worst.point, problem.model.bench)}, "
             f"where {vertices.norm:.4g} is claimed; narrow the intervals or relax the weights"
         )
     box = enclosing_box(problem.box.vertices)
@@ -51,17 +55,18 @@ def robustness(problem: SynthesisProblem, system: Lti) -> stored.Robustness:
 def sensitivity_inside(
     problem: SynthesisProblem, loops: Sequence[FeedbackLoop]
 ) -> stored.Robustness:
-    """The worst sensitivity that is seen inside, where no weighted norm is claimed; there is no
-    bound then.
+    """Return the worst sensitivity in a scan of the box, for loops without a weighted norm.
 
-    Raises NoSolutionError where a plant inside is unstable, or 1 % above the vertices.
+    There is no upper bound. Raises NoSolutionError if a plant inside is unstable, or if its
+    sensitivity is more than 1 % above that of the vertices.
     """
     vertices, inside, at = worst_sensitivity(
         loops, problem.lag, problem.delay, problem.box.vertices
     )
     if inside > CLAIM * vertices:
         raise NoSolutionError(
-            f"not verified: the largest sensitivity is {inside:.4g} inside the box, at {plant_words(at, problem.model.bench)}, "
+            f"not verified: the largest sensitivity is {inside:.4g} inside the box, at "
+            f"{plant_words(at, problem.model.bench)}, "
             f"where {vertices:.4g} is claimed; narrow the intervals"
         )
     return stored.Robustness(

@@ -1,26 +1,23 @@
-"""Method `rst`: the pole-placement controller that thesis 5.4.3.3 compares with, of order 5, for
-structure `position`.
+"""Method `rst`: pole placement, the controller with which thesis 5.4.3.3 compares, of order 5.
 
-The tuning rule, with three free numbers and the rest derived:
+It works with structure `position` only. The tuning rule searches three numbers and derives the
+rest:
 
-    dominant pair       of natural frequency w and damping m; w >= 3/t95, so that a disturbance too
-                        is forgotten within the response time
-    auxiliary poles     all the others, real, at f w: the further out, the faster a disturbance is
-                        forgotten and the more noise passes
-    delay               a pole at z = 0 for each sample, where the plant has it already
-    w, m, f             the best in this order: the nominal step response, prefilter included, is
-                        inside 5 % within the specified response
-                        time; the modulus margin at the worst vertex is what is specified; the
-                        nominal overshoot is; the margin is large
+- dominant pair: natural frequency w and damping m; w >= 3/t95, so that a disturbance also decays
+  within the response time
+- auxiliary poles: all others, real, at f w; faster ones reject a disturbance sooner and pass more
+  noise
+- delay: one pole at z = 0 per sample, as in the plant
 
-so that what it is compared with is the best of its kind and not a straw man. The margin is not
-guaranteed: poles are placed at the centre of the intervals, and the loop is verified at every
-vertex like any other.
+The best w, m, f are chosen by these criteria, in this order: the nominal step response, prefilter
+included, is within 5 % in the specified time; the modulus margin at the worst vertex reaches the
+specified one; the nominal overshoot stays within the specified one; the margin is large. A
+comparison with this controller is therefore fair. The margin is not guaranteed: the poles are
+placed at the centre of the intervals, and the loop is verified at every vertex like any other.
 
 T = S, with the prefilter (5.69) on the reference. T = P_aux/B(1) would cancel the auxiliary poles
-in the reference's response, but it is a second filter on the target; with T = S what runs is drive
-= (S/R)(reference - position), the same code as every other method, and the prefilter takes the
-place of the rest of T.
+in the response to the reference but needs a second filter on the target. With T = S the target runs
+drive = (S/R)(reference - position), the same code as for every other method.
 """
 
 from __future__ import annotations
@@ -44,17 +41,19 @@ Vector = NDArray[np.float64]
 
 ORDER = 5
 DAMPINGS = (0.6, 0.7, 0.8, 0.9, 1.0)
-FREQUENCIES = 10  # natural frequencies, and as many ratios, of the first search
-STARTS = 2  # of the refinement, from the better quarter
-CLEAR = 1.01  # the margin is read on a grid: this much more than specified is asked there
-REFINEMENTS = 6  # halvings of the pattern around the best
-SETTLED = 0.05  # of the step: inside it the response counts as arrived (the 95 % of 5.4.1)
+FREQUENCIES = 10  # natural frequencies, and pole ratios, of the first search
+STARTS = 2  # starts of the refinement, from the better quarter
+CLEAR = 1.01  # factor on the specified margin, which is read on a grid
+REFINEMENTS = 6  # halvings of the search pattern around the best point
+SETTLED = 0.05  # share of the step: error within which the response has settled (the 95 % of 5.4.1)
 
 
 @dataclass(frozen=True)
 class PlacementRule:
-    """The free numbers: natural frequency [rad/s] and damping of the dominant pair, auxiliary poles
-    in multiples of the frequency."""
+    """Tuning numbers: frequency [rad/s] and damping of the dominant pair, ratio of the other poles.
+
+    `ratio` is the auxiliary poles' frequency over that of the dominant pair.
+    """
 
     frequency: float
     damping: float
@@ -63,8 +62,10 @@ class PlacementRule:
 
 @dataclass(frozen=True)
 class PlacementTrial:
-    """A controller and how it does: response time [s] and overshoot [%] of the nominal loop,
-    modulus margin at the worst vertex."""
+    """Controller with its nominal response time [s], overshoot [%] and modulus margin.
+
+    The margin is that of the worst vertex.
+    """
 
     rule: PlacementRule
     controller: Lti
@@ -74,19 +75,21 @@ class PlacementTrial:
 
 
 def rst(problem: SynthesisProblem) -> ControllerCandidate:
-    """The best-tuned RST controller; verified afterwards, and free to hold less than what is
-    specified.
+    """Return the best-tuned RST controller, which may miss the specification.
 
-    Raises NoSolutionError for an order below the plant's, and where no tuning is stable at every
-    vertex.
+    Raises NoSolutionError if the order is below that of the plant, or if no tuning is stable at
+    every vertex.
     """
     tuning = _PlacementSearch(problem)
     best = tuning.best()
     rule = best.rule
     note = (
-        f"rst: dominant poles at {rule.frequency:.3g} rad/s with damping {rule.damping:.2g}, auxiliary ones at "
-        f"{rule.frequency * rule.ratio:.3g} rad/s; nominal linear response {1e3 * best.response_time:.0f} ms, overshoot "
-        f"{best.overshoot:.1f} %; modulus margin {best.margin:.3f} at the worst vertex; T = S with the prefilter"
+        f"rst: dominant poles at {rule.frequency:.3g} rad/s with damping {rule.damping:.2g}, "
+        "auxiliary ones at "
+        f"{rule.frequency * rule.ratio:.3g} rad/s; nominal linear response "
+        f"{1e3 * best.response_time:.0f} ms, overshoot "
+        f"{best.overshoot:.1f} %; modulus margin {best.margin:.3f} at the worst vertex; T = S "
+        "with the prefilter"
     )
     return ControllerCandidate(
         problem.discretised(best.controller),
@@ -98,7 +101,7 @@ def rst(problem: SynthesisProblem) -> ControllerCandidate:
 
 
 class _PlacementSearch:
-    """The search over the rule's free numbers."""
+    """Search for the best numbers of the tuning rule."""
 
     def __init__(self, problem: SynthesisProblem) -> None:
         self.problem = problem
@@ -111,13 +114,15 @@ class _PlacementSearch:
         else:
             axis = linear_axis(centre.rates, problem.lag, 0.0).system
             nominal = Lti(axis.a, axis.b[:, :1], -axis.c[2:], np.zeros((1, 1)), 0.0)
-        self.slowest = 3.0 / (problem.spec.response_time_95_s or 0.2)  # [rad/s]: exp(-3) = 5 %
+        # rad/s: exp(-3) = 5 % after the response time
+        self.slowest = 3.0 / (problem.spec.response_time_95_s or 0.2)
         self.scale = PlacementVariable(4.0 * self.slowest, self.period)
         self.a, self.b = self.scale.polynomials(nominal)
-        self.free = len(self.a) - 1 + self.order - 2 - self.delay  # auxiliary poles
+        self.free = len(self.a) - 1 + self.order - 2 - self.delay  # number of auxiliary poles
         if self.order < len(self.a) - 1:
             raise NoSolutionError(
-                f"method rst: order {self.order} is below the plant's {len(self.a) - 1} (axis, drive, delay); raise order to at least that"
+                f"method rst: order {self.order} is below the plant's {len(self.a) - 1} (axis, "
+                "drive, delay); raise order to at least that"
             )
         self.plants = [
             sensitivity_plant(problem.plant(point.rates)) for point in problem.box.vertices
@@ -130,8 +135,7 @@ class _PlacementSearch:
         self.prefilter = problem.design.prefilter
 
     def best(self) -> PlacementTrial:
-        """The pattern search: a coarse grid, then halved steps in the logarithms around the
-        best."""
+        """Search a coarse grid, then in halved logarithmic steps around the best trials."""
         found: list[PlacementTrial] = []
         for frequency in self.slowest * np.geomspace(1.0, 20.0, FREQUENCIES):
             for damping in DAMPINGS:
@@ -142,7 +146,8 @@ class _PlacementSearch:
                 ]
         if not found:
             raise NoSolutionError(
-                "method rst: no choice of dominant and auxiliary poles is stable at every vertex with a stable controller; narrow the "
+                "method rst: no choice of dominant and auxiliary poles is stable at every vertex "
+                "with a stable controller; narrow the "
                 "model's intervals, or take method: minimax"
             )
         ranked = sorted(found, key=self.merit, reverse=True)
@@ -159,7 +164,7 @@ class _PlacementSearch:
         )
 
     def improved(self, here: PlacementTrial, step: float) -> PlacementTrial:
-        """The best of the neighbours and itself, until no neighbour is better."""
+        """Move to the best neighbour until none is better."""
         factors = np.exp(step * np.array([-1.0, 0.0, 1.0]))
         while True:
             rule = here.rule
@@ -184,8 +189,7 @@ class _PlacementSearch:
             here = better
 
     def merit(self, trial: PlacementTrial) -> tuple[float, float, float, float]:
-        """The order of the rule; the first three are 0 where what is specified holds, and negative
-        by how much it is missed."""
+        """Return the criteria in order; the first three are 0 if met, else minus the violation."""
         required = CLEAR * (self.problem.spec.modulus_margin or 0.0)
         return (
             -self.late(trial),
@@ -195,17 +199,17 @@ class _PlacementSearch:
         )
 
     def late(self, trial: PlacementTrial) -> float:
-        """The part of it by which the response time exceeds what is specified."""
+        """Return the relative excess of the response time over the specified one."""
         allowed = self.problem.spec.response_time_95_s
         return max(0.0, trial.response_time / allowed - 1.0) if allowed else 0.0
 
     def over(self, trial: PlacementTrial) -> float:
-        """By how many per cent of the step the nominal overshoot exceeds what is specified."""
+        """Return the excess of the nominal overshoot over the specified one, in % of the step."""
         allowed = self.problem.spec.overshoot_percent
         return max(0.0, trial.overshoot - allowed) if allowed is not None else 0.0
 
     def missed(self, trial: PlacementTrial) -> tuple[str, ...]:
-        """A note on what no tuning reached."""
+        """Return a note on the requirements that no tuning reached."""
         late, margin, over, _ = self.merit(trial)
         names = (
             ["response time"] * (late < 0.0)
@@ -214,15 +218,18 @@ class _PlacementSearch:
         )
         return (
             (
-                f"rst: no choice of its poles reaches the specified {', '.join(names)} in the linear loop",
+                f"rst: no choice of its poles reaches the specified {', '.join(names)} in the "
+                "linear loop",
             )
             if names
             else ()
         )
 
     def trial(self, rule: PlacementRule) -> PlacementTrial | None:
-        """None where the controller is not stable (but for its integrator), or some vertex is not
-        with it."""
+        """Evaluate one rule; return None if the controller or the loop at a vertex is unstable.
+
+        The controller's integrator is allowed.
+        """
         pair = rule.frequency * complex(-rule.damping, np.sqrt(1.0 - rule.damping**2))
         scale = self.scale
         poles = [
@@ -251,8 +258,10 @@ class _PlacementSearch:
         return PlacementTrial(rule, k, time, overshoot, margin)
 
     def step(self, k: Lti) -> tuple[float, float]:
-        """Response time to within 5 % [s] and overshoot [%] of the nominal position after the
-        prefilter, in the linear loop."""
+        """Return the response time to within 5 % [s] and the overshoot [%] of the nominal loop.
+
+        The loop is linear, and its reference is a step through the prefilter.
+        """
         problem = self.problem
         period = problem.period
         running = problem.discretised(k)
@@ -274,7 +283,7 @@ class _PlacementSearch:
 
 
 def _simulated(a: Vector, b: Vector, c: Vector, entering: Vector) -> Vector:
-    """c x of x+ = a x + b u along u (k,)."""
+    """Return c x of x+ = a x + b u for the input u (k,)."""
     x, found = np.zeros(len(a)), np.empty(len(entering))
     for k, value in enumerate(entering):
         found[k] = c[0] @ x

@@ -1,9 +1,9 @@
-"""The slowest pole of a controller, moved: to an exact integrator (5.4.3.1), or back inside where
-the optimum has put it just outside.
+"""Replacement of a controller's slowest pole by an integrator or by a stable pole.
 
-A term r/(s - p) far below the bandwidth looks like r/s around it, wherever exactly p is: the
-residue is kept, the pole is moved, and the loop is verified again like any other. W2's own pole,
-which the plant's weight leaves in the controller, is the usual one.
+With an integrator (5.4.3.1) the static error vanishes; a stable pole corrects an optimum that put
+the pole just outside the stability limit. At frequencies far above |p|, r/(s - p) behaves like r/s:
+the residue is kept, the pole is moved, and the loop is verified again. The usual slow pole is that
+of W2, which the weighted plant leaves in the controller.
 """
 
 from __future__ import annotations
@@ -14,22 +14,21 @@ from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, parallel_sum
 from frictool.synth.realisation import first_order, split_pole
 
-SLOW = 0.1  # of the bandwidth: a pole slower than this is slow
+SLOW = 0.1  # share of the bandwidth below which a pole is slow
 
 
 def with_integrator(k: Lti, bandwidth: float) -> Lti:
-    """The controller with its slowest pole at 0, or at z = 1. bandwidth [rad/s].
+    """Return the controller with its slowest pole at s = 0 or z = 1; `bandwidth` in rad/s.
 
-    Raises NoSolutionError where no real pole is slower than a tenth of the bandwidth.
+    Raises NoSolutionError if no real pole is slower than a tenth of the bandwidth.
     """
     return moved(k, bandwidth, 1.0 if k.period else 0.0)
 
 
 def stabilise_slow_pole(k: Lti, bandwidth: float, pole: float) -> Lti:
-    """The controller as it is where it is stable; where only its slowest pole is not, with that
-    pole at -`pole` [rad/s].
+    """Return a stable controller; if only its slowest pole is unstable, move it to -`pole` [rad/s].
 
-    Raises NoSolutionError where an unstable pole is not slow.
+    Raises NoSolutionError if an unstable pole is not slow.
     """
     if k.stable:
         return k
@@ -37,16 +36,17 @@ def stabilise_slow_pole(k: Lti, bandwidth: float, pole: float) -> Lti:
 
 
 def moved(k: Lti, bandwidth: float, to: float) -> Lti:
-    """The controller with its slowest pole at `to`, in the plane of its domain, and the residue as
-    it is."""
+    """Return the controller with its slowest pole at `to` (in s or z) and an unchanged residue."""
     poles = np.linalg.eigvals(k.a).astype(np.complex128)
     rates = np.abs(poles - 1.0) / k.period if k.period else np.abs(poles)
     slowest = int(np.argmin(rates))
     pole, rate = poles[slowest], float(rates[slowest])
     if rate > SLOW * bandwidth or abs(pole.imag) > 1e-9 * max(1.0, abs(pole)):
         raise NoSolutionError(
-            f"the slowest pole of the controller found is {rate:.3g} rad/s from an integrator, not below a tenth of the bandwidth "
-            f"{bandwidth:.3g} rad/s: it cannot be moved; lower weights.static_error, or raise weights.command"
+            f"the slowest pole of the controller found is {rate:.3g} rad/s from an integrator, "
+            "not below a tenth of the bandwidth "
+            f"{bandwidth:.3g} rad/s: it cannot be moved; lower weights.static_error, or raise "
+            "weights.command"
         )
     residue, rest = split_pole(k, float(pole.real))
     return parallel_sum(first_order(to, residue, k.period), rest)

@@ -1,24 +1,22 @@
-"""One controller of a given order whose integrator, pole bound and roll-off hold by construction,
-whatever its parameters are.
+"""Controller of fixed order with integrator, pole bound and roll-off for any parameter values.
 
-                     n0 + n1 (s/w0) + ... + nr (s/w0)^r
-    K(s) = k -----------------------------------------------------,     r = order, or order - 1
-                                                                        where it rolls off
-             (s/w0)^i  prod (1 + s/p)  prod (1 + 2 m s/w + s²/w²)
+                n0 + n1 (s/w0) + ... + nr (s/w0)^r
+ K(s) = k ---------------------------------------------------,   r = order, or order - 1
+          (s/w0)^i  prod (1 + s/p)  prod (1 + 2 m s/w + s²/w²)     with roll-off
 
-    p = b e^u                                  one real pole, where the number of free poles is odd
-    w = b e^u,  m = m_lo^(1-y) m_hi^y          a pair, with m_hi = (b/w + w/b)/2 = cosh(u)
-    parameters (u <= 0, ..., [u <= 0, 0 <= y <= 1], ..., n0 ... nr)
+ p = b e^u                                one real pole, if the number of free poles is odd
+ w = b e^u,  m = m_lo^(1-y) m_hi^y        a pair, with m_hi = (b/w + w/b)/2 = cosh(u)
+ parameters (u <= 0, ..., [u <= 0, 0 <= y <= 1], ..., n0 ... nr)
 
-A pair reaches every two poles of modulus at most b in the left half plane with a damping of at
-least m_lo, real ones included: w <= b says that not both are beyond b, and m <= m_hi that the
-polynomial is not negative at -b. Poles may therefore meet and part without a seam in the
-parameters.
+A pair can take any two poles in the left half plane of modulus at most b and damping at least m_lo,
+real ones included. The limit w <= b keeps at least one pole of a real pair within b. The limit m <=
+m_hi keeps the polynomial nonnegative at -b, so that the other pole is within b too. Real poles can
+therefore become a complex pair, and the reverse, while the parameters change continuously.
 
-A sampled controller is the Tustin image of such a K, s = (2/T)(z - 1)/(z + 1): every sampled
-controller but those with a pole at z = -1 is one. With b = 2/T no pole has a negative real part in
-z, so that the controller itself cannot ring from sample to sample, and with a roll-off its response
-is zero at half the sampling frequency.
+A sampled controller is the Tustin image of such a K, s = (2/T)(z - 1)/(z + 1); every sampled
+controller without a pole at z = -1 has this form. With b = 2/T no pole has a negative real part in
+z, so that the controller does not alternate from sample to sample. With roll-off its response is
+zero at half the sampling frequency.
 """
 
 from __future__ import annotations
@@ -33,15 +31,18 @@ from frictool.plant.lti import Lti, parallel_sum, tustin
 Vector = NDArray[np.float64]
 Responses = NDArray[np.complex128]
 
-SLOWEST = 1e-5  # a free pole is at least this part of the bound
+SLOWEST = 1e-5  # smallest free pole, as a share of the bound b
 LEAST_DAMPING = 0.1  # m_lo
 _LOWEST = float(np.log(SLOWEST))
 
 
 @dataclass(frozen=True)
 class StructuredController:
-    """order >= 1. bound, around: b and w0 [rad/s]. gain: k [drive per rad or m]. period [s]: 0 for
-    continuous time."""
+    """Structure of a controller; its methods take the parameters.
+
+    `order` is at least 1; `bound` and `around` are b and w0 [rad/s]; `gain` is k [drive per rad or
+    m]; `period` [s] is 0 for continuous time.
+    """
 
     order: int
     integrator: bool
@@ -53,12 +54,12 @@ class StructuredController:
 
     @property
     def free(self) -> int:
-        """Poles that are not the integrator's."""
+        """Number of poles without the integrator."""
         return self.order - self.integrator
 
     @property
     def numerator(self) -> int:
-        """Coefficients n0 ... nr."""
+        """Number of coefficients n0 ... nr."""
         return self.order + 1 - self.rolls_off
 
     @property
@@ -66,7 +67,7 @@ class StructuredController:
         return self.free + self.numerator
 
     def limits(self) -> tuple[Vector, Vector]:
-        """Least and largest values of the parameters (size,); the numerator's are free."""
+        """Return the bounds of the parameters (size,); the numerator's are infinite."""
         low, high = np.full(self.size, -np.inf), np.zeros(self.size)
         low[: self.free], high[self.free :] = _LOWEST, np.inf
         dampings = slice(self.free % 2 + 1, self.free, 2)
@@ -74,12 +75,14 @@ class StructuredController:
         return low, high
 
     def wider(self) -> StructuredController:
-        """The same structure with one order more."""
+        """Return the same structure with one order more."""
         return replace(self, order=self.order + 1)
 
     def grown(self, parameters: Vector, pole: float) -> Vector:
-        """Parameters of the same controller in the `wider` structure, with a pole [rad/s] and a
-        zero that cancel."""
+        """Return the same controller as parameters of the `wider` structure.
+
+        The added pole [rad/s] is cancelled by a zero.
+        """
         above = np.polymul(parameters[self.free :][::-1], [self.around / pole, 1.0])[::-1]
         u = max(_LOWEST, min(0.0, float(np.log(pole / self.bound))))
         if self.free % 2 == 0:
@@ -93,7 +96,7 @@ class StructuredController:
         return np.concatenate([[middle, min(1.0, y)], parameters[1 : self.free], above])
 
     def points(self, frequencies: Vector) -> Responses:
-        """The complex frequencies s of angular frequencies [rad/s] in the controller's domain."""
+        """Return the complex frequencies s of angular frequencies [rad/s] in the domain."""
         w = frequencies
         return np.asarray(
             1j * (2.0 / self.period * np.tan(0.5 * w * self.period) if self.period else w),
@@ -101,7 +104,7 @@ class StructuredController:
         )
 
     def response(self, parameters: Vector, points: Responses) -> tuple[Responses, Responses]:
-        """K (k,) and its derivatives (k, size) at the complex frequencies s (k,)."""
+        """Return K (k,) and its derivatives (k, size) at the complex frequencies s (k,)."""
         x = points / self.around
         factors, slopes = self._denominator(parameters, points)
         powers = x[:, None] ** np.arange(self.numerator)
@@ -114,13 +117,15 @@ class StructuredController:
         return k, derivatives
 
     def _owners(self) -> NDArray[np.intp]:
-        """Which factor of the denominator each pole parameter belongs to."""
+        """Return the index of the denominator factor to which each pole parameter belongs."""
         odd = self.free % 2
         return np.array([0] * odd + [odd + j // 2 for j in range(self.free - odd)], dtype=np.intp)
 
     def _denominator(self, parameters: Vector, s: Responses) -> tuple[Responses, Responses]:
-        """The factors (k, factors) and the derivative of each pole parameter's own factor (k,
-        free)."""
+        """Return the factors (k, factors) and their derivatives by the pole parameters.
+
+        The derivatives have the shape (k, free).
+        """
         factors, slopes, at = [], [], 0
         if self.free % 2:
             pole = self.bound * np.exp(parameters[0])
@@ -140,7 +145,7 @@ class StructuredController:
         return self.bound * float(np.exp(u)), float(LEAST_DAMPING ** (1.0 - y) * np.cosh(u) ** y)
 
     def factors(self, parameters: Vector) -> list[Vector]:
-        """The monic factors of the free poles' polynomial in s/w0, the highest power first."""
+        """Return the monic factors of the free poles' polynomial in s/w0, highest power first."""
         odd, w0 = self.free % 2, self.around
         found = [np.array([1.0, self.bound * np.exp(parameters[0]) / w0])] if odd else []
         for j in range(odd, self.free, 2):
@@ -149,8 +154,10 @@ class StructuredController:
         return found
 
     def system(self, parameters: Vector) -> Lti:
-        """The controller in its domain. The integrator is a state of its own whose coefficient is
-        exactly 0, sampled exactly 1."""
+        """Return the controller in its domain.
+
+        The integrator is a state of its own with coefficient exactly 0, or exactly 1 if sampled.
+        """
         continuous = self._continuous(parameters)
         if not self.period:
             return continuous
@@ -162,10 +169,10 @@ class StructuredController:
         )
 
     def _continuous(self, parameters: Vector) -> Lti:
-        """The residue of the integrator beside a chain of the other factors."""
+        """Return the controller in continuous time; the integrator is parallel to the rest."""
         factors, above = self.factors(parameters), self.gain * parameters[self.free :][::-1]
         for factor in factors:
-            above = above * factor[-1]  # the formula's factors are 1 at s = 0, these are monic
+            above = above * factor[-1]  # the factors in the formula are 1 at s = 0, these are monic
         if not self.integrator:
             return chain(above, factors, self.around)
         below = np.ones(1)
@@ -177,12 +184,12 @@ class StructuredController:
 
 
 def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
-    """N/(q1 q2 ... qm), polynomials in x = s/w0, proper, as 1/qm followed by 1/q(m-1) ... 1/q1,
-    each with its own taps.
+    """Return the proper N/(q1 q2 ... qm), polynomials in x = s/w0, as a chain of blocks.
 
-    N = r1 + q1 (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... +
-    rm/qm + d. The poles are those of the diagonal blocks, however near to each other they are,
-    which a companion form of the product would not keep.
+    The blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with its own output coefficients. N = r1 + q1
+    (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d.
+    The poles are those of the diagonal blocks even if they nearly coincide; a companion form of the
+    product would lose that accuracy.
     """
     n = sum(len(factor) - 1 for factor in factors)
     a, b, c = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((1, n))
@@ -195,7 +202,7 @@ def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
         a[start, start:end] = -factor[1:]
         c[0, start:end] = rest
         if number + 1 < len(factors):
-            a[start, start - 1] = 1.0  # the last state of the block before is its output
+            a[start, start - 1] = 1.0  # the output of the previous block is its last state
         else:
             b[start] = 1.0
         end = start
@@ -203,8 +210,10 @@ def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
 
 
 def _divided(above: Vector, factor: Vector) -> tuple[Vector, Vector]:
-    """Quotient and remainder (as many coefficients as the degree of the monic factor), no
-    coefficient judged to be zero."""
+    """Return quotient and remainder of a division by a monic factor.
+
+    The remainder has as many coefficients as the degree of the factor; none is rounded to zero.
+    """
     size = len(factor) - 1
     rest = np.concatenate([np.zeros(max(0, size - len(above))), above])
     quotient = rest[: len(rest) - size].copy()

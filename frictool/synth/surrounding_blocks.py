@@ -1,14 +1,15 @@
-"""The blocks around the linear controller, from the design and the model, with what the design left
-to a rule and what is known of each.
+"""Blocks around the linear controller, with the rules for what the design leaves out.
 
-velocity                filter: 10 times the prefilter's frequency, (5.70) and the text under it
-limiter                 inertia, Coulomb friction: the model's. band delta_e: the encoder's step,
-                        and not below it (5.2.2)
-                        v_r = 10 F_cv T/J: at rest the brake is viscous, with a time constant of 10
-                        samples. With table 5.1's mass it is 0.01 m/s, of which 5.2.5 prints a
-                        thousandfold
-friction_compensation   levels: the model's. smoothing_speed of a measured speed: what one encoder
-                        count shows of it
+    velocity                filter: 10 times the prefilter's frequency, see (5.70)
+    limiter                 inertia and Coulomb friction of the model
+                            band delta_e: the encoder's step, the least allowed (5.2.2)
+                            v_r = 10 F_cv T/J: a viscous brake near standstill, with a
+                            time constant of 10 samples
+    friction_compensation   levels of the model
+                            smoothing_speed: the speed that one encoder count causes in the
+                            filtered difference; no rule for a measured speed
+
+For the mass of table 5.1, v_r is 0.01 m/s; 5.2.5 prints 10 m/s, which hardly brakes.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ from frictool.verify.encoder_count_drive import count_current
 from frictool.verify.feedback_loops import DIFFERENCE, FeedbackLoop, from_position, low_pass
 
 FILTER = 10.0  # times the prefilter's frequency, "10 fois plus rapide" under (5.70)
-BRAKE_SAMPLES = 10.0  # time constant of the limiter's brake at rest
+BRAKE_SAMPLES = 10.0  # samples, time constant of the limiter's brake near standstill
 NOT_LINEAR = "it is not linear: what is verified is the loop without it, simulate plays it"
 
 
 @dataclass(frozen=True)
 class SurroundingBlocks:
-    """What of a controller document stands around its linear part; derived, notes: for people."""
+    """Stored blocks around the linear part of a controller, with derived values and notes."""
 
     velocity: stored.Velocity
     position_law: stored.PositionLaw | None
@@ -46,10 +47,10 @@ class SurroundingBlocks:
 
 
 def blocks(model: Model, design: Design) -> SurroundingBlocks:
-    """What the design asks for.
+    """Return the blocks that the design requests.
 
-    Raises FrictoolError (exit 3) where neither the design nor a rule tells what a block needs,
-    NoSolutionError where the model cannot.
+    Raises FrictoolError (exit 3) if neither the design nor a rule sets a value, NoSolutionError if
+    the model does not support a block.
     """
     made = _BlockRules(model, design)
     return SurroundingBlocks(
@@ -66,7 +67,7 @@ def blocks(model: Model, design: Design) -> SurroundingBlocks:
 
 
 class _BlockRules:
-    """The rules; `derived` and `notes` grow as they are used."""
+    """Rules for the blocks; `derived` and `notes` collect their results."""
 
     def __init__(self, model: Model, design: Design) -> None:
         self.model, self.design = model, design
@@ -101,12 +102,14 @@ class _BlockRules:
         asked, prefilter = self.design.velocity, self.design.prefilter
         winding = (
             self.model.bench.actuator.winding is not None
-        )  # whose back-electromotive force limits the drive
+        )  # the back-electromotive force of the winding limits the drive
         if not self.design.reads_speed and not winding:
             if asked is not None:
                 raise FrictoolError(
-                    "velocity: nothing in this design reads a speed; allowed: with action brake, a limiter of the energy or with virtual "
-                    "friction, friction_compensation, a pid of the speed, or actuator.winding in the bench; leave it out"
+                    "velocity: nothing in this design reads a speed; allowed: with action brake, "
+                    "a limiter of the energy or with virtual "
+                    "friction, friction_compensation, a pid of the speed, or actuator.winding in "
+                    "the bench; leave it out"
                 ).at("design", "velocity")
             return stored.Velocity()
         if asked is not None and asked.source == "measured":
@@ -114,7 +117,8 @@ class _BlockRules:
         bandwidth = None if asked is None else asked.filter_rad_s
         if bandwidth is None and prefilter is None:
             raise FrictoolError(
-                "velocity.filter_rad_s: missing in the design, and a prefilter to take 10 times its frequency (5.70); give one of them, "
+                "velocity.filter_rad_s: missing in the design, and a prefilter to take 10 times "
+                "its frequency (5.70); give one of them, "
                 "or 0 for the encoder's difference itself"
             ).at("design", "velocity.filter_rad_s")
         if bandwidth is None and prefilter is not None:
@@ -128,7 +132,8 @@ class _BlockRules:
         assert bandwidth is not None
         if bandwidth * self.period >= 2.0:
             raise FrictoolError(
-                f"velocity.filter_rad_s: found {bandwidth:g}; allowed: below {2.0 / self.period:g} rad/s, two per sample period, from "
+                f"velocity.filter_rad_s: found {bandwidth:g}; allowed: below "
+                f"{2.0 / self.period:g} rad/s, two per sample period, from "
                 "where on the filter alternates from sample to sample; 0 leaves it out"
             ).at("design", "velocity.filter_rad_s")
         order = (asked.order if asked is not None else None) or 2
@@ -153,11 +158,13 @@ class _BlockRules:
             raise FrictoolError(f"limiter.band: {found}").at("design", "limiter.band")
         if energy and today.coulomb.value + virtual == 0.0:
             raise FrictoolError(
-                "limiter: condition energy needs friction to stop with, and the model's coulomb is 0; give virtual_coulomb, or condition "
+                "limiter: condition energy needs friction to stop with, and the model's coulomb "
+                "is 0; give virtual_coulomb, or condition "
                 "error"
             ).at("design", "limiter.condition")
         self.notes.append(
-            f"limiter: {NOT_LINEAR}; it is known to be bounded and to come to rest, not to decrease a Lyapunov function (5.2.1)"
+            f"limiter: {NOT_LINEAR}; it is known to be bounded and to come to rest, not to "
+            "decrease a Lyapunov function (5.2.1)"
         )
         return stored.Limiter(
             condition=asked.condition,
@@ -209,7 +216,8 @@ class _BlockRules:
             return asked.smoothing_speed.value
         if self.velocity.source == "measured":
             raise FrictoolError(
-                "friction_compensation.smoothing_speed: missing; with a measured speed nothing tells it, give the speed below which the "
+                "friction_compensation.smoothing_speed: missing; with a measured speed nothing "
+                "tells it, give the speed below which the "
                 "modelled friction fades"
             ).at("design", "friction_compensation.smoothing_speed")
         block = FeedbackLoop("velocity", low_pass(self.velocity, self.period), (DIFFERENCE,))

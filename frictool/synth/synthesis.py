@@ -1,4 +1,4 @@
-"""Documents in memory to a verified controller: what `frictool synth` does."""
+"""Synthesis from documents in memory, the function behind `frictool synth`."""
 
 from __future__ import annotations
 
@@ -24,18 +24,43 @@ def synthesise(
     provenance: Provenance | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> SynthesisResult:
-    """Synthesise a controller for every plant within the intervals of model and bench, verified as
-    it will run.
+    """Synthesise a controller for every plant within the intervals of model and bench.
 
-    vertices_only: faster, without bounds over the whole box and without a certificate. progress:
-    callback for the current step. Raises NoSolutionError (exit 4) if the method has no solution, if
-    the controller is not verified, or if nothing of the model was identified; InputFileError if the
-    documents are not for one kind of axis.
+    The controller is verified as it will run.
+
+    Parameters
+    ----------
+    model : Model
+        Identified model.
+    spec : Spec
+        Specification of the closed loop.
+    design : Design
+        Structure, method and weights.
+    vertices_only : bool
+        Skip the bounds over the whole box and the certificate, which is faster.
+    provenance : Provenance, optional
+        Origin to store; the record of this call if left out.
+    progress : callable
+        Called with the name of each step.
+
+    Returns
+    -------
+    SynthesisResult
+        Verified controller document with derived values and notes.
+
+    Raises
+    ------
+    NoSolutionError
+        If the method has no solution, the controller fails the verification, or nothing of the
+        model was identified (exit 4).
+    InputFileError
+        If the documents are not for one kind of axis.
     """
     if model.bench_values_only is not None:
         words = bench_values_words(f"the model {model.name}", model.bench_values_only)
         raise NoSolutionError(
-            f"bench_values_only: {words}; identify the axis from a log that gives its inertia or its friction"
+            f"bench_values_only: {words}; identify the axis from a log that gives its inertia or "
+            "its friction"
         ).at("model", "bench_values_only")
     same_axis({Path("model"): model, Path("spec"): spec, Path("design"): design})
     origin = provenance or provenance_of_call(

@@ -1,5 +1,7 @@
-"""What a method of synthesis is given, and what it has to return. A method is a function from one
-to the other, in a file of its own."""
+"""Input and output of a synthesis method.
+
+A method is a function from `SynthesisProblem` to `ControllerCandidate`, in a file of its own.
+"""
 
 from __future__ import annotations
 
@@ -30,11 +32,11 @@ from frictool.verify.speed_loop import check_loop, performance
 
 @dataclass(frozen=True)
 class SynthesisProblem:
-    """The plants, the weights and the options of one design; `period` [s] and `delay` [samples] are
-    the bench's, `lag` [s] the drive's.
+    """Plants, weights and options of one design.
 
-    box: every constant plant of the intervals, for which the controller is verified. What of it a
-    method schedules is the method's.
+    `period` [s] and `delay` [samples] are those of the bench, `lag` [s] that of the drive. `box`
+    covers every constant plant of the intervals, and the controller is verified for it; each method
+    chooses which parameters it schedules.
     """
 
     box: Polytope
@@ -47,7 +49,7 @@ class SynthesisProblem:
     spec: Spec
     progress: Callable[[str], None] = lambda _: (
         None
-    )  # is told what a method that takes long is doing
+    )  # called with the current step of a slow method
 
     @property
     def controlled(self) -> Controlled:
@@ -55,13 +57,15 @@ class SynthesisProblem:
 
     @property
     def weighs(self) -> bool:
-        """Whether a norm of the weighted loop is claimed; of a loop that sees the motion only, and
-        not eta, it is the sensitivity's."""
+        """True if a norm of the weighted loop is claimed.
+
+        A loop that is fed by the speed and not by eta claims a norm of the sensitivity instead.
+        """
         return not (self.design.method == "pid" and self.design.structure == "speed_cascade")
 
     @property
     def hint(self) -> str:
-        """What to try where the loop has too little margin."""
+        """Advice if the loop has too little margin."""
         return (
             "lower the gain, or raise integral_time_s"
             if self.design.method == "pid"
@@ -70,7 +74,7 @@ class SynthesisProblem:
 
     @property
     def softer(self) -> str:
-        """What to try where the noise of the encoder is amplified."""
+        """Advice if the encoder's noise is amplified too much."""
         return (
             "lower the gain, or filter_ratio"
             if self.design.method == "pid"
@@ -79,13 +83,13 @@ class SynthesisProblem:
 
     @property
     def sampled(self) -> bool:
-        """Whether the design is made at the bench's period, and not in continuous time."""
+        """True for a design at the bench's period, False in continuous time."""
         return self.design.domain == "discrete"
 
     def plant(
         self, rates: AxisRates, uncertainty: UncertaintyChannel | None = None
     ) -> GeneralisedPlant:
-        """In the design's domain; sampled, with the bench's delay inside."""
+        """Return the plant in the design's domain; a sampled one includes the bench's delay."""
         if not self.sampled:
             return generalised_plant(
                 self.controlled, rates, self.lag, self.weights, uncertainty=uncertainty
@@ -95,8 +99,10 @@ class SynthesisProblem:
         )
 
     def running(self, rates: AxisRates) -> GeneralisedPlant:
-        """Sampled at the bench's period with its delay, without an uncertainty channel: what is
-        verified."""
+        """Return the plant for the verification: sampled with the bench's period and delay.
+
+        It has no uncertainty channel.
+        """
         return generalised_plant(
             self.controlled, rates, self.lag, self.weights, self.period, self.delay
         )
@@ -107,18 +113,19 @@ class SynthesisProblem:
         return self.weights.error.zero
 
     def posed_with_constant_input(self) -> SynthesisProblem:
-        """The problem whose plants the command enters alike, as the inequalities over several of
-        them ask (B2 constant, 5.61).
+        """Return the problem with the same input matrix B2 for all plants.
 
-        The command does so through the drive's lag, or through a register of delay. A sampled plant
-        without delay is given the register; it then is the controller's own (`with_register`).
-        Raises NoSolutionError in continuous time without a lag.
+        Inequalities over several plants need that (5.61): the command must enter through the
+        drive's lag or through a delay register. A sampled plant without delay gets a register,
+        which later becomes part of the controller (`with_register`). Raises NoSolutionError in
+        continuous time without a lag.
         """
         if self.sampled:
             return replace(self, delay=max(self.delay, 1))
         if self.lag == 0.0:
             raise NoSolutionError(
-                f"method {self.design.method} in continuous time needs a drive with a time constant (actuator.loop_time_constant_s is 0): "
+                f"method {self.design.method} in continuous time needs a drive with a time "
+                "constant (actuator.loop_time_constant_s is 0): "
                 "the command would enter every vertex differently; take domain: discrete"
             )
         return self
@@ -132,8 +139,11 @@ class SynthesisProblem:
         scheduled: Sequence[Lti] = (),
         over: Polytope | None = None,
     ) -> ControllerCandidate:
-        """Of a controller found with `posed_with_constant_input`, its slowest pole moved to where
-        it has to be."""
+        """Return the candidate of a controller designed with `posed_with_constant_input`.
+
+        Its slowest pole is moved to an integrator or to the stable side if necessary, and its order
+        is reduced if the design requests that.
+        """
         told = list(notes)
         moved = (
             with_integrator(k, self.bandwidth)
@@ -148,7 +158,8 @@ class SynthesisProblem:
         kept = self._reduced(moved)
         if kept is not moved:
             told.append(
-                f"the controller was reduced from order {moved.order} to {kept.order}, each step verified"
+                f"the controller was reduced from order {moved.order} to {kept.order}, each step "
+                "verified"
             )
         corners = tuple(scheduled)
         if self.sampled and self.delay == 0:
@@ -159,7 +170,7 @@ class SynthesisProblem:
         )
 
     def _reduced(self, k: Lti) -> Lti:
-        """The controller with as many states as the design asks for, where it has more."""
+        """Return the controller reduced to the design's order, if that is lower."""
         order = self.design.order
         return (
             k
@@ -168,30 +179,32 @@ class SynthesisProblem:
         )
 
     def check(self, k: Lti) -> None:
-        """Raises NoSolutionError naming the first vertex where the sampled loop of `k` (in either
-        domain) misses the specified margin."""
+        """Raise NoSolutionError at the first vertex whose sampled loop misses the specified margin.
+
+        `k` may be in either domain.
+        """
         running, required = self.discretised(k), self.spec.modulus_margin or 0.0
         for point in self.box.vertices:
             found = check_loop(running, point.rates, self.lag, self.delay)
             if not found.stable or found.modulus_margin < required:
                 raise NoSolutionError(
-                    f"not verified: modulus margin {found.modulus_margin:.3f} at vertex {point.name}, specified {required:g}; raise order"
+                    f"not verified: modulus margin {found.modulus_margin:.3f} at vertex "
+                    f"{point.name}, specified {required:g}; raise order"
                 )
 
     def discretised(self, k: Lti) -> Lti:
-        """A controller found in continuous time as it will run; one found at the period as it
-        is."""
+        """Return the controller as it will run; one at the bench's period is returned unchanged."""
         return k if k.period else tustin(k, self.period, self.design.prewarp_rad_s or 0.0)
 
 
 @dataclass(frozen=True)
 class ControllerCandidate:
-    """A controller that is not verified yet.
+    """Controller before its verification.
 
-    controller: at the bench's period. designed: as found, in the design's domain. gamma: the bound
-    asked of the method's own plants, None where the method has none; optimum: the smallest one
-    found. notes: for people. scheduled: one controller at the bench's period for each vertex of
-    `over`, in common coordinates (5.64).
+    `controller` is at the bench's period, `designed` is the original in the design's domain.
+    `gamma` is the bound that was claimed for the method's own plants, None if the method has none;
+    `optimum` is the smallest bound of the search. `scheduled` has one controller at the bench's
+    period for each vertex of `over`, all in common coordinates (5.64).
     """
 
     controller: Lti
@@ -204,20 +217,23 @@ class ControllerCandidate:
 
 
 def check_claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> float:
-    """The true norm of the loop of a method's own plant. Raises NoSolutionError where it is above
-    `gamma` by more than 1 %."""
+    """Return the true norm of the loop with a method's own plant.
+
+    Raises NoSolutionError if the norm exceeds `gamma` by more than 1 %.
+    """
     norm = performance(k, plant)
     if not norm <= CLAIM * gamma:
         found = "the loop is unstable" if np.isinf(norm) else f"its norm is {norm:.4g}"
         raise NoSolutionError(
-            f"not verified: the inequalities claim gamma {gamma:.4g} at {where}, but {found}; raise `recentring`, or bring the weights "
+            f"not verified: the inequalities claim gamma {gamma:.4g} at {where}, but {found}; "
+            "raise `recentring`, or bring the weights "
             "nearer to each other"
         )
     return norm
 
 
 def with_register(k: Lti) -> Lti:
-    """The controller followed by one sample of delay."""
+    """Return the controller followed by one sample of delay."""
     n = k.order
     a = np.block([[k.a, np.zeros((n, 1))], [k.c, np.zeros((1, 1))]])
     return Lti(a, np.vstack([k.b, k.d]), np.eye(n + 1)[n:], np.zeros((1, 1)), k.period)

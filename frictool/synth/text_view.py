@@ -1,4 +1,4 @@
-"""What `synth` tells people of a controller."""
+"""Text output of `synth`."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ COLUMNS = (
     10,
     10,
     10,
-)  # characters of a vertex's name, its inertia, viscous and Coulomb friction, the drive's constant
+)  # widths in characters: name, inertia, viscous and Coulomb friction, drive constant
 
 
 def text(result: SynthesisResult, disturbance: LoadDisturbance) -> str:
+    """Return the description of a design as text."""
     controller = result.controller
     lines = [
         *_head(controller),
@@ -44,7 +45,8 @@ def _head(controller: Controller) -> list[str]:
     position = si_unit("position", controller.axis)
     asked = "" if verified.gamma_asked is None else f"gamma asked {verified.gamma_asked:.4g}, "
     lines = [
-        f"{controller.name}: {controller.structure.replace('_', ' ')} by {controller.method} in {controller.domain} time, "
+        f"{controller.name}: {controller.structure.replace('_', ' ')} by {controller.method} in "
+        f"{controller.domain} time, "
         f"order {len(controller.linear.discrete.a)}, {controller.sample_period_s * 1e3:g} ms, "
         f"{delay_words(controller.delay_samples)}; {asked}verified {verified.gamma_verified:.4g}"
     ]
@@ -56,13 +58,14 @@ def _head(controller: Controller) -> list[str]:
     elif law is not None:
         gain = f"{law.gain:.4g} {position}^0.5/s"
         lines.append(
-            f"position law: gain {gain} by {law.formula}, band {law.band:.4g} {position}, action {law.action}"
+            f"position law: gain {gain} by {law.formula}, band {law.band:.4g} {position}, action "
+            f"{law.action}"
         )
     return [*lines, *_blocks(controller)]
 
 
 def _blocks(controller: Controller) -> list[str]:
-    """What stands around the linear controller beside its position law."""
+    """Describe the blocks around the linear controller, apart from its position law."""
     velocity, limiter, compensation = (
         controller.velocity,
         controller.limiter,
@@ -76,7 +79,8 @@ def _blocks(controller: Controller) -> list[str]:
         lines.append("velocity: measured")
     elif velocity.bandwidth_rad_s:
         lines.append(
-            f"velocity: the encoder's difference, low-pass of order {velocity.order} at {velocity.bandwidth_rad_s:.4g} rad/s"
+            f"velocity: the encoder's difference, low-pass of order {velocity.order} at "
+            f"{velocity.bandwidth_rad_s:.4g} rad/s"
         )
     if limiter is not None:
         rule = (
@@ -85,7 +89,8 @@ def _blocks(controller: Controller) -> list[str]:
             else "(5.2.1)"
         )
         brake = (
-            f"; F_cv {limiter.virtual_coulomb:.4g} {effort}, v_r {limiter.virtual_speed:.4g} {speed} (5.41)"
+            f"; F_cv {limiter.virtual_coulomb:.4g} {effort}, v_r {limiter.virtual_speed:.4g} "
+            f"{speed} (5.41)"
             if limiter.virtual_speed
             else ""
         )
@@ -96,7 +101,8 @@ def _blocks(controller: Controller) -> list[str]:
         what = (
             f"an observer of {compensation.observer_rad_s:.4g} rad/s"
             if compensation.source == "observer"
-            else f"the model, F_c {compensation.coulomb:.4g} {effort}, smoothed below {compensation.smoothing_speed:.4g} {speed} of the "
+            else f"the model, F_c {compensation.coulomb:.4g} {effort}, smoothed below "
+            f"{compensation.smoothing_speed:.4g} {speed} of the "
             f"{compensation.velocity} speed"
         )
         lines.append(f"friction compensation: {compensation.gain:g} of {what}")
@@ -111,7 +117,8 @@ def _trade(trade: Trade | None) -> list[str]:
         return []
     start, chosen = trade.start, trade.chosen
     return [
-        f"relaxed: from W1 {start.disturbance:.4g}, W3 {start.drive:.4g} with gamma {start.level:.4g} to W1 {chosen.disturbance:.4g}, "
+        f"relaxed: from W1 {start.disturbance:.4g}, W3 {start.drive:.4g} with gamma "
+        f"{start.level:.4g} to W1 {chosen.disturbance:.4g}, "
         f"W3 {chosen.drive:.4g} with {chosen.level:.4g}: {trade.why}"
     ]
 
@@ -138,7 +145,8 @@ def _vertices(controller: Controller) -> list[str]:
         lines.append(f"{plant} {v.norm:<7.4g} {v.sampled_norm:<7.4g} {margins}")
     worst = min(vertex.modulus_margin for vertex in verified.vertices)
     lines.append(
-        f"verified: stable at all {len(verified.vertices)} vertices, modulus margin {worst:.3f} >= {verified.modulus_margin_specified:g}"
+        f"verified: stable at all {len(verified.vertices)} vertices, modulus margin {worst:.3f} "
+        f">= {verified.modulus_margin_specified:g}"
     )
     return lines
 
@@ -154,13 +162,15 @@ def _margins(controller: Controller) -> list[str]:
         wait = "any" if m.delay_s is None else f"{m.delay_s * 1e3:.3g} ms"
         speed = si_unit("velocity", controller.axis)
         lines.append(
-            f"  worst margins with the delay: gain x {down} to x {up}, phase {phase}, delay {wait} more; "
+            f"  worst margins with the delay: gain x {down} to x {up}, phase {phase}, delay "
+            f"{wait} more; "
             f"friction to speed {m.small_gain:.4g} {speed} (annex (27))"
         )
     if verified.count_drive is not None:
         share = 100.0 * verified.count_drive / controller.drive_limit
         lines.append(
-            f"  one encoder count asks for {verified.count_drive:.4g} {unit}, {share:.3g} % of the limit"
+            f"  one encoder count asks for {verified.count_drive:.4g} {unit}, {share:.3g} % of "
+            "the limit"
         )
     if verified.rounded:
         told = ", ".join(
@@ -175,24 +185,29 @@ def _margins(controller: Controller) -> list[str]:
         ]
         if missing:
             lines.append(
-                f"  not verified with coefficients rounded to {', '.join(missing)}: export refuses it"
+                f"  not verified with coefficients rounded to {', '.join(missing)}: export "
+                "refuses it"
             )
     return lines
 
 
 def _beyond(controller: Controller) -> list[str]:
-    """What is known of the plants between the vertices."""
+    """Describe the bounds for the plants between the vertices."""
     lines, found = [], controller.verified.robustness
     if found is not None and controller.linear.input == "speed_error":
         lines.append(
-            f"  largest sensitivity inside the box, {found.interior_points} plants       {found.interior:.4g}"
+            f"  largest sensitivity inside the box, {found.interior_points} plants       "
+            f"{found.interior:.4g}"
         )
     elif found is not None:
         lines += [
-            f"  worst norm at the vertices                              {controller.verified.gamma_verified:.4g}",
-            f"  seen inside the box, {found.interior_points} plants and a search          {found.interior:.4g}",
+            "  worst norm at the vertices                              "
+            f"{controller.verified.gamma_verified:.4g}",
+            f"  seen inside the box, {found.interior_points} plants and a search          "
+            f"{found.interior:.4g}",
             f"  bound for every constant plant, D-G scalings            {_level(found.structured)}",
-            f"  bound by a Lyapunov matrix that depends on the plant    {_level(found.parameter_dependent)}",
+            "  bound by a Lyapunov matrix that depends on the plant    "
+            f"{_level(found.parameter_dependent)}",
             f"  bound for parameters as fast as they like, one matrix   {_level(found.common)}",
         ]
     if controller.certificate is not None:
@@ -203,9 +218,10 @@ def _beyond(controller: Controller) -> list[str]:
                 else f"modulus margin > {1.0 / bound.below:.3f}: sensitivity"
             )
             lines.append(
-                f"proved for every constant plant of the box: {what} < {bound.below:.4g} ({len(bound.cells)} cells, exact arithmetic)"
+                f"proved for every constant plant of the box: {what} < {bound.below:.4g} "
+                f"({len(bound.cells)} cells, exact arithmetic)"
             )
-        if controller.certificate.bounds:  # with none of them a note has told why
+        if controller.certificate.bounds:  # without any bound, a note states the reason
             lines += [
                 f"not proved: {reason}" for reason in controller.certificate.not_proved.values()
             ]
@@ -217,7 +233,8 @@ def _schedule(controller: Controller) -> list[str]:
     if found is None:
         return []
     return [
-        f"scheduled over {', '.join(found.parameters)}: {len(found.corners)} controllers; with {found.points} plants between their corners "
+        f"scheduled over {', '.join(found.parameters)}: {len(found.corners)} controllers; with "
+        f"{found.points} plants between their corners "
         f"the worst norm is {found.gamma:.4g}, the least modulus margin {found.modulus_margin:.3f}"
     ]
 
@@ -227,7 +244,7 @@ def _level(value: float | None) -> str:
 
 
 def _disturbance(found: LoadDisturbance, unit: str) -> list[str]:
-    """What the loop was not designed for and has to bear."""
+    """Describe the load, which the loop must hold although its plants do not contain it."""
     if found.total == 0.0:
         return []
     parts = [
@@ -235,12 +252,17 @@ def _disturbance(found: LoadDisturbance, unit: str) -> list[str]:
         for name in ("offset", "gravity", "ripple")
         if (value := getattr(found, name))
     ]
-    share = f"{100.0 * found.total / found.available:.2g} % of the {found.available:.4g} {unit} at the drive's limit"
+    share = (
+        f"{100.0 * found.total / found.available:.2g} % of the {found.available:.4g} {unit} at "
+        "the drive's limit"
+    )
     lines = [
-        f"disturbance: up to {' + '.join(parts)} {unit}, {share}; the plants of the polytope are without it, simulate plays it"
+        f"disturbance: up to {' + '.join(parts)} {unit}, {share}; the plants of the polytope are "
+        "without it, simulate plays it"
     ]
     if found.total >= found.breakaway:
         lines.append(
-            f"  the least breakaway, {found.breakaway:.4g} {unit}, does not hold it: with the drive off the axis may move"
+            f"  the least breakaway, {found.breakaway:.4g} {unit}, does not hold it: with the "
+            "drive off the axis may move"
         )
     return lines

@@ -1,16 +1,15 @@
-"""`relax: auto`: the strictest trade between disturbance rejection (W1) and effort (W3, and the
-command's weight with it) that is possible.
+"""Weight relaxation (`relax: auto`): strictest feasible W1 (disturbance rejection) and W3 (effort).
 
-The thesis moved both by hand, from (1, 1.26) with gamma 20.9 to (0.1, 0.05) with 1.15 (5.4.3.1).
-gamma does not fall when W1 rises, so that at each effort the largest W1 with gamma <= 1 is
-bracketed and found: one point of the curve of what is achievable. Between its brackets W1 is sought
-where gamma^2 less its floor (W1 = 0) is a power of W1, which it nearly is; half the bracket is
-taken where that does not help.
+The weight on the command follows W3. The thesis moved W1 and W3 by hand, from (1, 1.26) with gamma
+20.9 to (0.1, 0.05) with 1.15 (5.4.3.1). gamma does not fall when W1 rises. Therefore the largest W1
+with gamma <= 1 is bracketed at each W3, which gives one point of the trade-off curve. The search
+inside a bracket assumes that gamma^2 minus its floor (at W1 = 0) is a power of W1, which is nearly
+true; it bisects if that fails.
 
-Effort is given up only as long as that buys disturbance rejection: of the curve the point with the
-most effort weight is taken whose W1 is within 10 % of the largest. Beyond it W1 falls again, as the
-noise of one encoder count, which grows as the effort's amplitude falls, takes what the weight on
-the error allows; without noise the walk ends where one count alone would do so.
+W3 is lowered only as long as that raises W1. The result is the point of the curve with the largest
+W3 whose W1 is within 10 % of the largest. At still lower W3, W1 falls again: the noise of one
+encoder count grows as the amplitude behind W3 falls, and takes all that the weight on the error
+allows. Without noise the search ends at the W3 for which one count alone would do so.
 """
 
 from __future__ import annotations
@@ -26,18 +25,18 @@ from frictool.plant.generalised_plant import PlantWeights
 from frictool.synth.synthesis_problem import SynthesisProblem
 from frictool.synth.weights import ChosenWeights
 
-COLUMNS = 6  # efforts tried before the best of them is refined
+COLUMNS = 6  # values of W3 tried before the best one is refined
 REFINEMENTS = 4
-FLAT = 0.9  # W1 counts as largest from this share of the largest on
-BUDGET = 48  # evaluations at most
-TOLERANCE = 0.01  # gamma is taken from 0.99 to 1 times what is asked
-DEEPEST = 1e-5  # of the W1 at the start: no disturbance
-SLOPE = 0.8  # of the logarithms of gamma and W1, while one point of them is known
+FLAT = 0.9  # share of the largest W1 above which W1 counts as largest
+BUDGET = 48  # largest number of evaluations
+TOLERANCE = 0.01  # gamma between 0.99 and 1 times the requested value is accepted
+DEEPEST = 1e-5  # share of the starting W1 that stands for no disturbance
+SLOPE = 0.8  # slope of log gamma over log W1, assumed while only one point is known
 
 
 @dataclass(frozen=True)
 class TradePoint:
-    """W1, W3 and the gamma (or verified norm) there."""
+    """Weights W1 (`disturbance`) and W3 (`drive`) with their gamma or verified norm."""
 
     disturbance: float
     drive: float
@@ -46,8 +45,10 @@ class TradePoint:
 
 @dataclass(frozen=True)
 class Trade:
-    """The weights chosen and why; `curve`: for each effort the largest W1 that is achievable;
-    `points`: everything that was evaluated."""
+    """Chosen weights and the reason for them.
+
+    `curve` has the largest feasible W1 for each W3; `points` are all evaluations.
+    """
 
     weights: PlantWeights
     chosen: TradePoint
@@ -65,11 +66,11 @@ def relax(
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Trade:
-    """The trade for weights that are the strictest wanted; `level` maps weights to gamma, and may
-    raise NoSolutionError for none.
+    """Return the trade that starts from the strictest weights.
 
-    At most BUDGET evaluations; `progress` is told what is achievable at each effort. Raises
-    NoSolutionError where no trade reaches `asked`.
+    `level` maps weights to gamma and may raise NoSolutionError. There are at most BUDGET
+    evaluations; `progress` is called with the largest feasible W1 at each W3. Raises
+    NoSolutionError if no trade reaches `asked`.
     """
     return _TradeSearch(chosen, level, asked, progress).trade()
 
@@ -82,12 +83,12 @@ def relaxed_problem(
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> tuple[SynthesisProblem, Trade]:
-    """The problem with the weights of the trade. guide: the bound of a method, which is brought to
-    `asked`.
+    """Return the problem with relaxed weights, and the trade.
 
-    The bound of inequalities rises with W1, as the search needs it; the true norm of a frozen
-    controller does not. Whether the controller that runs holds is for its verification to say;
-    where it does not, a constant controller (minimax) with the same weights may.
+    `guide` is the bound of a method, which is brought to `asked`. The bound of inequalities rises
+    with W1, as the search requires; the true norm of a frozen controller does not. The controller
+    that runs is verified afterwards. If it fails, a constant controller (minimax) with the same
+    weights may pass.
     """
 
     def level(weights: PlantWeights) -> float:
@@ -98,8 +99,7 @@ def relaxed_problem(
 
 
 class _TradeSearch:
-    """What was evaluated so far; disturbance and effort are shares of the start's, in
-    logarithms."""
+    """State of the search; `disturbance` and `effort` are log W1 and log W3 over the start."""
 
     def __init__(
         self,
@@ -112,8 +112,8 @@ class _TradeSearch:
         self.points: list[TradePoint] = []
         self.curve: dict[
             float, tuple[float, TradePoint]
-        ] = {}  # log effort -> log disturbance there
-        self.tried: set[float] = set()  # log efforts, those at which nothing is achievable too
+        ] = {}  # log effort -> log disturbance and its point
+        self.tried: set[float] = set()  # log efforts tried, feasible or not
 
     def trade(self) -> Trade:
         start = self._at(0.0, 0.0)
@@ -127,16 +127,20 @@ class _TradeSearch:
         if not self.curve:
             nearest = min(self.points, key=lambda point: point.level)
             raise NoSolutionError(
-                f"relax: auto finds no trade with gamma {self.asked:g}: at the least {nearest.level:.3g}, at W1 {nearest.disturbance:.3g} "
-                f"and W3 {nearest.drive:.3g}; lower weights.bandwidth_rad_s or weights.modulus_margin, or raise weights.static_error"
+                f"relax: auto finds no trade with gamma {self.asked:g}: at the least "
+                f"{nearest.level:.3g}, at W1 {nearest.disturbance:.3g} "
+                f"and W3 {nearest.drive:.3g}; lower weights.bandwidth_rad_s or "
+                "weights.modulus_margin, or raise weights.static_error"
             )
         effort = self._best()
         disturbance, point = self.curve[effort]
         return self._told(disturbance, effort, point, start, self._why(point, start, effort))
 
     def _columns(self) -> None:
-        """Evenly over the logarithm of the effort, from the middle outwards: too much and too
-        little of it may both be impossible."""
+        """Try logarithmically spaced efforts, from the middle outwards.
+
+        Both too large and too small an effort may be infeasible.
+        """
         least = math.log(self.chosen.least_effort)
         efforts = np.linspace(0.0, least, COLUMNS) if least < 0.0 else np.zeros(1)
         middle = len(efforts) // 2
@@ -154,13 +158,12 @@ class _TradeSearch:
         return self.points[-1]
 
     def _best(self) -> float:
-        """The most effort weight whose W1 is as good as the largest."""
+        """Return the largest effort weight whose W1 counts as largest."""
         enough = max(found for found, _ in self.curve.values()) + math.log(FLAT)
         return max(effort for effort, (found, _) in self.curve.items() if found >= enough)
 
     def _column(self, effort: float) -> None:
-        """Puts the largest achievable disturbance at this effort into the curve, or nothing where
-        there is none."""
+        """Add the largest feasible disturbance at this effort to the curve, if there is one."""
         if len(self.points) >= BUDGET:
             return
         self.tried.add(effort)
@@ -179,7 +182,7 @@ class _TradeSearch:
             )
 
     def _guess(self, effort: float) -> float:
-        """From the nearest columns that are known."""
+        """Extrapolate the disturbance from the nearest known efforts."""
         known = sorted(self.curve, key=lambda other: abs(other - effort))[:2]
         if not known:
             strictest = self.points[0].level
@@ -195,8 +198,11 @@ class _TradeSearch:
         return min(0.0, max(math.log(DEEPEST), values[0] + slope * (effort - known[0])))
 
     def _refine(self) -> None:
-        """One more column in the widest gap on the stricter side of the best one, or beside the
-        largest W1 where that can still grow."""
+        """Try one more effort in the widest gap next to the best one.
+
+        The gap is on the stricter side of the best effort, or next to the largest W1 if that can
+        grow.
+        """
         if not self.curve or len(self.tried) < 2:
             return
         ordered = sorted(self.tried)
@@ -217,8 +223,10 @@ class _TradeSearch:
             )
         ]
         return (
-            f"{given_up[0]:.2f} decades of disturbance rejection are given up (W1 {start.disturbance:.3g} to {point.disturbance:.3g}) and "
-            f"{given_up[1]:.2f} of effort (W3 {start.drive:.3g} to {point.drive:.3g}); no more effort, as {self._end(effort)}"
+            f"{given_up[0]:.2f} decades of disturbance rejection are given up (W1 "
+            f"{start.disturbance:.3g} to {point.disturbance:.3g}) and "
+            f"{given_up[1]:.2f} of effort (W3 {start.drive:.3g} to {point.drive:.3g}); no more "
+            f"effort, as {self._end(effort)}"
         )
 
     def _end(self, effort: float) -> str:
@@ -226,7 +234,10 @@ class _TradeSearch:
         if not less:
             return "one encoder count alone would then be what the weight on the error lets pass"
         if not any(other in self.curve for other in less):
-            return f"with W3 {math.exp(max(less)) * self.chosen.weights.drive:.3g} nothing reaches gamma {self.asked:g}"
+            return (
+                f"with W3 {math.exp(max(less)) * self.chosen.weights.drive:.3g} nothing reaches "
+                f"gamma {self.asked:g}"
+            )
         return f"that would not gain {100.0 * (1.0 / FLAT - 1.0):.0f} % of W1"
 
     def _told(
@@ -238,20 +249,22 @@ class _TradeSearch:
 
 
 class _Bracket:
-    """The largest x = log W1 that is achievable lies in [low, high]."""
+    """Interval [low, high] that contains the largest feasible x = log W1."""
 
     def __init__(self, asked: float, deepest: TradePoint) -> None:
         self.asked, self.floor = asked, deepest.level
         self.low, self.high = math.log(DEEPEST), 0.0
         self.kept: TradePoint | None = deepest if deepest.level <= asked else None
         self.below: tuple[float, float] | None = (
-            None  # x and log of what is above the floor, of the last achievable and the last other
+            # x and log of gamma's excess over the floor: at the last feasible and the last
+            # infeasible point
+            None
         )
         self.above: tuple[float, float] | None = None
         self.open = self.kept is not None
 
     def put(self, x: float, point: TradePoint) -> None:
-        """What was found at x, within the bracket."""
+        """Narrow the bracket by the result at x."""
         seen = (x, self._excess(point.level))
         if point.level <= self.asked:
             self.low, self.kept, self.below = x, point, seen
@@ -261,8 +274,10 @@ class _Bracket:
         self.open = not near and self.low < 0.0 and self.high - self.low > 0.5 * TOLERANCE
 
     def next(self) -> float:
-        """Where log(gamma^2 - floor^2)/2, taken as a straight line, has what is asked; inside the
-        bracket."""
+        """Return the next x inside the bracket.
+
+        It interpolates log(gamma^2 - floor^2)/2 linearly, and bisects if that is impossible.
+        """
         wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.asked)
         known = [
             seen for seen in (self.below, self.above) if seen is not None and math.isfinite(seen[1])

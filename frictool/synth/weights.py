@@ -1,19 +1,17 @@
-"""Weights given in the design, or derived where it is silent; what was derived is told, with what
-it came from.
+"""Weights of a design and rules for those that it leaves out; each derived value names its source.
 
-A is the reference's amplitude that the drive is sized for: the travel (position), the top speed
-(speed). The friction w in [-1, 1] and a reference of 1 rad | rad/s stand side by side as inputs, so
-that what is meant for A is divided by it:
+A is the amplitude of the reference for which the drive is sized: the travel (position) or the top
+speed (speed). The friction w in [-1, 1] and a reference of 1 rad | rad/s are inputs of equal size,
+so quantities that belong to the amplitude A are divided by A:
 
-    W2   z2 = 3/(M_mod t_95), twice that for the speed loop under a position law; M_mod and e_stat
-         from the specification      (5.56)-(5.57)
-    W1   1/A: full friction leaves an error of e_stat A, the static error of the specification. The
-         text's 1 asks for e_stat alone
-    W3   A over the drive's limit: a reference of A does not saturate
-         (5.58)
-    W4   the encoder's step over A, annex (25)
-    W_u  step/(share limit W4): at gamma 1 no frequency of one count's amplitude asks for more than
-    that share of the limit
+    W2     z2 = 3/(M_mod t_95), twice that for the speed loop under a position law;
+           M_mod and e_stat from the specification (5.56)-(5.57)
+    W1     1/A: full friction leaves an error of e_stat A, the static error of the
+           specification. The text's 1 requires e_stat alone
+    W3     A over the drive's limit: a reference of A does not saturate (5.58)
+    W4     the encoder's step over A, annex (25)
+    W_u    step/(share limit W4): at gamma 1 and any frequency, a signal with the amplitude
+           of one count requests at most that share of the limit
 """
 
 from __future__ import annotations
@@ -28,18 +26,18 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, template
 
-SETTLING = 3.0  # time constants of a first-order response to 95 %
-# W1 A where relax: auto starts: full friction leaves a hundredth of the static error; in the text
-# W1 A = 63
+SETTLING = 3.0  # time constants of a first-order response until 95 %
+# W1 A at the start of relax: auto: full friction leaves a hundredth of the static error; the text
+# has W1 A = 63
 STRICTEST = 100.0
-# how much faster the speed loop is than the position law around it; the text has 40 rad/s against
-# 20
+# ratio of the speed loop's bandwidth to that of the position law; the text has 40 rad/s and 20
+# rad/s
 INNER = 2.0
 
 
 @dataclass(frozen=True)
 class DerivedValue:
-    """One weight that the design left open: its value, and what it came from."""
+    """Value that the design left out, with its source."""
 
     name: str
     value: float
@@ -49,11 +47,12 @@ class DerivedValue:
 
 @dataclass(frozen=True)
 class ChosenWeights:
-    """The weights, what of them was derived, and how they move when the effort is relaxed.
+    """Weights, the derived ones among them, and the rule by which they change with the effort.
 
-    noise_moves: the noise was derived from A, and grows as A falls. command_of_noise: W_u W4, where
-    the command's weight was derived. least_effort: how far W3 may fall, as a share of it: to the A
-    of which one encoder count is what W2 lets pass.
+    `noise_moves` is True if the noise was derived from A; it then grows as A falls.
+    `command_of_noise` is W_u W4 if the command's weight was derived. `least_effort` is the lower
+    limit of W3 as a share of it: at the corresponding A one encoder count alone reaches the limit
+    of W2.
     """
 
     weights: PlantWeights
@@ -63,7 +62,10 @@ class ChosenWeights:
     least_effort: float = 1.0
 
     def relaxed(self, disturbance: float, effort: float) -> PlantWeights:
-        """W1 times `disturbance`; W3, and with it A, times `effort`, both in (0, 1]."""
+        """Return the weights for W1 times `disturbance`, and W3 and A times `effort`.
+
+        Both factors are in (0, 1].
+        """
         start = self.weights
         noise = (
             replace(start.noise, gain=start.noise.gain / effort)
@@ -85,16 +87,16 @@ class ChosenWeights:
 
 
 def choose_weights(model: Model, spec: Spec, design: Design) -> ChosenWeights:
-    """W1 to W5 and the weights on command and eta.
+    """Return W1 to W5 and the weights on command and eta.
 
-    Raises FrictoolError (exit 3) where neither the design nor the specification and the bench tell
-    one of them.
+    Raises FrictoolError (exit 3) if a weight follows neither from the design nor from the
+    specification and the bench.
     """
     return _WeightRules(model, spec, design).chosen()
 
 
 class _WeightRules:
-    """The rules, one a method; `derived` grows as they are used."""
+    """Rules, one per method; `derived` collects their results."""
 
     def __init__(self, model: Model, spec: Spec, design: Design) -> None:
         self.model, self.spec, self.design, self.given = model, spec, design, design.weights
@@ -138,8 +140,10 @@ class _WeightRules:
         return ChosenWeights(weights, tuple(self.derived), given.noise is None, product, least)
 
     def _least_amplitude(self, error: FirstOrderWeight) -> float:
-        """The A for which a noise of one count alone reaches W2: e_stat A = step at rest
-        (position), A = M_mod z2 step (speed)."""
+        """Return the A at which the noise of one count alone reaches the limit of W2.
+
+        Position: e_stat A = step, at rest. Speed: A = M_mod z2 step.
+        """
         step, margin = self.model.bench.encoder.resolution, error.gain * error.pole / error.zero
         return margin * error.zero * step if self.speed else error.gain * step
 
@@ -156,7 +160,8 @@ class _WeightRules:
             )
         if margin is None:
             raise FrictoolError(
-                "modulus_margin: missing in the specification, and weights.modulus_margin in the design; the weight W2 needs one of them"
+                "modulus_margin: missing in the specification, and weights.modulus_margin in the "
+                "design; the weight W2 needs one of them"
             ).at("spec", "modulus_margin")
         if error is None and spec.static_error is not None and travel is not None:
             relative = min(0.5, spec.static_error.value / (travel.high - travel.low))
@@ -168,7 +173,8 @@ class _WeightRules:
             )
         if error is None:
             raise FrictoolError(
-                "weights.static_error: missing in the design, and static_error in the specification with mechanics.travel in the bench; "
+                "weights.static_error: missing in the design, and static_error in the "
+                "specification with mechanics.travel in the bench; "
                 "the weight W2 needs one or the other"
             ).at("design", "weights.static_error")
         if bandwidth is None and spec.response_time_95_s is not None:
@@ -182,12 +188,13 @@ class _WeightRules:
             )
         if bandwidth is None:
             raise FrictoolError(
-                "weights.bandwidth_rad_s: missing in the design, and response_time_95_s in the specification; the weight W2 needs one"
+                "weights.bandwidth_rad_s: missing in the design, and response_time_95_s in the "
+                "specification; the weight W2 needs one"
             ).at("design", "weights.bandwidth_rad_s")
         return template(bandwidth, margin, error)
 
     def _amplitude(self, wanted: str) -> tuple[float, str]:
-        """A, and where it stands in the bench."""
+        """Return A and its key in the bench."""
         mechanics = self.model.bench.mechanics
         if self.speed and mechanics.top_speed is not None:
             return mechanics.top_speed.value, "mechanics.top_speed"
@@ -240,10 +247,11 @@ class _WeightRules:
         )
 
     def _command_of_noise(self, noise: float) -> float:
-        """W_u W4. Raises FrictoolError where there is no noise to derive it from."""
+        """Return W_u W4; raise FrictoolError if there is no noise to derive it from."""
         if noise <= 0.0:
             raise FrictoolError(
-                "weights.command: missing in the design, and weights.noise is 0; give command (0 for none), or a noise to derive it from"
+                "weights.command: missing in the design, and weights.noise is 0; give command (0 "
+                "for none), or a noise to derive it from"
             ).at("design", "weights.command")
         step, share = self.model.bench.encoder.resolution, self.given.count_share
         product = step / (share * self.limit)
@@ -257,8 +265,10 @@ class _WeightRules:
 
 
 def decade(level: float, frequency_hz: float) -> FirstOrderWeight:
-    """level (s/(20 pi f) + 1)/(s/(2 pi f) + 1) of annex (25), (26): a low-pass that falls by
-    ten."""
+    """Return the low-pass of annex (25), (26), level (s/(20 pi f) + 1)/(s/(2 pi f) + 1).
+
+    Its gain falls by a factor of ten.
+    """
     return FirstOrderWeight(level, 20.0 * math.pi * frequency_hz, 2.0 * math.pi * frequency_hz)
 
 

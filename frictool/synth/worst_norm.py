@@ -1,12 +1,11 @@
-"""The worst closed-loop gain over several plants as a function of one controller's response, with
-its derivatives.
+"""Closed-loop gains of several plants as functions of one controller's response, with derivatives.
 
-    T = P11 + P12 K/(1 - P22 K) P21                   sigma = u^H T v              dsigma = Re(u^H
-                                                      P12 P21 v dK/(1 - P22 K)²)
+    T = P11 + P12 K/(1 - P22 K) P21
+    sigma = u^H T v        dsigma = Re(u^H P12 P21 v dK/(1 - P22 K)²)
 
-u and v are the first singular vectors. With one measurement and one control the controller enters
-as a number, so that thousands of responses are evaluated at once. The sensitivity S = 1/(1 - P22 K)
-is the same with P11 = P21 = 1 and P12 = P22.
+u and v are the first singular vectors. With one measurement and one control, K is a complex number
+per frequency, so thousands of responses are evaluated at once. The sensitivity S = 1/(1 - P22 K) is
+the special case P11 = P21 = 1 and P12 = P22.
 """
 
 from __future__ import annotations
@@ -27,8 +26,10 @@ Responses = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class OpenLoopResponses:
-    """Responses of one or several plants at k frequencies: p11 (k, z, w), p12 (k, z), p21 (k, w),
-    p22 (k,)."""
+    """Responses of one or several plants at k frequencies.
+
+    p11 (k, z, w), p12 (k, z), p21 (k, w), p22 (k,).
+    """
 
     p11: Responses
     p12: Responses
@@ -37,7 +38,7 @@ class OpenLoopResponses:
 
     @staticmethod
     def of(plant: GeneralisedPlant, frequencies: Vector) -> OpenLoopResponses:
-        """One plant at the angular frequencies (k,) [rad/s]."""
+        """Return the responses of one plant at the angular frequencies (k,) [rad/s]."""
         z, w = plant.d11.shape
         d = np.block([[plant.d11, plant.d12], [plant.d21, np.zeros((1, 1))]])
         whole = Lti(
@@ -52,7 +53,7 @@ class OpenLoopResponses:
 
     @staticmethod
     def joined(parts: Sequence[OpenLoopResponses]) -> OpenLoopResponses:
-        """All of them, one after the other."""
+        """Return the concatenation of all parts."""
         return OpenLoopResponses(
             *(
                 np.concatenate([getattr(part, name) for part in parts])
@@ -61,23 +62,27 @@ class OpenLoopResponses:
         )
 
     def sensitivity(self) -> OpenLoopResponses:
-        """The loop of which S is the closed form."""
+        """Return the open loop whose closed loop is S."""
         one = np.ones_like(self.p22)
         return OpenLoopResponses(one[:, None, None], self.p22[:, None], one[:, None], self.p22)
 
     def gains(self, k: Responses) -> Vector:
-        """(k,) largest singular values of the closed loop."""
+        """Return the largest singular values (k,) of the closed loop."""
         _, gram = self._gram(k)
         return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, -1], 0.0)))
 
     def bounds(self, k: Responses) -> Vector:
-        """(k,) upper bounds of the gains, at most sqrt(min(z, w)) times them: the Frobenius norms,
-        which cost far less."""
+        """Return the Frobenius norms (k,): upper bounds of the gains that are much cheaper.
+
+        They exceed the gains by at most sqrt(min(z, w)).
+        """
         return np.asarray(np.linalg.norm(self._closed(k), "fro", axis=(1, 2)))
 
     def slopes(self, k: Responses, derivatives: Responses) -> Vector:
-        """(k, n) derivatives of the gains by the parameters of the controller, whose own
-        derivatives (k, n) are given."""
+        """Return the derivatives (k, n) of the gains by the controller's parameters.
+
+        `derivatives` (k, n) are those of the controller's response.
+        """
         closed, gram = self._gram(k)
         values, vectors = np.linalg.eigh(gram)
         v = vectors[:, :, -1]
@@ -90,8 +95,10 @@ class OpenLoopResponses:
         )
 
     def _gram(self, k: Responses) -> tuple[Responses, Responses]:
-        """T and T^H T (k, w, w), whose largest eigenvalue is the square of the gain: a third of the
-        time of a decomposition of T."""
+        """Return T and T^H T (k, w, w), whose largest eigenvalue is the squared gain.
+
+        This takes a third of the time of a singular value decomposition of T.
+        """
         closed = self._closed(k)
         return closed, closed.conj().transpose(0, 2, 1) @ closed
 
@@ -103,8 +110,10 @@ class OpenLoopResponses:
 
 
 def sensitivity_plant(plant: GeneralisedPlant) -> GeneralisedPlant:
-    """The generalised plant of which S is the closed loop: w enters at the measurement, z is the
-    measurement."""
+    """Return the generalised plant whose closed loop is S.
+
+    w is added to the measurement, and z is the measurement.
+    """
     one = np.ones((1, 1))
     nothing = np.zeros((len(plant.a), 1))
     return GeneralisedPlant(
@@ -113,7 +122,7 @@ def sensitivity_plant(plant: GeneralisedPlant) -> GeneralisedPlant:
 
 
 def all_stable(k: Lti, plants: Sequence[GeneralisedPlant]) -> bool:
-    """Whether the controller stabilises every plant (all of one order)."""
+    """Return True if the controller stabilises every plant; all plants have the same order."""
     poles = np.linalg.eigvals(np.array([plant.closed(k).a for plant in plants]))
     return bool(np.all(np.abs(poles) < 1.0) if k.period else np.all(poles.real < 0.0))
 
@@ -121,10 +130,10 @@ def all_stable(k: Lti, plants: Sequence[GeneralisedPlant]) -> bool:
 def true_norms(
     k: Lti, plants: Sequence[GeneralisedPlant], looks: Sequence[Sequence[float]] | None = None
 ) -> list[tuple[float, float]]:
-    """The norm of each closed loop and the frequency [rad/s] where it is reached; (inf, nan) where
-    the loop is unstable.
+    """Return the norm of each closed loop and its peak frequency [rad/s].
 
-    looks: for each plant, where its peaks have been; only the time depends on it.
+    An unstable loop gives (inf, nan). `looks` has earlier peak frequencies of each plant; they
+    change the computing time only.
     """
     hints = looks or [()] * len(plants)
     return [

@@ -1,5 +1,4 @@
-"""The closed loop rebuilt from coefficients: stability, norms, margins, sampled. Knows no
-solver."""
+"""Verification of a controller from its coefficients, without a solver."""
 
 from typing import TYPE_CHECKING
 

@@ -1,9 +1,9 @@
-"""The constant plants of four intervals, seen in the rates k = K/J and s = sigma_v/J: which
-rectangles they reach, and which are covered.
+"""Parameter box of a certificate in the rates k = K/J and s = sigma_v/J.
 
-A plant of the rectangle has 1/J in one interval, since k and s ask for it independently of each
-other: J is within its interval, K = k J within K's and sigma_v = s J within sigma_v's. Everything
-is a fraction of integers.
+The functions decide which rectangles of rates contain plants of the box, and which of them the
+cells cover. The plants of a rectangle have 1/J in one interval, because k and s restrict it
+independently: J is within its interval, K = k J within that of K, and sigma_v = s J within that of
+sigma_v. All numbers are fractions of integers.
 """
 
 from __future__ import annotations
@@ -18,13 +18,15 @@ Interval = tuple[Fraction, Fraction]
 
 
 def exact(interval: Sequence[float]) -> Interval:
-    """The two ends as fractions."""
+    """Return the two ends as fractions."""
     return Fraction(interval[0]), Fraction(interval[1])
 
 
 def inverse_inertia(box: Box, drive: Interval, viscous: Interval) -> Interval | None:
-    """The interval of 1/J of the plants with k in `drive` and s in `viscous`; None where there is
-    none."""
+    """Return the interval of 1/J of the plants with k in `drive` and s in `viscous`.
+
+    The result is None if there is no such plant.
+    """
     j, k, sigma = exact(box.inertia), exact(box.constant), exact(box.viscous)
     low, high = 1 / j[1], 1 / j[0]
     # a K_low <= k_high, a K_high >= k_low, and the same for s; multiplier * a <= bound
@@ -44,8 +46,10 @@ def inverse_inertia(box: Box, drive: Interval, viscous: Interval) -> Interval | 
 
 
 def friction_rates(box: Box, drive: Interval, viscous: Interval) -> Interval:
-    """Bounds of |F_c|/J at the two ends of `drive`; between them the straight line bounds it too.
-    (0, 0) where no plant is."""
+    """Return bounds of |F_c|/J at the two ends of `drive`, or (0, 0) if no plant is there.
+
+    The straight line between the two values is a bound for the rates between the ends.
+    """
     inside = inverse_inertia(box, drive, viscous)
     if inside is None:
         return Fraction(0), Fraction(0)
@@ -57,16 +61,16 @@ def friction_rates(box: Box, drive: Interval, viscous: Interval) -> Interval:
 
 
 def surroundings(box: Box) -> tuple[Interval, Interval]:
-    """The smallest rectangle of k and s that holds every plant."""
+    """Return the smallest rectangle of k and s that holds every plant."""
     j, k, sigma = exact(box.inertia), exact(box.constant), exact(box.viscous)
     corners = [end / inertia for end in sigma for inertia in j]
     return (k[0] / j[1], k[1] / j[0]), (min(corners), max(corners))
 
 
 def uncovered(box: Box, cells: Sequence[Cell]) -> tuple[Interval, Interval] | None:
-    """A rectangle of k and s with plants of the box that are in no cell; None where there is none.
+    """Return a rectangle of k and s with plants of the box in no cell; None if all are covered.
 
-    The cells have to reach a little beyond the box in s.
+    The cells must extend slightly beyond the box in s.
     """
     (k_low, k_high), (s_low, s_high) = surroundings(box)
     rectangles = [(exact(cell.drive_rate), exact(cell.viscous_rate)) for cell in cells]
@@ -77,7 +81,7 @@ def uncovered(box: Box, cells: Sequence[Cell]) -> tuple[Interval, Interval] | No
     for strip in strips:
         reached = (
             s_low - 1
-        )  # from where no plant is to where none is, so that a box without width in s needs a cell too
+        )  # the scan extends beyond the plants: a box without width in s needs a cell too
         across = sorted(s for k, s in rectangles if k[0] <= strip[0] and strip[1] <= k[1])
         for s in (*across, (s_high + 1, s_high + 1)):
             gap = (reached, s[0])

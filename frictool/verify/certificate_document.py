@@ -1,5 +1,4 @@
-"""A controller document's certificate: the loop that it is about, built from the stored
-coefficients, and its proof."""
+"""Proof of the certificate in a controller document, for the loop of the stored coefficients."""
 
 from __future__ import annotations
 
@@ -11,8 +10,10 @@ from frictool.verify.certificate_proof import ProvedBound, prove
 
 
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
-    """The loop as it runs: the coefficients of the form that runs, at the sample period, with the
-    bench's delay and drive lag."""
+    """Return the loop as it runs, at the sample period with the bench's delay and drive lag.
+
+    Its coefficients are those of the stored form that runs.
+    """
     return CertificateLoop(
         controller=controller.linear.discrete,
         controlled="position" if controller.structure == "position" else "speed",
@@ -39,7 +40,8 @@ def prove_document(controller: Controller, certificate: Certificate) -> tuple[Pr
             not in {bound.of for bound in certificate.bounds} | certificate.not_proved.keys()
         ):
             raise NoSolutionError(
-                f"{controller.name}: not proved: certificate.bounds has no bound of the {quantity}, and certificate.not_proved no reason; "
+                f"{controller.name}: not proved: certificate.bounds has no bound of the "
+                f"{quantity}, and certificate.not_proved no reason; "
                 "synthesise the controller anew"
             )
     if not certificate.bounds:

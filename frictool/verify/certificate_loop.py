@@ -1,13 +1,12 @@
-"""The closed loop of the certificate, enclosed: the generalised plant of generalised_plant.py
-closed by the stored coefficients, row by row.
+"""Closed loop of a certificate in interval arithmetic, built row by row from stored coefficients.
 
-    [x+]   [A  B] [x]        x: delay line, drive (with a lag), speed, eta, W2, W4 (where they have
-           a state), controller
-    [z ] = [C  D] [w]        w: reference, friction times W1, noise       z: W2 e, W3 i, W_u u,
-                             W_eta eta      (each where it is weighted)
+    [x+]   [A  B] [x]    x: delay line, drive (with a lag), speed, eta, W2 and W4 (if they
+    [z ] = [C  D] [w]       have a state), controller
+                         w: reference, friction times W1, noise
+                         z: W2 e, W3 i, W_u u, W_eta eta (each if it is weighted)
 
-Only the axis depends on the plant, and the loop depends on its coefficients affinely: u = c x_k + d
-y enters the axis through them once.
+The plant is that of generalised_plant.py. Only the axis depends on the parameters, and the loop is
+affine in its coefficients, because u = c x_k + d y enters the axis only once.
 """
 
 from __future__ import annotations
@@ -27,15 +26,15 @@ from frictool.verify.interval_arithmetic import Enclosure
 _Signals = Callable[[str], Enclosure]
 SENSITIVITY = CertifiedWeights(
     error=Filter(1.0), disturbance=0.0, drive=0.0
-)  # and the position as what is controlled: (5.54)
+)  # with controlled position: (5.54)
 
 
 @dataclass(frozen=True)
 class CertificateLoop:
-    """Everything of the loop that is the same for every plant. period [s].
+    """Data of the loop that are the same for every plant; `period` and `lag` in s.
 
-    sections: where they are what runs, in place of the controller's matrices; b0 b1 b2 a0 a1 a2
-    with a0 = 1, as they are stored.
+    `sections` replace the controller's matrices if the target runs sections. Each is b0 b1 b2 a0 a1
+    a2 with a0 = 1, as stored.
     """
 
     controller: StateSpace
@@ -48,7 +47,7 @@ class CertificateLoop:
 
     @property
     def inner(self) -> list[str]:
-        """The controller's states; of a section those that its coefficients feed."""
+        """Names of the controller's states; a section has only those that its coefficients feed."""
         if not self.sections:
             return [f"controller {k}" for k in range(len(self.controller.a))]
         return [
@@ -78,7 +77,7 @@ class CertificateLoop:
 
 
 def closed_loop(loop: CertificateLoop, axis: EnclosedAxis) -> tuple[Enclosure, int]:
-    """[A B; C D] around one corner of the axis, and the number of states."""
+    """Return [A B; C D] at one corner of the axis, and the number of states."""
     names = [*loop.states, *loop.inputs]
     unit = Enclosure.matrix(np.identity(len(names), dtype=object))
     nothing = Enclosure.matrix(np.zeros(len(names), dtype=object))
@@ -119,7 +118,7 @@ def closed_loop(loop: CertificateLoop, axis: EnclosedAxis) -> tuple[Enclosure, i
 def _through_matrices(
     loop: CertificateLoop, measured: Enclosure, signal: _Signals, after: dict[str, Enclosure]
 ) -> Enclosure:
-    """The drive that the controller asks for; writes its next states into `after`."""
+    """Return the requested drive; write the controller's next states into `after`."""
     k = loop.controller
     inner = [signal(name) for name in loop.inner]
     for name, row, (gain,) in zip(loop.inner, k.a, k.b, strict=True):
@@ -130,8 +129,10 @@ def _through_matrices(
 def _through_sections(
     loop: CertificateLoop, measured: Enclosure, signal: _Signals, after: dict[str, Enclosure]
 ) -> Enclosure:
-    """The same of a chain in the transposed direct form II (control/second_order_sections.py),
-    whose products of coefficients are formed exactly."""
+    """Return the requested drive of a chain in transposed direct form II, likewise.
+
+    The form is that of control/second_order_sections.py. Products of coefficients are exact.
+    """
     passing = measured
     for k, section in enumerate(loop.sections):
         b0, b1, b2, _, a1, a2 = section
@@ -140,7 +141,7 @@ def _through_sections(
             fed = Enclosure.of(ahead) * passing + Enclosure.of(-back) * leaving
             after[f"section {k}.{order}"] = fed + signal(
                 f"section {k}.{order + 1}"
-            )  # nothing behind the last one
+            )  # zero after the last state
         passing = leaving
     return passing
 
@@ -157,7 +158,7 @@ def _axis(
     command: Enclosure,
     after: dict[str, Enclosure],
 ) -> None:
-    """What linear_axis.py says of the next sample."""
+    """Write the axis's next states into `after`, by the equations of linear_axis.py."""
     drive, speed = signal("drive"), signal("speed")
     friction = Enclosure.of(loop.weights.disturbance) * signal("friction")
     if not axis.lagless:
@@ -187,8 +188,10 @@ def _filtered(
     signal: _Signals,
     after: dict[str, Enclosure],
 ) -> Enclosure:
-    """The output of a weight's Tustin equivalent: x+ = a x + (1 - a) e, z = c x + d e. Writes x+
-    into `after` where there is a state."""
+    """Return the output of a weight's Tustin equivalent: x+ = a x + (1 - a) e, z = c x + d e.
+
+    Writes x+ into `after` if the weight has a state.
+    """
     gain = Fraction(weight.gain)
     if weight.pole is None:
         return Enclosure.of(gain) * entering

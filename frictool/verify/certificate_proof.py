@@ -1,24 +1,23 @@
-"""The proof of a certificate, in integers and without a solver: bounded-real inequalities that hold
-for every constant plant of a box.
+"""Proof of a certificate in integers: bounded-real inequalities for every constant plant of a box.
 
-For one rectangle of rates the loop is G = [A B; C D], in coordinates x_new = W x. With a matrix
-P(k) > 0, linear in k = K/J, and S = diag(P, I),
+For one rectangle of rates the loop is G = [A B; C D], in coordinates x_new = W x. Let P(k) > 0 be
+linear in k = K/J, and S = diag(P, I). If
 
-    N = diag(P, g^2 I) - G' S G > 0                                                                                              (BR)
+    N = diag(P, g^2 I) - G' S G > 0    (BR)
 
-says that the loop of a constant plant is stable and its norm below g. Three steps lead to integer
-matrices that are tested:
+then the loop of a constant plant is stable and its norm is below g. Three steps lead to integer
+matrices that can be tested:
 
-in s = sigma_v/J    G lies between four control points G_j; N is concave in G, so that it is
-                    positive where it is for each G_j
-in k                G_j and P are linear: N is a cubic, positive where its four Bernstein
-                    coefficients are
-what is rounded     G_j is known within R_j, entry by entry. For |D| <= R_j and any e > 0, m the
-                    number of columns,
-                    (G + D)' S (G + D) <= (1 + e) G' S G + (1 + 1/e) D' S D,    D' S D <= m diag(w),
-                    w_i = r_i' |S| r_i with r_i the columns of R_j
+    s = sigma_v/J    G lies between four control points G_j; N is concave in G, so it is
+                     positive if it is positive for each G_j
+    k                G_j and P are linear: N is a cubic, positive if its four Bernstein
+                     coefficients are
+    rounding         each entry of G_j is known within R_j. For |D| <= R_j, any e > 0 and m
+                     columns,
+                     (G + D)' S (G + D) <= (1 + e) G' S G + (1 + 1/e) D' S D,
+                     D' S D <= m diag(w), w_i = r_i' |S| r_i, r_i the columns of R_j
 
-Friction only scales one input: its largest value is the worst.
+Friction only scales one input, so its largest value is the worst. No solver takes part.
 """
 
 from __future__ import annotations
@@ -51,8 +50,10 @@ ENDS = ("low", "high")
 
 @dataclass(frozen=True)
 class ProvedBound:
-    """`of` is below `below` for every constant plant of the box, and the loop stable. `cells`: how
-    many rectangles that took."""
+    """Proved bound: every constant plant of the box has a stable loop and `of` below `below`.
+
+    `cells` is the number of rectangles in the proof.
+    """
 
     of: Literal["norm", "sensitivity"]
     below: float
@@ -61,8 +62,11 @@ class ProvedBound:
 
 @dataclass(frozen=True)
 class CertificateCoordinates:
-    """x_new = W x: `forth` is W, `back` close to its inverse; `turned` is W times `back`, exactly,
-    in units of 2^-2 BITS."""
+    """Coordinates x_new = W x.
+
+    `forth` is W, `back` is close to its inverse, and `turned` is exactly W times `back`, in units
+    of 2^-2 BITS.
+    """
 
     forth: Enclosure
     back: Enclosure
@@ -70,11 +74,12 @@ class CertificateCoordinates:
 
     @staticmethod
     def of(factor: Sequence[Sequence[float]]) -> CertificateCoordinates:
-        """Raises ValueError for a factor with a zero on its diagonal."""
+        """Return the coordinates of a factor; raise ValueError if its diagonal has a zero."""
         n = len(factor)
         rows = [[0.0] * (n - len(row)) + list(row) for row in factor]
         forth = Enclosure.matrix(np.array(rows, dtype=object).reshape(n, n))
-        forth = Enclosure(forth.centre, forth.radius * 0)  # W is the rounded matrix itself
+        # W is defined as the rounded matrix, so it is exact
+        forth = Enclosure(forth.centre, forth.radius * 0)
         if any(forth.centre[k, k] == 0 for k in range(n)):
             raise ValueError("its diagonal has a zero")
         back = inverse_of_upper(forth.centre, ONE)
@@ -82,11 +87,10 @@ class CertificateCoordinates:
 
 
 def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound, ...]:
-    """What is proved of `loop` (its weights are the certificate's).
+    """Prove every bound of the certificate for `loop`, which has the certificate's weights.
 
-    Raises NoSolutionError (exit 4) for the first inequality that does not hold, with the cell and
-    the minor, or where the cells do not cover the box, or where the matrices do not fit to the
-    loop.
+    Raises NoSolutionError (exit 4) for the first inequality that does not hold, with its cell and
+    minor. Raises it also if the cells do not cover the box, or if the matrices do not fit the loop.
     """
     if not certificate.bounds:
         raise NoSolutionError(
@@ -99,8 +103,10 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
 
 
 def quantity_loop(loop: CertificateLoop, of: Literal["norm", "sensitivity"]) -> CertificateLoop:
-    """The loop whose norm is the quantity: as it is, or the unweighted position loop, from s to s -
-    position."""
+    """Return the loop whose norm is the quantity `of`.
+
+    For the sensitivity this is the unweighted position loop, from s to s - position.
+    """
     if of == "norm":
         return loop
     return replace(loop, controlled="position", weights=SENSITIVITY)
@@ -111,7 +117,8 @@ def _prove(bound: Bound, box: BoxDocument, loop: CertificateLoop) -> ProvedBound
     n = len(loop.states)
     if len(bound.factor) != n:
         raise NoSolutionError(
-            f"{what}: the certificate's matrices are of size {len(bound.factor)}, the loop has {n} states; synthesise the controller anew"
+            f"{what}: the certificate's matrices are of size {len(bound.factor)}, the loop has "
+            f"{n} states; synthesise the controller anew"
         )
     try:
         coordinates = CertificateCoordinates.of(bound.factor)
@@ -131,7 +138,8 @@ def _prove(bound: Bound, box: BoxDocument, loop: CertificateLoop) -> ProvedBound
         ends = [unpacked(text, n) for text in (cell.at_low, cell.at_high)]
         if ends[0] is None or ends[1] is None:
             raise NoSolutionError(
-                f"{what}: a matrix of the cell {ranges(*rates)} is not {n * (n + 1) // 2} whole numbers; synthesise the controller anew"
+                f"{what}: a matrix of the cell {ranges(*rates)} is not {n * (n + 1) // 2} whole "
+                "numbers; synthesise the controller anew"
             )
         failing = failing_inequality(
             enclose_loop(loop, box, rates, coordinates),
@@ -142,8 +150,10 @@ def _prove(bound: Bound, box: BoxDocument, loop: CertificateLoop) -> ProvedBound
         )
         if failing is not None:
             raise NoSolutionError(
-                f"{what}: {failing} is not positive for {ranges(*rates)}: the controller or the certificate was changed after the "
-                "proof was found; synthesise it anew, or relax the weights if that does not give a certificate"
+                f"{what}: {failing} is not positive for {ranges(*rates)}: the controller or the "
+                "certificate was changed after the "
+                "proof was found; synthesise it anew, or relax the weights if that does not give "
+                "a certificate"
             )
     return ProvedBound(bound.of, bound.below, len(bound.cells))
 
@@ -154,7 +164,7 @@ def enclose_loop(
     rates: tuple[Interval, Interval],
     coordinates: CertificateCoordinates,
 ) -> list[Enclosure]:
-    """[A B; C D] at the eight corners of the rectangle, in the new coordinates."""
+    """Return [A B; C D] at the eight corners of the rectangle, in the new coordinates."""
     friction = (
         friction_rates(box, *rates) if loop.weights.disturbance else (Fraction(0), Fraction(0))
     )
@@ -183,11 +193,10 @@ def failing_inequality(
     bits: int,
     bound: float,
 ) -> str | None:
-    """The first inequality that does not hold, named; None where all do: (BR) is proved on the
-    rectangle.
+    """Return the name of the first inequality that fails; None if (BR) is proved on the rectangle.
 
-    loops: of `enclosed`. ends: the integer matrices (n, n) of P at the low and the high K/J, in
-    units of 2^-bits.
+    `loops` come from `enclose_loop`. `ends` are the integer matrices (n, n) of P at the low and the
+    high K/J, in units of 2^-bits.
     """
     for end, lyapunov in zip(ENDS, ends, strict=True):
         minor = first_failing_minor(lyapunov)
@@ -209,9 +218,9 @@ def failing_inequality(
         size = np.maximum(abs(stored[0]), abs(stored[1]))
         spread = np.array([column @ size @ column for column in radius.T], dtype=object) * columns
         finer = _finer(spread, bits)
-        # everything times 3, as the cubic's coefficients are thirds, times 2^finer, in units of
-        # 2^-(4 BITS + bits); with e = 2^-finer 1 + e becomes 2^finer + 1, and 1 + 1/e becomes
-        # (2^finer + 1) 2^finer
+        # Everything is multiplied by 3, since the coefficients of the cubic are thirds, and by
+        # 2^finer, in units of 2^-(4 BITS + bits). With e = 2^-finer, 1 + e becomes 2^finer + 1, and
+        # 1 + 1/e becomes (2^finer + 1) 2^finer.
         lost = np.diag(spread) * (3 * (1 << finer) * ((1 << finer) + 1))
         for index, (held, gained) in enumerate(
             zip(_cubic_of_line(kept), _cubic((low.centre, high.centre), stored), strict=True)
@@ -220,19 +229,20 @@ def failing_inequality(
             minor = first_failing_minor(rounded_below(left))
             if minor is not None:
                 return (
-                    f"minor {minor} of the bounded-real inequality (coefficient {index + 1} of 4 in K/J, "
+                    f"minor {minor} of the bounded-real inequality (coefficient {index + 1} of 4 "
+                    "in K/J, "
                     f"control point {point + 1} of {CONTROL_POINTS} in sigma_v/J)"
                 )
     return None
 
 
 def _cubic_of_line(ends: Sequence[Integers]) -> list[Integers]:
-    """Three times the Bernstein coefficients, as a cubic, of what is linear between two ends."""
+    """Return three times the cubic Bernstein coefficients of a linear function between two ends."""
     return [3 * ends[0], 2 * ends[0] + ends[1], ends[0] + 2 * ends[1], 3 * ends[1]]
 
 
 def _cubic(loops: tuple[Integers, Integers], stored: Sequence[Integers]) -> list[Integers]:
-    """Three times the Bernstein coefficients of G' S G, G and S linear between two ends."""
+    """Return three times the Bernstein coefficients of G' S G, G and S linear between two ends."""
     products = {
         (a, s, b): loops[a].T @ stored[s] @ loops[b]
         for a, s, b in ((0, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 1), (1, 0, 1), (1, 1, 1))
@@ -247,8 +257,10 @@ def _cubic(loops: tuple[Integers, Integers], stored: Sequence[Integers]) -> list
 
 
 def _finer(spread: Integers, bits: int) -> int:
-    """The exponent of 1/e that makes e and spread/e about equal, P and the norm being of the order
-    of one."""
+    """Return the exponent of 1/e for which e and spread/e are about equal.
+
+    P and the norm are of the order of one.
+    """
     largest = max(int(value) for value in spread)
     return max(1, min(2 * BITS, (2 * BITS + bits - largest.bit_length()) // 2))
 
@@ -265,7 +277,7 @@ def _part(whole: Enclosure, rows: slice) -> Enclosure:
 
 
 def unpacked(text: str, n: int) -> Integers | None:
-    """The symmetric integer matrix (n, n) of a cell; None where the text is not one."""
+    """Return the symmetric integer matrix (n, n) of a cell; None if the text is not one."""
     words = text.split()
     if len(words) != n * (n + 1) // 2 or not all(
         word.removeprefix("-").isdecimal() and len(word) < 40 for word in words
@@ -278,10 +290,13 @@ def unpacked(text: str, n: int) -> Integers | None:
 
 
 def pack_matrix(lyapunov: Integers) -> str:
-    """The upper triangle, row by row."""
+    """Return the upper triangle as text, row by row."""
     return " ".join(str(int(value)) for value in lyapunov[np.triu_indices(len(lyapunov))])
 
 
 def ranges(drive: Interval, viscous: Interval) -> str:
-    """A rectangle of rates for people."""
-    return f"K/J {float(drive[0]):.6g} to {float(drive[1]):.6g}, sigma_v/J {float(viscous[0]):.6g} to {float(viscous[1]):.6g}"
+    """Return a rectangle of rates as words for a message."""
+    return (
+        f"K/J {float(drive[0]):.6g} to {float(drive[1]):.6g}, sigma_v/J {float(viscous[0]):.6g} "
+        f"to {float(viscous[1]):.6g}"
+    )

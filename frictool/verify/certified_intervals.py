@@ -24,8 +24,10 @@ Interval = tuple[float, float]
 def differences(
     controller: Controller, facts: Mapping[str, float], ranges: Mapping[str, Interval]
 ) -> tuple[str, ...]:
-    """Return a phrase for each fact (verify/rig_facts.py) and each parameter [SI] for which the
-    controller was not verified."""
+    """Return a phrase for each fact and parameter for which the controller was not verified.
+
+    The facts are those of verify/rig_facts.py, the parameters are in SI units.
+    """
     return (*different_facts(controller.bench, facts), *parameters_outside(controller, ranges))
 
 
@@ -43,10 +45,10 @@ def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
 
 
 def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -> tuple[str, ...]:
-    """Return a phrase for each parameter whose interval [SI] reaches beyond the controller's; NaN
-    lies outside.
+    """Return a phrase for each parameter whose interval [SI] exceeds that of the controller.
 
-    An example is `inertia 4.9e-06 to 1.53e-05 kg m^2, certified 1.11e-05 to 1.53e-05`.
+    NaN counts as outside. An example is `inertia 4.9e-06 to 1.53e-05 kg m^2, certified 1.11e-05 to
+    1.53e-05`.
     """
     known = controller.certificate is not None or bool(controller.verified.vertices)
     box, units = box_of(controller) if known else {}, plant_units(controller.bench)
@@ -64,6 +66,11 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
 
 
 def outside_message(controller: str, found: Iterable[str]) -> str:
-    """Return the predicate of a warning about these differences; the model, the mechanism or the
-    bench is its subject."""
-    return f"is not what {controller} was verified for, so that its margins are not proved for it: {'; '.join(found)}; synthesise it anew"
+    """Return the predicate of a warning about these differences.
+
+    Its subject is the model, the mechanism or the bench.
+    """
+    return (
+        f"is not what {controller} was verified for, so that its margins are not proved for it: "
+        f"{'; '.join(found)}; synthesise it anew"
+    )

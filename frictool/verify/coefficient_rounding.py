@@ -1,5 +1,4 @@
-"""The coefficients of a controller as a number format of the target holds them, in every form that
-may run, for another verification."""
+"""Rounding of a controller's coefficients to a number format of the target."""
 
 from __future__ import annotations
 
@@ -16,8 +15,10 @@ Held = Callable[[float], float]
 
 
 def coefficient_rounder(number: Number) -> Held:
-    """What the format makes of one coefficient: the nearest double, float, or word with a fraction
-    of its own (control/fixed_point.py)."""
+    """Return the function that rounds one coefficient to a double, a float or a fixed-point word.
+
+    The word has its own binary point (control/fixed_point.py).
+    """
     if number == "double":
         return float
     if number == "float":
@@ -27,8 +28,10 @@ def coefficient_rounder(number: Number) -> Held:
 
 
 def rounded_linear(linear: LinearController, number: Number) -> LinearController:
-    """Matrices, sections and anti-windup gains rounded; the continuous form does not run and
-    stays."""
+    """Return the controller with rounded matrices, sections and anti-windup gains.
+
+    The continuous form does not run and is unchanged.
+    """
     hold = coefficient_rounder(number)
 
     def rows(given: Rows) -> Rows:

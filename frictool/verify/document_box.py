@@ -11,8 +11,10 @@ from frictool.verify.vertices import vertex_points
 
 
 def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
-    """Return the interval (low, high) of each parameter. A document without certificate needs a
-    vertex."""
+    """Return the interval (low, high) of each parameter.
+
+    A document without certificate needs a vertex.
+    """
     if controller.certificate is None:
         return enclosing_box(vertex_points(controller))
     low_and_high = {name: getattr(controller.certificate.box, name) for name in PARAMETERS}
@@ -33,20 +35,23 @@ def check_box(controller: Controller) -> None:
         for point in vertices:
             if not low <= (value := getattr(point, name)) <= high:
                 raise NoSolutionError(
-                    f"{controller.name}: not proved: vertex {point.name} has {name} {value:.6g}, {holder} {low:.6g} to {high:.6g}; "
+                    f"{controller.name}: not proved: vertex {point.name} has {name} {value:.6g}, "
+                    f"{holder} {low:.6g} to {high:.6g}; "
                     "synthesise the controller anew"
                 )
         least, most = bench_intervals(controller.bench)[name]
         if least < low or most > high:
             raise NoSolutionError(
-                f"{controller.name}: not proved: the bench has {name} {least:.6g} to {most:.6g}, {holder} {low:.6g} to {high:.6g}; "
+                f"{controller.name}: not proved: the bench has {name} {least:.6g} to {most:.6g}, "
+                f"{holder} {low:.6g} to {high:.6g}; "
                 "synthesise the controller anew"
             )
 
 
 def check_corners(controller: Controller) -> None:
-    """Check that every corner of the certificate's box is a vertex of the document; without a
-    certificate it passes.
+    """Check that every corner of the certificate's box is a vertex of the document.
+
+    A document without certificate passes.
 
     Raises
     ------
@@ -60,7 +65,8 @@ def check_corners(controller: Controller) -> None:
         if _parameters(corner) not in vertices:
             words = plant_words(corner, controller.bench)
             raise NoSolutionError(
-                f"{controller.name}: not verified: no vertex of the document is the corner with {words}; synthesise it anew"
+                f"{controller.name}: not verified: no vertex of the document is the corner with "
+                f"{words}; synthesise it anew"
             )
 
 

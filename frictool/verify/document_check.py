@@ -1,5 +1,4 @@
-"""A controller document against its own claims: every vertex rebuilt from the stored coefficients,
-none of the stored figures believed."""
+"""Check of a controller document: every vertex's loop is rebuilt from the stored coefficients."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ from frictool.verify.vertices import vertex_points
 def loop_checks(
     loops: Sequence[FeedbackLoop], point: PlantPoint, lag: float, delays: tuple[int, ...]
 ) -> tuple[DelayCheck, ...]:
-    """The sampled loops at one vertex with each number of samples of delay, as a document stores
-    it: the worst of each figure over them."""
+    """Return the worst figures of the sampled loops at one vertex, for each delay [samples]."""
     found = []
     for delay_samples in delays:
         each = [check_feedback(loop, point.rates, lag, delay_samples) for loop in loops]
@@ -48,7 +46,7 @@ def loop_checks(
 def check_feedback(
     loop: FeedbackLoop, rates: AxisRates, lag: float, delay_samples: int
 ) -> LoopCheck:
-    """Stability and modulus margin of one loop around one plant."""
+    """Return the stability and modulus margin of one loop with one plant."""
     if loop.sees == (ETA,):
         return check_loop(loop.system, rates, lag, delay_samples)
     closed = sensitivity(open_loop(loop, rates, lag, delay_samples))
@@ -58,8 +56,10 @@ def check_feedback(
 def limiter_brake(
     limiter: Limiter | None, velocity: Velocity, constant: float, period: float
 ) -> tuple[FeedbackLoop, ...]:
-    """The loops that the virtual friction of a limiter closes at rest, none without one; constant:
-    effort per unit of drive."""
+    """Return the loops that a limiter's virtual friction closes at rest; empty without one.
+
+    `constant` is the effort per unit of drive.
+    """
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return ()
     return virtual_friction(
@@ -68,14 +68,13 @@ def limiter_brake(
 
 
 def check_document(controller: Controller, *, margins: bool = False) -> None:
-    """Check a document without its stored figures; with `margins`, check the stored margins of its
-    vertices too.
+    """Check a document without its stored figures; with `margins`, check its stored margins too.
 
     Raises
     ------
     NoSolutionError
         If the document contradicts its own bench, a loop at a vertex is unstable or misses the
-        specified margin, or the stored forms are not of one controller.
+        specified margin, or the stored forms do not describe one controller.
     """
     _of_its_bench(controller)
     if controller.velocity.observer is not None:
@@ -88,9 +87,10 @@ def check_document(controller: Controller, *, margins: bool = False) -> None:
         ValueError,
         np.linalg.LinAlgError,
         FloatingPointError,
-    ) as error:  # coefficients near the end of the range of numbers
+    ) as error:  # coefficients near the largest representable numbers
         raise NoSolutionError(
-            f"{controller.name}: not verified: the loop cannot be evaluated ({error}); synthesise it anew"
+            f"{controller.name}: not verified: the loop cannot be evaluated ({error}); synthesise "
+            "it anew"
         ) from None
 
 
@@ -106,7 +106,8 @@ def _of_its_bench(controller: Controller) -> None:
     for key, (found, has) in pairs.items():
         if found != has:
             raise NoSolutionError(
-                f"{controller.name}: not verified: {key}: found {found}, but its bench has {has}; synthesise it anew"
+                f"{controller.name}: not verified: {key}: found {found}, but its bench has {has}; "
+                "synthesise it anew"
             )
 
 
@@ -127,7 +128,8 @@ def _vertices(controller: Controller, margins: bool) -> None:
         for check in found:
             if check.spectral_radius >= 1.0:
                 raise NoSolutionError(
-                    f"{where} the loop of the stored coefficients is unstable with {delay_words(check.delay_samples)} "
+                    f"{where} the loop of the stored coefficients is unstable with "
+                    f"{delay_words(check.delay_samples)} "
                     f"(spectral radius {check.spectral_radius:.6g}); synthesise it anew"
                 )
         margin = next(
@@ -140,7 +142,8 @@ def _vertices(controller: Controller, margins: bool) -> None:
         )
         if margin is None:
             raise NoSolutionError(
-                f"{controller.name}: not verified: vertex {vertex.name} has no check at the bench's delay; synthesise it anew"
+                f"{controller.name}: not verified: vertex {vertex.name} has no check at the "
+                "bench's delay; synthesise it anew"
             )
         if margins:
             _compare(where, vertex.modulus_margin, margin, controller.delay_samples)
@@ -152,25 +155,30 @@ def _vertices(controller: Controller, margins: bool) -> None:
             for check in found
         ):
             raise NoSolutionError(
-                f"{where} the limiter's virtual friction is unstable at rest; raise limiter.virtual_speed"
+                f"{where} the limiter's virtual friction is unstable at rest; raise "
+                "limiter.virtual_speed"
             )
         if margin < required * (1.0 - TOLERANCE):
             raise NoSolutionError(
-                f"{where} the modulus margin is {margin:.6g}, specified {required:g}; synthesise it anew"
+                f"{where} the modulus margin is {margin:.6g}, specified {required:g}; synthesise "
+                "it anew"
             )
 
 
 def _compare(where: str, stated: float, found: float, delay_samples: int) -> None:
     if abs(found - stated) > TOLERANCE * stated:
         raise NoSolutionError(
-            f"{where} the stored coefficients give a modulus margin of {found:.6g} with {delay_words(delay_samples)}, the document says "
+            f"{where} the stored coefficients give a modulus margin of {found:.6g} with "
+            f"{delay_words(delay_samples)}, the document says "
             f"{stated:.6g}; synthesise it anew"
         )
 
 
 def _resonant(controller: Controller) -> None:
-    """The loops with the resonances that the document carries: stable with each delay, with the
-    specified margin at the bench's."""
+    """Check the loops with the document's resonances at each stored delay.
+
+    They must be stable, and have the specified margin at the bench's delay.
+    """
     resonances = controller.resonances
     if resonances is None:
         return

@@ -1,21 +1,21 @@
-"""The sampled axis for every drive rate k and viscous rate s of a rectangle, enclosed without a
-floating-point operation.
+"""Sampled axis for every drive rate k and viscous rate s of a rectangle, in interval arithmetic.
 
-With sigma = s T and lambda = T/tau, the zero-order hold of linear_axis.py is made of
+No floating-point operation takes part. With sigma = s T and lambda = T/tau, the zero-order hold of
+linear_axis.py is
 
     h_q(sigma, lambda) = sum over m, n of (-sigma)^m (-lambda)^n/(m + n + q)!
 
-    drive+ = e i + (1 - e) u                    e = h_0(0, lambda)
-    speed+ = h_0 v + k T (a i + (h_1 - a) u) - f T h_1 w            h_q = h_q(sigma, 0),  a =
-                                                                    h_1(sigma, lambda)
-    eta+   = eta + T v_c - T h_1 v - k T^2 (b i + (h_2 - b) u) + f T^2 h_2 w            b =
-           h_2(sigma, lambda)
+    drive+ = e i + (1 - e) u
+    speed+ = h_0 v + k T (a i + (h_1 - a) u) - f T h_1 w
+    eta+   = eta + T v_c - T h_1 v - k T^2 (b i + (h_2 - b) u) + f T^2 h_2 w
 
-They are sums of decaying exponentials with weights that are nowhere negative and at most one
-together, and so are their derivatives but for the sign. Over the rectangle each h is a cubic in
-sigma within w^4/384, w the rectangle's width times T: the axis lies in the convex hull of eight
-corners, two ends in k times the four control points of the cubics in s (Bernstein's form), widened
-by that remainder.
+    e = h_0(0, lambda),  h_q = h_q(sigma, 0),  a = h_1(sigma, lambda),  b = h_2(sigma, lambda)
+
+Each h_q is a sum of decaying exponentials whose weights are nonnegative and sum to at most one.
+Apart from the sign, the same holds for its derivatives. Over the rectangle each h is a cubic in
+sigma within w^4/384, with w the width of the rectangle times T. The axis therefore lies in the
+convex hull of eight corners, widened by that remainder: two ends in k times the four Bernstein
+control points of the cubics in s.
 """
 
 from __future__ import annotations
@@ -29,16 +29,18 @@ from functools import lru_cache
 from frictool.errors import NoSolutionError
 from frictool.verify.interval_arithmetic import BITS, Enclosure
 
-# of lambda and |sigma|: beyond it the series is long, and the axis is better described without that
-# lag or that mass
+# limit of lambda and |sigma|: above it the series is long, and the axis is better described without
+# that lag or that mass
 LARGEST = 64
 CONTROL_POINTS = 4
 
 
 @dataclass(frozen=True)
 class EnclosedAxis:
-    """The coefficients above at one corner, each an Enclosure of a number; `lagless`: the command
-    is the drive."""
+    """Coefficients of the axis at one corner, each an Enclosure of a number.
+
+    With `lagless` the command is the drive.
+    """
 
     lagless: bool
     kept_drive: Enclosure
@@ -59,13 +61,11 @@ def corners(
     lag: float,
     period: float,
 ) -> list[EnclosedAxis]:
-    """The eight corners of the axis for k in `drive` and s in `viscous`. friction: the rates f at
-    the two ends in k, linear between them.
+    """Return the eight corners of the axis for k in `drive` and s in `viscous`.
 
-    In order: the low end in k with the four control points in s, then the high end.
-
-    Raises NoSolutionError where the lag or 1/s is so much shorter than the period that the series
-    above are no way to compute them.
+    The order is the low end in k with the four control points in s, then the high end. `friction`
+    has the rates f at the two ends in k; they are linear between. Raises NoSolutionError if the lag
+    or 1/s is too short against the period for the series.
     """
     t = Fraction(period)
     ratio = t / Fraction(lag) if lag else Fraction(0)
@@ -74,7 +74,8 @@ def corners(
     if ratio > LARGEST or largest > LARGEST:
         what = "actuator.loop_time_constant_s" if ratio > LARGEST else "inertia/viscous"
         raise NoSolutionError(
-            f"no certificate: {what} is below 1/{LARGEST} of the sample period; allowed: above it, or no lag at all"
+            f"no certificate: {what} is below 1/{LARGEST} of the sample period; allowed: above "
+            "it, or no lag at all"
         )
     points = {
         (q, lagged): cubic(q, ratio if lagged else Fraction(0), low, high)
@@ -110,10 +111,10 @@ _FUNCTIONS = ((0, False), (1, False), (2, False), (1, True), (2, True))  # h_0, 
 
 
 def cubic(q: int, ratio: Fraction, low: Fraction, high: Fraction) -> list[Enclosure]:
-    """Four control points of h_q(., ratio) between `low` and `high`.
+    """Return four control points of h_q(., ratio) between `low` and `high`.
 
-    At any sigma the function is the Bernstein form of some p_i within the enclosures, each off its
-    centre by the same remainder.
+    At any sigma the function equals the Bernstein form of some p_i in the enclosures, all with the
+    same remainder from their centres.
     """
     series = exponential_series(q, ratio, math.ceil(max(abs(low), abs(high))))
     middle, half = (low + high) / 2, (high - low) / 2
@@ -133,8 +134,10 @@ def cubic(q: int, ratio: Fraction, low: Fraction, high: Fraction) -> list[Enclos
 
 
 def _growth(low: Fraction) -> int:
-    """A bound of exp(-sigma x) for sigma >= low and 0 <= x <= 1, and so of h_q and of its
-    derivatives."""
+    """Return a bound of exp(-sigma x) for sigma >= low and 0 <= x <= 1.
+
+    It also bounds h_q and its derivatives.
+    """
     return 1 if low >= 0 else 3 ** math.ceil(-low)
 
 
@@ -142,13 +145,13 @@ def _growth(low: Fraction) -> int:
 def exponential_series(
     q: int, ratio: Fraction, largest: int
 ) -> Callable[[int, Fraction], Enclosure]:
-    """The function (order, sigma) -> derivative of h_q(., ratio) of that order 0 to 3 at sigma,
-    |sigma| at most `largest`.
+    """Return the function (order, sigma) -> derivative of h_q(., ratio), for orders 0 to 3.
 
-    Both sums are nested products, begun so late that the bound of what is left out no longer
-    counts: 0 <= v_j <= 1 in v_j = 1 - ratio/j v_(j+1), with which sum over n of (-ratio)^n/(m + n +
-    q)! = v_(m+q+1)/(m+q)!, and exp(|sigma|) in H_m = m!/(m+q)! v_(m+q+1) - sigma/(m+1) H_(m+1),
-    with which h_q = H_0. An error of the last bit grows by exp(ratio + sigma) at most.
+    The modulus of sigma is at most `largest`. Both sums are nested products that start at a term
+    whose bound is negligible. The inner one uses 0 <= v_j <= 1 in v_j = 1 - ratio/j v_(j+1), with
+    which the sum over n of (-ratio)^n/(m + n + q)! is v_(m+q+1)/(m+q)!. The outer one uses the
+    bound exp(|sigma|) of H_m in H_m = m!/(m+q)! v_(m+q+1) - sigma/(m+1) H_(m+1), with which h_q =
+    H_0. An error of the last bit grows by exp(ratio + sigma) at most.
     """
     guard = BITS + 32 + 4 * math.ceil(ratio) + 4 * largest
     one = 1 << guard
@@ -171,7 +174,7 @@ def exponential_series(
 
 
 def _nested(ratio: Fraction, last: int, one: int) -> dict[int, tuple[int, int]]:
-    """Centre and radius of v_j, times `one`, for j up to `last`."""
+    """Return centre and radius of v_j, times `one`, for j up to `last`."""
     begun = last + 64 + 4 * math.ceil(ratio)
     found = {begun: (one >> 1, (one >> 1) + 1)}
     for j in range(begun - 1, 0, -1):

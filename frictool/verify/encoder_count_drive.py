@@ -1,4 +1,4 @@
-"""What one encoder count asks of the drive, from the coefficients that run on the target."""
+"""Drive requested after one encoder count, from the coefficients that run on the target."""
 
 from __future__ import annotations
 
@@ -6,16 +6,15 @@ import numpy as np
 
 from frictool.plant.lti import Lti
 
-HORIZON = 10  # samples; later the loop has answered
+HORIZON = 10  # samples; later the loop has reacted
 
 
 def count_current(controller: Lti, step: float, horizon: int = HORIZON) -> float:
-    """The largest drive [A or V] over `horizon` samples after the position moved by one count of
-    `step` [rad or m], at rest before.
+    """Return the largest drive [A or V] after the position moved by one count, at rest before.
 
-    The first sample is |d| step, what comes at once; a lead in the controller may ask for more a
-    sample later. What the integral adds beyond the horizon is left to the loop. Raises ValueError
-    for a controller in continuous time.
+    `step` is one count [rad or m]; the maximum is over `horizon` samples. The first sample is |d|
+    step; a lead in the controller may request more one sample later. The integral's later
+    contribution is not counted. Raises ValueError for a controller in continuous time.
     """
     if not controller.period:
         raise ValueError("the current of one count is that of a sampled controller")

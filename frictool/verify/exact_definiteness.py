@@ -1,9 +1,8 @@
-"""Positive definiteness of integer matrices, decided in integers, and what the decision needs
-beside it.
+"""Positive definiteness of integer matrices, decided in integers.
 
-Fraction-free elimination (Bareiss, 1968): the k-th pivot is the k-th leading minor, an integer, and
-every division comes out even. A symmetric matrix is positive definite exactly when all of them are
-positive (Sylvester).
+In fraction-free elimination (Bareiss, 1968) the k-th pivot is the k-th leading minor, an integer,
+and every division is exact. A symmetric matrix is positive definite if and only if all leading
+minors are positive (Sylvester).
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ KEPT = 56  # bits of a matrix's largest entry that a rounded matrix keeps
 
 
 def first_failing_minor(matrix: Integers) -> int | None:
-    """The size of the first leading minor that is not positive of a symmetric integer matrix (n,
-    n); None: it is positive definite.
+    """Return the size of the first leading minor that is not positive; None if positive definite.
 
-    Raises ValueError for a matrix that is not symmetric, whose minors would say nothing.
+    `matrix` is a symmetric integer matrix (n, n). Raises ValueError if it is not symmetric, since
+    its minors would then prove nothing.
     """
     if matrix.shape != matrix.T.shape or not np.all(matrix == matrix.T):
         raise ValueError("the matrix is not symmetric")
@@ -41,11 +40,10 @@ def first_failing_minor(matrix: Integers) -> int | None:
 
 
 def rounded_below(matrix: Integers) -> Integers:
-    """A symmetric matrix of short integers: times a power of two it is below `matrix` (the
-    difference is positive semidefinite).
+    """Return a matrix of short integers that, times a power of two, is below `matrix`.
 
-    Each entry is cut by less than one unit; a symmetric matrix of entries in [0, 1) is at most n
-    times the identity (Gershgorin).
+    Both are symmetric; the difference is positive semidefinite. Each entry is cut by less than one
+    unit, and a symmetric matrix of entries in [0, 1) is at most n times the identity (Gershgorin).
     """
     spare = max(int(abs(value)).bit_length() for value in matrix.ravel()) - KEPT
     if spare <= 0:
@@ -56,9 +54,9 @@ def rounded_below(matrix: Integers) -> Integers:
 
 
 def inverse_of_upper(factor: Integers, one: int) -> Integers:
-    """An inverse, rounded, of the upper triangular matrix `factor`/one, times `one`.
+    """Return the rounded inverse, times `one`, of the upper triangular matrix `factor`/one.
 
-    Raises ZeroDivisionError where a diagonal entry is zero.
+    Raises ZeroDivisionError if a diagonal entry is zero.
     """
     n = len(factor)
     found = np.zeros((n, n), dtype=object)

@@ -1,23 +1,24 @@
-"""The linear loops that a composed controller closes, each cut at the drive.
+"""Linear loops that a composed controller closes, each cut at the drive.
 
-What the drive answers to depends on the blocks. With references at rest and x the position, v the
-speed:
+The signals that the drive depends on follow from the blocks. With references at rest, position x
+and speed v:
 
-    position, and speed_cascade with input eta          drive = C(z) eta                        eta
-                                                        = -x
-    speed_cascade with input speed_error                drive = C(z) F(z) m                     m =
-                                                        -(x[k] - x[k-1])/T, or -v measured
-    a proportional law around it, v_c = K_p (r - x)     drive = C(z) (F(z) m - K_p x)           and
-                                                        C(z) (1 + K_p T z/(z - 1)) eta
+    position, and speed_cascade with input eta     drive = C(z) eta, eta = -x
+    speed_cascade with input speed_error           drive = C(z) F(z) m,
+                                                   m = -(x[k] - x[k-1])/T, or -v measured
+    with a proportional law, v_c = K_p (r - x)     drive = C(z) (F(z) m - K_p x), and
+                                                   C(z) (1 + K_p T z/(z - 1)) eta
 
-F is the velocity block. Where an observer shows the speed (verify/observer_loop.py), F m is what it
-shows, from m and from the drive, which stays within the controller: the loop is cut behind both. A
-proportional law is linear: the whole loop is another one, and both are looked at. A loop that sees
-the motion only leaves the position free, which is then no part of it. A square-root law, a limiter
-and friction compensation are not linear and are in none of them; the virtual friction of a limiter
-is one by its steepest slope, F_cv/v_r at rest.
+F is the velocity block. If an observer estimates the speed (verify/observer_loop.py), F m is its
+estimate from m and from the drive. The drive's path to the observer stays within the controller:
+the loop is cut behind both.
 
-    L(z) = -(from the commanded drive to the drive that is asked for),  sensitivity 1/(1 + L)
+A proportional law is linear and gives a second, outer loop; both are checked. A loop that uses the
+motion only leaves the position free, so the position is not a state of it. A square-root law, a
+limiter and friction compensation are not linear and are in none of the loops. The virtual friction
+of a limiter has a loop of its own, with its steepest slope F_cv/v_r at rest.
+
+    L(z) = -(from the commanded drive to the requested drive),  sensitivity 1/(1 + L)
 """
 
 from __future__ import annotations
@@ -41,8 +42,10 @@ ETA, DIFFERENCE, SPEED = "eta", "difference", "sampled_speed"
 
 @dataclass(frozen=True)
 class FeedbackLoop:
-    """drive = system (sees): one input for each signal that is seen, one output. name: of the loop
-    that it closes, for people."""
+    """Linear feedback from the signals `sees` to the drive.
+
+    `system` has one input per signal and one output. `name` is the name of the loop in messages.
+    """
 
     name: str
     system: Lti
@@ -50,15 +53,17 @@ class FeedbackLoop:
 
 
 def running_form(linear: LinearController, period: float) -> Lti:
-    """C(z) in the form that runs on the target; of sections the states are s1, s2 of each one in
-    the chain's order."""
+    """Return C(z) in the form that runs on the target.
+
+    For sections, the states are s1, s2 of each section in the chain's order.
+    """
     if linear.form == "state_space":
         return Lti.of(linear.discrete, period)
     return chain(linear.sos, period)
 
 
 def chain(sections: tuple[Row, ...], period: float) -> Lti:
-    """Second-order sections as they run (control/second_order_sections.py)."""
+    """Return second-order sections as they run (control/second_order_sections.py)."""
     a, b, c, d = chain_state_space(sections)
     return Lti(a, b[:, None], c[None, :], np.array([[d]]), period)
 
@@ -71,11 +76,10 @@ def feedbacks(
     period: float,
     hold: Held = float,
 ) -> tuple[FeedbackLoop, ...]:
-    """The loop of the linear controller, and the whole one where a proportional law around it is
-    linear too; the last is the outermost.
+    """Return the loop of the linear controller and, with a proportional law, the outer loop.
 
-    hold: what the target's number format makes of the other blocks' coefficients
-    (verify/coefficient_rounding.py).
+    The last loop is the outermost. `hold` rounds the coefficients of the other blocks to the
+    target's number format (verify/coefficient_rounding.py).
     """
     c = running_form(linear, period)
     if structure == "position":
@@ -109,8 +113,10 @@ def feedbacks(
 def _observed(
     c: Lti, gain_of_law: float, speeds: tuple[ObserverSpeed, ...]
 ) -> tuple[FeedbackLoop, ...]:
-    """Of a controller whose speed an observer shows: the drive goes back into the observer, within
-    the controller."""
+    """Return the loops of a controller whose speed comes from an observer.
+
+    The feedback of the drive into the observer is part of the controller.
+    """
     loops = [
         FeedbackLoop(
             f"speed loop{_of(shown)}", _around(c, shown, {SHOWN: 1.0}, (DIFFERENCE,)), (DIFFERENCE,)
@@ -143,7 +149,7 @@ def _around(c: Lti, shown: ObserverSpeed, entering: dict[str, float], sees: tupl
 
 
 def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
-    """Those of a document."""
+    """Return the loops of a document."""
     return feedbacks(
         controller.structure,
         controller.linear,
@@ -154,10 +160,10 @@ def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
 
 
 def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[FeedbackLoop, ...]:
-    """The loop that a limiter's virtual friction closes at rest, one for each mode of an observer
-    that shows the speed.
+    """Return the loop that a limiter's virtual friction closes at rest.
 
-    slope: F_cv/(v_r K) [A or V per rad/s or m/s].
+    There is one for each mode of an observer that estimates the speed. `slope` is F_cv/(v_r K) [A
+    or V per rad/s or m/s].
     """
     if velocity.observer is not None:
         law = gain(slope, period)
@@ -178,10 +184,10 @@ def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[F
 
 
 def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
-    """F(z) of the velocity block, first order or (5.70), with its coefficients as they are held; 1
-    where there is none.
+    """Return F(z) of the velocity block, first order or (5.70), with rounded coefficients.
 
-    Raises ValueError where an observer shows the speed, which is no filter of the position alone.
+    F is 1 without a filter. Raises ValueError for an observer, which is not a filter of the
+    position alone.
     """
     if velocity.source == "observer":
         raise ValueError("an observer is no filter of the position alone")
@@ -195,8 +201,10 @@ def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
 
 
 def from_position(feedback: FeedbackLoop) -> Lti:
-    """From minus the encoder's position to the drive: what one count asks for. A measured speed
-    sees no count."""
+    """Return the system from minus the encoder's position to the drive.
+
+    Its response is that to encoder counts; a measured speed does not contain them.
+    """
     period = feedback.system.period
     if feedback.sees == (ETA,):
         return feedback.system
@@ -218,7 +226,7 @@ def open_loop(
     delay_samples: int,
     resonance: Lti | None = None,
 ) -> Lti:
-    """L(z) around one plant; lag [s]. resonance: a filter of plant/resonance_filter.py."""
+    """Return L(z) with one plant; `lag` in s, `resonance` a filter of plant/resonance_filter.py."""
     blocks, sums = _diagram(feedback, rates, lag, delay_samples, resonance)
     return connect(blocks, {**sums, "returned": {"u": -1.0}}, ("entering",), ("returned",))
 
@@ -226,7 +234,7 @@ def open_loop(
 def friction_to_speed(
     feedback: FeedbackLoop, rates: AxisRates, lag: float, delay_samples: int
 ) -> Lti:
-    """From the friction w in [-1, 1] to the speed, the loop closed."""
+    """Return the closed-loop system from the friction w in [-1, 1] to the speed."""
     blocks, sums = _diagram(feedback, rates, lag, delay_samples)
     del sums["friction"]
     return connect(blocks, {**sums, "entering": {"u": 1.0}}, ("friction",), ("speed",))
@@ -251,8 +259,10 @@ def _diagram(
 def measured_axis(
     rates: AxisRates, lag: float, period: float, sees: tuple[str, ...], resonance: Lti | None = None
 ) -> DiagramBlock:
-    """The sampled axis of linear_axis.py; out come its speed and what is seen of its motion. A
-    position that nobody sees is left out."""
+    """Return the sampled axis of linear_axis.py with its speed and the measured signals as outputs.
+
+    A position that is not measured is left out.
+    """
     axis = linear_axis(rates, lag, period, resonance).system
     n, m = axis.order, len(INPUTS)
     a, b = np.zeros((n + 1, n + 1)), np.zeros((n + 1, m))
@@ -260,7 +270,7 @@ def measured_axis(
     moved, pushed = axis.a[n - 1].copy(), axis.b[n - 1].copy()
     moved[n - 1] -= 1.0
     pushed[INPUTS.index("speed_reference")] = 0.0
-    a[n, :n], b[n] = moved / period, pushed / period  # the difference that the next sample sees
+    a[n, :n], b[n] = moved / period, pushed / period  # the difference at the next sample
     outputs = {"speed": n - 2, ETA: n - 1, DIFFERENCE: n, SPEED: n - 2}
     rows = np.eye(n + 1)
     c = np.array(
@@ -277,15 +287,17 @@ def measured_axis(
 
 
 def _one_plus_integral(rate: float, period: float) -> Lti:
-    """1 + rate T z/(z - 1): eta and the integral of the speed that it asks for, this sample's
-    included."""
+    """Return 1 + rate T z/(z - 1): eta plus the integral of the speed that it requests.
+
+    The integral includes the current sample.
+    """
     return Lti(
         np.eye(1), np.eye(1), np.array([[rate * period]]), np.array([[1.0 + rate * period]]), period
     )
 
 
 def _series(first: Lti, second: Lti) -> Lti:
-    """What leaves `first` enters `second`."""
+    """Return the series connection in which `first` feeds `second`."""
     n, m = first.order, second.order
     a = np.block([[first.a, np.zeros((n, m))], [second.b @ first.c, second.a]])
     b = np.vstack([first.b, second.b @ first.d])

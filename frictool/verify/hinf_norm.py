@@ -1,10 +1,10 @@
-"""The H-infinity norm of a system in either domain, and where it is reached.
+"""H-infinity norm of a system in continuous or discrete time, and its peak frequency.
 
 The peak gain is found by the bisection of Boyd, Balakrishnan and Kabamba (1989) with the two-step
 level update of Bruinsma and Steinbuch (1990). The level sets come from the imaginary eigenvalues of
-a Hamiltonian matrix; a sampled system goes through its bilinear image s = (z - 1)/(z + 1), whose
-imaginary axis is the unit circle. What the eigenvalues say is never believed as a gain: it only
-tells where to look, and every gain is evaluated there.
+a Hamiltonian matrix. A sampled system is mapped by s = (z - 1)/(z + 1), so that the unit circle
+becomes the imaginary axis. The eigenvalues only locate frequencies; every gain is evaluated there
+from the system itself.
 """
 
 from __future__ import annotations
@@ -15,19 +15,21 @@ from numpy.typing import ArrayLike, NDArray
 from frictool.plant.lti import Lti
 
 Matrix = NDArray[np.float64]
-LEVELS = 100  # levels of the bisection, of which a handful is used
-# a real part below this, of the largest modulus, counts as zero; one too many costs an evaluation
+LEVELS = 100  # largest number of levels of the bisection; a few are usual
+# relative real part below which an eigenvalue counts as imaginary; an extra one costs an evaluation
 ON_AXIS = 1e-8
 
 
 def spectral_radius(a: Matrix) -> float:
-    """Largest modulus of the eigenvalues of `a` (n, n); 0 for an empty matrix."""
+    """Return the largest modulus of the eigenvalues of `a` (n, n); 0 for an empty matrix."""
     return float(np.max(np.abs(np.linalg.eigvals(a)))) if a.size else 0.0
 
 
 def gains(system: Lti, frequencies: ArrayLike) -> NDArray[np.float64]:
-    """(k,) largest singular values at the angular frequencies (k,) [rad/s]; infinity is allowed in
-    continuous time."""
+    """Return the largest singular values (k,) at the angular frequencies (k,) [rad/s].
+
+    Infinity is allowed in continuous time.
+    """
     w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
     found = np.full(len(w), np.linalg.norm(system.d, 2))
     finite = np.isfinite(w)
@@ -44,18 +46,17 @@ def gains(system: Lti, frequencies: ArrayLike) -> NDArray[np.float64]:
 def norm(
     system: Lti, tolerance: float = 1e-6, looks: ArrayLike | None = None
 ) -> tuple[float, float]:
-    """H-infinity norm and the angular frequency [rad/s] where it is reached; (inf, nan) for an
-    unstable system.
+    """Return the H-infinity norm and its peak frequency [rad/s]; (inf, nan) if unstable.
 
-    Exact to the relative `tolerance` from below: the gain at that frequency is the norm that is
-    given. The frequency is inf for a continuous system whose gain is largest at infinity. looks:
-    where to look first, where the caller knows better than the poles do.
+    The returned norm is the gain at that frequency, which is below the true norm by at most the
+    relative `tolerance`. The frequency is inf for a continuous system with its largest gain at
+    infinity. `looks` are frequencies to try first instead of those from the poles.
     """
     if not system.stable:
         return np.inf, np.nan
     try:
         return _peak(system, tolerance, looks)
-    except np.linalg.LinAlgError:  # a pole where it was looked: stable by less than rounding
+    except np.linalg.LinAlgError:  # a pole at an evaluated frequency: stable by less than rounding
         return np.inf, np.nan
 
 
@@ -86,8 +87,7 @@ def _peak(system: Lti, tolerance: float, looks: ArrayLike | None) -> tuple[float
 
 
 def _first_looks(system: Lti) -> NDArray[np.float64]:
-    """Frequencies [rad/s] near which a peak is likely: the ends, the poles, and a coarse grid
-    between them."""
+    """Return frequencies [rad/s] near likely peaks: the ends, the poles and a coarse grid."""
     if not system.order:
         return _ends(system)
     poles = np.linalg.eigvals(system.a)
@@ -105,13 +105,12 @@ def _first_looks(system: Lti) -> NDArray[np.float64]:
 
 
 def _ends(system: Lti) -> NDArray[np.float64]:
-    """The ends of the axis, above whose gains the level has to be [rad/s]."""
+    """Return the ends of the frequency axis [rad/s]; the level must exceed the gains there."""
     return np.array([0.0, np.pi / system.period if system.period else np.inf])
 
 
 def _between(crossings: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    """The middles of the intervals between crossings, and in continuous time, whose axis is long,
-    the geometric ones too."""
+    """Return the midpoints between crossings; in continuous time also the geometric means."""
     if crossings.size == 1:
         return crossings
     low, high = crossings[:-1], crossings[1:]
@@ -120,11 +119,10 @@ def _between(crossings: NDArray[np.float64], period: float) -> NDArray[np.float6
 
 
 def _crossings(system: Lti, level: float) -> NDArray[np.float64]:
-    """Frequencies [rad/s] at which some singular value equals `level`: imaginary eigenvalues of the
-    Hamiltonian, sorted.
+    """Return the sorted frequencies [rad/s] at which a singular value equals `level`.
 
-    Valid for a level above the gain at infinity (in continuous time) or at half the sampling
-    frequency, which are among the first looks.
+    They are imaginary eigenvalues of the Hamiltonian. The level must exceed the gain at infinity
+    (in continuous time) or at half the sampling frequency; both are among the first evaluations.
     """
     a, b, c, d = (
         _bilinear_image(system) if system.period else (system.a, system.b, system.c, system.d)

@@ -1,8 +1,7 @@
-"""The closed loop inside the box of plants: at spread points, and at the worst plant that a search
-from there finds.
+"""Worst closed loop inside the box of plants, by scattered points and a local search.
 
-What is found here is a lower bound of the worst norm over the box, and no proof: upper bounds are
-in lmi/structured_singular_value.py (constant parameters) and lmi/lyapunov_bounds.py (moving ones).
+The result is a lower bound of the worst norm over the box, not a proof. Upper bounds are in
+lmi/structured_singular_value.py (constant parameters) and lmi/lyapunov_bounds.py (moving ones).
 """
 
 from __future__ import annotations
@@ -25,22 +24,24 @@ from frictool.verify.hinf_norm import norm
 
 PRIMES = (2, 3, 5, 7)
 NAMES = (*DYNAMIC, "coulomb")
-POINTS = 300  # inside the box
+POINTS = 300  # points inside the box
 SEED = 1
-STEPS = 30  # of the search, each halves the steps that bring nothing
+STEPS = 30  # iterations; each halves the steps of parameters that do not increase the norm
 
 
 @dataclass(frozen=True)
 class WorstPlant:
-    """The largest norm found (infinite: unstable), and the plant that has it."""
+    """Largest norm (inf if unstable) and its plant."""
 
     norm: float
     point: PlantPoint
 
 
 def interior_points(box: Box, count: int, seed: int) -> tuple[PlantPoint, ...]:
-    """`count` points spread evenly inside the box: Halton's sequence, shifted by a random vector
-    (Cranley and Patterson, 1976)."""
+    """Return `count` points spread evenly inside the box.
+
+    They are a Halton sequence shifted by a random vector (Cranley and Patterson, 1976).
+    """
     shift = np.random.default_rng(seed).random(len(NAMES))
     index = np.arange(1, count + 1)
     unit = (np.column_stack([_radical_inverse(index, base) for base in PRIMES]) + shift) % 1.0
@@ -50,7 +51,7 @@ def interior_points(box: Box, count: int, seed: int) -> tuple[PlantPoint, ...]:
 
 
 def _radical_inverse(index: NDArray[np.int64], base: int) -> NDArray[np.float64]:
-    """The digits of `index` mirrored at the point."""
+    """Return the digits of `index` mirrored at the radix point."""
     found, share, rest = np.zeros(len(index)), 1.0 / base, index.copy()
     while np.any(rest):
         found += share * (rest % base)
@@ -71,8 +72,10 @@ def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
 def worst_inside(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], vertices: Sequence[PlantPoint]
 ) -> tuple[WorstPlant, WorstPlant]:
-    """Return the worst norm at the vertices, and that of POINTS plants inside and a search from the
-    worst of all."""
+    """Return the worst norm at the vertices, and the worst inside the box.
+
+    The second one is from POINTS plants and a search that starts at the worst plant of all.
+    """
     box = enclosing_box(vertices)
     at_vertices = worst_norm(controller, plant, vertices)
     inside = worst_norm(controller, plant, interior_points(box, points_inside(vertices), SEED))
@@ -83,8 +86,10 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, the largest at POINTS plants inside, and the
-    plant that has it."""
+    """Return the largest sensitivity at the vertices, the largest inside and its plant.
+
+    The plants inside are POINTS scattered ones.
+    """
 
     def sensitivity(point: PlantPoint) -> float:
         margin = loop_checks(loops, point, lag, (delay,))[0].modulus_margin
@@ -96,15 +101,17 @@ def worst_sensitivity(
 
 
 def points_inside(vertices: Sequence[PlantPoint]) -> int:
-    """Return the number of plants inside that are checked: 1 if no parameter is uncertain."""
+    """Return the number of plants inside to check: POINTS, or 1 if no parameter is uncertain."""
     return POINTS if len(vertices) > 1 else 1
 
 
 def worst_norm(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], points: Sequence[PlantPoint]
 ) -> WorstPlant:
-    """The largest norm over the points. `plant` gives the generalised plant of the axis's rates, in
-    the controller's domain."""
+    """Return the largest norm over the points.
+
+    `plant` maps the axis's rates to the generalised plant, in the controller's domain.
+    """
     found, at = largest(norm(plant(point.rates).closed(controller))[0] for point in points)
     return WorstPlant(found, points[at])
 
@@ -112,7 +119,7 @@ def worst_norm(
 def searched(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], box: Box, start: WorstPlant
 ) -> WorstPlant:
-    """From `start` uphill inside the box, a parameter at a time: at least its norm."""
+    """Return the worst plant of a coordinate search inside the box that starts at `start`."""
     low, high = (np.array([box[name][side] for name in NAMES]) for side in (0, 1))
     width = np.where(high > low, high - low, 1.0)
     at = np.clip((np.array([getattr(start.point, name) for name in NAMES]) - low) / width, 0.0, 1.0)

@@ -1,9 +1,8 @@
-"""Numbers known to lie in an interval, as integers: centre +- radius, both times 2^-BITS. No
-floating-point operation takes part.
+"""Interval arithmetic in integers: centre +- radius, both in units of 2^-BITS.
 
-A product's centre is rounded, and what rounding may have cost is added to its radius, so that the
-interval always holds the true value. Scalars are Python integers, matrices NumPy arrays of them
-(dtype object).
+No floating-point operation takes part. The centre of a product is rounded, and its radius is
+increased by the possible rounding error, so that the interval always holds the true value. Scalars
+are Python integers, matrices are NumPy arrays of them (dtype object).
 """
 
 from __future__ import annotations
@@ -21,22 +20,27 @@ Integers = Any  # an int, or an array of Python integers (dtype object)
 
 @dataclass(frozen=True)
 class Enclosure:
-    """Every entry lies within `radius` of `centre`, in units of 2^-BITS; both an int, or both
-    arrays of one shape."""
+    """Number or array whose entries lie within `radius` of `centre`, in units of 2^-BITS.
+
+    Both fields are ints, or arrays of one shape.
+    """
 
     centre: Integers
     radius: Integers
 
     @staticmethod
     def of(value: float | Fraction | int) -> Enclosure:
-        """A number: exact where it is a multiple of 2^-BITS, as a double above 2^-43 is."""
+        """Return the enclosure of a number.
+
+        It is exact for a multiple of 2^-BITS, such as a double above 2^-43.
+        """
         scaled = Fraction(value) * ONE
         centre = round(scaled)
         return Enclosure(centre, int(scaled != centre))
 
     @staticmethod
     def matrix(rows: Any) -> Enclosure:
-        """Of an array of numbers, of any shape."""
+        """Return the enclosure of an array of numbers of any shape."""
         cells = np.asarray(rows, dtype=object)
         found = [Enclosure.of(value) for value in cells.ravel()]
         centre, radius = np.empty(len(found), dtype=object), np.empty(len(found), dtype=object)
@@ -46,14 +50,14 @@ class Enclosure:
 
     @staticmethod
     def stacked(rows: list[Enclosure]) -> Enclosure:
-        """Rows of equal length as a matrix."""
+        """Return rows of equal length as a matrix."""
         return Enclosure(
             np.array([row.centre for row in rows], dtype=object),
             np.array([row.radius for row in rows], dtype=object),
         )
 
     def widened(self, ulps: int) -> Enclosure:
-        """With `ulps` units of 2^-BITS more on each side."""
+        """Return the enclosure with a radius larger by `ulps` units of 2^-BITS."""
         return Enclosure(self.centre, self.radius + ulps)
 
     def __add__(self, other: Enclosure) -> Enclosure:
@@ -63,7 +67,7 @@ class Enclosure:
         return Enclosure(self.centre - other.centre, self.radius + other.radius)
 
     def __mul__(self, other: Enclosure) -> Enclosure:
-        """Entry by entry; either may be a scalar."""
+        """Multiply entry by entry; either factor may be a scalar."""
         a, r, b, q = self.centre, self.radius, other.centre, other.radius
         return Enclosure(a * b >> BITS, (abs(a) * q + r * (abs(b) + q) >> BITS) + 2)
 

@@ -1,4 +1,4 @@
-"""Linear plant of a simulated stream, as the log stores it."""
+"""Linear plant of a simulated stream in the metadata of its log."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from dataclasses import dataclass
 
 from frictool.plant.polytope import PlantPoint
 
-RECORD = "played_plants"  # of a log's metadata: topic -> PlayedPlant as JSON
-# of a log's metadata: parameter -> [low, high] as JSON, of the model that was played
+RECORD = "played_plants"  # metadata key: topic -> LoggedPlant as JSON
+# metadata key: parameter -> [low, high] as JSON, of the simulated model
 INTERVALS = "model_intervals"
 
 
 @dataclass(frozen=True)
 class LoggedPlant:
-    """Linear plant of one axis, in SI.
+    """Linear plant of one axis, in SI units.
 
-    inertia, viscous, coulomb, constant: the parameters that a scheduled controller uses. slopes:
-    the viscous friction of each direction and regime of speed; constants: effort per unit of drive.
-    Both contain the extremes of their drift.
+    `inertia`, `viscous`, `coulomb`, `constant` are the parameters that a scheduled controller uses.
+    `slopes` are the viscous frictions of each direction and speed regime, `constants` the efforts
+    per unit of drive. Both contain the extremes of their drift.
     """
 
     inertia: float
@@ -33,11 +33,11 @@ class LoggedPlant:
 
     @property
     def point(self) -> PlantPoint:
-        """Return the parameters that a scheduled controller uses."""
+        """Parameters that a scheduled controller uses."""
         return PlantPoint("", self.inertia, self.viscous, self.coulomb, self.constant)
 
     def points(self) -> tuple[PlantPoint, ...]:
-        """Return every linear plant that the axis goes through: each slope with each constant."""
+        """Return every linear plant that the axis takes: each slope with each constant."""
         pairs = itertools.product(self.slopes, self.constants)
         return tuple(
             PlantPoint("", self.inertia, slope, self.coulomb, constant) for slope, constant in pairs
@@ -71,8 +71,7 @@ def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str,
 
 
 def intervals_of_text(record: Mapping[str, str]) -> dict[str, tuple[float, float]]:
-    """Return the intervals of a log's metadata; those that are not two finite numbers are left
-    out."""
+    """Return the intervals of a log's metadata; entries without two finite numbers are left out."""
     found = {}
     for name, text in record.items():
         try:

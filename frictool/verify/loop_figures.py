@@ -1,8 +1,6 @@
-"""Figures of a controller's linear loops: norms at the vertices, margins, drive after one encoder
-count, loss by rounded coefficients.
+"""Figures of a controller's linear loops: norms, margins, drive per encoder count, rounding.
 
-Both `synth`, which writes them into `verified`, and `verify`, which computes them again, call this
-module.
+`synth` writes them into `verified`, and `verify` computes them again; both call this module.
 """
 
 from __future__ import annotations
@@ -42,11 +40,11 @@ from frictool.verify.margins import loop_margins
 from frictool.verify.speed_loop import performance
 from frictool.verify.stored_forms import limited_radius
 
-CLAIM = 1.01  # a norm may exceed what is claimed by 1 %
+CLAIM = 1.01  # factor by which a norm may exceed the claimed one
 HELD: tuple[stored.Number, ...] = (
     "double",
     "float",
-)  # formats that every controller is verified with
+)  # formats with which every controller is verified
 OFFERED: tuple[stored.Number, ...] = (
     "q31",
     "q15",
@@ -55,10 +53,10 @@ OFFERED: tuple[stored.Number, ...] = (
 
 @dataclass(frozen=True)
 class LinearLoops:
-    """A controller's linear loops around the vertices `points`, and what their figures depend on.
+    """Controller's linear loops at the vertices `points`, and the data of their figures.
 
-    weights: of the norm; None where the norm is that of the sensitivity. period, lag [s], delay
-    [samples]; count: the position of one encoder count [rad | m].
+    `weights` is None if the norm is that of the sensitivity. `period` and `lag` are in s, `delay`
+    in samples, `count` is the position of one encoder count [rad | m].
     """
 
     structure: Structure
@@ -86,8 +84,10 @@ class LinearLoops:
         )
 
     def plant(self, rates: AxisRates, *, sampled: bool = True) -> GeneralisedPlant:
-        """Return the weighted plant, sampled with its delay, or continuous without delay. `weights`
-        must be known."""
+        """Return the weighted plant, sampled with its delay, or continuous without delay.
+
+        `weights` must not be None.
+        """
         assert self.weights is not None
         controlled: Controlled = "position" if self.structure == "position" else "speed"
         if not sampled:
@@ -95,8 +95,10 @@ class LinearLoops:
         return generalised_plant(controlled, rates, self.lag, self.weights, self.period, self.delay)
 
     def vertex(self, point: PlantPoint) -> stored.Vertex:
-        """Return the figures at one vertex; the norm is infinite and `stable` is false where a loop
-        is unstable."""
+        """Return the figures at one vertex.
+
+        If a loop is unstable, the norm is infinite and `stable` is false.
+        """
         checks = loop_checks(self.feedbacks(), point, self.lag, delays_checked(self.delay))
         margin = next(check.modulus_margin for check in checks if check.delay_samples == self.delay)
         sampled_norm = designed_norm = self._norm(self.linear, point, margin)
@@ -143,8 +145,10 @@ class LinearLoops:
         )
 
     def rounded(self, number: stored.Number) -> stored.Rounded:
-        """Return the worst figures with rounded coefficients; an anti-windup that rounding makes
-        unstable counts as no margin."""
+        """Return the worst figures with rounded coefficients.
+
+        If rounding makes the anti-windup unstable, the margin is 0 and the norm infinite.
+        """
         linear = rounded_linear(self.linear, number)
         if limited_radius(linear, self.period) >= 1.0:
             return stored.Rounded(number, math.inf, 0.0)
@@ -160,8 +164,7 @@ class LinearLoops:
         return stored.Rounded(number, gamma, min(margins))
 
     def seen_inside(self) -> float:
-        """Return the worst norm of sampled plants inside the vertices' box, and of a search from
-        the worst of them."""
+        """Return the worst norm inside the box, from sampled plants and a local search."""
         loops = self.feedbacks()
         if self.weights is not None:
             return worst_inside(loops[0].system, self.plant, self.points)[1].norm
@@ -169,21 +172,19 @@ class LinearLoops:
         return max(at_vertices, inside)
 
     def _norm(self, linear: stored.LinearController, point: PlantPoint, margin: float) -> float:
-        """Return the norm of the weighted loop, or of the sensitivity where nothing is weighed."""
+        """Return the norm of the weighted loop, or of the sensitivity if there are no weights."""
         if self.weights is not None:
             return performance(running_form(linear, self.period), self.plant(point.rates))
         return 1.0 / margin if margin > 0.0 else math.inf
 
 
 def delays_checked(delay: int) -> tuple[int, ...]:
-    """Return the computational delays [samples] at which every loop has to be stable: none, one and
-    the bench's."""
+    """Return the delays [samples] at which every loop must be stable: 0, 1 and the bench's."""
     return tuple(sorted({0, 1, delay}))
 
 
 def tolerates_rounding(rounded: stored.Rounded, claimed: float, required: float) -> bool:
-    """Return whether a number format keeps the claimed norm within 1 %, and the required modulus
-    margin."""
+    """Return True if a number format keeps the claimed norm within 1 % and the required margin."""
     return (
         rounded.gamma <= CLAIM * claimed
         and rounded.modulus_margin >= required
@@ -192,7 +193,7 @@ def tolerates_rounding(rounded: stored.Rounded, claimed: float, required: float)
 
 
 def loops_of(controller: stored.Controller, points: tuple[PlantPoint, ...]) -> LinearLoops:
-    """Return the loops of a document around the given vertices."""
+    """Return the loops of a document at the given vertices."""
     weights = controller.judged_by
     return LinearLoops(
         structure=controller.structure,
@@ -218,7 +219,7 @@ def weights_of(document: CertifiedWeights) -> PlantWeights:
 
 
 def first_order(document: Filter) -> FirstOrderWeight:
-    """Return a stored filter; a corner frequency that is absent is infinite."""
+    """Return a stored filter; a missing corner frequency is infinite."""
     return FirstOrderWeight(
         document.gain,
         *(math.inf if value is None else value for value in (document.zero, document.pole)),

@@ -1,17 +1,17 @@
-"""How far the sampled loop is from instability, in the directions that an engineer asks for, around
-one plant.
+"""Gain, phase, delay and modulus margins of the sampled loop with one plant.
 
-L(z) = C(z) P(z) z^-d, u = C eta and eta = s - position. Stability ends where L passes through -1:
+L(z) = C(z) P(z) z^-d, u = C eta and eta = s - position. The margins are the smallest changes for
+which L passes through -1:
 
-    gain      k L = -1            factors k > 1 and k < 1, at the frequencies where L is real and
-              negative
-    phase     e^(-j phi) L = -1   at the frequencies where |L| = 1; either sign counts
-    delay     e^(-j w T) L = -1   additional lag only; exact in the sampled loop for whole samples,
-              and how it is usually meant in between
-    modulus   min |1 + L| = 1/max |S| (5.57), all of these at once
+    gain      k L = -1             factors k > 1 and k < 1, at the frequencies where L is real
+                                   and negative
+    phase     e^(-j phi) L = -1    at the frequencies where |L| = 1; either sign counts
+    delay     e^(-j w T) L = -1    additional lag only; exact for whole samples, the usual
+                                   continuous definition between them
+    modulus   min |1 + L| = 1/max |S| (5.57), any combination of gain and phase
 
-Crossings are generalised eigenvalues on the unit circle, of L(z) - L(1/z) and of L(z) L(1/z) - 1,
-and sign changes on a grid, whichever finds them; each one is refined on L itself.
+Crossings are generalised eigenvalues on the unit circle, of L(z) - L(1/z) and L(z) L(1/z) - 1, and
+sign changes on a grid. Each one is refined on L itself.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ from frictool.verify.hinf_norm import norm
 
 Vector = NDArray[np.float64]
 
-NEAR_CIRCLE = 1e-3  # an eigenvalue within this of the unit circle is looked at
+NEAR_CIRCLE = 1e-3  # distance from the unit circle within which an eigenvalue is examined
 LOOKS = 1500  # points of the grid, over six decades below half the sampling frequency
-NOTHING = 1e-9  # |L| below this is zero: a roll-off at half the sampling frequency bounds no gain
-REAL = 1e-6  # a crossing is one where |f| is below this part of |L| + 1
+NOTHING = 1e-9  # |L| below this is zero: a roll-off at half the sampling frequency limits no gain
+REAL = 1e-6  # limit of |f| relative to |L| + 1 at a crossing
 
 
 @dataclass(frozen=True)
 class LoopMargins:
-    """Of one loop; all of them 0 (and gain_up 1) where it is unstable.
+    """Margins of one loop; all are 0 (`gain_up` is 1) if it is unstable.
 
-    gain_up: factor by which the gain may rise, inf without an end. gain_down: factor in [0, 1) down
-    to which it may fall. phase [rad], delay [s], delay_samples. modulus: min |1 + L|. crossing
-    [rad/s]: the highest frequency where |L| = 1, nan without one.
+    `gain_up` is the factor by which the gain may rise, inf without a limit; `gain_down` in [0, 1)
+    is the factor to which it may fall. `phase` is in rad, `delay` in s. `modulus` is min |1 + L|.
+    `crossing` [rad/s] is the highest frequency with |L| = 1, NaN without one.
     """
 
     gain_up: float
@@ -56,7 +56,7 @@ class LoopMargins:
 
 
 def open_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> Lti:
-    """L, from eta to the position, around one plant; lag [s]."""
+    """Return L, from eta to the position, with one plant; `lag` in s."""
     blocks = {
         "controller": DiagramBlock(controller, ("error",), ("u",)),
         "delay": DiagramBlock(delay(delay_samples, controller.period), ("u",), ("command",)),
@@ -72,13 +72,12 @@ def open_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int)
 
 
 def margins(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> LoopMargins:
-    """The margins of the sampled loop around one plant; lag [s]."""
+    """Return the margins of the sampled loop with one plant; `lag` in s."""
     return loop_margins(open_loop(controller, rates, lag, delay_samples))
 
 
 def loop_margins(loop: Lti) -> LoopMargins:
-    """The margins of a sampled loop gain `loop`, one input and one output, whose closed loop has
-    the feedback -1."""
+    """Return the margins of a sampled SISO loop gain `loop` under feedback -1."""
     peak, _ = norm(sensitivity(loop))
     if not np.isfinite(peak):
         return LoopMargins(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, np.nan)
@@ -103,14 +102,13 @@ def loop_margins(loop: Lti) -> LoopMargins:
 
 
 def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> float:
-    """||H_v/w|| of annex (27): the peak gain from the friction w in [-1, 1] to the speed [rad/s or
-    m/s]; inf for an unstable loop.
+    """Return ||H_v/w|| of annex (27): the peak gain from the friction w in [-1, 1] to the speed.
 
-    The annex asks for at most 1 and concludes stability from |sign(v)| <= 1. Read with its unit:
-    sign(v) is bounded by |v|/N for speeds beyond N only, so that a norm of N says that no
-    oscillation with a speed always beyond N can keep itself up by friction. It is not a proof near
-    v = 0, where the gain of sign is without bound; there friction takes energy out, and the
-    simulated loop has to tell.
+    The unit is rad/s or m/s; an unstable loop gives inf. The annex requires at most 1 and concludes
+    stability from |sign(v)| <= 1. With the norm N in its unit, sign(v) is bounded by |v|/N only for
+    speeds above N. The result therefore means only that friction cannot sustain an oscillation
+    whose speed is always above N. It is not a proof near v = 0, where the gain of sign is
+    unbounded. Friction dissipates energy there, and only a simulation of the loop can decide.
     """
     period = controller.period
     blocks = {
@@ -124,7 +122,7 @@ def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int
 
 
 def phase_crossings(loop: Lti) -> Vector:
-    """Angular frequencies [rad/s] in (0, pi/T] where L is real, sorted."""
+    """Return the sorted angular frequencies [rad/s] in (0, pi/T] where L is real."""
     n = loop.order
     zero = np.zeros
     # z x = a x + b u,  p = z (a p + b u),  c x = c p
@@ -146,7 +144,7 @@ def phase_crossings(loop: Lti) -> Vector:
 
 
 def gain_crossings(loop: Lti) -> Vector:
-    """Angular frequencies [rad/s] in (0, pi/T) where |L| = 1, sorted."""
+    """Return the sorted angular frequencies [rad/s] in (0, pi/T) where |L| = 1."""
     n = loop.order
     zero, a, b, c, d = np.zeros, loop.a, loop.b, loop.c, loop.d
     # z x = a x + b u,  v = c x + d u,  p = z (a p + b v),  c p + d v = u
@@ -164,8 +162,11 @@ def gain_crossings(loop: Lti) -> Vector:
 
 
 def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], float]) -> Vector:
-    """The roots in (0, pi/T) of `function` of L near the eigenvalues of z e - m on the unit circle,
-    and at sign changes on a grid."""
+    """Return the roots in (0, pi/T) of `function` of L.
+
+    They are searched near the eigenvalues of z e - m on the unit circle and at sign changes on a
+    grid.
+    """
     period, last = loop.period, np.pi * (1.0 - 1e-9)
     values = eigvals(m, e)
     values = values[np.isfinite(values)]
@@ -192,13 +193,13 @@ def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], floa
         root = float(brentq(at, looked[k], looked[k + 1], xtol=1e-14, rtol=1e-13))
         if abs(at(root)) < REAL * (
             1.0 + abs(loop.response(root / period)[0, 0, 0])
-        ):  # and not a pole, where it jumps
+        ):  # excludes a pole, where the sign jumps
             roots.append(root)
     return np.array(sorted(roots)) / period
 
 
 def sensitivity(loop: Lti) -> Lti:
-    """1/(1 + L)."""
+    """Return 1/(1 + L)."""
     inverse = 1.0 / (1.0 + loop.d[0, 0])
     return Lti(
         loop.a - inverse * loop.b @ loop.c,

@@ -1,4 +1,4 @@
-"""What messages call a loop's delay and its plant."""
+"""Words for a loop's delay and for a plant in messages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from frictool.documents.quantity import si_unit
 
 
 class PlantParameters(Protocol):
-    """A plant by its four parameters, SI."""
+    """Plant by its four parameters, in SI units."""
 
     @property
     def inertia(self) -> float: ...
@@ -25,7 +25,8 @@ class PlantParameters(Protocol):
 
 
 def delay_words(samples: int) -> str:
-    """
+    """Return a delay in words.
+
     >>> delay_words(0), delay_words(1)
     ('0 samples of delay', '1 sample of delay')
     """
@@ -33,15 +34,14 @@ def delay_words(samples: int) -> str:
 
 
 def plant_units(bench: Bench) -> dict[str, str]:
-    """The SI units of a vertex's inertia, viscous and Coulomb friction, and of the drive's
-    constant."""
+    """Return the SI units of inertia, viscous and Coulomb friction, and of the drive's constant."""
     mechanical = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort"}
     units = {name: si_unit(dimension, bench.axis) for name, dimension in mechanical.items()}
     return units | {"constant": bench.actuator.constant.unit}
 
 
 def plant_words(plant: PlantParameters, bench: Bench) -> str:
-    """inertia 1.11e-05 kg m^2, viscous 0 N m s/rad, ..."""
+    """Return the plant in words: inertia 1.11e-05 kg m^2, viscous 0 N m s/rad, ..."""
     return ", ".join(
         f"{name} {getattr(plant, name):.4g} {unit}" for name, unit in plant_units(bench).items()
     )

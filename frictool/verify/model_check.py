@@ -1,5 +1,4 @@
-"""Check of a controller against a model: are the model's intervals inside the certificate's, and is
-the loop good at their corners?"""
+"""Check of a controller against a model: its intervals, its rig and the margins at its corners."""
 
 from __future__ import annotations
 
@@ -20,9 +19,10 @@ from frictool.verify.resonant_loop import ResonantCheck, resonant_check
 class ModelCheck:
     """Result of the check of a controller at the corners of a model.
 
-    beyond: a phrase for each parameter and each fact of the rig for which the controller was not
-    verified. margin: the smallest modulus margin, at `plant`. resonant: the margin with the model's
-    resonances, None if it has none. outside_margins: parts of the model that no margin contains.
+    `beyond` has a phrase for each parameter and each fact of the rig for which the controller was
+    not verified. `margin` is the smallest modulus margin, at `plant`. `resonant` has the margin
+    with the model's resonances, None if it has none. `outside_margins` names parts of the model
+    that no margin contains.
     """
 
     beyond: tuple[str, ...]
@@ -35,15 +35,13 @@ class ModelCheck:
 
     @property
     def holds(self) -> bool:
-        """Return whether the controller was verified for the model and its rig, and its corners
-        have the specified margin."""
+        """True if the controller was verified for this model and rig, with every margin met."""
         margins = [self.margin, *([] if self.resonant is None else [self.resonant.modulus_margin])]
         return not self.beyond and min(margins) >= self.specified
 
 
 def check_model(controller: Controller, model: Model) -> ModelCheck:
-    """Compute the margins at the model's corners, from the hull of its intervals and of its bench's
-    ranges.
+    """Return the margins at the corners of the model's intervals and of its bench's ranges.
 
     Raises
     ------
@@ -65,7 +63,8 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
     for name, (own, other) in pairs.items():
         if own != other:
             raise FrictoolError(
-                f"the model {model.name} has {name} {other}, the controller {controller.name} {own}; synthesise it anew"
+                f"the model {model.name} has {name} {other}, the controller {controller.name} "
+                f"{own}; synthesise it anew"
             )
     ranges, margins = intervals(model), PlantMargins(controller)
     points = corner_points(ranges)
@@ -83,8 +82,10 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
 
 
 def outside_margins(model: Model) -> tuple[str, ...]:
-    """Return the names of the parts of a model that `simulate` plays and no margin contains, since
-    they are not linear."""
+    """Return the names of the nonlinear parts of a model, which no margin contains.
+
+    `simulate` plays them.
+    """
     mechanics, laws = model.bench.mechanics, model.laws
     load = None if laws is None else laws.load
     parts = {

@@ -1,13 +1,12 @@
-"""A controller with its speed from an observer: the loop that they close together, verified again
-before anything is said of it.
+"""Controller with its speed from an observer, verified again with the observer in the loop.
 
-    controller.yaml, observer.yaml ──▶ velocity: {source: observer, observer: ...} ──▶ loops at the
-    vertices ──▶ a controller document
+    controller.yaml, observer.yaml -> velocity: {source: observer, observer: ...}
+    -> loops at the vertices -> a controller document
 
-What was verified of the controller is of another loop where its linear part is fed by the speed:
-the margins are found again with the observer inside, in slip, and what cannot be (norms,
-certificate, robustness) is taken out. Where the linear part sees the position only, eta or the
-position's error, its loop is the same; only what brakes by the speed is looked at.
+If the linear part is fed by the speed, the verified figures belong to another loop. The margins are
+then computed again with the observer in slip, and the figures that cannot be computed (norms,
+certificate, robustness) are removed. If the linear part uses the position only (eta or the position
+error), its loop is unchanged, and only the speed-dependent brake is checked.
 """
 
 from __future__ import annotations
@@ -30,20 +29,25 @@ from frictool.verify.messages import delay_words
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.vertices import vertex_points
 
-NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by an observer's speed; `verify` finds its margins again"
+NOT_CERTIFIED = (
+    "what is proved is a loop around eta, and this one is fed by an observer's speed; `verify` "
+    "finds its margins again"
+)
 REPLACED = (
     "velocity",
     "verified",
     "certificate",
 )  # blocks of the controller that the observer replaces
-SAME = 1e-9  # relative, of numbers that two benches have of one rig
+SAME = 1e-9  # relative tolerance of numbers that two benches state for one rig
 
 
 @dataclass(frozen=True)
 class ObservedController:
-    """controller: the merged one. before, after: modulus margin at the worst vertex of the loop
-    that the speed closes, None where the speed closes no linear loop; at: that vertex with the
-    observer."""
+    """Controller with an observer, and its modulus margins at the worst vertex.
+
+    `before` and `after` are those of the speed loop without and with the observer, None if the
+    speed closes no linear loop. `at` is the worst vertex with the observer.
+    """
 
     controller: Controller
     before: float | None = None
@@ -52,16 +56,20 @@ class ObservedController:
 
     @property
     def specified(self) -> float:
-        """The modulus margin that the controller was synthesised for."""
+        """Modulus margin that the controller document specifies."""
         return self.controller.verified.modulus_margin_specified
 
     def told(self) -> list[str]:
-        """For people."""
+        """Return the result as lines for the user."""
         if self.after is None or self.before is None:
             return [
-                "velocity from the observer; the linear loop is fed by the position and is the one that was verified"
+                "velocity from the observer; the linear loop is fed by the position and is the "
+                "one that was verified"
             ]
-        line = f"velocity from the observer: modulus margin {self.after:.3f} at vertex {self.at} with it, {self.before:.3f} without"
+        line = (
+            f"velocity from the observer: modulus margin {self.after:.3f} at vertex {self.at} "
+            f"with it, {self.before:.3f} without"
+        )
         return [line] + (
             [f"below the {self.specified:g} that was specified"]
             if self.after < self.specified
@@ -72,18 +80,37 @@ class ObservedController:
 def with_observer(
     controller: Controller, observer: Observer, margin: float | None = None
 ) -> ObservedController:
-    """The controller whose blocks take their speed from the observer.
+    """Return the controller with its speed estimated by the observer.
 
-    margin: what is specified of the modulus margin from now on, in place of what was. Raises
-    FrictoolError where the two are not of one rig or the controller uses no speed, NoSolutionError
-    where a loop is unstable at a vertex with the bench's delay or another one checked.
+    Parameters
+    ----------
+    controller : Controller
+        Verified controller document.
+    observer : Observer
+        Observer document of the same rig.
+    margin : float, optional
+        Modulus margin that replaces the specified one.
+
+    Returns
+    -------
+    ObservedController
+        Merged document and its margins.
+
+    Raises
+    ------
+    FrictoolError
+        If the two are not of one rig, or if the controller uses no speed.
+    NoSolutionError
+        If a loop is unstable at a vertex with any of the checked delays.
     """
     _of_one_rig(controller, observer)
     check_observer(observer)
     if not uses_speed(controller):
         raise FrictoolError(
-            f"the controller {controller.name!r} uses no speed: the observer would change nothing; allowed: a controller with input "
-            "speed_error, a brake, an energy limiter, virtual friction, or friction compensation by the measured speed"
+            f"the controller {controller.name!r} uses no speed: the observer would change "
+            "nothing; allowed: a controller with input "
+            "speed_error, a brake, an energy limiter, virtual friction, or friction compensation "
+            "by the measured speed"
         )
     merged = msgspec.structs.replace(
         controller, velocity=Velocity(source="observer", observer=observer)
@@ -118,8 +145,10 @@ def with_observer(
 
 
 def _digested(merged: Controller, source: Controller) -> Controller:
-    """Return the document with digests of its new blocks; a block that was changed before keeps its
-    old digest, which shows the change."""
+    """Return the document with digests of its new blocks.
+
+    A block that was changed before keeps its old digest, which shows the change.
+    """
     if not source.verified.digests:
         return merged
     changed = changed_blocks(source)
@@ -129,7 +158,7 @@ def _digested(merged: Controller, source: Controller) -> Controller:
 
 
 def _certificate(controller: Controller) -> Certificate | None:
-    """Nothing of the new loop is proved, and the document says why."""
+    """Return the certificate without bounds, and with the reason."""
     if controller.certificate is None:
         return None
     return msgspec.structs.replace(
@@ -162,14 +191,14 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
                 f"{value:.9g}" if isinstance(value, float) else str(value) for value in (found, has)
             ]
             raise FrictoolError(
-                f"the observer {observer.name} is of another rig: its {name} is {shown[0]}, {controller.name} has {shown[1]}; design it "
+                f"the observer {observer.name} is of another rig: its {name} is {shown[0]}, "
+                f"{controller.name} has {shown[1]}; design it "
                 "from the model that the controller was made of"
             )
 
 
 def _vertex(controller: Controller, loops: LinearLoops, point: PlantPoint) -> Vertex:
-    """Return the figures of a vertex as the loops are now. Raises NoSolutionError where one is
-    unstable."""
+    """Return the present figures of a vertex; raise NoSolutionError if a loop is unstable."""
     vertex = loops.vertex(point)
     for check in vertex.checks:
         if check.spectral_radius >= 1.0:
@@ -180,8 +209,7 @@ def _vertex(controller: Controller, loops: LinearLoops, point: PlantPoint) -> Ve
 
 
 def _brake(controller: Controller) -> None:
-    """Raises NoSolutionError where the virtual friction of a limiter does not come to rest with the
-    observer."""
+    """Raise NoSolutionError if a limiter's virtual friction is unstable with the observer."""
     bench = controller.bench.actuator
     brake = limiter_brake(
         controller.limiter, controller.velocity, bench.constant.value, controller.sample_period_s
@@ -206,7 +234,9 @@ def _brake(controller: Controller) -> None:
 
 def _refuse(controller: Controller, vertex: Vertex, delay: int, radius: float, what: str) -> None:
     raise NoSolutionError(
-        f"{controller.name}: not verified: with the observer {what} is unstable at vertex {vertex.name} with {delay_words(delay)} "
-        f"(spectral radius {radius:.4f}); try an observer of another bandwidth (observe design --kind tracking --bandwidth), or a slower "
+        f"{controller.name}: not verified: with the observer {what} is unstable at vertex "
+        f"{vertex.name} with {delay_words(delay)} "
+        f"(spectral radius {radius:.4f}); try an observer of another bandwidth (observe design "
+        "--kind tracking --bandwidth), or a slower "
         "controller"
     )

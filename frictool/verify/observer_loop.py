@@ -1,16 +1,17 @@
-"""The speed that an observer shows, as the linear system that it is in slip: from the motion that
-is seen and the drive that is asked for.
+"""Speed estimate of an observer as a linear system in slip, from the motion and the drive.
 
-    m[k]  = -(y[k] - y[k-1])/T ──▶┐
-                                  ├─▶ shown = -v^          drive u ─▶ delay ─▶ lag ─▶ mean effort,
-                                                           as the observer models it
-    u[k] ────────────────────────▶┘
+    m[k] = -(y[k] - y[k-1])/T ──▶┐
+                                 ├─▶ shown = -v^
+    u[k] ───────────────────────▶┘   u ─▶ delay ─▶ lag ─▶ mean effort, as the observer
+                                     models it
 
-Its position enters by what the measured position misses it by, so that a common shift of both is no
-state: the loop of a speed leaves the position free. Of a tracking observer the miss is taken whole,
-as where the axis moves by counts: within the cell nothing enters, and the speed is the model's. Of
-a switched observer there is one system for each mode in slip, and each one's loop is looked at by
-itself. Dry friction and offset are constant in slip; backlash and knees are left out.
+The measured position enters only as the difference from the observer's position. A common shift of
+both is therefore not a state, and the speed loop leaves the position free.
+
+The linear system of a tracking observer uses the whole difference, which is right for motion over
+many counts. Within one encoder cell the observer corrects nothing, and its speed is that of its
+model. A switched observer has one system per mode in slip, and the loop of each is checked
+separately. Dry friction and offset are constant in slip; backlash and knees are left out.
 """
 
 from __future__ import annotations
@@ -34,35 +35,42 @@ SHOWN, MOVED, DRIVEN = "shown", "motion", "u"
 
 @dataclass(frozen=True)
 class ObserverSpeed:
-    """Inputs m [rad/s | m/s] and u [A | V], output minus the speed. mode: for people, empty where
-    there is one."""
+    """Linear observer with inputs m [rad/s | m/s] and u [A | V] and the output minus the speed.
+
+    `mode` is its name in messages, empty if there is only one.
+    """
 
     system: Lti
     mode: str = ""
 
 
 def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ObserverSpeed, ...]:
-    """One of a tracking observer, one for each mode in slip of a switched one; hold:
-    verify/coefficient_rounding.py."""
+    """Return the system of a tracking observer, or one per mode in slip of a switched one.
+
+    `hold` rounds coefficients (verify/coefficient_rounding.py).
+    """
     return tuple(
         ObserverSpeed(_with_drive(observer, one.system), one.mode) for one in _alone(observer, hold)
     )
 
 
 def check_observer(observer: Observer, hold: Held = float) -> None:
-    """Raises NoSolutionError where the observer's own error does not die out in slip: whatever loop
-    is around it, it would run away."""
+    """Raise NoSolutionError if the observer's own error does not decay in slip.
+
+    Such an observer diverges in any loop.
+    """
     for one in _alone(observer, hold):
         radius = spectral_radius(one.system.a)
         if not radius < 1.0:
             raise NoSolutionError(
-                f"{observer.name}: not verified: the observer's own error grows in slip (spectral radius {radius:.6g}"
+                f"{observer.name}: not verified: the observer's own error grows in slip (spectral "
+                f"radius {radius:.6g}"
                 f"{' in ' + one.mode if one.mode else ''}); design it anew (observe design)"
             )
 
 
 def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
-    """The observers without their drive, inputs m and the effort; its states are its errors."""
+    """Return the observers without their drive; inputs m and effort, states the errors."""
     if observer.tracking is not None:
         return (ObserverSpeed(_tracking(observer, hold)),)
     switched = observer.switched
@@ -82,8 +90,10 @@ def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
 
 
 def _tracking(observer: Observer, hold: Held) -> Lti:
-    """From m and the effort to minus v^; states: miss after the correction and the model's way, v,
-    d."""
+    """Return the system from m and the effort to minus v^.
+
+    Its states are the position difference after the correction and the model's step, v, and d.
+    """
     own = observer.tracking
     assert own is not None
     period, (one, two, three) = observer.sample_period_s, (hold(gain) for gain in own.gains)
@@ -91,7 +101,7 @@ def _tracking(observer: Observer, hold: Held) -> Lti:
     # miss = e - T m;  v^ = v + two miss, d^ = d + three miss;  v+ = (1 - rate viscous) v^ + rate
     # (d^ + effort)
     kept = 1.0 - rate * viscous
-    miss = np.array([1.0, 0.0, 0.0, -period, 0.0])  # of (e, v, d, m, effort)
+    miss = np.array([1.0, 0.0, 0.0, -period, 0.0])  # row over (e, v, d, m, effort)
     speed = np.array([0.0, 1.0, 0.0, 0.0, 0.0]) + two * miss
     lacking = np.array([0.0, 0.0, 1.0, 0.0, 0.0]) + three * miss
     after = kept * speed + rate * (lacking + np.array([0.0, 0.0, 0.0, 0.0, 1.0]))
@@ -102,7 +112,7 @@ def _tracking(observer: Observer, hold: Held) -> Lti:
 def _switched(
     observer: Observer, hold: Held, coupling: float, gains: tuple[float, float, float]
 ) -> Lti:
-    """The same of one mode: its speed is that before this sample's position was seen."""
+    """Return the system of one mode; its speed precedes the correction by this sample."""
     period, (one, two, three) = observer.sample_period_s, gains
     rate, viscous = hold(period / observer.inertia.value), observer.friction.viscous
     miss = np.array([1.0, 0.0, 0.0, -period, 0.0])
@@ -122,7 +132,7 @@ def _lti(rows: Matrix, shown: NDArray[np.float64], period: float) -> Lti:
 
 
 def _with_drive(observer: Observer, system: Lti) -> Lti:
-    """From m and the drive: the effort as control/drive_model.py has it."""
+    """Return the system from m and the drive, with the effort of control/drive_model.py."""
     period, actuator = observer.sample_period_s, observer.bench.actuator
     blocks = {
         "delay": DiagramBlock(delay(observer.bench.delay_samples, period), (DRIVEN,), ("acting",)),
@@ -133,7 +143,7 @@ def _with_drive(observer: Observer, system: Lti) -> Lti:
 
 
 def _mean(lag: float, period: float) -> Lti:
-    """From the drive that acts to its mean over the sample, behind the drive's own loop."""
+    """Return the system from the applied drive to its mean over the sample behind the lag."""
     if lag == 0.0:
         return Lti(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1)), period)
     left = math.exp(-period / lag)

@@ -1,10 +1,9 @@
-"""The modulus margin of a controller's sampled loops around any plant, from the stored
-coefficients.
+"""Modulus margins of a controller's sampled loops with any plant, fast enough for campaigns.
 
-The loop is that of verify/feedback_loops.py at the bench's delay, and its margin is 1/max |1/(1 +
-L)|. A campaign needs it for thousands of plants, so that the matrices are assembled here for each
-plant, and the peak is searched with the eigenvectors of the closed loop, which give the gain at
-many frequencies at once.
+The loop is that of verify/feedback_loops.py at the bench's delay; its margin is 1/max |1/(1 + L)|.
+A campaign computes it for thousands of plants. Therefore the matrices are assembled here directly,
+and the peak is searched with the eigenvectors of the closed loop, which give the gain at many
+frequencies at once.
 """
 
 from __future__ import annotations
@@ -24,13 +23,13 @@ from frictool.verify.scheduled_loop import interpolate_controller, weights
 Vector = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# frequencies of the search beside those of the modes, over six decades below half the sampling
+# frequencies of the search besides those of the modes, over six decades below half the sampling
 # frequency
 POINTS = 120
-NEAR = 0.9  # of the largest gain: maxima of the search that are refined
-ZOOMS, ZOOMED = 4, 11  # rounds of refinement, and their frequencies
-# relative, of the gain by the modes and the gain itself; with less the norm is computed without the
-# modes
+NEAR = 0.9  # share of the largest gain above which a maximum is refined
+ZOOMS, ZOOMED = 4, 11  # rounds of refinement, and frequencies in each
+# relative difference between the gain by the modes and by the matrices, above which the norm is
+# computed without the modes
 AGREEMENT = 1e-7
 
 
@@ -52,14 +51,12 @@ class PlantMargins:
         self._angles, self._circle = angles, np.exp(1j * angles)
 
     def __call__(self, plant: LoggedPlant) -> float:
-        """Return the smallest margin of the loops over the plant's slopes and constants; 0 if one
-        is unstable."""
+        """Return the smallest margin over the plant's slopes and constants; 0 if unstable."""
         loops = self._scheduled(plant.point) if self._schedule is not None else self._loops
         return min(self.of(loop, point.rates) for loop in loops for point in plant.points())
 
     def at(self, point: PlantPoint) -> float:
-        """Return the smallest margin of the loops around one constant plant; 0 if one is
-        unstable."""
+        """Return the smallest margin of the loops with one constant plant; 0 if unstable."""
         slopes, constants = (point.viscous,), (point.constant,)
         return self(
             LoggedPlant(
@@ -68,7 +65,7 @@ class PlantMargins:
         )
 
     def of(self, loop: FeedbackLoop, rates: AxisRates) -> float:
-        """Return the margin of one loop around one plant; 0 if it is unstable."""
+        """Return the margin of one loop with one plant; 0 if it is unstable."""
         closed = self._sensitivity(loop, rates)
         poles, vectors = np.linalg.eig(closed.a)
         if poles.size and np.max(np.abs(poles)) >= 1.0:
@@ -84,11 +81,13 @@ class PlantMargins:
         return tuple(FeedbackLoop(loop.name, running, loop.sees) for loop in self._loops)
 
     def _sensitivity(self, loop: FeedbackLoop, rates: AxisRates) -> Lti:
-        """Return 1/(1 + L), with the states of controller, delay and axis; its input is added to
-        the controller's drive."""
+        """Return 1/(1 + L) with the states of controller, delay and axis.
+
+        Its input is added to the controller's drive.
+        """
         c, wait = loop.system, delay(self._delay, self._period)
         axis = measured_axis(rates, self._lag, self._period, loop.sees).system
-        seen, push = axis.c[1:], axis.b[:, :1]  # of its ports: behind the speed; the command
+        seen, push = axis.c[1:], axis.b[:, :1]  # outputs after the speed; input of the command
         n, d, m = c.order, wait.order, axis.order
         a, b, rows = (
             np.zeros((n + d + m, n + d + m)),
@@ -106,13 +105,15 @@ class PlantMargins:
         return Lti(a + b @ rows, b, rows, np.eye(1), self._period)
 
     def _peak(self, closed: Lti, poles: Complex, vectors: Complex) -> float:
-        """Return the largest gain of a stable loop; the modes locate its frequency, and the
-        matrices give its value."""
+        """Return the largest gain of a stable loop.
+
+        The modes locate its frequency, and the matrices give its value.
+        """
         try:
             residues = (closed.c @ vectors)[0] * np.linalg.solve(vectors, closed.b.astype(complex))[
                 :, 0
             ]
-        except np.linalg.LinAlgError:  # the modes are no basis
+        except np.linalg.LinAlgError:  # the matrix is defective: the modes are no basis
             return norm(closed)[0]
 
         def by_modes(circle: Complex) -> Vector:

@@ -1,5 +1,7 @@
-"""Recomputation of every figure of a controller document from its coefficients, bench and weights,
-without a solver."""
+"""Recomputation of every figure of a controller document, without a solver.
+
+The figures follow from the document's coefficients, bench and weights.
+"""
 
 from __future__ import annotations
 
@@ -21,17 +23,19 @@ from frictool.verify.interior_search import points_inside
 from frictool.verify.loop_figures import HELD, OFFERED, LinearLoops, loops_of, tolerates_rounding
 from frictool.verify.scheduled_loop import scheduled_figures
 
-# Relative differences that another processor's last digits may make; figures that have no entry
-# here agree within TOLERANCE.
+# Relative differences that rounding on another processor may cause; figures without an entry here
+# agree within TOLERANCE.
 SEARCHED = 1e-3  # figures of a search, which may end at another plant nearby
-ROOTS = 1e-3  # of the unit circle: a multiple eigenvalue moves by a root of the rounding error
+ROOTS = 1e-3  # spectral radius: a multiple eigenvalue moves by a root of the rounding error
 TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
 
 
 @dataclass(frozen=True)
 class FigureDifference:
-    """Stored figure that differs from the computed one. key: its path in the document; None is no
-    value."""
+    """Stored figure that differs from the computed one.
+
+    `key` is its path in the document; None means no value.
+    """
 
     key: str
     stored: Any
@@ -42,9 +46,9 @@ class FigureDifference:
 class Verification:
     """Result of `verify`.
 
-    proved: bounds of the certificate. differences: stored figures that differ from the computed
-    ones. changed: blocks changed after the verification. not_computed: stored figures, by key, that
-    `verify` cannot compute.
+    `proved` are the bounds of the certificate, `differences` the stored figures that differ from
+    the computed ones, `changed` the blocks that were changed after the verification. `not_computed`
+    are the stored figures, by key, that `verify` cannot compute.
     """
 
     proved: tuple[ProvedBound, ...]
@@ -54,27 +58,32 @@ class Verification:
 
     @property
     def unaltered(self) -> bool:
-        """Return whether every figure that can be computed is the stored one, and every block the
-        one that was verified."""
+        """True if every computable figure equals the stored one and no block was changed."""
         return not self.differences and not self.changed
 
 
 def verify(controller: Controller) -> Verification:
-    """Prove the certificate of a controller in integers, and compute every figure under `verified`
-    and `schedule` again.
+    """Prove the certificate of a controller in integers, and recompute its stored figures.
+
+    The figures are those under `verified` and `schedule`.
+
+    Parameters
+    ----------
+    controller : Controller
+        Controller document.
 
     Returns
     -------
     Verification
-        With the stored figures that differ from the computed ones by more than rounding on another
-        processor explains.
+        Stored figures that differ from the computed ones by more than rounding on another processor
+        explains, and blocks that were changed.
 
     Raises
     ------
     NoSolutionError
         If a bound is not proved or missing, the certificate's box does not hold the bench's
-        intervals, a loop is unstable or misses the specified margin, or the stored forms are not of
-        one controller.
+        intervals, a loop is unstable or misses the specified margin, or the stored forms do not
+        describe one controller.
     """
     check_box(controller)
     certificate = controller.certificate
@@ -87,8 +96,9 @@ def verify(controller: Controller) -> Verification:
 
 
 def recheck(controller: Controller) -> None:
-    """Check box, stability and margins at every vertex, before the coefficients of a document are
-    used; it takes about 0.05 s.
+    """Check box, stability and margins at every vertex before a document's coefficients are used.
+
+    The check takes about 0.05 s.
 
     Raises
     ------
@@ -116,8 +126,7 @@ def _differences(controller: Controller) -> tuple[FigureDifference, ...]:
 
 
 def computed_figures(controller: Controller) -> Verified:
-    """Return `verified` with every figure that needs no solver computed again at the corners of the
-    certificate's box."""
+    """Return `verified` with every figure that needs no solver, at the corners of the box."""
     verified = controller.verified
     loops = loops_of(controller, corner_points(box_of(controller)))
     vertices = tuple(loops.vertex(point) for point in loops.points)
@@ -137,8 +146,10 @@ def computed_figures(controller: Controller) -> Verified:
 
 
 def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Rounded, ...]:
-    """Return the number formats that the loop tolerates; within TOLERANCE of the limit, those that
-    the document lists."""
+    """Return the number formats that the loop tolerates.
+
+    Within TOLERANCE of the limit, these are the formats that the document lists.
+    """
     listed = {one.number for one in verified.rounded}
     found = []
     for number in (*HELD, *OFFERED):
@@ -152,8 +163,10 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
 
 
 def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:
-    """Return the figures of plants inside the box; None if the document has neither them nor a
-    certificate."""
+    """Return the figures inside the box.
+
+    The result is None if the document has neither them nor a certificate.
+    """
     known = controller.verified.robustness
     if known is None and controller.certificate is None:
         return None
@@ -174,8 +187,7 @@ def _scheduled(controller: Controller, schedule: Schedule) -> Schedule:
 
 
 def _below_what_is_seen(verified: Verified) -> Iterator[FigureDifference]:
-    """Yield the upper bounds of the solver that lie below a norm at a vertex, and so cannot be
-    bounds."""
+    """Yield the solver's upper bounds that a norm at a vertex contradicts."""
     if verified.robustness is None:
         return
     for name in SOLVED:

@@ -1,5 +1,4 @@
-"""The loops around a plant whose links yield: stable and with their margin at every corner, every
-resonance at its ends and in between."""
+"""Loops with a plant that has resonant links, at every corner and both ends of the resonances."""
 
 from __future__ import annotations
 
@@ -18,8 +17,10 @@ from frictool.verify.margins import sensitivity
 
 @dataclass(frozen=True)
 class ResonantCheck:
-    """The worst over loops, corners and ends of the resonances: spectral radius and modulus margin,
-    and where."""
+    """Worst spectral radius and modulus margin over loops, corners and ends of the resonances.
+
+    `where` names the loop and vertex of the worst margin.
+    """
 
     spectral_radius: float
     modulus_margin: float
@@ -33,7 +34,7 @@ def resonant_check(
     delay_samples: int,
     resonances: Resonances,
 ) -> ResonantCheck:
-    """Every loop around every plant with every filter; the margin is 0 where a loop is unstable."""
+    """Check every loop with every plant and every filter; the margin is 0 if a loop is unstable."""
     radii, margins, places = [], [], []
     for loop in loops:
         for point in points:
@@ -53,8 +54,7 @@ def resonant_check(
 def require_margin(
     found: ResonantCheck, resonances: Resonances, required: float, name: str = ""
 ) -> None:
-    """Raises NoSolutionError where a loop is unstable with the resonances, or misses the required
-    margin."""
+    """Raise NoSolutionError if a loop with the resonances is unstable or misses the margin."""
     slowest = min(
         (one.rad_s for one in resonances.poles),
         default=min(resonances.real_poles_rad_s, default=0.0),
@@ -64,11 +64,13 @@ def require_margin(
     before = f"{name}: not verified: " if name else "not verified: "
     if found.spectral_radius >= 1.0:
         raise NoSolutionError(
-            f"{before}{told}: the loop is unstable (spectral radius {found.spectral_radius:.6g}); lower weights.bandwidth_rad_s, or "
+            f"{before}{told}: the loop is unstable (spectral radius {found.spectral_radius:.6g}); "
+            "lower weights.bandwidth_rad_s, or "
             f"stiffen {links}"
         )
     if found.modulus_margin < required:
         raise NoSolutionError(
-            f"{before}{told}: the modulus margin is {found.modulus_margin:.4g}, specified {required:g}; lower weights.bandwidth_rad_s, or "
+            f"{before}{told}: the modulus margin is {found.modulus_margin:.4g}, specified "
+            f"{required:g}; lower weights.bandwidth_rad_s, or "
             f"stiffen {links}"
         )

@@ -1,8 +1,7 @@
-"""Facts of a rig, beside the parameters of its plant, that a controller was verified with: timing,
-limits, encoder, springs.
+"""Facts of a rig, apart from its plant parameters, for which a controller was verified.
 
-A rig is described by a mapping from the names of FACTS to numbers in SI, so that a bench, a model,
-a mechanism and a log can be compared.
+They are timing, limits, encoder and springs. A rig is a mapping from the names of FACTS to numbers
+in SI units, so that a bench, a model, a mechanism and a log can be compared.
 """
 
 from __future__ import annotations
@@ -16,15 +15,18 @@ from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 
-RECORD = "played_rig"  # of a log's metadata: fact -> number as JSON
+RECORD = "played_rig"  # metadata key: fact -> number as JSON
 ROUNDING = (
-    1e-9  # relative: facts and the ends of intervals are sums and products of a document's numbers
+    # relative tolerance: facts and interval ends are sums and products of a document's numbers
+    1e-9
 )
 
 
 class Fact(NamedTuple):
-    """Label of a fact in messages, and its unit; a dimension of the axis stands for its SI unit,
-    `drive` for the drive's."""
+    """Label of a fact in messages, and its unit.
+
+    A dimension of the axis stands for its SI unit, `drive` for the unit of the drive.
+    """
 
     label: str
     unit: str
@@ -43,8 +45,10 @@ FACTS = {
 
 
 def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
-    """Return the facts of a bench; of its model too, whose load may hold a spring. The drive has no
-    winding: 0 ohm and infinite V."""
+    """Return the facts of a bench, and of its model, whose load may contain a spring.
+
+    A drive without winding has 0 ohm and infinite voltage.
+    """
     actuator, load = (
         bench.actuator,
         None if model is None or model.laws is None else model.laws.load,
@@ -63,10 +67,9 @@ def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
 
 
 def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, ...]:
-    """Return a phrase for each fact that is not that of the bench for which a controller was
-    verified.
+    """Return a phrase for each fact that differs from the bench of the verification.
 
-    An example is `drive limit 5 A, verified 10 A`. A fact that is missing has no phrase.
+    An example is `drive limit 5 A, verified 10 A`. A missing fact has no phrase.
     """
     known = facts_of(verified)
     others = {
@@ -88,7 +91,7 @@ def facts_to_text(facts: Mapping[str, float]) -> dict[str, str]:
 
 
 def facts_of_text(record: Mapping[str, str]) -> dict[str, float]:
-    """Return the facts of a log's metadata; those that are no number are left out."""
+    """Return the facts of a log's metadata; entries that are not numbers are left out."""
     found = {}
     for name, text in record.items():
         try:

@@ -1,5 +1,4 @@
-"""Scheduled controller as it runs: the corners' matrices summed with the weights of the plant's
-parameters (5.46), (5.64)."""
+"""Scheduled controller as it runs: weighted sum of the corners' matrices (5.46), (5.64)."""
 
 from __future__ import annotations
 
@@ -19,14 +18,16 @@ from frictool.presentation.ties import smallest
 from frictool.verify.interior_search import interior_points
 from frictool.verify.speed_loop import check_loop, performance
 
-POINTS = 100  # between the corners
+POINTS = 100  # plants between the corners
 SEED = 2
 
 
 @dataclass(frozen=True)
 class ScheduledFigures:
-    """Worst norm, worst modulus margin (0 if a loop is unstable) and its plant; points: how many
-    plants between the corners."""
+    """Worst norm, worst modulus margin (0 if a loop is unstable) and the plant of that margin.
+
+    `points` is the number of plants between the corners.
+    """
 
     gamma: float
     modulus_margin: float
@@ -42,11 +43,10 @@ def scheduled_figures(
     delay: int,
     period: float,
 ) -> ScheduledFigures:
-    """Return the figures of the scheduled controller at its corners and at plants between them,
-    each with its own weights.
+    """Return the figures of the scheduled controller at its corners and at plants between them.
 
-    names: of the scheduled parameters. plant: the weighted plant of a plant's rates. lag, period
-    [s], delay [samples].
+    The controller is interpolated for each plant. `names` are the scheduled parameters, `plant`
+    maps rates to the weighted plant; `lag` and `period` are in s, `delay` in samples.
     """
     controllers = [Lti.of(corner.discrete, period) for corner in corners]
     plants = [
@@ -67,11 +67,10 @@ def scheduled_figures(
 def weights(
     corners: Sequence[Corner | PlantPoint], names: Sequence[str], point: PlantPoint
 ) -> NDArray[np.float64]:
-    """Return the weights alpha_i (k,) of (5.46), not negative and of sum 1. A parameter outside its
-    interval counts as at its end.
+    """Return the weights alpha_i (k,) of (5.46), which are nonnegative and sum to 1.
 
-    alpha_i is the product over the parameters of the distance to the opposite end, over the width;
-    an interval of no width has no share.
+    alpha_i is the product over the parameters of the distance to the opposite end over the width. A
+    parameter outside its interval counts as at its end; an interval of width zero has no factor.
     """
     found = np.ones(len(corners))
     for name in names:
@@ -84,7 +83,7 @@ def weights(
 
 
 def interpolate_controller(controllers: Sequence[Lti], alpha: NDArray[np.float64]) -> Lti:
-    """Return the controller of the weights `alpha` (5.64)."""
+    """Return the controller for the weights `alpha` (5.64)."""
     a, b, c, d = (
         sum(
             (x * getattr(k, part) for x, k in zip(alpha, controllers, strict=True)),

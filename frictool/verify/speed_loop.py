@@ -1,10 +1,11 @@
-"""The sampled speed loop, rebuilt in physical units from the coefficients that run on the target.
-No solver takes part.
+"""Sampled speed loop in physical units, from the coefficients that run on the target.
 
-eta = s - position (s = integral of the speed reference, outside the loop);  drive u = C(z) eta,
-applied `delay` samples later. Loop gain L(z) = C(z) P(z) z^-delay,  P from u to the position.
-Sensitivity S = 1/(1 + L): from s to s - position. Modulus margin = min |1 + L| over the unit circle
-= 1/max |S|, the distance of the Nyquist curve from -1 (5.57).
+eta = s - position               s: integral of the speed reference, outside the loop
+u = C(z) eta                     the drive, applied `delay` samples later
+L(z) = C(z) P(z) z^-delay        the loop gain; P from u to the position
+S = 1/(1 + L)                    the sensitivity, from s to s - position
+min |1 + L| = 1/max |S|          the modulus margin: distance of the Nyquist curve
+                                 from -1, over the unit circle (5.57)
 """
 
 from __future__ import annotations
@@ -20,8 +21,7 @@ from frictool.verify.hinf_norm import norm, spectral_radius
 
 @dataclass(frozen=True)
 class LoopCheck:
-    """Spectral radius of the closed loop (stable below 1) and modulus margin (0 when unstable) at
-    one computational delay."""
+    """Spectral radius (stable below 1) and modulus margin (0 if unstable) at one delay."""
 
     delay_samples: int
     spectral_radius: float
@@ -29,12 +29,12 @@ class LoopCheck:
 
     @property
     def stable(self) -> bool:
-        """Whether every closed-loop pole is inside the unit circle."""
+        """True if every closed-loop pole is inside the unit circle."""
         return self.spectral_radius < 1.0
 
 
 def closed_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> Lti:
-    """From s to s - position around one plant: its sensitivity."""
+    """Return the sensitivity with one plant, from s to s - position."""
     period = controller.period
     blocks = {
         "controller": DiagramBlock(controller, ("error",), ("u",)),
@@ -52,12 +52,14 @@ def closed_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: in
 
 
 def check_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> LoopCheck:
-    """Stability and modulus margin of the loop around one plant."""
+    """Return the stability and modulus margin of the loop with one plant."""
     loop = closed_loop(controller, rates, lag, delay_samples)
     return LoopCheck(delay_samples, spectral_radius(loop.a), 1.0 / norm(loop)[0])
 
 
 def performance(controller: Lti, plant: GeneralisedPlant) -> float:
-    """H-infinity norm from w to z of the generalised plant closed by the controller, in their
-    domain; inf where that is unstable."""
+    """Return the H-infinity norm of the generalised plant with the controller; inf if unstable.
+
+    Both are in the same domain.
+    """
     return norm(plant.closed(controller))[0]

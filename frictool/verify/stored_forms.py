@@ -1,5 +1,4 @@
-"""The forms in which a controller document holds one controller, against each other: what is
-flashed may be any of them."""
+"""Comparison of the stored forms of one controller, any of which may run on the target."""
 
 from __future__ import annotations
 
@@ -12,21 +11,20 @@ from frictool.plant.lti import Lti, tustin
 from frictool.verify.feedback_loops import running_form
 from frictool.verify.hinf_norm import spectral_radius
 
-# of the peak of (z - 1) K(z), or of K(z) without an integrator; sections are stored where they
-# agree to half of it
+# share of the peak of (z - 1) K(z), or of K(z) without an integrator; twice the tolerance with
+# which sections are stored
 AGREEMENT = 2e-6
-AT_ONE = 1e-9  # a pole nearer to z = 1 is meant to be an integrator
+AT_ONE = 1e-9  # distance from z = 1 below which a pole is an integrator
 ANGLES = np.geomspace(
     1e-3, np.pi * (1.0 - 1e-9), 200
-)  # a form with a delay has a pole at z = -1 of its inverse Tustin image
+)  # a form with a delay has a pole at z = -1 in its inverse Tustin image
 
 
 def check_forms(controller: Controller) -> None:
-    """Raises NoSolutionError where the sections or the continuous form are not the discrete one, or
-    the anti-windup is unstable.
+    """Raise NoSolutionError if the stored forms differ, or if the anti-windup is unstable.
 
-    With conditional integration the integrators are held and not driven, so that only the rest has
-    to be stable by itself.
+    With conditional integration the integrators are held and not driven by the anti-windup, so that
+    only the other states must be stable.
     """
     linear, period = controller.linear, controller.sample_period_s
     system = Lti.of(linear.discrete, period)
@@ -47,21 +45,25 @@ def check_forms(controller: Controller) -> None:
         apart = float(np.max(weight * np.abs(other - direct)) / np.max(weight * np.abs(direct)))
         if not apart <= AGREEMENT:
             raise NoSolutionError(
-                f"{controller.name}: not verified: linear.{name} is not linear.discrete, which was verified (apart by {apart:.3g} of the "
+                f"{controller.name}: not verified: linear.{name} is not linear.discrete, which "
+                f"was verified (apart by {apart:.3g} of the "
                 "peak of their frequency responses); synthesise it anew"
             )
     radius = limited_radius(linear, period)
     if radius >= 1.0:
         name = "sos_anti_windup" if linear.form == "sos" else "anti_windup"
         raise NoSolutionError(
-            f"{controller.name}: not verified: the anti-windup gains (linear.{name}) leave the controller unstable while the drive "
+            f"{controller.name}: not verified: the anti-windup gains (linear.{name}) leave the "
+            "controller unstable while the drive "
             f"is limited (spectral radius {radius:.6g} of a - l c); synthesise it anew"
         )
 
 
 def limited_radius(linear: LinearController, period: float) -> float:
-    """Spectral radius of the controller while the drive is limited: of a - l c, without integrators
-    that are held then."""
+    """Return the spectral radius of a - l c, the controller while the drive is limited.
+
+    Integrators that are held during that time are left out.
+    """
     gains = linear.sos_anti_windup if linear.form == "sos" else linear.anti_windup
     runs = running_form(linear, period)
     limited = runs.a - np.outer(gains, runs.c)
@@ -76,7 +78,7 @@ def limited_radius(linear: LinearController, period: float) -> float:
 def sections_response(
     sections: tuple[Row, ...], angles: NDArray[np.float64]
 ) -> NDArray[np.complex128]:
-    """Of the product of second-order sections at the angles on the unit circle."""
+    """Return the response of a chain of second-order sections at angles on the unit circle."""
     delayed = np.exp(-1j * angles)
     powers = np.stack([np.ones(len(angles)), delayed, delayed**2])
     response = np.ones(len(angles), dtype=np.complex128)

@@ -1,18 +1,14 @@
-"""The closed loop's transfers at every vertex, as it runs, against the templates of its weights:
-thesis figures 5.13 to 5.16.
+"""Closed-loop transfer functions at every vertex with their templates: thesis figures 5.13 to 5.16.
 
-    structure position      e/s, i/s, e/w, x/s       s the position reference behind the prefilter,
-                            e = s - x
-    speed cascade           e/s, i/s, e/w, v/s       s the speed reference, e = s - v
-                            i the drive that reaches the actuator, w the friction in units of the
-                            Coulomb friction
+    structure position    e/s, i/s, e/w, x/s    s: position reference behind the prefilter,
+                                                e = s - x
+    speed cascade         e/s, i/s, e/w, v/s    s: speed reference, e = s - v
+    i: drive that reaches the actuator, w: friction in units of the Coulomb friction
+    |e/s| <= gamma/|W2|    |i/s| <= gamma/W3    |e/w| <= gamma/|W1 W2|    (5.54)
 
-    |e/s| <= gamma/|W2|     |i/s| <= gamma/W3        |e/w| <= gamma/|W1 W2|
-                            (5.54)
-
-The weights are sampled by Tustin, as in the norm that was verified: where that norm is below gamma,
-every transfer is below its template. A PI of the speed itself is not designed by weights: its
-transfers have no template. A proportional law around a speed loop is in none.
+The weights are sampled by Tustin's method, as in the verified norm: if that norm is below gamma,
+every transfer function is below its template. A PI controller of the speed is not designed by
+weights, so it has no templates. A proportional law around a speed loop is not included.
 """
 
 from __future__ import annotations
@@ -44,7 +40,8 @@ from frictool.verify.observer_loop import shown_speeds
 Vector = NDArray[np.float64]
 Name = Literal["error", "drive", "disturbance", "output"]
 POINTS = 240
-DECADES = 4  # below half the sampling frequency, or to a tenth of the pole of W2 if that is lower
+# decades below half the sampling frequency, or down to a tenth of the pole of W2 if that is lower
+DECADES = 4
 UNIT = PlantWeights(error=FirstOrderWeight(1.0), disturbance=1.0, drive=1.0)
 # row and column in the generalised plant: [W2 e; W3 i] from [reference; W1 friction]
 ENTRIES: dict[Name, tuple[int, int]] = {"error": (0, 0), "drive": (1, 0), "disturbance": (0, 1)}
@@ -52,8 +49,10 @@ ENTRIES: dict[Name, tuple[int, int]] = {"error": (0, 0), "drive": (1, 0), "distu
 
 @dataclass(frozen=True)
 class WorstGain:
-    """The largest weighted gain over the vertices as a part of gamma (above 1: outside the
-    template), and where [rad/s]."""
+    """Largest weighted gain over the vertices relative to gamma, and its frequency [rad/s].
+
+    A ratio above 1 is outside the template.
+    """
 
     ratio: float
     vertex: str
@@ -62,8 +61,10 @@ class WorstGain:
 
 @dataclass(frozen=True)
 class VertexTransfer:
-    """gains: (vertices, frequencies). template: (frequencies,), None where the weight is 0 or not
-    known; worst likewise."""
+    """One transfer function: gains (vertices, frequencies) and template (frequencies,).
+
+    `template` and `worst` are None if the weight is 0 or unknown.
+    """
 
     name: Name
     gains: NDArray[np.float64]
@@ -73,8 +74,10 @@ class VertexTransfer:
 
 @dataclass(frozen=True)
 class VertexTransfers:
-    """frequencies [rad/s] (n,); vertices: their names. gamma: what the templates are raised by,
-    asked by the method or else verified."""
+    """Transfer functions at the frequencies [rad/s] (n,) for the named vertices.
+
+    `gamma` is the factor of the templates: that of the method if `asked`, else the verified one.
+    """
 
     frequencies: Vector
     vertices: tuple[str, ...]
@@ -84,7 +87,7 @@ class VertexTransfers:
 
 
 def sensitivities(controller: Controller) -> VertexTransfers | str:
-    """The transfers at every vertex of a controller document, or why there are none."""
+    """Return the transfer functions at every vertex of a document, or the reason for none."""
     stable = tuple(vertex for vertex in controller.verified.vertices if vertex.stable)
     if not stable:
         return "the controller names no vertex at which its loop is stable"
@@ -125,8 +128,7 @@ def _frequencies(period: float, weights: CertifiedWeights | None) -> Vector:
 
 
 def _closed(controller: Controller, vertex: Vertex, weights: PlantWeights) -> Lti:
-    """From [reference; friction] to [error; drive], weighted, around one vertex with the bench's
-    delay."""
+    """Return the weighted loop from [reference; friction] to [error; drive] at one vertex."""
     controlled: Controlled = "position" if controller.structure == "position" else "speed"
     rates = PlantPoint(
         vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
@@ -139,8 +141,7 @@ def _closed(controller: Controller, vertex: Vertex, weights: PlantWeights) -> Lt
 
 
 def _closed_by_speed(controller: Controller, rates: AxisRates, lag: float) -> Lti:
-    """The same of a controller that takes the speed's error: s less the speed that the velocity
-    block shows."""
+    """Return the loop of a controller fed by the speed error, with s and friction as inputs."""
     period, velocity = controller.sample_period_s, controller.velocity
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     drive = gain(1.0, period)
@@ -159,7 +160,10 @@ def _closed_by_speed(controller: Controller, rates: AxisRates, lag: float) -> Lt
 
 
 def _velocity(velocity: Velocity, period: float, sees: str) -> DiagramBlock:
-    """Minus the speed that is shown; of an observer with several modes the first."""
+    """Return the block whose output is minus the estimated speed.
+
+    An observer with several modes is represented by the first.
+    """
     if velocity.observer is not None:
         return DiagramBlock(shown_speeds(velocity.observer)[0].system, (sees, "u"), ("shown",))
     return DiagramBlock(low_pass(velocity, period), (sees,), ("shown",))
@@ -168,7 +172,7 @@ def _velocity(velocity: Velocity, period: float, sees: str) -> DiagramBlock:
 def _templates(
     weights: CertifiedWeights, gamma: float, frequencies: Vector, period: float
 ) -> dict[Name, Vector]:
-    """gamma over each weight that is not 0."""
+    """Return gamma over each weight that is not 0."""
     w2 = np.abs(first_order(weights.error).system(period).response(frequencies)[:, 0, 0])
     found: dict[Name, Vector] = {"error": gamma / w2}
     if weights.drive > 0.0:
@@ -181,7 +185,7 @@ def _templates(
 def _worst(
     controller: Controller, vertices: tuple[Vertex, ...], weights: CertifiedWeights, gamma: float
 ) -> dict[Name, WorstGain]:
-    """By norms, not by the grid of frequencies."""
+    """Return the worst gains by norms, independent of the frequency grid."""
     weighted = PlantWeights(first_order(weights.error), weights.disturbance, weights.drive)
     loops = [_closed(controller, vertex, weighted) for vertex in vertices]
     found: dict[Name, WorstGain] = {}
