@@ -29,7 +29,7 @@ def minimum(coefficients: Sequence[float] | Vector, low: float, high: float) -> 
     """
     b = [float(one) for one in coefficients]
     place, smallest = float(low), _at(b, low)
-    for x in (float(high), *_crossings(_derivative(b), low, high)):
+    for x in (float(high), *sign_changes(_derivative(b), low, high)):
         value = _at(b, x)
         if value < smallest:
             place, smallest = x, value
@@ -47,14 +47,14 @@ def _derivative(b: list[float]) -> list[float]:
     return [power * one for power, one in enumerate(b)][1:]
 
 
-def _crossings(b: list[float], low: float, high: float) -> list[float]:
+def sign_changes(b: list[float], low: float, high: float) -> list[float]:
     """Return the sign changes in [low, high] in rising order; a double zero may be among them."""
     while b and b[-1] == 0.0:
         b = b[:-1]
     if len(b) <= 3:
         return sorted(x for x in _zeros(b) if low <= x <= high)
     slope = _derivative(b)
-    places = [low, *_crossings(slope, low, high), high]
+    places = [low, *sign_changes(slope, low, high), high]
     return [
         _between(b, slope, *ends)
         for ends in pairwise(places)

@@ -93,11 +93,11 @@ def _bound(tree: ast.Module) -> set[str]:
 
 
 def _table(tree: ast.Module) -> dict[str, str]:
-    """Return the literal dictionaries from names to modules that are passed to `lazily`."""
+    """Return the literal dictionaries from names to modules that are passed to `lazy_exports`."""
     calls = [
         node
         for node in ast.walk(tree)
-        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "lazily"
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "lazy_exports"
     ]
     found = {}
     for node in (

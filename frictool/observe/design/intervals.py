@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 
 from frictool.documents.observer import FrictionMap
 from frictool.errors import NoSolutionError
+from frictool.friction.polynomial_minimum import sign_changes
 from frictool.observe.design.friction_map import friction_at
 
 FLAT = 1e-9  # spread of the friction relative to its mean, below which it is constant
@@ -68,10 +69,9 @@ def turning_points(friction: FrictionMap, direction: int) -> list[float]:
     """Return the ends of the travel and the extrema of the friction between them [rad | m]."""
     powers = friction.forward if direction > 0 else friction.backward
     low, high = friction.over.low, friction.over.high
-    slope = np.polynomial.Polynomial(powers).deriv()
-    # the real part of a complex root is dropped below, because it is no extremum
-    roots = np.sort(np.real(slope.roots()))
-    edges = [low, *(float(root) for root in roots if low < root < high), high]
+    slope = [power * value for power, value in enumerate(powers)][1:]
+    # a zero at which the slope keeps its sign is dropped below
+    edges = [low, *(root for root in sign_changes(slope, low, high) if low < root < high), high]
     levels = friction_at(friction, direction, np.array(edges))
     steps = np.diff(levels)
     return [
