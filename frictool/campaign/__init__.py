@@ -1,5 +1,4 @@
-"""Stage: a controller on many plants, drawn, at the corners and where it is worst; what the
-verdicts of all of them say."""
+"""Monte Carlo and vertex campaigns of a controller on many plants, with worst-case search."""
 
 from typing import TYPE_CHECKING
 

@@ -1,9 +1,10 @@
-"""A campaign from its documents to what it says: what `frictool campaign` does, on values in
-memory.
+"""Complete campaign on documents in memory, as `frictool campaign` runs it.
 
-Setting ──varied_space.py──▶ Space ──sampling.py──▶ Draws ──playing.py, trial_sharing.py──▶ Trials
-──findings.py──▶ Findings
-                                                          worst_case_search.py ──▶ WorstCase ──────┘
+    CampaignSetting ──varied_space.py──▶ FactorSpace ──sampling.py──▶ UnitDraws
+    UnitDraws ──trial_player.py, trial_sharing.py──▶ Trials ──findings.py──▶ Findings
+    Trials ──worst_case_search.py──▶ WorstCase ──▶ Findings
+
+The command adds a file of completed trials, so that it can resume a killed campaign.
 """
 
 from __future__ import annotations
@@ -45,14 +46,17 @@ from frictool.workers.share import share
 
 TRIALS = 1000
 WORTH_SHARING_S = (
-    3.0  # of work, below which the start of further processes takes longer than they save
+    3.0  # s, amount of work below which starting further processes takes longer than they save
 )
 
 
 @dataclass(frozen=True)
 class CampaignResult:
-    """findings: what the trials say. worst: of each requirement the worst case that was searched,
-    with the scenario that plays it."""
+    """Result of a campaign.
+
+    `findings`: statistics of the trials. `worst`: the worst case found for each requirement, with
+    the scenario that replays it.
+    """
 
     findings: Findings
     worst: tuple[WorstCase, ...]
@@ -81,20 +85,63 @@ def campaign(
     cluster: str | None = None,
     progress: ProgressContext = _silent,
 ) -> CampaignResult:
-    """The scenario played to many plants, each run judged by the specification: how many pass, how
-    sure that is, what fails and why.
+    """Simulate a scenario on many plants and judge each run by the specification.
 
-    trials: how many draws, 1000 where None, of vertices all, at most 4096. seed: of draws and
-    noise, the scenario's where None. at_least: the pass rate, 0..1, that has to be shown; None:
-    every trial passes. evaluations: how many plants the search for the worst case of each
-    requirement may try; 0: none is searched. recorded: the log that a scenario replays. cores:
-    processes, as many as are worth their start where None; more than one needs a script whose work
-    stands below `if __name__ == "__main__":`. cluster: address of a Dask scheduler, whose workers
-    do the work. progress: of a label, a context that gives what is told the part that is done.
-    Nothing is kept while it runs: what is to outlive a kill is the command's. Raises DocumentError
-    where the documents do not fit together or nothing varies, NoSolutionError where the nominal
-    plant decides nothing, ClusterError where the cluster cannot be used, FrictoolError where an
-    argument is none that is allowed.
+    The plants are drawn from the ranges of the plant and of the scenario's `spread`. Nothing is
+    stored on disk while the campaign runs; the command `frictool campaign` can resume a killed
+    campaign.
+
+    Parameters
+    ----------
+    plant : Model or Mechanism
+        The nominal plant with its ranges.
+    controller : Controller
+        The controller under test.
+    scenario : Scenario
+        The test, with the variations in `spread`.
+    spec : Spec
+        The requirements.
+    trials : int, optional
+        Number of draws. By default 1000, or all vertices, at most 4096.
+    method : {"random", "latin", "vertices"}
+        Choice of the draws.
+    seed : int, optional
+        Seed of draws and noise; by default that of the scenario.
+    at_least : float, optional
+        Pass rate to show, 0 to 1. By default every trial must pass.
+    confidence : float
+        Confidence of intervals and bounds, 0 to 1.
+    evaluations : int
+        Number of plants that the worst-case search of each requirement may try; 0 for no search.
+    number : {"double", "float", "q31", "q15"}
+        Number format of the controller.
+    recorded : Log, optional
+        The log that the scenario replays.
+    cores : int, optional
+        Number of processes; None uses as many as save time. With more than one, the work of the
+        calling
+        script must be below `if __name__ == "__main__":`.
+    cluster : str, optional
+        Address of a Dask scheduler whose workers run the trials.
+    progress : callable
+        `progress(label)` returns a context manager that yields a callback taking the completed
+        fraction (0 to 1).
+
+    Returns
+    -------
+    CampaignResult
+        Statistics of the trials and worst cases.
+
+    Raises
+    ------
+    DocumentError
+        If the documents do not fit together, or nothing varies.
+    NoSolutionError
+        If the nominal run decides no requirement.
+    ClusterError
+        If the cluster cannot be used.
+    FrictoolError
+        If an argument is out of range.
     """
     _check(method, trials, seed, at_least, confidence, evaluations, cores)
     setting, count = (
@@ -136,15 +183,15 @@ def conduct(
     commands: Commands,
     progress: ProgressContext,
 ) -> tuple[Trials, list[WorstCase]]:
-    """All trials, and the worst cases, where `evaluations` is not 0; what `store` has is not played
-    again.
+    """Run all trials, and search for the worst cases if `evaluations` is not 0.
 
-    shared: of about how long the work takes [s], how it is shared. commands: what plays a worst
-    case's scenario again. Raises NoSolutionError where the nominal plant decides nothing.
+    Trials in `store` are not repeated. `shared` maps the expected duration of the work [s] to a
+    function that distributes it. `commands` returns the command that replays a worst case's
+    scenario. Raises NoSolutionError if the nominal run decides no requirement.
     """
     nominal = check_nominal(trial.nominal(), trial.setting.names)
     begun = time.perf_counter()
-    trial.nominal()  # compiled by now: how long a trial takes
+    trial.nominal()  # second run, without compilation, for the duration of a trial
     each = time.perf_counter() - begun
     metrics, left = metrics_of(nominal), draws.units.shape[0] - len(store.trials)
     with progress("campaign") as tell:
@@ -165,8 +212,10 @@ def conduct(
 
 
 def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobSharing]:
-    """Of about how long work takes [s], how it is shared: where `cores` is None, among processes
-    only where these are worth their start."""
+    """Return a function from the expected duration of work [s] to its distribution.
+
+    If `cores` is None, work goes to several processes only if that saves time.
+    """
 
     def of(seconds: float) -> JobSharing:
         processes = 1 if cores is None and seconds < WORTH_SHARING_S else cores
@@ -190,7 +239,7 @@ def _check(
     evaluations: int,
     cores: int | None,
 ) -> None:
-    """Raises FrictoolError with the first that is not allowed."""
+    """Raise FrictoolError for the first argument that is out of range."""
     for name, found, fits, allowed in (
         ("method", method, method in ("random", "latin", "vertices"), "random, latin, vertices"),
         ("trials", trials, trials is None or trials >= 1, "1 or more"),

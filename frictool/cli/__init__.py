@@ -1,1 +1,1 @@
-"""The command line: one thin file per command that parses, loads, calls one stage and saves."""
+"""Command line: one module per command, which parses, loads, calls one stage and saves."""

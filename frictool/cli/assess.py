@@ -1,4 +1,4 @@
-"""`frictool assess`: what a bench can identify, before anything is measured on it."""
+"""`frictool assess`: parameters that a bench can identify, before any measurement."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ COUNTED = {
     "viscous",
     "coulomb",
     "breakaway",
-}  # for the exit code; presliding where it is wanted by name
+}  # these count for the exit code; presliding only if it is named
 HELP = """\b
 Example:
   frictool assess --bench bench.yaml --wanted 5% --wanted inertia=10%
@@ -48,7 +48,7 @@ positive = FiniteRange(0.0, min_open=True)
 
 
 class PrecisionParam(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4, which is not the lowest allowed
-    """`5%`, `0.05`, `inertia=5%`."""
+    """Precision option, such as `5%`, `0.05` or `inertia=5%`."""
 
     name = "precision"
 
@@ -135,7 +135,7 @@ def command(
 
 
 def _short(row: ParameterAssessment, bench: Bench) -> str:
-    """What is missing, and what would do."""
+    """Return a line on a precision that cannot be reached, with the remedy."""
     wanted = f"{row.parameter}: {100.0 * row.target:.3g} % cannot be reached"
     if row.step is not None:
         return f"{wanted} with this encoder; {_encoder(row.step, bench)} could"
@@ -143,7 +143,10 @@ def _short(row: ParameterAssessment, bench: Bench) -> str:
     if precision is None or not math.isfinite(precision):
         return f"{wanted}: {row.verdict.why}"
     longer = (precision / row.target) ** 2
-    return f"{wanted} by a finer encoder, but by {longer:.3g} times as long a test, or less noise of the measured drive"
+    return (
+        f"{wanted} by a finer encoder, but by {longer:.3g} times as long a test, or less "
+        "noise of the measured drive"
+    )
 
 
 def _encoder(step: float, bench: Bench) -> str:
@@ -153,7 +156,7 @@ def _encoder(step: float, bench: Bench) -> str:
 
 
 def summary(found: Assessment, bench: Bench) -> dict[str, Any]:
-    """The machine's view of an assessment."""
+    """Return an assessment as JSON values."""
     from frictool.identify.assess.decision_text import scheme
 
     facts, entropy = found.facts, found.entropy
@@ -201,15 +204,17 @@ def _row(row: ParameterAssessment, bench: Bench) -> dict[str, Any]:
 
 
 def text(found: Assessment, bench: Bench) -> str:
-    """The same for people."""
+    """Return an assessment as text."""
     from frictool.identify.assess.decision_text import scheme
 
     facts, unit = found.facts, "rad" if bench.axis == "rotary" else "m"
     lines = [
-        f"{bench.name}: step {facts.sensing.step:.4g} {unit}, period {facts.sensing.period:g} s, top speed {facts.speed:.4g} {unit}/s, "
+        f"{bench.name}: step {facts.sensing.step:.4g} {unit}, period "
+        f"{facts.sensing.period:g} s, top speed {facts.speed:.4g} {unit}/s, "
         f"effort {facts.effort:.4g} {'N m' if unit == 'rad' else 'N'}",
         *scheme(found),
-        f"{'parameter':<11}{'method':<15}{'precision':>11}{'half step':>11}{'least (CR)':>12}{'worst case':>12}{'known':>9}  test",
+        f"{'parameter':<11}{'method':<15}{'precision':>11}{'half step':>11}"
+        f"{'least (CR)':>12}{'worst case':>12}{'known':>9}  test",
     ]
     for row in found.rows:
         verdict = row.verdict
@@ -224,12 +229,15 @@ def text(found: Assessment, bench: Bench) -> str:
     lines += [f"{row.parameter}: {row.verdict.why}" for row in found.rows]
     if found.entropy is not None:
         lines.append(
-            f"the sensor tells {found.entropy.bits:.3g} bits over the travel (metric entropy {found.entropy.nats:.3g} nats, "
-            f"{found.entropy.counts:.0f} counts); twice the resolution adds 1 bit, {100.0 * found.entropy.gain:.3g} %"
+            f"the sensor tells {found.entropy.bits:.3g} bits over the travel (metric "
+            f"entropy {found.entropy.nats:.3g} nats, "
+            f"{found.entropy.counts:.0f} counts); twice the resolution adds 1 bit, "
+            f"{100.0 * found.entropy.gain:.3g} %"
         )
     if found.constant > 0.0:
         lines.append(
-            f"the effort constant is known to +-{100.0 * found.constant:.3g} %, which scales every parameter alike and comes on top"
+            f"the effort constant is known to +-{100.0 * found.constant:.3g} %, which "
+            "scales every parameter alike and comes on top"
         )
     return "\n".join(lines)
 

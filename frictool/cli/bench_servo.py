@@ -1,5 +1,4 @@
-"""The gains of the position loop that a bench runs, as options: `validate` and `simulate` mean the
-same by them."""
+"""Options for the gains of a bench's position loop, common to `validate` and `simulate`."""
 
 from __future__ import annotations
 
@@ -33,7 +32,7 @@ OPTIONS = (
 
 
 class ServoGains(NamedTuple):
-    """As given, in SI."""
+    """Gains of the bench's position loop in SI, as on the command line."""
 
     position: float | None
     speed: float | None
@@ -41,7 +40,7 @@ class ServoGains(NamedTuple):
 
     @property
     def given(self) -> bool:
-        """Whether there is a controller at all. Raises UsageError where it is half of one."""
+        """Return True if there is a controller. Raises UsageError if it is incomplete."""
         if (self.position is None) != (self.speed is None) or (
             self.integral is not None and self.speed is None
         ):
@@ -51,11 +50,11 @@ class ServoGains(NamedTuple):
         return self.speed is not None
 
     def servo(self, bench: Bench) -> PositionServo:
-        """The same from position to effort, limited as the bench's drive."""
+        """Return the loop from position to effort with the drive limit of the bench."""
         return self.on_drive(bench.actuator.constant.value, bench.actuator.limit.value)
 
     def on_drive(self, constant: float, limit: float) -> PositionServo:
-        """The same for a drive of so much effort per unit, and its limit."""
+        """Return the loop for a drive with this constant (effort per unit) and limit."""
         from frictool.engine.servo import PositionServo
 
         position, speed = self.position or 0.0, self.speed or 0.0
@@ -68,7 +67,7 @@ class ServoGains(NamedTuple):
 
 
 def servo_options(command: F) -> F:
-    """Adds the options to a command."""
+    """Add the options to a command."""
     for option in reversed(OPTIONS):
         command = option(command)
     return command

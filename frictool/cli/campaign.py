@@ -1,4 +1,4 @@
-"""`frictool campaign`: a controller on many plants, and what the verdicts of all of them say."""
+"""`frictool campaign`: verdicts of a controller on many plants."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ Exit codes: 0 pass; 1 fail or undecided, or, with --at-least, the lower confiden
 
 @dataclass(frozen=True)
 class CampaignOptions:
-    """What the command line asks for."""
+    """Options of the command line."""
 
     method: Method
     trials: int | None
@@ -91,13 +91,13 @@ class CampaignOptions:
 
     @property
     def kept(self) -> Path | None:
-        """Where trials are kept while they are played."""
+        """Return the file for completed trials, or None."""
         if self.keep is not None or self.output in (None, STDOUT):
             return self.keep
         assert self.output is not None
         if not self.output.name or (
             self.output.exists() and not self.output.is_file()
-        ):  # nothing is kept beside a device
+        ):  # nothing is stored next to a device
             return None
         return self.output.with_name(f"{self.output.name}.trials")
 
@@ -197,7 +197,7 @@ def command(
 
 
 def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
-    """The exit code."""
+    """Run the campaign and return the exit code."""
     from frictool.campaign.draws.sampling import draws_of
     from frictool.campaign.statistics.findings import find
     from frictool.campaign.trials.campaign_warnings import remarks_of
@@ -228,7 +228,7 @@ def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
 
 
 def _check_targets(paths: CampaignPaths, options: CampaignOptions) -> None:
-    """Before anything is played: whether each output is a file of its own, and none an input."""
+    """Check before any simulation that outputs are separate files and no inputs."""
     if options.keep == STDOUT:
         raise click.UsageError("--keep is a file, which is read again.")
     check_targets(
@@ -248,8 +248,10 @@ def _play(
     paths: CampaignPaths,
     options: CampaignOptions,
 ) -> tuple[Trials, list[WorstCase]]:
-    """All trials, and the worst cases where --worst asks for them; interrupted it says what is
-    done."""
+    """Run all trials, and the worst-case searches if requested.
+
+    An interrupt reports how many trials are done.
+    """
     from frictool.campaign.campaign_run import conduct, sharing
     from frictool.cli.campaign_inputs import commands_of
     from frictool.cli.progress import progress
@@ -310,7 +312,7 @@ def _save(
     paths: CampaignPaths,
     options: CampaignOptions,
 ) -> None:
-    """All that is asked for; everything is made before the first byte is written."""
+    """Save all requested outputs; all contents are complete before the first byte is written."""
     inputs, contents = list(paths.inputs.values()), dict[Path, str]()
     if options.worst is not None:
         from frictool.campaign.trials.worst_case import text_of

@@ -1,5 +1,4 @@
-"""What `frictool campaign` is given: the documents, loaded and held against each other, and what
-varies."""
+"""Inputs of `frictool campaign`: documents, checked against one another."""
 
 from __future__ import annotations
 
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CampaignPaths:
-    """The inputs of a campaign; recorded: the log that the scenario replays."""
+    """Paths of a campaign's inputs; `recorded` is the log that the scenario replays."""
 
     model: Path
     controller: Path
@@ -33,13 +32,15 @@ class CampaignPaths:
 
     @property
     def inputs(self) -> dict[str, Path]:
-        """Those that there are, by what they are."""
+        """Return the existing paths by name."""
         return {name: path for name, path in vars(self).items() if path is not None}
 
 
 def setting_of(paths: CampaignPaths, number: Number) -> tuple[CampaignSetting, CampaignPaths]:
-    """The documents, and the paths with the log that is replayed. Raises InputFileError where they
-    do not fit together."""
+    """Load the documents; return their setting, and the paths with the replayed log.
+
+    Raises InputFileError if the documents do not fit together.
+    """
     from frictool.campaign.trials.trial_player import CampaignSetting
     from frictool.campaign.trials.varied_space import check_requirements
     from frictool.cli.simulate_inputs import recorded_log, with_observer_option
@@ -77,7 +78,7 @@ def setting_of(paths: CampaignPaths, number: Number) -> tuple[CampaignSetting, C
 
 
 def commands_of(paths: CampaignPaths, folder: Path, number: Number) -> Commands:
-    """What plays a scenario of `folder` again: by base names, and as it is typed."""
+    """Return the replay commands for scenarios in `folder`: base names, and typed paths."""
     from frictool.campaign.trials.worst_case import replay_command
 
     def shown(name: str, show: Callable[[Path], str]) -> str:
@@ -101,7 +102,10 @@ def commands_of(paths: CampaignPaths, folder: Path, number: Number) -> Commands:
 def header_of(
     trial: TrialPlayer, paths: CampaignPaths, method: str, count: int | None
 ) -> dict[str, Any]:
-    """What makes a campaign another one. count: of draws, where they depend on it."""
+    """Return the values that identify a campaign.
+
+    `count`: number of draws, included if the draws depend on it.
+    """
     from frictool import __version__
     from frictool.documents.provenance import digest
 
@@ -128,7 +132,7 @@ def _plant(path: Path) -> Model | Mechanism:
 
 @contextmanager
 def mechanism_errors_with_line(path: Path) -> Iterator[None]:
-    """Complaints of a mechanism's element with its file and line."""
+    """Add file and line to errors of a mechanism's element."""
     from frictool.cli.mechanism_file import mechanism_error
     from frictool.plant.mechanism.element_error import ElementError
 
@@ -139,8 +143,7 @@ def mechanism_errors_with_line(path: Path) -> Iterator[None]:
 
 
 def _with_ends(document: Mechanism) -> Mechanism:
-    """The mechanism, of which a controller can see and drive something. Raises ElementError where
-    it cannot."""
+    """Return the mechanism. Raises ElementError if no controller can read and drive it."""
     from frictool.campaign.trials.trial_player import plant_of
 
     plant_of(document)

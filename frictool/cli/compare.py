@@ -132,8 +132,7 @@ def _setting(path: Path | None) -> ComparisonSetting:
 
 
 def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
-    """The laws asked for, in the order of the table; a name that is none is the command line's
-    fault."""
+    """Return the requested laws in the table's order. Raises UsageError for an unknown name."""
     for law in laws:
         if law not in known:
             near = difflib.get_close_matches(law, known, 1)
@@ -145,8 +144,10 @@ def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
 def _taking(
     setting: ComparisonSetting, laws: tuple[str, ...], asked: bool, path: Path | None
 ) -> tuple[str, ...]:
-    """The laws that take what the document puts on top of them; one asked for by name that does not
-    is refused, others are left out."""
+    """Return the laws that support the document's extension.
+
+    An unsupported law is an error if it was named on the command line, else it is left out.
+    """
     from frictool.compare.comparison import REFERENCE
     from frictool.compare.law_simulator import LawSimulator
     from frictool.errors import InputFileError
@@ -166,8 +167,10 @@ def _taking(
 def _check(
     setting: ComparisonSetting, laws: tuple[str, ...], path: Path | None, allow: bool
 ) -> None:
-    """Refuses parameters out of a law's range, and a set that breaks the conditions of a hybrid
-    version to run (with --allow a warning)."""
+    """Refuse parameters out of a law's range, or a violated condition of a hybrid version.
+
+    With --allow a violated condition is a warning.
+    """
     from frictool.compare.law_simulator import LawSimulator, setting_violations
     from frictool.errors import InputFileError
 
@@ -189,8 +192,10 @@ def _check(
 
 
 def _progress(done: int, total: int) -> None:
-    """Says that the first run compiles, which its processes cannot; then `compared 3 of 16`, the
-    latter on a terminal."""
+    """Report that the first run compiles, then print `compared 3 of 16` on a terminal.
+
+    The worker processes cannot report the compilation themselves.
+    """
     from frictool.cli.progress import note_compiling
     from frictool.engine.stick_slip import run
     from frictool.runtime.kernels import is_compiled
@@ -204,8 +209,7 @@ def _progress(done: int, total: int) -> None:
 
 
 def _workers(laws: tuple[str, ...]) -> int:
-    """Processes to share the laws out among: what they cost to start pays for more than a few
-    laws."""
+    """Return the number of processes; starting them pays off for more than a few laws."""
     return (os.cpu_count() or 1) if len(laws) > WORTH_SHARING else 1
 
 

@@ -1,5 +1,4 @@
-"""`frictool completion`: the script by which a shell completes commands, options, choices and
-files."""
+"""`frictool completion`: shell completion of commands, options, choices and files."""
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ from click.shell_completion import get_completion_class
 from frictool.cli.output import STDOUT, json_option, output_option, print_json, save_text
 
 PROGRAM, VARIABLE = "frictool", "_FRICTOOL_COMPLETE"
-# shell -> the line that turns it on for good
+# shell -> line for permanent installation
 INSTALL = {
     "bash": "echo 'eval \"$(frictool completion bash)\"' >> ~/.bashrc",
     "zsh": "echo 'eval \"$(frictool completion zsh)\"' >> ~/.zshrc",
@@ -42,9 +41,13 @@ def command(shell: str | None, output: Path | None, as_json: bool) -> None:
     shell = shell or Path(os.environ.get("SHELL", "")).name
     if shell not in INSTALL:
         raise click.UsageError(
-            f"the variable SHELL names no shell that can be completed; say which: {', '.join(INSTALL)}."
+            "the variable SHELL names no shell that can be completed; say which: "
+            f"{', '.join(INSTALL)}."
         )
-    text = f"# Completion of frictool for {shell}. For every new shell: {INSTALL[shell]}\n{script(shell)}"
+    text = (
+        f"# Completion of frictool for {shell}. For every new shell: "
+        f"{INSTALL[shell]}\n{script(shell)}"
+    )
     if output is not None or not as_json:
         save_text(output or STDOUT, text, [])
     if as_json:
@@ -52,8 +55,8 @@ def command(shell: str | None, output: Path | None, as_json: bool) -> None:
 
 
 def script(shell: str) -> str:
-    """What the shell evaluates: it asks frictool itself, by the variable `VARIABLE`."""
+    """Return the script for the shell, which queries frictool by the variable `VARIABLE`."""
     kind: Any = get_completion_class(shell)
     asking = kind(click.Command(PROGRAM), {}, PROGRAM, VARIABLE)
-    # its source() would look for a bash to ask its version
+    # source() of click would start a bash to query its version
     return f"{asking.source_template % asking.source_vars()}\n"

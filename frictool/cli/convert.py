@@ -1,4 +1,4 @@
-"""`frictool convert`: a log to the formats of other tools."""
+"""`frictool convert`: a log in the formats of other tools."""
 
 from __future__ import annotations
 
@@ -75,7 +75,8 @@ def command(
     kind = kind or format_for(output)
     if kind is None:
         raise click.UsageError(
-            f"{output.name!r} does not say its format: end it in .csv, .mat, .mf4, .npz or .parquet, or give --to."
+            f"{output.name!r} does not say its format: end it in .csv, .mat, .mf4, .npz "
+            "or .parquet, or give --to."
         )
     require(kind, output)
     document = None if bench is None else load(bench, Bench)
@@ -95,7 +96,8 @@ def command(
     if made.told:
         notes[LOST] = record_of(made.told)
         note(
-            f"warning: {log.name} was made with data lost: {loss_count_text(made.told)}; `frictool info` lists it"
+            f"warning: {log.name} was made with data lost: "
+            f"{loss_count_text(made.told)}; `frictool info` lists it"
         )
     with replacing(output, inputs) as stream:
         convert(str(log), chosen, notes, kind, stream)
@@ -118,8 +120,7 @@ def command(
 def _chosen(
     source: str, streams: list[OutgoingStream], topics: tuple[str, ...]
 ) -> list[OutgoingStream]:
-    """The streams that are asked for, all where none is. Raises LogError where the log has none of
-    that name."""
+    """Return the requested streams, by default all. Raises LogError for an unknown name."""
     from frictool.logs.table import pick
 
     names = [one.head.topic for one in streams]

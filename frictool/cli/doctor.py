@@ -1,4 +1,4 @@
-"""`frictool doctor`: the state of the installation, and what former versions have left over."""
+"""`frictool doctor`: state of the installation, and removal of obsolete files."""
 
 from __future__ import annotations
 
@@ -93,13 +93,13 @@ def _verdict(checks: list[InstallationCheck]) -> str:
 
 
 def _compiled() -> tuple[list[str], dict[str, Any]]:
-    """Compile all kernels; return the lines for people and the facts for machines."""
+    """Compile all kernels; return text lines and JSON values."""
     from frictool.cli.progress import progress
 
     try:
         from frictool.doctor.compilation import compile_all
         from frictool.runtime import kernels
-    except ImportError as error:  # the checks tell what is broken
+    except ImportError as error:  # the checks report what is broken
         return [f"compiled: no kernels ({error})"], {
             "kernels": 0,
             "compiled": 0,
@@ -115,14 +115,15 @@ def _compiled() -> tuple[list[str], dict[str, Any]]:
     with progress("compiling") as report:
         done = compile_all(report)
     told = [
-        f"compiled: {done.compiled} functions, so that {done.prepared} kernels are in {kernels.FOLDER}"
+        f"compiled: {done.compiled} functions, so that {done.prepared} kernels are in "
+        f"{kernels.FOLDER}"
     ]
     told += [f"not compiled: {failure}" for failure in done.failures]
     return told, {"kernels": done.prepared, "compiled": done.compiled, "failures": done.failures}
 
 
 def _cleaned() -> tuple[list[str], dict[str, Any]]:
-    """What was removed and what was left, for people and for machines."""
+    """Remove obsolete files; return text lines and JSON values."""
     from frictool.runtime.part_files import remove_stale_parts
 
     parts = [str(path) for path in remove_stale_parts(Path.cwd())]
@@ -131,7 +132,7 @@ def _cleaned() -> tuple[list[str], dict[str, Any]]:
     ]
     try:
         from frictool.doctor.compiled_kernels import remove_old_kernels
-    except ImportError as error:  # the checks tell what is broken
+    except ImportError as error:  # the checks report what is broken
         return [*told, f"removed: no kernels ({error})"], {"removed": parts, "left": []}
     gone, left = remove_old_kernels()
     told.append(

@@ -1,5 +1,4 @@
-"""Read every document back before it is written, so that no command writes a document that the next
-command refuses."""
+"""Check of every document before writing, so that the next command can read it."""
 
 from __future__ import annotations
 
@@ -8,10 +7,9 @@ from pathlib import Path
 
 
 def check_document(target: Path, text: str) -> None:
-    """Read `text` as the next command will read it from `target`; text that is no document passes.
+    """Read `text` as the next command will read it from `target`; other text is accepted.
 
-    A model has to describe an axis that the simulation accepts. Raises NoSolutionError with the
-    fault.
+    A model must describe an axis that can be simulated. Raises NoSolutionError with the fault.
     """
     named = re.match(r"(?:#.*\n|\s*\n)*format: (\w+)/\d+\n", text)
     if named is None:

@@ -1,4 +1,4 @@
-"""`frictool equations`: what follows from the description of a mechanism, in symbols."""
+"""`frictool equations`: symbolic equations of a mechanism."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`frictool excite`: the test to run on the bench."""
+"""`frictool excite`: test signals for the bench."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from frictool.cli.output import (
 if TYPE_CHECKING:
     from frictool.identify.excite.excitation_sequence import ExcitationSequence
 
-# kind -> (what it is for, its settings)
+# kind -> (purpose, settings)
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "sine": (
         "inertia, viscous, Coulomb: best conditioned (4.30)-(4.33)",
@@ -133,8 +133,7 @@ def command(
 
 
 def _check_options(kind: str, given: dict[str, Any]) -> None:
-    """Raises UsageError where an option belongs to another kind, or options contradict each
-    other."""
+    """Raise UsageError if an option belongs to another kind, or if options are contradictory."""
     for name, value in given.items():
         if value is not None and name not in KINDS[kind][1]:
             kinds = ", ".join(one for one, (_, settings) in KINDS.items() if name in settings)
@@ -143,7 +142,8 @@ def _check_options(kind: str, given: dict[str, Any]) -> None:
             )
     if all(given[name] is not None for name in ("amplitude", "frequency", "speed")):
         raise click.UsageError(
-            "speed = 2 pi frequency amplitude: give at most two of --amplitude, --frequency and --speed."
+            "speed = 2 pi frequency amplitude: give at most two of --amplitude, "
+            "--frequency and --speed."
         )
     if kind == "sine" and given["duration"] is not None and given["repetitions"] is not None:
         raise click.UsageError("give --duration or --repetitions, not both.")
@@ -166,7 +166,7 @@ def _save(sequence: ExcitationSequence, output: Path, words: str, inputs: list[P
 
 
 def summary(sequence: ExcitationSequence) -> dict[str, Any]:
-    """The machine's view of a test."""
+    """Return a test as JSON values."""
     return {
         "kind": sequence.kind,
         "duration_s": sequence.duration,
@@ -178,10 +178,11 @@ def summary(sequence: ExcitationSequence) -> dict[str, Any]:
 
 
 def text(sequence: ExcitationSequence, output: Path) -> str:
-    """The same for people."""
+    """Return a test as text."""
     where = "stdout" if output == STDOUT else output.name
     lines = [
-        f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.time.size} samples, {', '.join(sequence.columns)}"
+        f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.time.size} "
+        f"samples, {', '.join(sequence.columns)}"
     ]
     lines += [
         f"  {name.replace('_', ' '):<28}{value:.5g}" for name, value in sequence.figures.items()

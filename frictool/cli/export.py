@@ -92,9 +92,13 @@ def command(
 
 
 def _tell_others(folder: Path, files: Mapping[str, str | bytes]) -> None:
-    """Each self-test has a main: with another controller's beside it `cc DIR/*.c` does not link."""
+    """Warn of other self-tests in the folder.
+
+    Each has a main, so that `cc DIR/*.c` does not link.
+    """
     others = sorted(path.name for path in folder.glob("*_selftest.c") if path.name not in files)
     if others:
         note(
-            f"warning: {folder} also holds {', '.join(others)}; each has a main: give every controller a folder of its own"
+            f"warning: {folder} also holds {', '.join(others)}; each has a main: give "
+            "every controller a folder of its own"
         )

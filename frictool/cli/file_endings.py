@@ -1,4 +1,4 @@
-"""What the ending of an output's name says: the format, and which one it is not."""
+"""Endings of output names and the formats that they indicate."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-# what frictool writes, the first ending the one that is proposed
+# formats that frictool writes; the first ending is the proposed one
 FORMATS = {
     "YAML": (".yaml", ".yml"),
     "HTML": (".html", ".htm"),
@@ -21,8 +21,8 @@ FORMATS = {
     "text": (".txt",),
     "LaTeX": (".tex",),
 }
-TABLES = FORMATS["CSV"] + FORMATS["Parquet"]  # of many logs, a row each
-# what somebody may take an output for
+TABLES = FORMATS["CSV"] + FORMATS["Parquet"]  # tables of many logs, one row each
+# endings of formats that frictool does not write
 OTHERS: tuple[str, ...] = (
     ".pdf",
     ".png",
@@ -42,7 +42,7 @@ OTHERS += (".mat", ".npz", ".mf4", ".mdf", ".bag", ".db3", ".c", ".h", ".m", ".p
 
 
 def says_file(target: Path) -> bool:
-    """Whether the name ends as that of a file of some format, where a folder is to be made."""
+    """Return True if the name has the ending of a file format and no folder of this name exists."""
     ending = target.suffix.lower()
     return not target.is_dir() and (
         ending in OTHERS or any(ending in endings for endings in FORMATS.values())
@@ -50,24 +50,25 @@ def says_file(target: Path) -> bool:
 
 
 def is_page(target: Path) -> bool:
-    """Whether the name is that of an HTML page."""
+    """Return True if the name is that of an HTML page."""
     return target.suffix.lower() in FORMATS["HTML"]
 
 
 def check_folder(target: Path, otherwise: str = "") -> None:
-    """Raises click.UsageError where the name of a folder ends as that of a file; otherwise: what
-    else may be named."""
+    """Raise click.UsageError if the name of a folder has the ending of a file.
+
+    `otherwise`: text on other allowed names in the message.
+    """
     if target != Path("-") and says_file(target):
         raise click.UsageError(f"{target.name!r} ends as a file: name a folder{otherwise}.")
 
 
 def check_ending(target: Path, writes: Sequence[str], chooses: bool, what: str = "") -> None:
-    """Raises click.UsageError where the name of a file says another format than those of FORMATS
-    that are written.
+    """Raise click.UsageError if the name of a file indicates another format than those written.
 
-    chooses: it is the ending that says which of them, so that it has to be one of theirs. Without
-    that a name may end in anything that is no other format's. Stdout, devices and pipes have no
-    ending. what: of which output, where that is not plain.
+    `writes`: names in FORMATS. `chooses`: the ending selects the format and is therefore required;
+    otherwise any ending that belongs to no other format is allowed. Stdout, devices and pipes have
+    no ending. `what`: text that names the output in the message.
     """
     if target == Path("-") or (target.exists() and not target.is_file()):
         return

@@ -1,4 +1,4 @@
-"""Lines that a command prints about columns that were guessed from a log."""
+"""Messages about columns that were guessed from a log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`frictool identify`: logs to parameters with intervals."""
+"""`frictool identify`: parameters with intervals from logs."""
 
 from __future__ import annotations
 
@@ -276,8 +276,10 @@ def command(
 
 @dataclass(frozen=True)
 class IdentifyRequest:
-    """The command line of one model, its bench read. shown: option -> value, of what makes the
-    model."""
+    """Command line of one model, with its bench loaded.
+
+    `shown`: option -> value of the options that affect the model.
+    """
 
     logs: tuple[Path, ...]
     ramp: tuple[Path, ...]
@@ -295,7 +297,7 @@ class IdentifyRequest:
 
 
 def _alone(asked: IdentifyRequest) -> None:
-    """The model of all logs together: found, saved, told."""
+    """Identify one model from all logs together, save it and report it."""
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.writing import to_yaml
     from frictool.identify.from_logs import identify
@@ -358,12 +360,13 @@ def _tell(
     output: Path | None,
     model: Model | None = None,
 ) -> None:
-    """Warnings, and the machine's view, which holds the reasons where nothing is identified."""
+    """Print warnings, and the JSON view, which has the reasons if nothing is identified."""
     for warning in result.warnings:
         note(f"warning: {warning}")
     if model is not None and model.bench_values_only is not None:
         note(
-            f"warning: the model holds the bench's values only, and synth refuses it: {model.bench_values_only}"
+            "warning: the model holds the bench's values only, and synth refuses it: "
+            f"{model.bench_values_only}"
         )
     if as_json:
         from frictool.identify.json_view import as_view
@@ -372,7 +375,7 @@ def _tell(
 
 
 def _check_options(method: str, own: dict[str, Any], filters: dict[str, Any]) -> None:
-    """Raises UsageError where an option belongs to another method."""
+    """Raise UsageError if an option belongs to another method."""
     for name, value in {**own, **filters}.items():
         needed = {name, "pipeline"} if name in filters else {name}
         if value is not None and needed.isdisjoint(METHODS[method].options):
@@ -390,8 +393,7 @@ def _check_options(method: str, own: dict[str, Any], filters: dict[str, Any]) ->
 
 
 def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -> None:
-    """Raises UsageError where an option of one model is given with --each, or one of --each without
-    it."""
+    """Raise UsageError for an option of one model with --each, or of --each without it."""
     wrong = [
         name for name, value in (many if each is None else alone).items() if value not in (None, ())
     ]
@@ -399,7 +401,8 @@ def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -
         raise click.UsageError(f"{wrong[0]} belongs to --each.")
     if wrong:
         raise click.UsageError(
-            f"{wrong[0]} belongs to the logs of one model, not to --each; there ramps are recognised."
+            f"{wrong[0]} belongs to the logs of one model, not to --each; there ramps "
+            "are recognised."
         )
 
 

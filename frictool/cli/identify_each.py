@@ -1,5 +1,4 @@
-"""`frictool identify --each`: many actuators, or many records of one, to a model each and one
-table."""
+"""`frictool identify --each`: a model for each log or folder, and one table."""
 
 from __future__ import annotations
 
@@ -33,12 +32,15 @@ if TYPE_CHECKING:
     from frictool.identify.methods import IdentificationSettings
     from frictool.logs.origin import NamePatterns
 
-TABLE = "parameters.csv"  # beside the models
+TABLE = "parameters.csv"  # in the folder of the models
 
 
 @dataclass(frozen=True)
 class IdentifyEachRequest:
-    """The command line, its bench read. shown: option -> value, of what makes one model alone."""
+    """Command line with its bench loaded.
+
+    `shown`: option -> value of the options that affect one model.
+    """
 
     each: str
     bench: Path
@@ -55,7 +57,7 @@ class IdentifyEachRequest:
 
     @property
     def folder(self) -> Path | None:
-        """Where the models go; None where the table alone is asked for."""
+        """Return the folder of the models; None if only the table is requested."""
         is_table = (
             self.output is None or self.output == STDOUT or self.output.suffix.lower() in TABLES
         )
@@ -63,15 +65,17 @@ class IdentifyEachRequest:
 
     @property
     def table(self) -> Path | None:
-        """Where the table goes; None where stdout tells something else."""
+        """Return the file of the table; None if stdout carries JSON."""
         if self.folder is not None:
             return self.folder / TABLE
         return self.output if self.output is not None or self.as_json else STDOUT
 
 
 def identify_each(asked: IdentifyEachRequest, logs: Sequence[Path]) -> int:
-    """Return the exit code: the first of 4, 1 and 3 (`frictool.errors`) that a log or folder ended
-    with, else 0."""
+    """Identify each log or folder and return the exit code.
+
+    It is the first of 4, 1 and 3 (`frictool.errors`) that occurred, else 0.
+    """
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest
     from frictool.documents.writing import to_yaml
@@ -82,7 +86,10 @@ def identify_each(asked: IdentifyEachRequest, logs: Sequence[Path]) -> int:
     if STDIN in logs:
         raise click.UsageError("--each reads files and folders, not standard input.")
     if asked.folder is not None and says_file(asked.folder):
-        message = f"-o {asked.folder.name}: with --each the models go into a folder, and the table alone into a file that ends in"
+        message = (
+            f"-o {asked.folder.name}: with --each the models go into a folder, and the "
+            "table alone into a file that ends in"
+        )
         raise click.UsageError(f"{message} {', '.join(TABLES)}.")
     if asked.table is not None and asked.table != STDOUT:
         require_parquet(asked.table)
@@ -118,7 +125,7 @@ def identify_each(asked: IdentifyEachRequest, logs: Sequence[Path]) -> int:
             batch[place] = one
             _save_model(
                 asked, one, inputs
-            )  # as it comes: what is done stays, whatever happens to the rest
+            )  # saved immediately, so that an interrupt loses no completed model
     _tell(asked, ordered([batch[place] for place in range(len(jobs))]), inputs)
     codes = {one.code for one in batch.values()}
     return next(
@@ -127,7 +134,7 @@ def identify_each(asked: IdentifyEachRequest, logs: Sequence[Path]) -> int:
 
 
 def _members(asked: IdentifyEachRequest, logs: Sequence[Path]) -> list[Any]:
-    """The logs; what an earlier run wrote into a folder of its own is none."""
+    """Return the logs, without files that an earlier run wrote into the output folder."""
     from frictool.logs.fleet import members
 
     found = members(logs)
@@ -139,14 +146,15 @@ def _members(asked: IdentifyEachRequest, logs: Sequence[Path]) -> list[Any]:
 def _check_outputs(
     asked: IdentifyEachRequest, jobs: Sequence[LogGroup], inputs: list[Path]
 ) -> None:
-    """Raises OutputError before the first log is read."""
+    """Raise OutputError before the first log is read."""
     if asked.folder is None:
         if asked.table is not None:
             check_output(asked.table, inputs)
         return
     if asked.folder.exists() and not asked.folder.is_dir():
         raise OutputError(
-            f"{asked.folder}: is a file; name a folder for the models, or a table that ends in {', '.join(TABLES)}"
+            f"{asked.folder}: is a file; name a folder for the models, or a table that "
+            f"ends in {', '.join(TABLES)}"
         )
     for target in (asked.folder / TABLE, *(asked.folder / f"{one.name}.yaml" for one in jobs)):
         refuse_inputs(target, inputs)
@@ -168,7 +176,7 @@ def _save_model(asked: IdentifyEachRequest, one: BatchResult, inputs: list[Path]
 
 
 def _tell(asked: IdentifyEachRequest, batch: list[BatchResult], inputs: list[Path]) -> None:
-    """The table, and what it says of them all."""
+    """Write the table and the conclusions on all logs."""
     from frictool.identify.batch_table import (
         as_csv,
         as_json,

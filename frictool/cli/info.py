@@ -1,4 +1,4 @@
-"""`frictool info`: what is in a log."""
+"""`frictool info`: contents and quality of a log."""
 
 from __future__ import annotations
 
@@ -72,8 +72,10 @@ def command(
 
 
 def _guessed(path: Path) -> Log | None:
-    """Return a raw file as a log in the units of the file and print the guessed columns; return
-    None for a canonical log."""
+    """Return a raw file as a log in its own units, and print the guessed columns.
+
+    None for a canonical log.
+    """
     from frictool.documents.bench import OPEN
     from frictool.logs.canonical.mcap_reader import is_canonical
     from frictool.logs.channels.guessed_log import guess_log

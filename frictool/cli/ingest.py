@@ -1,4 +1,4 @@
-"""`frictool ingest`: bench files to the canonical log."""
+"""`frictool ingest`: conversion of bench files to the canonical log."""
 
 from __future__ import annotations
 
@@ -56,7 +56,9 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 @click.option(
     "--guess",
     is_flag=True,
-    help="Write no log but a bench.yaml, guessed from the names and units of RAW, for you to check.",
+    help=(
+        "Write no log but a bench.yaml, guessed from the names and units of RAW, for you to check."
+    ),
 )
 @click.option(
     "--axis",
@@ -170,8 +172,10 @@ def command(
 
 
 def _check_guess(guess: bool, axis: str | None, others: dict[str, Any]) -> None:
-    """Raises UsageError where an option would be left out without a word: others are of the log
-    that --guess does not write."""
+    """Raise UsageError if an option would be ignored.
+
+    `others` are options of a log, which --guess does not write.
+    """
     wrong = [name for name, value in others.items() if value is not None and value is not False]
     if guess and wrong:
         raise click.UsageError(f"--guess writes a bench.yaml and no log: leave out {wrong[0]}.")
@@ -180,8 +184,10 @@ def _check_guess(guess: bool, axis: str | None, others: dict[str, Any]) -> None:
 
 
 def _said(kind: str | None, unit: str | None, date: str | None) -> dict[str, str]:
-    """What the command line says of the log, as its record KIND has it. Raises UsageError where the
-    date is none."""
+    """Return the log's facts from the command line, for its record KIND.
+
+    Raises UsageError if the date is invalid.
+    """
     from datetime import datetime
 
     from frictool.logs.canonical.mcap_layout import DATE, UNIT
@@ -198,15 +204,18 @@ def _said(kind: str | None, unit: str | None, date: str | None) -> dict[str, str
 def _propose(
     raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, output: Path, as_json: bool
 ) -> None:
-    """Writes the bench that a file tells of. Nothing is read with it: who knows the rig checks it
-    first."""
+    """Write a bench guessed from a file.
+
+    No log is read with this bench, because the user must check it first.
+    """
     from frictool.cli.standard_input import stdin_as_file
     from frictool.documents.starting_documents import starting_documents
     from frictool.logs.channels.column_guess import start_from
 
     if len(raw) > 1:
         raise click.UsageError(
-            "--guess takes one file; a further instrument's columns are written under `instruments` by hand."
+            "--guess takes one file; a further instrument's columns are written under "
+            "`instruments` by hand."
         )
     with stdin_as_file(raw) as (path,):
         start = start_from(path, path.stem[:80] or "rig", axis)
@@ -229,7 +238,8 @@ def _propose(
         or "no channel"
     )
     say(
-        f"guessed from {start.log}: {found}; check what is marked as guessed, replace what is marked as an example",
+        f"guessed from {start.log}: {found}; check what is marked as guessed, replace "
+        "what is marked as an example",
         output,
     )
     for line in question_lines(start):
@@ -237,7 +247,7 @@ def _propose(
 
 
 def _refuse_loss(made: LogAssembly, output: Path) -> None:
-    """Raises LogError where data were lost."""
+    """Raise LogError if data were lost."""
     from frictool.errors import LogError
     from frictool.logs.losses import loss_count_text
 
@@ -245,12 +255,13 @@ def _refuse_loss(made: LogAssembly, output: Path) -> None:
         where = "the output" if output == STDOUT else output.name
         raise LogError(
             made.flows[0].source,
-            f"was read with data lost: {loss_count_text(made.losses)}; {where} has the rest and lists what is lost",
+            f"was read with data lost: {loss_count_text(made.losses)}; {where} has the "
+            "rest and lists what is lost",
         )
 
 
 def summary(streams: list[tuple[StreamHeader, TimeBase]], made: LogAssembly) -> dict[str, Any]:
-    """The machine's view of what was ingested."""
+    """Return the ingested streams as JSON values."""
     from frictool.logs.losses import as_rows
 
     clocks = {flow.head.topic: flow.clock for flow in made.flows}
@@ -270,7 +281,7 @@ def summary(streams: list[tuple[StreamHeader, TimeBase]], made: LogAssembly) -> 
 
 
 def table(facts: dict[str, Any]) -> str:
-    """The same for people."""
+    """Return the ingested streams as text."""
     from frictool.logs.losses import loss_text
     from frictool.logs.table import DataLoss
 

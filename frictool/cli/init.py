@@ -1,4 +1,4 @@
-"""`frictool init`: commented documents to start a rig's folder from."""
+"""`frictool init`: commented starting documents in the folder of a new rig."""
 
 from __future__ import annotations
 
@@ -55,7 +55,8 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
     save_folder(folder, files, [] if log is None else [log], overwrite=False, parents=True)
     if log is not None and start.log_path is None:
         note(
-            f"warning: make cannot read the path of {log.name}, it has blanks or signs of its own; the Makefile takes what lies in logs/"
+            f"warning: make cannot read the path of {log.name}, it has blanks or signs "
+            "of its own; the Makefile takes what lies in logs/"
         )
     if as_json:
         guessed = {
@@ -93,13 +94,14 @@ def _still_to_do(folder: Path, start: StartingRig, keys: dict[str, list[str]]) -
     lines += [f"  {name}: {', '.join(found)}" for name, found in keys.items()]
     if start.log_path is None:
         lines.append(
-            f"put the bench's logs (CSV, MATLAB, MCAP) into {folder / 'logs'}/, then run make -C {shlex.quote(str(folder))}"
+            f"put the bench's logs (CSV, MATLAB, MCAP) into {folder / 'logs'}/, then "
+            f"run make -C {shlex.quote(str(folder))}"
         )
     return "\n".join(lines)
 
 
 def _start(folder: Path, axis: str | None, log: Path | None) -> StartingRig:
-    """What the rig starts from: the folder's name, and what the log tells."""
+    """Return the facts of the rig: the folder's name, and the contents of the log."""
     from frictool.documents.starting_documents import StartingRig
 
     name = folder.absolute().name[:80] or "rig"

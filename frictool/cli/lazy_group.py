@@ -1,5 +1,4 @@
-"""A group of commands that are imported when they are used, so that help costs little more than
-importing click."""
+"""Group of commands that are imported on use, so that help is fast."""
 
 from __future__ import annotations
 
@@ -16,29 +15,29 @@ from frictool.errors import EXIT_INPUT, EXIT_INTERRUPTED
 
 
 def abandon_stdout() -> None:
-    """What is left in the buffer goes nowhere, so that the interpreter's own flush at exit cannot
-    fail."""
+    """Discard the buffered output, so that the interpreter's flush at exit cannot fail."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 class LazyGroup(click.Group):
-    """Knows its commands by name and imports one only when it is called; table: name -> (module,
-    one line for --help)."""
+    """Group that imports a command only when it is called.
+
+    `table`: name -> (module, one line for --help).
+    """
 
     def __init__(self, *args: Any, table: dict[str, tuple[str, str]], **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.table = table
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Ctrl-C has an exit code of its own, and a reader that leaves is an output that cannot be
-        written.
+        """Run a command with exit codes for Ctrl-C and for a closed pipe.
 
-        For both click's is 1, which says here that the answer is no.
+        click returns 1 for both, which means a negative answer here.
         """
         try:
             return super().invoke(ctx)
         except click.ClickException as error:
-            error.message = printable(error.message)  # type: ignore[misc]  # what click prints, whatever was in it
+            error.message = printable(error.message)  # type: ignore[misc]  # click prints it as it is
             raise
         except KeyboardInterrupt:
             click.echo("\ninterrupted", err=True)
@@ -57,7 +56,7 @@ class LazyGroup(click.Group):
         return command
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        """Names from the table; options as every command completes them."""
+        """Return the completions of command names and options."""
         names = [
             CompletionItem(name, help=text)
             for name, (_, text) in self.table.items()

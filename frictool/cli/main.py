@@ -1,6 +1,6 @@
-"""`frictool`: registers the commands and turns errors into one line and an exit code.
+"""Entry point of `frictool`: registers the commands, and turns errors into messages and exit codes.
 
-Commands are imported when they are used: `frictool --help` costs little more than importing click.
+Commands are imported on use, so that `frictool --help` costs little more than importing click.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def group(debug: bool) -> None:
 
 
 def main() -> None:
-    """Run the command line: the entry point of `frictool`."""
+    """Run the command line; the entry point of `frictool`."""
     debug = "--debug" in sys.argv[1:]
     _prepare()
     with _terminated_as_interrupted():
@@ -119,8 +119,7 @@ def main() -> None:
 
 @contextmanager
 def _terminated_as_interrupted() -> Iterator[None]:
-    """Make SIGTERM raise KeyboardInterrupt, as SIGINT does, so that nothing half written is left
-    behind."""
+    """Make SIGTERM raise KeyboardInterrupt, as SIGINT does, so that no partial output remains."""
     if (
         threading.current_thread() is not threading.main_thread()
         or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL
@@ -135,7 +134,7 @@ def _terminated_as_interrupted() -> Iterator[None]:
 
 
 def _run(debug: bool) -> None:
-    """Run the group; turn every foreseen failure into one line and an exit code."""
+    """Run the group; turn every expected failure into one line and an exit code."""
     try:
         group(prog_name="frictool", standalone_mode=True)
         sys.stdout.flush()
@@ -144,7 +143,7 @@ def _run(debug: bool) -> None:
             raise
         _complain(str(error))
         sys.exit(error.exit_code)
-    except BrokenPipeError:  # who reads has seen enough
+    except BrokenPipeError:  # the reader has closed the pipe
         abandon_stdout()
         sys.exit(EXIT_INPUT)
     except MemoryError:
@@ -162,8 +161,7 @@ def _run(debug: bool) -> None:
 
 
 def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
-    """Return a function that warns of example values in a document, once for each key in a
-    command."""
+    """Return a function that warns of example values, once for each key in a command."""
     said: set[str] = set()
 
     def warn(path: str, keys: tuple[str, ...]) -> None:
@@ -178,16 +176,15 @@ def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
 
 
 def _warn_of_bench_values(path: str, reason: str) -> None:
-    """Warn of a model of which nothing was identified."""
+    """Warn of a model in which nothing was identified."""
     click.echo(printable(f"warning: {bench_values.bench_values_words(path, reason)}"), err=True)
 
 
 def _prepare() -> None:
-    """One thread for linear algebra, since sums in another order give other bytes; somewhere to
-    write where a stream was closed.
+    """Prepare the process: notifications, one thread for linear algebra, and robust output streams.
 
-    A sign that the terminal's encoding has not, or that is none (of a file's name), is escaped and
-    not an error. A wait for the compiler is told, whichever command meets it.
+    Several threads would sum in another order and change the output. A closed stream is replaced. A
+    character outside the terminal's encoding is escaped instead of raising an error.
     """
     notifications.compiling = _tell_of_compiling
     notifications.remark = _remark

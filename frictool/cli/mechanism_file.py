@@ -1,4 +1,4 @@
-"""A mechanism.yaml read and put together; what does not fit is told with its file and line."""
+"""Loading of a mechanism.yaml, with file and line in errors."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ if TYPE_CHECKING:
 
 
 def load_mechanism(path: Path) -> tuple[Mechanism, AssembledMechanism]:
-    """The document at `path` and the mechanism put together. Raises DocumentError with file, line
-    and key."""
+    """Return the document at `path` and the assembled mechanism.
+
+    Raises DocumentError with file, line and key.
+    """
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.registry import load
     from frictool.plant.mechanism.assembly import assemble
@@ -29,7 +31,7 @@ def load_mechanism(path: Path) -> tuple[Mechanism, AssembledMechanism]:
 
 
 def tell_notes(path: Path, assembled: AssembledMechanism) -> None:
-    """What was left out or does not fit, on stderr."""
+    """Print the notes on an assembled mechanism on stderr."""
     from frictool.cli.output import note
 
     for told in assembled.notes:
@@ -37,7 +39,7 @@ def tell_notes(path: Path, assembled: AssembledMechanism) -> None:
 
 
 def mechanism_error(path: Path, wrong: ElementError) -> DocumentError:
-    """The same complaint, with the file and the line of the element."""
+    """Return the error with the file and line of the element."""
     from frictool.documents.key_lines import document_error
 
     return document_error(path, wrong.key, str(wrong))

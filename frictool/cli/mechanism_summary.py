@@ -1,5 +1,4 @@
-"""What `frictool simulate` tells of a mechanism: each block, each contact, what happened how often,
-where the energy went."""
+"""Summary of a simulated mechanism: blocks, contacts, events and energy."""
 
 from __future__ import annotations
 
@@ -8,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from frictool.logs.log import Log, Stream
 
-MOST_EVENTS = 12  # kinds of them that are told to people
+MOST_EVENTS = 12  # largest number of event kinds in the text
 POSITION, VELOCITY, STUCK, CONTACT = "_position", "_velocity", "_stuck", "_contact"
 
 
 def blocks_of(log: Log, stream: Stream) -> dict[str, Any]:
-    """The machine's view of a stream of all blocks and of its records."""
+    """Return the stream of all blocks with its records as JSON values."""
     names = [name.removesuffix(POSITION) for name in stream.signals if name.endswith(POSITION)]
     contacts = [name.removesuffix(CONTACT) for name in stream.signals if name.endswith(CONTACT)]
     records = {name: log.metadata.get(f"{name}{stream.topic}", {}) for name in ("energy", "events")}
@@ -55,15 +54,17 @@ def _contact(stream: Stream, name: str) -> dict[str, Any]:
 
 
 def block_lines(found: dict[str, Any]) -> list[str]:
-    """The same for people."""
+    """Return the summary as text lines."""
     lines = [
-        f"{found['topic']:<14}{'lowest':>12}{'highest':>12}      {'top speed':>12}        {'stuck':>7}"
+        f"{found['topic']:<14}{'lowest':>12}{'highest':>12}      {'top speed':>12}      "
+        f"  {'stuck':>7}"
     ]
     for row in found["blocks"]:
         stuck = f"{row['stuck']:>7.0%}" if "stuck" in row else f"{'-':>7}"
         unit = row["unit"]
         lines.append(
-            f"  {row['block']:<12}{row['lowest']:>12.4g}{row['highest']:>12.4g} {unit:<5}{row['top_speed']:>12.4g} {unit + '/s':<7}{stuck}"
+            f"  {row['block']:<12}{row['lowest']:>12.4g}{row['highest']:>12.4g} "
+            f"{unit:<5}{row['top_speed']:>12.4g} {unit + '/s':<7}{stuck}"
         )
     lines += [_contact_line(row) for row in found["contacts"]]
     lines += _event_lines(found["events"])
@@ -79,14 +80,19 @@ def block_lines(found: dict[str, Any]) -> list[str]:
             for name, value in sorted(lost.items(), key=lambda one: -abs(one[1]))
         )
         lines.append(
-            f"  energy in J: put in {energy['input']:.6g}; kinetic {energy['kinetic']:.4g}, stored {energy['stored']:.4g}"
-            f", lost {sum(lost.values()):.6g}{f' ({told})' if told else ''}; residual {energy['residual']:.1e}"
+            f"  energy in J: put in {energy['input']:.6g}; kinetic "
+            f"{energy['kinetic']:.4g}, stored {energy['stored']:.4g}"
+            f", lost {sum(lost.values()):.6g}{f' ({told})' if told else ''}; residual "
+            f"{energy['residual']:.1e}"
         )
     return lines
 
 
 def _contact_line(row: dict[str, Any]) -> str:
-    return f"  {row['link']}: at its low side {row['low']:.0%} of the time, free {row['free']:.0%}, at its high side {row['high']:.0%}"
+    return (
+        f"  {row['link']}: at its low side {row['low']:.0%} of the time, free "
+        f"{row['free']:.0%}, at its high side {row['high']:.0%}"
+    )
 
 
 def _event_lines(events: dict[str, int]) -> list[str]:

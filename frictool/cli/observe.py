@@ -1,4 +1,4 @@
-"""`frictool observe`: observers designed, and run along logs."""
+"""`frictool observe`: design of observers, and estimation along logs."""
 
 from __future__ import annotations
 

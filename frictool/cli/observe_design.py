@@ -1,4 +1,4 @@
-"""`frictool observe design`: gains of an observer, verified before they are written."""
+"""`frictool observe design`: observer gains, verified before they are written."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Kind = Literal["multiplicative", "additive", "tracking"]
 SWITCHED = ("switch_speed", "weights", "decay", "quiet", "transitions", "stuck_speed", "inertia")
-OPTIONS: dict[Kind, tuple[str, ...]] = {  # that each kind has
+OPTIONS: dict[Kind, tuple[str, ...]] = {  # options of each kind
     "multiplicative": ("intervals", *SWITCHED),
     "additive": SWITCHED,
     "tracking": ("bandwidth", "drive_noise", "inertia"),
@@ -50,7 +50,7 @@ bandwidth of its error.
 
 
 def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[float, float, float]:
-    """Three numbers with commas."""
+    """Return three comma-separated numbers."""
     try:
         numbers = tuple(float(word) for word in value.split(","))
     except ValueError:
@@ -61,7 +61,8 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
         or numbers[1] <= 0.0
     ):
         raise click.BadParameter(
-            f"found {value!r}; allowed: three numbers from 0 on, that of the speed above 0, such as 1,100,0.001."
+            f"found {value!r}; allowed: three numbers from 0 on, that of the speed "
+            "above 0, such as 1,100,0.001."
         )
     return numbers[0], numbers[1], numbers[2]
 
@@ -83,7 +84,10 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
 )
 @click.option(
     "--switch-speed",
-    help="Stuck below it, such as 10rad/s; switched kinds.  [default: a fortieth of the bench's top speed]",
+    help=(
+        "Stuck below it, such as 10rad/s; switched kinds.  [default: a fortieth of the "
+        "bench's top speed]"
+    ),
 )
 @click.option(
     "--weights",
@@ -100,7 +104,10 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
 @click.option(
     "--quiet",
     type=FiniteRange(1.0, min_open=True),
-    help="Gamma may be so many times the smallest, for gains that pass less of the encoder's noise; 4 is usual.  [default: (6.6) as it is]",
+    help=(
+        "Gamma may be so many times the smallest, for gains that pass less of the "
+        "encoder's noise; 4 is usual.  [default: (6.6) as it is]"
+    ),
 )
 @click.option("--inertia", help="In place of the model's, such as 1.1e-5 or '110 g cm^2'.")
 @click.option(
@@ -178,7 +185,7 @@ def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **optio
 def _designed(
     model: Model, kind: Kind, provenance: Provenance, options: dict[str, Any]
 ) -> Observer:
-    """The observer of a kind."""
+    """Return the observer of a kind."""
     from frictool.observe.design.observer_design import design_observer
     from frictool.observe.design.settings import SwitchedObserverSettings
 

@@ -1,4 +1,4 @@
-"""`frictool observe run` over several logs: a row each, the verdicts, the trend."""
+"""`frictool observe run` on several logs: one row each, verdicts and trend."""
 
 from __future__ import annotations
 
@@ -19,8 +19,11 @@ if TYPE_CHECKING:
 
 
 def observe_fleet(given: ObserveRequest, logs: Sequence[Path]) -> int:
-    """Return EXIT_NO if the limit is exceeded or undecided, else EXIT_INPUT if a log was lost, in
-    part or whole, else EXIT_DONE."""
+    """Observe all logs and return the exit code.
+
+    It is EXIT_NO if the limit is exceeded or undecided, else EXIT_INPUT if a log was lost in part
+    or whole, else EXIT_DONE.
+    """
     from frictool.cli.standard_input import stdin_as_file
     from frictool.documents.provenance import provenance_of_command
     from frictool.logs.fleet import members
@@ -62,8 +65,7 @@ def observe_fleet(given: ObserveRequest, logs: Sequence[Path]) -> int:
 
 
 def _tell(table: list[FleetRow], given: ObserveRequest) -> None:
-    """All of it in a line, and where the table itself is not on stdout the rows that somebody has
-    to look at."""
+    """Print a headline; if the table is in a file, also print the rows that need attention."""
     from frictool.observe.fleet_table import as_text, headline
 
     odd = [row for row in table if row.alarm or row.outcome is None]
@@ -78,7 +80,7 @@ def _tell(table: list[FleetRow], given: ObserveRequest) -> None:
 def _save(
     given: ObserveRequest, table: list[FleetRow], inputs: list[Path], provenance: Provenance
 ) -> None:
-    """Writes the table, on stdout where nothing else does, and the trend."""
+    """Write the table, to stdout if nothing else is written there, and the trend."""
     from frictool.logs.provenance import provenance_record
     from frictool.observe.fleet_table import PARQUET, as_csv, write_parquet
     from frictool.observe.page import page_of_fleet

@@ -1,5 +1,4 @@
-"""`frictool observe loop`: a controller whose speed comes from an observer, verified with it, as
-one document."""
+"""`frictool observe loop`: a controller with an observer for its speed, verified together."""
 
 from __future__ import annotations
 
@@ -77,8 +76,10 @@ def command(
     found = with_observer(load(controller, Controller), load(observer, Observer), modulus_margin)
     if found.after is not None and found.after < found.specified:
         raise NoSolutionError(
-            f"{controller}: not verified with the observer: modulus margin {found.after:.4f} at vertex {found.at}, specified "
-            f"{found.specified:g}; try an observer of another bandwidth, a slower controller, or --modulus-margin {found.after - 5e-3:.2f}"
+            f"{controller}: not verified with the observer: modulus margin "
+            f"{found.after:.4f} at vertex {found.at}, specified "
+            f"{found.specified:g}; try an observer of another bandwidth, a slower "
+            f"controller, or --modulus-margin {found.after - 5e-3:.2f}"
         )
     words = {"controller": controller, "--observer": observer, "--modulus-margin": modulus_margin}
     merged = msgspec.structs.replace(
@@ -97,8 +98,10 @@ def command(
 
 
 def machine_view(found: ObservedController) -> dict[str, Any]:
-    """The machine's view of the merged controller; margins None where the speed closes no linear
-    loop."""
+    """Return the merged controller as JSON values.
+
+    Margins are None if no linear loop uses the speed.
+    """
     own = found.controller.velocity.observer
     assert own is not None
     return {

@@ -1,4 +1,4 @@
-"""What `frictool observe run` was asked for, and what is checked before the first log is read."""
+"""Command line of `frictool observe run`, with checks before the first log is read."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ObserveRequest:
-    """The command line, its documents read. words: for the provenance."""
+    """Command line with its documents loaded; `words` is the command for the provenance."""
 
     words: str
     model: Path
@@ -37,13 +37,12 @@ class ObserveRequest:
     allow_undecided: bool = False
 
     def answer_is_no(self, exceeded: bool | None) -> bool:
-        """Return whether the command ends with exit code 1; `exceeded` is None if the wear limit is
-        undecided."""
+        """Return True if the exit code is 1; `exceeded` is None if the wear limit is undecided."""
         return not self.allow_undecided if exceeded is None else exceeded
 
     @property
     def inputs(self) -> list[Path]:
-        """All files that are read, but for the logs."""
+        """Return all input files except the logs."""
         return [
             self.model,
             *(path for path in (self.commissioning, self.observer) if path is not None),
@@ -51,12 +50,12 @@ class ObserveRequest:
 
     @property
     def stdout(self) -> Path | None:
-        """STDOUT where an output goes there."""
+        """Return STDOUT if an output goes there, else None."""
         return STDOUT if STDOUT in (self.output, self.plot) else None
 
 
 def checked_pattern(option: str, text: str | None) -> str | None:
-    """Raises UsageError where it is no regular expression."""
+    """Return the text. Raises UsageError if it is no regular expression."""
     import re
 
     try:
@@ -67,7 +66,7 @@ def checked_pattern(option: str, text: str | None) -> str | None:
 
 
 def check_outputs(given: ObserveRequest, logs: tuple[Path, ...], several: bool) -> None:
-    """Raises UsageError or OutputError before the first log is read."""
+    """Raise UsageError or OutputError before the first log is read."""
     plot, output = given.plot, given.output
     if output is not None:
         check_ending(
@@ -82,7 +81,7 @@ def check_outputs(given: ObserveRequest, logs: tuple[Path, ...], several: bool) 
 
 
 def observer_of(given: ObserveRequest) -> tuple[Path, Observer] | None:
-    """The document of a further observer, and where it is from."""
+    """Return the additional observer with its path, or None."""
     if given.observer is None:
         return None
     from frictool.documents.observer import Observer
@@ -92,8 +91,10 @@ def observer_of(given: ObserveRequest) -> tuple[Path, Observer] | None:
 
 
 def commissioning_of(given: ObserveRequest) -> Commissioning | None:
-    """What the wear is compared with, from a log or from the --json of its run. Raises
-    InputFileError where it tells no wear."""
+    """Return the reference of the wear, from a log or from the --json output of its run.
+
+    Raises InputFileError if it contains no wear.
+    """
     path = given.commissioning
     if path is None:
         return None

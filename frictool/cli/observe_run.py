@@ -203,7 +203,7 @@ def command(
 
 
 def _single(given: ObserveRequest, log: Path) -> int:
-    """One log: its estimates, its picture, its verdict; the exit code."""
+    """Observe one log, save and print the results, and return the exit code."""
     from frictool.cli.progress import progress
     from frictool.cli.standard_input import stdin_as_file
     from frictool.documents.provenance import provenance_of_command
@@ -234,7 +234,8 @@ def _single(given: ObserveRequest, log: Path) -> int:
             say(line, given.stdout)
     if outcome.losses:
         note(
-            f"warning: {Path(outcome.source).name} was read with data lost: {loss_count_text(list(outcome.losses))}"
+            f"warning: {Path(outcome.source).name} was read with data lost: "
+            f"{loss_count_text(list(outcome.losses))}"
         )
     refused = outcome.verdict is not None and given.answer_is_no(outcome.verdict.exceeded)
     return EXIT_NO if refused else EXIT_INPUT if outcome.losses else EXIT_DONE
@@ -247,7 +248,7 @@ def _run(
     provenance: Provenance,
     tick: Callable[[float], None],
 ) -> None:
-    """Reads the log and writes the estimates where they are asked for."""
+    """Read the log, and write the estimates if requested."""
     from frictool.logs.provenance import PROVENANCE, provenance_record
     from frictool.observe.estimates_log import write
 
@@ -276,7 +277,7 @@ def _drawn(
     picture: EstimatePlot,
     provenance: Provenance,
 ) -> str:
-    """The picture, or the page that it stands in."""
+    """Return the plot, or the page that contains it."""
     from frictool.observe.page import page_of_log
 
     drawn = picture.drawn(Path(outcome.source).name, given.limit)

@@ -1,5 +1,4 @@
-"""What every command shares at its edge: options, files written whole or not at all, progress on
-stderr, one JSON object."""
+"""Common parts of all commands: options, complete or absent output files, and messages."""
 
 from __future__ import annotations
 
@@ -29,16 +28,21 @@ STDOUT = Path("-")
 
 
 class NamedPath(click.Path):
-    """A path that has a name: of an empty one, as a shell makes it of a variable that is not set,
-    pathlib makes the present folder."""
+    """Path option that rejects an empty name.
+
+    pathlib turns an empty name, for example from an unset shell variable, into the current folder.
+    """
 
     def __init__(
         self, allow_dash: bool = False, writes: Sequence[str] = (), chooses: bool = False
     ) -> None:
-        """writes, chooses: of an output, as cli/file_endings.py `check_ending`; without formats any
-        name is one."""
+        """Store the formats of an output.
+
+        `writes`, `chooses`: as in cli/file_endings.py `check_ending`; without formats any name is
+        allowed.
+        """
         self._writes, self._chooses = writes, chooses
-        # whether it exists and may be read is found on reading, so that it is exit 3 and not
+        # existence and permission are checked on reading, so that the exit code is 3 and not
         # click's 2
         super().__init__(path_type=Path, readable=False, allow_dash=allow_dash)
 
@@ -57,7 +61,7 @@ def output_option(
     writes: Sequence[str] = (),
     chooses: bool = False,
 ) -> Callable[[F], F]:
-    """`-o/--output PATH`; writes, chooses: as of NamedPath."""
+    """Return the option `-o/--output PATH`; `writes` and `chooses` are as in NamedPath."""
     return click.option(
         "-o", "--output", type=NamedPath(True, writes, chooses), required=required, help=help
     )
@@ -74,7 +78,10 @@ json_option = click.option(
 
 
 def command_line(name: str, arguments: dict[str, Any]) -> str:
-    """The command for the provenance: no output path, base names only, in the order given here."""
+    """Return the command for the provenance, in the order of the arguments.
+
+    It contains base names only and no output path.
+    """
     words = ["frictool", name]
     for key, value in arguments.items():
         values = value if isinstance(value, list | tuple) else [value]
@@ -90,12 +97,11 @@ def command_line(name: str, arguments: dict[str, Any]) -> str:
 
 @contextmanager
 def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
-    """A binary stream that becomes `target` when the block ends well, and leaves nothing behind
-    when it does not.
+    """Yield a binary stream that becomes `target` if the block succeeds; else nothing remains.
 
-    `-` is stdout; a device or a pipe is written to and not replaced, and so is the file that a
-    symbolic link leads to. Raises OutputError where the target is an input, is a directory, or
-    cannot be written.
+    `-` is stdout. A device or a pipe is written to and not replaced; for a symbolic link this holds
+    for its target file. Raises OutputError if the target is an input, is a directory, or cannot be
+    written.
     """
     if target == STDOUT:
         yield sys.stdout.buffer
@@ -122,7 +128,8 @@ def require_folder(target: Path) -> None:
     folder = target.resolve().parent if target.is_symlink() else target.parent
     if not folder.exists():
         raise OutputError(
-            f"{target}: there is no folder {folder}; make it first (mkdir -p {shlex.quote(str(folder))}) or name another"
+            f"{target}: there is no folder {folder}; make it first (mkdir -p "
+            f"{shlex.quote(str(folder))}) or name another"
         )
     if not folder.is_dir():
         raise OutputError(f"{target}: cannot be written: {folder} is no folder")
@@ -130,7 +137,7 @@ def require_folder(target: Path) -> None:
 
 @contextmanager
 def _device(target: Path) -> Iterator[BinaryIO]:
-    """A device or a pipe, opened for writing."""
+    """Yield a device or a pipe, opened for writing."""
     try:
         with target.open("wb") as stream:
             yield stream
@@ -139,17 +146,20 @@ def _device(target: Path) -> Iterator[BinaryIO]:
 
 
 def refuse_inputs(target: Path, inputs: list[Path]) -> None:
-    """Raises OutputError where writing `target` would overwrite one of `inputs`."""
+    """Raise OutputError if writing `target` would overwrite one of `inputs`."""
     for path in inputs:
         if target.exists() and path.exists() and target.samefile(path):
             raise OutputError(
-                f"{target}: is an input of this command and would be overwritten; choose another output"
+                f"{target}: is an input of this command and would be overwritten; "
+                "choose another output"
             )
 
 
 def check_output(target: Path, inputs: list[Path]) -> None:
-    """Raises OutputError where `target` is an input, a directory, or cannot be written: asked
-    before work of minutes, and makes nothing."""
+    """Raise OutputError if `target` is an input, is a directory, or cannot be written.
+
+    The check creates no file; it precedes long computations.
+    """
     refuse_inputs(target, inputs)
     if target == STDOUT or (target.exists() and not target.is_file() and not target.is_dir()):
         return
@@ -163,11 +173,10 @@ def check_output(target: Path, inputs: list[Path]) -> None:
 
 
 def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> None:
-    """Before any work: that each of `targets` (option -> where it is to be written, or None) is a
-    file of its own and can be written.
+    """Check before any work that each target is a separate file and can be written.
 
-    Raises click.UsageError where two have one name, or stdout would hold two; OutputError as
-    `check_output`.
+    `targets`: option -> path or None. Raises click.UsageError if two targets are equal, and
+    OutputError as `check_output`.
     """
     places: dict[Path, str] = {}
     for option, target in targets.items():
@@ -183,9 +192,10 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
 
 
 def save_text(target: Path, text: str, inputs: list[Path], draft: bool = False) -> None:
-    """Write `text` as UTF-8 to `target`, whole or not at all, to stdout without control characters.
+    """Write `text` as UTF-8 to `target`, completely or not at all.
 
-    A document is read back first, except a draft, in which values are left to fill in.
+    Stdout gets no control characters. A document is read back first. A draft is not, because it
+    contains values to fill in.
     """
     if not draft:
         check_document(target, text)
@@ -193,22 +203,24 @@ def save_text(target: Path, text: str, inputs: list[Path], draft: bool = False) 
         shown = printable(text) if target == STDOUT else text
         stream.write(
             shown.encode(errors="backslashreplace")
-        )  # a file's name may hold bytes that are not text
+        )  # a file name may contain bytes that are not text
 
 
 def say(text: str, output: Path | None = None) -> None:
-    """Text for people: on stdout, or on stderr where stdout carries the output itself."""
+    """Print text on stdout, or on stderr if stdout carries the output."""
     click.echo(printable(text), err=output == STDOUT)
 
 
 def note(text: str) -> None:
-    """Progress and warnings: on stderr."""
+    """Print progress or a warning on stderr."""
     click.echo(printable(text), err=True)
 
 
 def note_changes(path: Path, controller: Controller) -> None:
-    """Warn if a block of a controller is not the one that was verified. A document without digests
-    gives no warning."""
+    """Warn if a block of a controller changed after its verification.
+
+    A document without digests gives no warning.
+    """
     from frictool.documents.digests import changed_words
 
     if words := changed_words(controller):
@@ -216,8 +228,10 @@ def note_changes(path: Path, controller: Controller) -> None:
 
 
 def print_json(value: dict[str, Any], output: Path | None = None) -> None:
-    """One JSON object on stdout (on stderr where stdout carries the output itself); what is not
-    finite is null."""
+    """Print a JSON object on stdout, or on stderr if stdout carries the output.
+
+    Values that are not finite are null.
+    """
     click.echo(
         printable_json(json.dumps(_finite(value), indent=2, ensure_ascii=False)),
         err=output == STDOUT,
@@ -235,11 +249,10 @@ def _finite(value: Any) -> Any:
 
 
 class FiniteRange(click.FloatRange):
-    """A number of an option: every comparison with nan is false, so that click's own range lets it
-    pass.
+    """Range of a number option that rejects NaN and implausible magnitudes.
 
-    What is larger or smaller than anything on a bench is a slip of the keyboard, whose square a
-    double may not hold.
+    click's own range accepts NaN, because every comparison with it is false. A magnitude outside
+    LEAST to LARGEST is a typing error, and its square may overflow.
     """
 
     LEAST, LARGEST = 1e-15, 1e12
@@ -250,14 +263,15 @@ class FiniteRange(click.FloatRange):
             self.fail(f"{number} is not a finite number.", param, ctx)
         if number and not self.LEAST <= abs(number) <= self.LARGEST:
             self.fail(
-                f"{number:g} is none of a bench; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in size.",
+                f"{number:g} is none of a bench; allowed: 0, or {self.LEAST:g} to "
+                f"{self.LARGEST:g} in size.",
                 param,
                 ctx,
             )
         return number
 
     def _describe_range(self) -> str:
-        """What --help shows: click has "x<=None" for a range without ends."""
+        """Return the range for --help; click shows "x<=None" for a range without ends."""
         return "" if self.min is None and self.max is None else super()._describe_range()
 
 

@@ -1,5 +1,4 @@
-"""Commands that write several files into a folder: all of them or none, and no file that is not
-theirs."""
+"""Output of several files into a folder, all of them or none."""
 
 from __future__ import annotations
 
@@ -23,12 +22,10 @@ def save_folder(
     parents: bool = False,
 ) -> None:
     """Write `files` (relative name -> content) into `target`; other files there stay as they are.
-    `-` writes a tar archive to stdout.
 
-    `target` is made if it is missing; the folders above it are made only with `parents`.
-
-    Raises OutputError, before anything is changed, if a file is an input, cannot be written, or
-    exists and `overwrite` is false.
+    `-` writes a tar archive to stdout. `target` is created if necessary; the folders above it only
+    with `parents`. Raises OutputError, before anything is changed, if a file is an input, cannot be
+    written, or exists and `overwrite` is false.
     """
     if target == STDOUT:
         sys.stdout.buffer.write(archive(files))
@@ -61,7 +58,8 @@ def _refuse(target: Path, places: list[Path], inputs: list[Path], overwrite: boo
     if present and not overwrite:
         found = ", ".join(str(place.relative_to(target)) for place in present)
         raise OutputError(
-            f"{target}: already holds {found}; nothing is overwritten, choose another folder or move them away"
+            f"{target}: already holds {found}; nothing is overwritten, choose another "
+            "folder or move them away"
         )
     for place in present:
         if place.is_dir():
@@ -76,8 +74,10 @@ def _bytes(content: str | bytes) -> bytes:
 
 
 def archive(files: Mapping[str, str | bytes]) -> bytes:
-    """An uncompressed tar archive of the files, without owners and times: the same files give the
-    same bytes."""
+    """Return an uncompressed tar archive of the files.
+
+    It has no owners and times: the same files give the same bytes.
+    """
     buffer = io.BytesIO()
     with tarfile.open(fileobj=buffer, mode="w", format=tarfile.USTAR_FORMAT) as tar:
         for name, text in files.items():

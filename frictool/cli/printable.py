@@ -1,12 +1,11 @@
-"""Text from files and file names made safe to print: a terminal would execute its control
-characters."""
+"""Escapes for text from files and file names, whose control characters a terminal would execute."""
 
 from __future__ import annotations
 
 import re
 
-# C0 but for tab and line feed, a carriage return alone, DEL, C1; separators of lines and signs that
-# turn the direction of writing
+# C0 except tab and line feed, single carriage returns, DEL, C1, line separators, and characters
+# that change the writing direction
 _UNSAFE = re.compile(
     "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]|\r(?!\n)"
 )

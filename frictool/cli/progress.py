@@ -1,5 +1,4 @@
-"""How far a long command is, and what it waits for, on a terminal: a bar on stderr with the time
-left. Silent elsewhere."""
+"""Progress of long commands on a terminal: a bar on stderr with the remaining time."""
 
 from __future__ import annotations
 
@@ -17,7 +16,10 @@ STEPS = 1000
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """Gives what is to be told the part that is done, from 0 to 1; it may be told often."""
+    """Yield a callback that takes the completed fraction (0 to 1); frequent calls are cheap.
+
+    It prints nothing if stderr is not a terminal.
+    """
     if not sys.stderr.isatty():
         yield lambda part: None
         return
@@ -32,14 +34,17 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
 
 
 def note_compiling(everywhere: bool = False) -> None:
-    """Says once what the first use of a kernel waits for, on a terminal, or `everywhere`: where it
-    takes long enough to wonder in a log."""
+    """Print once that a kernel is being compiled, on a terminal or with `everywhere` on any stderr.
+
+    `everywhere` is for compilations that take long enough to puzzle the reader of a log.
+    """
     if everywhere or sys.stderr.isatty():
         _tell_once()
 
 
 @functools.cache
 def _tell_once() -> None:
-    clear = "\r\x1b[K" if sys.stderr.isatty() else ""  # a bar that stands there begins anew below
+    # clears the present bar, which is drawn again below
+    clear = "\r\x1b[K" if sys.stderr.isatty() else ""
     click.echo(clear, err=True, nl=False)
     note("compiling for this machine, once per installation (up to a minute) ...")

@@ -1,5 +1,4 @@
-"""A quantity as an option gives it: a number, with its unit where it is not in SI, `10rad/s` or
-`"0.4 m/s"`."""
+"""Quantities as options: a number in SI or with its unit, such as `10rad/s` or `"0.4 m/s"`."""
 
 from __future__ import annotations
 
@@ -12,13 +11,16 @@ from frictool.documents.quantity_text import written_quantity
 
 
 def positive_si(option: str, text: str, dimension: str, axis: Axis) -> float:
-    """The number in SI. Raises click.UsageError naming the option for what is no number above 0, or
-    has a unit of something else."""
+    """Return the number in SI.
+
+    Raises click.UsageError with the option's name if it is not above 0 or has an unsuitable unit.
+    """
     unit = si_unit(dimension, axis)
     written = written_quantity(text)
     if written is None:
         raise click.UsageError(
-            f"{option}: found {text!r}; allowed: a number with or without its unit, such as 10 or 10{unit.replace(' ', '')}."
+            f"{option}: found {text!r}; allowed: a number with or without its unit, "
+            f"such as 10 or 10{unit.replace(' ', '')}."
         )
     digits, given = written
     try:

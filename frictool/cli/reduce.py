@@ -1,5 +1,4 @@
-"""`frictool reduce`: a mechanism to a one-inertia model, step by step, each with the error that it
-makes."""
+"""`frictool reduce`: reduction of a mechanism to one inertia, with the error of each step."""
 
 from __future__ import annotations
 
@@ -70,7 +69,10 @@ cannot be made at all --reduced writes the mechanism of the steps before it.
     "--travel",
     type=(FiniteRange(), FiniteRange()),
     metavar="LOW HIGH",
-    help="Reduce this part of the travel alone [rad | m], as the sensor measures it: one side of a default position.",
+    help=(
+        "Reduce this part of the travel alone [rad | m], as the sensor measures it: one "
+        "side of a default position."
+    ),
 )
 @click.option(
     "--bench",
@@ -164,8 +166,7 @@ def command(
 def _tell_unfinished(
     stopped: ReductionStopped, path: Path, reduced: Path | None, inputs: list[Path], as_json: bool
 ) -> None:
-    """The steps that were made, and the mechanism of the last of them where --reduced asks for
-    it."""
+    """Print the completed steps, and save the mechanism of the last one for --reduced."""
     from frictool.documents.writing import to_yaml
     from frictool.reduce.text_view import unfinished
 
@@ -177,7 +178,8 @@ def _tell_unfinished(
     if reduced is not None:
         save_text(reduced, to_yaml(last.mechanism), inputs)
         note(
-            f"{reduced}: the mechanism after the step '{last.told.step}', not checked by simulation; no model is written"
+            f"{reduced}: the mechanism after the step '{last.told.step}', not checked "
+            "by simulation; no model is written"
         )
 
 
@@ -216,8 +218,10 @@ def _part(document: Mechanism, travel: tuple[float, float]) -> Mechanism:
 def _in_loop(
     path: Path, found: Reduction, controller: Path | None, scenario: Path | None
 ) -> LoopComparison | None:
-    """Both played under the controller; None where that is not asked for, or the reduction is
-    refused already."""
+    """Compare mechanism and model in the closed loop.
+
+    None if this is not requested, or if the reduction is already refused.
+    """
     if scenario is None or controller is None or found.checked.refused is not None:
         return None
     from frictool.cli.reduce_loop import compare_in_loop
@@ -243,7 +247,7 @@ def _tell(
 def _bandwidth(
     document: Mechanism, given: float | None, controller: Path | None, tolerance: float
 ) -> float | None:
-    """As given, or of the controller; needed where a link yields."""
+    """Return the bandwidth of the option or of the controller; required if a link is compliant."""
     from frictool.reduce.compliance import compliant_links
 
     if given is not None:
@@ -257,25 +261,29 @@ def _bandwidth(
     names = [one.name for one in compliant_links(document)]
     if names:
         raise click.UsageError(
-            f"{', '.join(names)} yield{'s' if len(names) == 1 else ''}: say up to which frequency resonances count, by --bandwidth RAD/S "
+            f"{', '.join(names)} yield{'s' if len(names) == 1 else ''}: say up to which "
+            "frequency resonances count, by --bandwidth RAD/S "
             f"or by --controller{_passing(document, tolerance)}."
         )
     return None
 
 
 def _passing(document: Mechanism, tolerance: float) -> str:
-    """Up to which bandwidth they may all be rigid."""
+    """Return advice on the bandwidth up to which all links may be rigid."""
     from frictool.errors import NoSolutionError
     from frictool.reduce.advice import passing_bandwidth
 
     try:
         passing = passing_bandwidth(document, tolerance)
-    except NoSolutionError:  # told as soon as a bandwidth is given
+    except NoSolutionError:  # reported as soon as a bandwidth is specified
         return ""
     return (
         ""
         if passing is None
-        else f"; up to --bandwidth {passing:g} all of it rigid is within {100 * tolerance:g} % of the gain"
+        else (
+            f"; up to --bandwidth {passing:g} all of it rigid is within {100 * tolerance:g} "
+            "% of the gain"
+        )
     )
 
 

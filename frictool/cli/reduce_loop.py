@@ -1,5 +1,4 @@
-"""`frictool reduce --controller --scenario`: the scenario played to the mechanism and to its one
-inertia."""
+"""`frictool reduce --controller --scenario`: comparison of mechanism and model in the loop."""
 
 from __future__ import annotations
 
@@ -14,8 +13,11 @@ if TYPE_CHECKING:
 def compare_in_loop(
     mechanism: Path, model: Model, controller: Path, scenario: Path, play: float, tolerance: float
 ) -> LoopComparison:
-    """Both logs compared. Raises InputFileError where the documents do not fit, NoSolutionError
-    where one cannot be simulated."""
+    """Return the comparison of both logs.
+
+    Raises InputFileError if the documents do not fit together, and NoSolutionError if one cannot be
+    simulated.
+    """
     import msgspec
 
     from frictool.cli.mechanism_file import load_mechanism, mechanism_error

@@ -1,4 +1,4 @@
-"""`frictool report`: logs against the specification, as a page and for machines."""
+"""`frictool report`: verdict of logs against a specification."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def command(
 
 @dataclass(frozen=True)
 class ReportDocuments:
-    """What the logs are judged by."""
+    """Documents by which the logs are judged."""
 
     spec: Spec
     controller: Controller | None
@@ -160,8 +160,7 @@ def _load(
 
 
 def _of_this_controller(log: Log, controller: Path, document: Controller) -> None:
-    """Raises LogError where a simulated log names the controllers it was made with, and this is
-    none of them, or has another speed."""
+    """Raise LogError if a simulated log has another controller or another speed signal."""
     from frictool.documents.provenance import digest
     from frictool.errors import LogError
 
@@ -169,7 +168,8 @@ def _of_this_controller(log: Log, controller: Path, document: Controller) -> Non
     if observed is not None and document.velocity.observer is None:
         raise LogError(
             log.source,
-            f"was simulated with the speed of a {observed}, which {controller} does not have, so that its margins are of another loop; "
+            f"was simulated with the speed of a {observed}, which {controller} does not "
+            "have, so that its margins are of another loop; "
             "simulate and report the controller that `frictool observe loop` writes",
         )
     inputs = [
@@ -180,7 +180,8 @@ def _of_this_controller(log: Log, controller: Path, document: Controller) -> Non
     ):
         raise LogError(
             log.source,
-            f"was simulated with another controller than {controller}; its inputs are {', '.join(inputs)}",
+            f"was simulated with another controller than {controller}; its inputs are "
+            f"{', '.join(inputs)}",
         )
 
 
@@ -200,8 +201,7 @@ def _contents(
     provenance: Provenance,
     targets: tuple[Path | None, Path | None],
 ) -> dict[Path, str]:
-    """Return the page and the Markdown by their targets; everything is made before the first byte
-    is written."""
+    """Return the page and the Markdown by target."""
     output, markdown = targets
     contents: dict[Path, str] = {}
     if output is not None:

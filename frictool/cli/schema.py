@@ -1,4 +1,4 @@
-"""`frictool schema`: the JSON Schema of a document."""
+"""`frictool schema`: JSON Schema of a document."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""`frictool simulate`: a scenario played to a model or a mechanism, under its controller or by its
-sources, as a log."""
+"""`frictool simulate`: simulation of a model or a mechanism in a scenario, as a log."""
 
 from __future__ import annotations
 
@@ -110,7 +109,10 @@ the bench's own position loop,  {LAW},  on the encoder's counts. The log holds w
 @click.option(
     "--target",
     type=existing,
-    help="The folder of `frictool export --lang c`: its code, compiled, in place of the simulation's.",
+    help=(
+        "The folder of `frictool export --lang c`: its code, compiled, in place of the "
+        "simulation's."
+    ),
 )
 @click.option(
     "--number",
@@ -181,12 +183,14 @@ def command(
         )
     elif target is not None and observer is not None:
         raise click.UsageError(
-            "the sources in --target are of one controller: write it with `frictool observe loop`, and leave out --observer."
+            "the sources in --target are of one controller: write it with `frictool "
+            "observe loop`, and leave out --observer."
         )
     elif controller is None:
         if not is_mechanism(model):
             raise click.UsageError(
-                "give --controller, or --excitation: a model is one axis, which a controller drives."
+                "give --controller, or --excitation: a model is one axis, which a "
+                "controller drives."
             )
         if any(given is not None for given in (observer, target, number)):
             raise click.UsageError("--observer, --target and --number belong to --controller.")
@@ -213,7 +217,7 @@ def _bench_test(
     seed: int | None,
     output: Path,
 ) -> Log:
-    """What the bench would have logged, saved."""
+    """Simulate a bench test, save its log and return it."""
     from frictool.documents.model import Model
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
@@ -230,7 +234,10 @@ def _bench_test(
         raise click.UsageError(
             f"{excitation.name} holds ramps of the drive, which no gains follow; leave them out."
             if closed
-            else f"{excitation.name} holds a reference; give --position-gain and --speed-gain of the loop that follows it."
+            else (
+                f"{excitation.name} holds a reference; give --position-gain and "
+                "--speed-gain of the loop that follows it."
+            )
         )
     named = {f"--{name}-gain": getattr(gains, name) for name in ("position", "speed", "integral")}
     words = {"model": model, "--excitation": excitation, **named}
@@ -253,7 +260,7 @@ def _step_test(
     output: Path,
     events: EventsOutput,
 ) -> Log:
-    """The log of a scenario, saved."""
+    """Simulate a scenario, save its log and return it."""
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
     from frictool.documents.provenance import provenance_of_command
@@ -324,7 +331,7 @@ def _save(log: Log, output: Path, inputs: list[Path], events: EventsOutput | Non
 
 
 def _progress(done: int, total: int) -> None:
-    """`simulated 3 of 17` on a terminal, one line that is written over."""
+    """Print `simulated 3 of 17` on a terminal, overwriting the line."""
     if done > 0 and total > 1 and sys.stderr.isatty():
         click.echo(
             f"\rsimulated {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False

@@ -1,5 +1,4 @@
-"""What a scenario is played with, beside its documents: the observer in the controller, the log
-that is replayed, the target's own code."""
+"""Inputs of a simulation besides its documents: observer, replayed log and compiled target code."""
 
 from __future__ import annotations
 
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def with_observer_option(document: Controller, observer: Path | None) -> Controller:
-    """With its speed from the observer, where one is given."""
+    """Return the controller with its speed from the observer, if there is one."""
     if observer is None:
         return document
     from frictool.documents.observer import Observer
@@ -30,7 +29,7 @@ def with_observer_option(document: Controller, observer: Path | None) -> Control
 
 
 def compile_target(folder: Path, controller: Path, document: Controller) -> CompiledTarget:
-    """The compiled code of the controller."""
+    """Return the compiled code of the controller."""
     from frictool.control.controller_composition import controller_program
     from frictool.documents.provenance import digest
     from frictool.simulate.closed_loop import scheduled
@@ -47,11 +46,14 @@ def compile_target(folder: Path, controller: Path, document: Controller) -> Comp
 
 
 def recorded_log(path: Path, scenario: Path, bench: Bench) -> Log:
-    """The log that a scenario replays; its path is one from the scenario's folder."""
+    """Return the log that a scenario replays; its path counts from the scenario's folder."""
     from frictool.documents.key_lines import document_error
     from frictool.logs.reading import read_log
 
     if not path.is_file():
-        message = f"found {path}, which is no file; allowed: a log, by its path from the folder of {scenario.name}"
+        message = (
+            f"found {path}, which is no file; allowed: a log, by its path from the folder "
+            f"of {scenario.name}"
+        )
         raise document_error(scenario, "reference.log", message)
     return read_log(path, bench)

@@ -1,4 +1,4 @@
-"""`frictool simulate` of a mechanism.yaml: which file is one, under a controller, and without."""
+"""`frictool simulate` of a mechanism.yaml, with or without a controller."""
 
 from __future__ import annotations
 
@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 
 
 def is_mechanism(path: Path) -> bool:
-    """Whether the document at `path` says that it is a mechanism. Raises InputFileError where it is
-    no document."""
+    """Return True if the document at `path` is a mechanism.
+
+    Raises InputFileError if it is no document.
+    """
     import yaml
 
     from frictool.documents.reading import compose, read_text
@@ -33,14 +35,14 @@ def is_mechanism(path: Path) -> bool:
 
 
 class EventsOutput:
-    """What --events asks for: where to, and the table once it is known that it can be."""
+    """Output of --events: its path, and the table of events."""
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
         self._table: EventCsv | None = None
 
     def add(self, moved: MechanismOutcome) -> None:
-        """Of one run."""
+        """Add the events of one run."""
         if self.path is None:
             return
         from frictool.simulate.mechanism_events import EventCsv
@@ -49,13 +51,16 @@ class EventsOutput:
         self._table.add(moved)
 
     def save(self, inputs: list[Path]) -> None:
-        """The file, if there is to be one."""
+        """Write the file, if it is requested."""
         if self.path is not None and self._table is not None:
             save_text(self.path, self._table.text, inputs)
 
 
 def mechanism_plant(path: Path, events: EventsOutput) -> MechanismPlant:
-    """The mechanism at `path` as a controller's plant. Raises DocumentError where it is none."""
+    """Return the mechanism at `path` as a controller's plant.
+
+    Raises DocumentError if it cannot be one.
+    """
     from frictool.cli.mechanism_file import load_mechanism, mechanism_error, tell_notes
     from frictool.plant.mechanism.element_error import ElementError
     from frictool.simulate.mechanism_plant import MechanismPlant
@@ -69,7 +74,7 @@ def mechanism_plant(path: Path, events: EventsOutput) -> MechanismPlant:
 
 
 def on_bench(path: Path, gains: ServoGains) -> tuple[MechanismBenchPlant, PositionServo]:
-    """The mechanism at `path` on its bench, and the bench's own loop around it."""
+    """Return the mechanism at `path` on its bench, with the bench's position loop."""
     import math
 
     from frictool.simulate.mechanism_bench import MechanismBenchPlant
@@ -88,7 +93,7 @@ def open_log(
     progress: Callable[[int, int], None],
     events: EventsOutput,
 ) -> tuple[Log, list[Path]]:
-    """The log of a scenario without a controller, and its inputs."""
+    """Simulate a scenario without a controller; return the log and its inputs."""
     from frictool.cli.mechanism_file import load_mechanism, mechanism_error, tell_notes
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load

@@ -1,4 +1,4 @@
-"""What `frictool simulate` tells of a run: for people, and for machines."""
+"""Summary of a simulation as text and as JSON."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ if TYPE_CHECKING:
 
     Vector = NDArray[np.float64]
 
-STANDING = 1e-9  # of the highest speed of a run: slower is rest
-MOST_LINES = 40  # of streams that are told to people
-MOST_MECHANISMS = 1  # of those that are told to people block by block
+STANDING = 1e-9  # speed below which an axis is at rest, relative to the highest speed of the run
+MOST_LINES = 40  # largest number of streams in the text
+MOST_MECHANISMS = 1  # largest number of mechanisms shown block by block
 
 
 def summary(log: Log) -> dict[str, Any]:
-    """The machine's view of a scenario's log: what each stream holds and how it ends. The verdict
-    is `frictool report`'s."""
+    """Return the streams of a scenario's log and their final states as JSON values.
+
+    The verdict is that of `frictool report`.
+    """
     from frictool.logs.log import MECHANISM_TOPIC
 
     plants = log.metadata.get("plants", {})
@@ -37,7 +39,10 @@ def summary(log: Log) -> dict[str, Any]:
 
 
 def _axis(stream: Stream) -> dict[str, Any]:
-    """Of one axis; without a reference where it ends in place of its error."""
+    """Return the summary of one axis.
+
+    Without a reference, the final position replaces the final error.
+    """
     position, command, reference = (
         stream.signals.get(name) for name in ("position", "command", "reference")
     )
@@ -60,8 +65,10 @@ def _axis(stream: Stream) -> dict[str, Any]:
 
 
 def _rests(velocity: Vector) -> bool:
-    """Whether nothing moves in the last tenth (a limit cycle stands still in between), but for what
-    rounding leaves of an oscillation."""
+    """Return True if nothing moves in the last tenth, within rounding.
+
+    A limit cycle stands still between its jumps, so that the last sample alone decides nothing.
+    """
     speed = abs(velocity)
     return bool(speed[-max(1, speed.size // 10) :].max() <= STANDING * speed.max())
 
@@ -73,7 +80,7 @@ def _duration(stream: Stream) -> float:
 
 
 def run_text(log: Log) -> str:
-    """The same for people."""
+    """Return the summary of a scenario as text."""
     found = summary(log)
     rows, mechanisms = found["streams"], found.get("mechanisms", [])
     first, count = (rows or mechanisms)[0], len(rows) or len(mechanisms)
@@ -86,7 +93,8 @@ def run_text(log: Log) -> str:
             "final_error" if "final_error" in first else "final_position",
         )
         lines.append(
-            f"{'stream':<14}{key.replace('_', ' ') + ' ' + unit:>20}{'command peak ' + drive:>18}  end"
+            f"{'stream':<14}{key.replace('_', ' ') + ' ' + unit:>20}"
+            f"{'command peak ' + drive:>18}  end"
         )
     for row in rows[:MOST_LINES]:
         end = "at rest" if row["at_rest"] else "moving"
@@ -94,20 +102,22 @@ def run_text(log: Log) -> str:
     if len(rows) > MOST_LINES:
         resting = sum(row["at_rest"] for row in rows)
         lines.append(
-            f"... and {len(rows) - MOST_LINES} more; {resting} of {len(rows)} end at rest; --json has them all"
+            f"... and {len(rows) - MOST_LINES} more; {resting} of {len(rows)} end at "
+            "rest; --json has them all"
         )
     for one in mechanisms[:MOST_MECHANISMS]:
         lines += block_lines(one)
     if len(mechanisms) > MOST_MECHANISMS:
         worst = max(abs(one["energy_J"]["residual"]) for one in mechanisms)
         lines.append(
-            f"... and {len(mechanisms) - MOST_MECHANISMS} more mechanisms; energy residual at most {worst:.2g} J; --json has them all"
+            f"... and {len(mechanisms) - MOST_MECHANISMS} more mechanisms; energy "
+            f"residual at most {worst:.2g} J; --json has them all"
         )
     return "\n".join(lines)
 
 
 def bench_summary(log: Log) -> dict[str, Any]:
-    """The machine's view of a bench test that was played."""
+    """Return the summary of a simulated bench test as JSON values."""
     stream, position = log.main, log.main.signals["position"]
     return {
         "test": log.source,
@@ -120,7 +130,13 @@ def bench_summary(log: Log) -> dict[str, Any]:
 
 
 def bench_text(log: Log) -> str:
-    """The same for people."""
+    """Return the summary of a simulated bench test as text."""
     found = bench_summary(log)
-    where = f"position from {found['lowest']:.4g} to {found['highest']:.4g} {found['units']['position']}"
-    return f"{found['test']}: {found['samples']} samples, {found['duration_s']:g} s; {', '.join(found['units'])}; {where}"
+    where = (
+        f"position from {found['lowest']:.4g} to {found['highest']:.4g} "
+        f"{found['units']['position']}"
+    )
+    return (
+        f"{found['test']}: {found['samples']} samples, {found['duration_s']:g} s; "
+        f"{', '.join(found['units'])}; {where}"
+    )

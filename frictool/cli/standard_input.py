@@ -1,5 +1,7 @@
-"""`-` as an input: standard input is kept in a temporary file, as a log is told by its first bytes
-and read more than once."""
+"""Standard input as an input file (`-`), through a temporary file.
+
+A log's format is detected from its first bytes, and it is read more than once.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +17,15 @@ import click
 from frictool.errors import LogError
 
 STDIN = Path("-")
-NAME = "stdin"  # of the file that it becomes, for messages
+NAME = "stdin"  # name of the temporary file in messages
 
 
 @contextmanager
 def stdin_as_file(paths: Sequence[Path]) -> Iterator[list[Path]]:
-    """The paths, standard input as a file that is gone afterwards.
+    """Yield the paths, with standard input as a temporary file.
 
-    Raises UsageError where `-` is given twice, LogError where there is no room for it in the folder
-    for temporary files (TMPDIR).
+    Raises UsageError if `-` occurs twice, and LogError if the folder for temporary files (TMPDIR)
+    is too small.
     """
     if STDIN not in paths:
         yield list(paths)
@@ -38,6 +40,7 @@ def stdin_as_file(paths: Sequence[Path]) -> Iterator[list[Path]]:
         except OSError as error:
             raise LogError(
                 NAME,
-                f"cannot be kept in {folder}: {error.strerror or error}; set TMPDIR to a folder with room",
+                f"cannot be kept in {folder}: {error.strerror or error}; set TMPDIR to "
+                "a folder with room",
             ) from None
         yield [file if path == STDIN else path for path in paths]

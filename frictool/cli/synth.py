@@ -1,4 +1,4 @@
-"""`frictool synth`: model, specification and design to a verified controller."""
+"""`frictool synth`: a verified controller from model, specification and design."""
 
 from __future__ import annotations
 

@@ -106,8 +106,10 @@ def command(
 
 
 def summary(found: Validation, model: Model) -> dict[str, Any]:
-    """The machine's view: errors relative to the norm of what was measured, positions in rad or
-    m."""
+    """Return the errors as JSON values.
+
+    Position errors are in rad | m, the others relative to the norm of the measured signal.
+    """
     length = "m" if model.axis == "linear" else "rad"
     return {
         "loop": found.loop,
@@ -120,7 +122,7 @@ def summary(found: Validation, model: Model) -> dict[str, Any]:
 
 
 def table(found: Validation, model: Model) -> str:
-    """The same for people."""
+    """Return the errors as text."""
     length = "m" if model.axis == "linear" else "rad"
     how = (
         "the measured effort through the model"
@@ -129,7 +131,8 @@ def table(found: Validation, model: Model) -> str:
     )
     lines = [
         f"{found.loop} loop: {how}, {found.time.size} samples after the first {found.skip}",
-        f"position error   {found.position_rmse:.4g} {length} rms, {found.largest:.4g} {length} at most",
+        f"position error   {found.position_rmse:.4g} {length} rms, {found.largest:.4g} "
+        f"{length} at most",
     ]
     for name, error in found.errors.items():
         shown = (

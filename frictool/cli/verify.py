@@ -1,4 +1,4 @@
-"""`frictool verify`: the proof of a controller's certificate, again, without a solver."""
+"""`frictool verify`: repeated proof of a controller's certificate without a solver."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def model_json_view(checked: ModelCheck | None) -> dict[str, Any] | None:
 
 
 def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]:
-    """Return the lines of the check of the model."""
+    """Return the check of the model as lines of text."""
     from frictool.verify.messages import plant_words
 
     if checked is None:
@@ -113,25 +113,29 @@ def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]
         []
         if checked.beyond
         else [
-            "model: within the controller's intervals, with its timing, drive limit, winding and encoder"
+            "model: within the controller's intervals, with its timing, drive limit, "
+            "winding and encoder"
         ]
     )
     at = f"at {plant_words(checked.plant, controller.bench)}"
     found.append(
-        f"model: smallest modulus margin of {checked.plants} corners {checked.margin:.4f}, specified {checked.specified:g}, {at}"
+        f"model: smallest modulus margin of {checked.plants} corners "
+        f"{checked.margin:.4f}, specified {checked.specified:g}, {at}"
     )
     if (worst := checked.resonant) is not None:
         found.append(
-            f"model: with its resonances {worst.modulus_margin:.4f}, specified {checked.specified:g}, at {worst.where}"
+            f"model: with its resonances {worst.modulus_margin:.4f}, specified "
+            f"{checked.specified:g}, at {worst.where}"
         )
     found.append(
-        f"model: in no margin, as it is not linear; simulate plays it: {', '.join(checked.outside_margins)}"
+        "model: in no margin, as it is not linear; simulate plays it: "
+        f"{', '.join(checked.outside_margins)}"
     )
     return found
 
 
 def json_view(controller: Controller, verification: Verification) -> dict[str, Any]:
-    """Return the answer as JSON values."""
+    """Return the verification as JSON values."""
     from dataclasses import asdict
 
     certificate = controller.certificate
@@ -160,7 +164,7 @@ def json_view(controller: Controller, verification: Verification) -> dict[str, A
 
 
 def lines(controller: Controller, verification: Verification) -> list[str]:
-    """Return the answer as lines of text."""
+    """Return the verification as lines of text."""
     return [*_proved(controller, verification.proved), *_computed(controller, verification)]
 
 
@@ -172,7 +176,8 @@ def _proved(controller: Controller, proved: tuple[ProvedBound, ...]) -> list[str
         reasons = () if certificate is None else certificate.not_proved.values()
         why = "; ".join(reasons) or "frictool synth makes one"
         return [
-            f"{controller.name}: no certificate, so that only the margins at its vertices hold ({why})"
+            f"{controller.name}: no certificate, so that only the margins at its "
+            f"vertices hold ({why})"
         ]
     delay = controller.delay_samples
     found = [f"{controller.name}: proved for every constant"]
@@ -181,7 +186,8 @@ def _proved(controller: Controller, proved: tuple[ProvedBound, ...]) -> list[str
         low, high = getattr(certificate.box, name)
         found.append(f"  {name:<9} {low:.6g} to {high:.6g} {si_unit(dimension, controller.axis)}")
     found.append(
-        f"the loop as it runs ({controller.sample_period_s * 1e3:g} ms, {delay} sample{'s' if delay != 1 else ''} of delay) is stable, and"
+        f"the loop as it runs ({controller.sample_period_s * 1e3:g} ms, {delay} "
+        f"sample{'s' if delay != 1 else ''} of delay) is stable, and"
     )
     for one in proved:
         what = (
@@ -201,12 +207,13 @@ def _proved(controller: Controller, proved: tuple[ProvedBound, ...]) -> list[str
 
 
 def _computed(controller: Controller, verification: Verification) -> list[str]:
-    """Return the lines on the stored figures: all hold, or the list of those that do not."""
+    """Return the lines on the stored figures: all agree, or the list of those that do not."""
     found, differences = [], verification.differences
     if not differences:
         inside = "" if controller.verified.robustness is None else " and inside the box"
         found.append(
-            f"figures computed again at {len(controller.verified.vertices)} vertices{inside}: all as stored"
+            f"figures computed again at {len(controller.verified.vertices)} "
+            f"vertices{inside}: all as stored"
         )
     shown = differences[:MOST_LINES]
     found += [
@@ -215,11 +222,13 @@ def _computed(controller: Controller, verification: Verification) -> list[str]:
     ]
     if len(differences) > MOST_LINES:
         found.append(
-            f"... and {len(differences) - MOST_LINES} more figures that the coefficients do not give (--json lists them)"
+            f"... and {len(differences) - MOST_LINES} more figures that the "
+            "coefficients do not give (--json lists them)"
         )
     if not controller.verified.digests:
         found.append(
-            "verified.digests: missing, so that a change of the position law or the prefilter cannot be seen; synthesise it anew"
+            "verified.digests: missing, so that a change of the position law or the "
+            "prefilter cannot be seen; synthesise it anew"
         )
     elif verification.changed:
         found.append(

@@ -1,4 +1,4 @@
-"""`--from` and `--to`: the part of a log that a command looks at, in the log's own time."""
+"""Options `--from` and `--to`: part of a log, in the log's own time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def window_options(function: F) -> F:
-    """Gives a command `start` and `end`, in s or None."""
+    """Add the parameters `start` and `end` [s] or None to a command."""
     end = click.option(
         "--to",
         "end",
@@ -35,7 +35,7 @@ def window_options(function: F) -> F:
 
 
 def window_of(start: float | None, end: float | None) -> TimeWindow:
-    """The window. Raises UsageError where it ends before it begins, or lies beyond all logs."""
+    """Return the window. Raises UsageError if it ends before it begins, or lies beyond all logs."""
     from frictool.logs.assembly import TimeWindow
     from frictool.logs.canonical.mcap_layout import LATEST
 

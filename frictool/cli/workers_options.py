@@ -1,4 +1,4 @@
-"""`--cores` and `--cluster`: who shares the work of a command that does many things alike."""
+"""Options `--cores` and `--cluster`: distribution of independent work."""
 
 from __future__ import annotations
 
@@ -11,11 +11,14 @@ F = TypeVar("F", bound=Callable[..., object])
 
 
 def workers_options(function: F) -> F:
-    """Gives a command `cores`, a whole number or None, and `cluster`, an address or None."""
+    """Add the parameters `cores` (int or None) and `cluster` (address or None) to a command."""
     cluster = click.option(
         "--cluster",
         metavar="ADDRESS",
-        help="Share the work among the workers of a Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT.",
+        help=(
+            "Share the work among the workers of a Dask scheduler, tcp://HOST:PORT or "
+            "tls://HOST:PORT."
+        ),
     )
     cores = click.option(
         "--cores",
@@ -26,7 +29,7 @@ def workers_options(function: F) -> F:
 
 
 def refuse_both(cores: int | None, cluster: str | None) -> None:
-    """Raises UsageError where both are given."""
+    """Raise UsageError if both are present."""
     if cores is not None and cluster is not None:
         raise click.UsageError(
             "--cores is of this machine; with --cluster the number of workers is the cluster's."

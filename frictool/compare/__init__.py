@@ -1,4 +1,4 @@
-"""The four tests of thesis 3.7 on every friction law, as numbers and verdicts."""
+"""Comparison of friction laws by the four tests of thesis 3.7."""
 
 from typing import TYPE_CHECKING
 

@@ -1,18 +1,16 @@
-"""What friction laws are compared with on an identified actuator: its logs and its bench tell,
-table 3.1 by similarity for the rest.
+"""Setting of a comparison on an identified actuator, from its model and bench.
 
-unit of time   (m/sigma_v)/2.5; less where the tests would leave the bench's travel or pass its top
-               speed
-v_s            1e-3 fall length/time, as the speeds of the tests; at most delta_x p0/5
-z_max          1e-5 fall length; k_1 = sigma_0 = F_s/z_max, k_2 = sigma_1 = 2 sqrt(m k_1)
-               (3.35)
-p0             5/T_s
-               (3.8)
-Sigma          4 v_s, thus below delta_x p0
-               (3.2), (3.10)
-dv             v_s, the band of Karnopp
-T_e            0.8 m Sigma/u_max with the drive's greatest effort (3.11); 0.8 m dv/(2 F_s),
-               likewise; 1/p0; a twentieth of sqrt(m/k_1)
+Parameters that model and bench do not contain follow from table 3.1 by similarity. T_s is the
+sample period and delta_x the encoder's step.
+
+unit of time   (m/sigma_v)/2.5, or less to stay within the bench's travel and top speed
+v_s            1e-3 fall length/time, like the speeds of the tests; at most delta_x p0/5
+z_max          1e-5 fall length; k_1 = sigma_0 = F_s/z_max, k_2 = sigma_1 = 2 sqrt(m k_1)  (3.35)
+p0             5/T_s                                                                      (3.8)
+Sigma          4 v_s, and thus below delta_x p0                                    (3.2), (3.10)
+dv             v_s, Karnopp's band
+T_e            the smallest of 0.8 m Sigma/u_max (3.11), 0.8 m dv/(2 F_s), 1/p0 and
+               sqrt(m/k_1)/20; u_max is the largest effort of the drive
 """
 
 from __future__ import annotations
@@ -28,29 +26,31 @@ from frictool.friction.hybrid_time_step import ABOVE_STRIBECK, WITHIN_STEP
 TRAVEL_NEEDED, SPEED_NEEDED = (
     8.0,
     1.0,
-)  # units of length and speed: what the tests go through at most, rounded up
-WITHIN_ENCODER = 0.8  # Sigma in units of its bound (3.10), where the encoder is fine
-STUCK_IN_A_SAMPLE = 5.0  # p0 T_s (3.8)
-CONTACT_STEPS = 20.0  # of integration in sqrt(m/k_1)
+)  # units of length and speed: largest travel and speed of the tests, rounded up
+WITHIN_ENCODER = 0.8  # Sigma relative to its bound (3.10), for a fine encoder
+STUCK_IN_A_SAMPLE = 5.0  # p0 T_s of (3.8)
+CONTACT_STEPS = 20.0  # integration steps in sqrt(m/k_1)
 
 
 def from_model(model: Model) -> ComparisonSetting:
-    """The setting of an identified actuator. A breakaway below the Coulomb friction counts as equal
-    to it.
+    """Return the setting of an identified actuator.
 
-    ValueError where it has no Coulomb friction, or its drive cannot break it away.
+    A breakaway below the Coulomb friction is replaced by the latter. Raises ValueError if the
+    actuator has no Coulomb friction, or if its drive cannot overcome the breakaway.
     """
     found, bench = model.parameters, model.bench
     mass, coulomb = found.inertia.value, found.coulomb.value
     if coulomb <= 0.0:
         raise ValueError(
-            "parameters.coulomb: found 0; friction laws are compared on an actuator with dry friction"
+            "parameters.coulomb: found 0; friction laws are compared on an actuator "
+            "with dry friction"
         )
     breakaway = max(found.breakaway.value, coulomb)
     limit = bench.actuator.constant.value * bench.actuator.limit.value
     if limit <= breakaway:
         raise ValueError(
-            f"bench.actuator gives at most {limit:g}; allowed: more than parameters.breakaway, {breakaway:g}"
+            f"bench.actuator gives at most {limit:g}; allowed: more than "
+            f"parameters.breakaway, {breakaway:g}"
         )
     setting = scaled_setting(
         model.name,
@@ -65,7 +65,7 @@ def from_model(model: Model) -> ComparisonSetting:
 
 
 def _longest(bench: Bench, mass: float, coulomb: float) -> float:
-    """The unit of time [s] with which the tests just fit the bench's travel and top speed."""
+    """Return the unit of time [s] at which the tests just fit the bench's travel and speed."""
     travel, speed, acceleration = bench.mechanics.travel, bench.mechanics.top_speed, coulomb / mass
     by_travel = (
         math.sqrt((travel.high - travel.low) / (TRAVEL_NEEDED * acceleration))
@@ -76,7 +76,7 @@ def _longest(bench: Bench, mass: float, coulomb: float) -> float:
 
 
 def _on_bench(setting: ComparisonSetting, bench: Bench, effort_limit: float) -> ComparisonSetting:
-    """The setting with the parameters of the simulation that follow from the bench."""
+    """Return the setting with the simulation parameters that follow from the bench."""
     mass, resolution = setting.mass, bench.encoder.resolution
     decay = STUCK_IN_A_SAMPLE / bench.sample_period_s
     speed = min(setting.stribeck_velocity, WITHIN_ENCODER * resolution * decay / ABOVE_STRIBECK)

@@ -1,5 +1,4 @@
-"""Runs the four tests on each law and judges it; the event-exact Stribeck law is what the others
-are compared with (3.7)."""
+"""Runs of the four tests on each law, judged against the event-exact Stribeck law (3.7)."""
 
 from __future__ import annotations
 
@@ -22,46 +21,49 @@ from frictool.compare.comparison_setting import ComparisonSetting
 from frictool.compare.thesis_tables import TableDifference, table_differences
 from frictool.compare.trajectory import LawTrajectory, Vector
 
-# a rigid stick and the Stribeck curve, event-exact: LuGre is a comparison and not the truth
+# rigid stick and Stribeck curve, event-exact; LuGre is compared with it like the others
 REFERENCE = "stribeck"
-POINTS_PER_LEG = 1000  # of the presliding path
+POINTS_PER_LEG = 1000  # points per leg of the presliding path
 SAMPLES = {
     "stick_slip": 60_001,
     "limit_cycle": 60_001,
     "drift": 102_001,
-}  # of the kept trajectories
+}  # samples of the stored trajectories
 
 
 class LawRunner(Protocol):
-    """What runs a law. `compare/law_simulator.py` is the one that the command uses."""
+    """Simulator of friction laws, such as LawSimulator of compare/law_simulator.py."""
 
     def names(self) -> tuple[str, ...]:
-        """The laws that can be run, in the order of the table."""
+        """Return the names of the laws, in the order of the table."""
 
     def title(self, law: str) -> str:
-        """What people call it."""
+        """Return the law's name for users."""
 
     def parameters(self, law: str) -> int:
-        """How many physical parameters it has to be identified, those of the simulation
-        excluded."""
+        """Return the number of physical parameters to identify, without those of the simulation."""
 
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
     ) -> LawTrajectory:
-        """A run from rest through all segments, with `samples` equidistant samples."""
+        """Run a law from rest through all segments, with `samples` equidistant samples."""
 
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
-        """The friction [N | N m] along a prescribed path at a prescribed speed; None where the
-        contact is rigid below breakaway."""
+        """Return the friction [N | N m] along a path at a constant speed.
+
+        None if the contact is rigid below breakaway.
+        """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """The cells of table 2.1, by row, that follow from probes of the law; `drift`: its run of
-        the drift test."""
+        """Return the cells of table 2.1 that probes of the law decide, by row.
+
+        `drift`: the run of the drift test.
+        """
 
 
 @dataclass(frozen=True)
 class LawResult:
-    """One law: its figures, its verdicts, and what they were measured on."""
+    """Results of one law: measures, verdicts and the runs behind them."""
 
     title: str
     stick_slip: stick_slip_criterion.StickSlipResult
@@ -76,7 +78,7 @@ class LawResult:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All laws asked for, by name, and where tables 2.1 and 3.2 differ from the print."""
+    """Results of the laws by name, and differences from the printed tables 2.1 and 3.2."""
 
     setting: ComparisonSetting
     reference: stick_slip_criterion.StickSlipResult
@@ -92,11 +94,30 @@ def compare(
     progress: Callable[[int, int], None] = lambda done, total: None,
     workers: int = 1,
 ) -> Comparison:
-    """Every test on every law of `laws`. `progress(done, total)` is called before the first and
-    after each.
+    """Run every test on every law.
 
-    With several `workers` the laws are shared out among processes, which changes no figure;
-    `simulator` then has to be picklable.
+    Parameters
+    ----------
+    setting : ComparisonSetting
+        Parameters of the laws and scales of the tests.
+    simulator : LawRunner
+        Simulator of the laws; picklable for several workers.
+    laws : tuple of str
+        Names of the laws.
+    progress : callable
+        `progress(done, total)` is called before the first law and after each.
+    workers : int
+        Number of processes; it does not change the results.
+
+    Returns
+    -------
+    Comparison
+        Results of the laws in the order of `laws`.
+
+    Raises
+    ------
+    NoSolutionError
+        If a law cannot be simulated with these parameters.
     """
     progress(0, len(laws))
     reference_runs = _runs(setting, simulator, REFERENCE)
@@ -116,8 +137,10 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """A `map` over processes, or over this one. Processes start afresh, inheriting no state; an
-    interruption ends them with the block."""
+    """Yield a `map` over processes, or over this one.
+
+    Processes start without inherited state; an interrupt ends them with the block.
+    """
     if workers <= 1:
         yield map
         return
@@ -152,7 +175,7 @@ def _tested(
     reference_cycle: limit_cycle_criterion.LimitCycleResult,
     law: str,
 ) -> LawResult:
-    """All tests on one law, judged against the reference's."""
+    """Run all tests on one law and judge it against the reference."""
     runs = _runs(setting, simulator, law)
     pulled, cycling = _measured(setting, runs)
     loop, contact = _presliding(setting, simulator, law)

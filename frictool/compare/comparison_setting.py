@@ -1,18 +1,18 @@
-"""What the laws are compared with: the parameters of table 3.1, or of any actuator, in SI, and the
-scales of the tests.
+"""Parameters of the compared laws in SI, and the scales of the tests.
 
-The inputs of 3.7 are written for a mass of 1 kg, 1 N of Coulomb friction and a time constant
-m/sigma_v of 2.5 s. Any other actuator is tested by similarity: its force, time and length stand for
-the newton, second and metre of the thesis.
+The inputs of 3.7 are defined for 1 kg of mass, 1 N of Coulomb friction and a time constant
+m/sigma_v of 2.5 s. Any other actuator is tested by similarity: these units of force, time and
+length replace the newton, second and metre of the thesis:
 
-    force = F_c        time = (m/sigma_v)/2.5        length = F_c time^2/m        (time = 1 s
-                       without viscous friction)
-    fall  = (F_s - F_c)/(F_c/2)
+    force = F_c
+    time = (m/sigma_v)/2.5, or 1 s without viscous friction
+    length = F_c time^2/m
+    fall = (F_s - F_c)/(F_c/2)
 
-The amplitudes of stick-slip and limit cycle are proportional to the fall of the friction from F_s
-to F_c, in these units. The pull's speed and the loop's duration follow it
-(compare/input_protocol.py), and so do v_s, z_max and Sigma where nobody knows them: an actuator
-whose friction falls little sticks and slips as often, and is as rigid.
+In these units the amplitudes of stick-slip and limit cycle are proportional to the fall of the
+friction from F_s to F_c. The speed of the pull and the duration of the loop are therefore scaled by
+it (compare/input_protocol.py), and so are v_s, z_max and Sigma if they are unknown. An actuator
+with a small fall then sticks and slips as often, and is as rigid, as one with a large fall.
 """
 
 from __future__ import annotations
@@ -28,26 +28,28 @@ from frictool.documents.quantity import Axis
 from frictool.friction.extension import NO_EXTENSION, FrictionExtension
 from frictool.friction.position_polynomial import normalise
 
-TIME_CONSTANT = 2.5  # s: m/sigma_v of table 3.1
-# of table 3.1, in units of force, time and length: for an actuator whose log cannot show them
+TIME_CONSTANT = 2.5  # s, m/sigma_v of table 3.1
+# table 3.1 in units of force, time and length, for values that the actuator's log cannot show
 STRIBECK_VELOCITY, PRESLIDING, EFFORT_LIMIT, DEAD_BAND = 1e-3, 1e-5, 2.0, 1e-3
 STEP, SWITCH_VELOCITY, DECAY = (
     4e-5,
     4e-3,
     1e3,
-)  # printed: 1e-4, 1e-4, which break (3.11) and Sigma > 3 v_s
+)  # printed: 1e-4 and 1e-4, which violate (3.11) and Sigma > 3 v_s
 PLASTIC_FROM, LEUVEN_EXPONENT, PREISACH_INTERVALS = 0.9, 10.0, 20
-SHORTEST = 1e-9  # s, m: a machine is not smaller, nor larger than 1e9
+SHORTEST = 1e-9  # s | m, smallest plausible unit; its inverse is the largest
 FALL, LEAST_FALL = (
     0.5,
     0.1,
-)  # (F_s - F_c)/F_c of table 3.1; the least that the tests are scaled to, in units of it
+)  # (F_s - F_c)/F_c of table 3.1; smallest fall to which the tests are scaled, relative to it
 
 
 @dataclass(frozen=True)
 class UnitScales:
-    """The units of the tests: force [N | N m], time [s], length [m | rad]; `breakaway`: F_s in
-    units of force."""
+    """Units of the tests: force [N | N m], time [s] and length [m | rad].
+
+    `breakaway`: F_s in units of force.
+    """
 
     force: float
     time: float
@@ -56,29 +58,32 @@ class UnitScales:
 
     @property
     def speed(self) -> float:
-        """[m/s | rad/s]"""
+        """Return the unit of speed [m/s | rad/s]."""
         return self.length / self.time
 
     @property
     def fall(self) -> float:
-        """F_s - F_c over that of table 3.1, and at least LEAST_FALL: with less a test would last
-        for ever."""
+        """Return F_s - F_c relative to that of table 3.1, at least LEAST_FALL.
+
+        With a smaller fall a test would take too long.
+        """
         return max((self.breakaway - 1.0) / FALL, LEAST_FALL)
 
 
 def scales_of(
     mass: float, coulomb: float, breakaway: float, viscous: float, longest: float = math.inf
 ) -> UnitScales:
-    """The units of the tests for an actuator, that of time at most `longest` [s]; 1 N, 1 s, 1 m for
-    table 3.1.
+    """Return the units of the tests for an actuator; 1 N, 1 s and 1 m for table 3.1.
 
-    ValueError where no machine can have such parameters.
+    The unit of time is at most `longest` [s]. Raises ValueError if no real machine has such
+    parameters.
     """
     time = min(mass / viscous / TIME_CONSTANT, longest) if viscous > 0.0 else min(1.0, longest)
     length = coulomb * time * time / mass
     if not (SHORTEST < time < 1.0 / SHORTEST and SHORTEST < length < 1.0 / SHORTEST):
         raise ValueError(
-            f"inertia {mass:g}, coulomb {coulomb:g} and viscous {viscous:g} make {time:g} s and {length:g} the units of time and length "
+            f"inertia {mass:g}, coulomb {coulomb:g} and viscous {viscous:g} make "
+            f"{time:g} s and {length:g} the units of time and length "
             f"of the tests; allowed: {SHORTEST:g} to {1.0 / SHORTEST:g}"
         )
     return UnitScales(coulomb, time, length, breakaway / coulomb)
@@ -86,9 +91,9 @@ def scales_of(
 
 @dataclass(frozen=True)
 class ComparisonSetting:
-    """Every parameter of every law, SI (N m and rad where the axis is rotary).
+    """Parameters of all laws in SI (N m and rad for a rotary axis).
 
-    `sample_period`, `encoder_step`: what (3.8) and (3.10) are about, None where there is no bench.
+    `sample_period`, `encoder_step`: for (3.8) and (3.10); None without a bench.
     """
 
     name: str
@@ -113,11 +118,11 @@ class ComparisonSetting:
     scales: UnitScales
     sample_period: float | None = None  # T_s
     encoder_step: float | None = None  # delta_x
-    extension: FrictionExtension = NO_EXTENSION  # what the laws take on top
+    extension: FrictionExtension = NO_EXTENSION  # extensions of the laws
 
 
 def from_friction(document: Friction) -> ComparisonSetting:
-    """The setting of a `friction.yaml`; stiffness and damping by (3.35) where it gives none."""
+    """Return the setting of a `friction.yaml`, with default stiffness and damping from (3.35)."""
     stiffness = (
         document.bristle_stiffness.value
         if document.bristle_stiffness
@@ -161,8 +166,10 @@ def from_friction(document: Friction) -> ComparisonSetting:
 
 
 def extension_of(document: Friction) -> FrictionExtension:
-    """What a `friction.yaml` puts on top of the laws. ValueError where a polynomial of position has
-    no positive mean."""
+    """Return the extensions of the laws in a `friction.yaml`.
+
+    Raises ValueError if a polynomial of position has no positive mean.
+    """
     opposite, place, film, dwell = (
         document.backward,
         document.position,
@@ -209,8 +216,10 @@ def scaled_setting(
     viscous: float,
     longest: float = math.inf,
 ) -> ComparisonSetting:
-    """Table 3.1 at the actuator's scales (`longest`: of `scales_of`), with what is known of the
-    actuator in its place."""
+    """Return table 3.1 at the scales of an actuator, with its known values inserted.
+
+    `longest`: as in `scales_of`.
+    """
     scales = scales_of(mass, coulomb, breakaway, viscous, longest)
     speed, presliding = scales.fall * scales.speed, PRESLIDING * scales.fall * scales.length
     stiffness = breakaway / presliding
@@ -239,6 +248,12 @@ def scaled_setting(
 
 
 def table_3_1() -> ComparisonSetting:
-    """Table 3.1 as it can be simulated: T_e = 4e-5 s, Sigma = 4e-3 m/s, z_ba = 0.9 z_max (the text
-    of configs/mass/friction.yaml)."""
+    """Return the setting of table 3.1, with values that can be simulated.
+
+    Returns
+    -------
+    ComparisonSetting
+        Table 3.1 with T_e = 4e-5 s, Sigma = 4e-3 m/s and z_ba = 0.9 z_max. The reasons are in
+        configs/mass/friction.yaml.
+    """
     return scaled_setting("table 3.1", "linear", 1.0, 1.0, 1.5, 0.4)

@@ -1,5 +1,4 @@
-"""Curves of a comparison as SVG text: the same bytes for the same data, without date, random ids or
-user settings."""
+"""Reproducible SVG curves of a comparison: no date, random id or user setting."""
 
 from __future__ import annotations
 
@@ -11,7 +10,7 @@ from frictool.compare.trajectory import LawTrajectory, Vector
 from frictool.presentation.decimation import decimated_indices
 from frictool.presentation.svg import PAGE, drawing, render
 
-# told apart with deficient colour vision and in grey; the second is dashed, as in the thesis
+# distinguishable with deficient colour vision and in grey; the second is dashed, as in the thesis
 COLOURS, DASHES = ("#1f5fa8", "#c4620a", "#2f7d4f"), ("-", (0, (5, 2)), (0, (1, 1.2)))
 WIDTH, ROW_HEIGHT = 5.2, 1.5  # inches
 STYLE: dict[str, Any] = {
@@ -23,12 +22,14 @@ STYLE: dict[str, Any] = {
 }
 Row = tuple[
     str, list[tuple[str, Vector, Vector]]
-]  # ordinate, then (law, abscissa, ordinate) of each curve
+]  # ordinate label, then (law, abscissa, ordinate) of each curve
 
 
 def draw_rows(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> str:
-    """A figure with one axes a row over one abscissa, as an `<svg>` element; `name` is what a
-    screen reader says."""
+    """Return a figure with one axes per row over a common abscissa, as an `<svg>` element.
+
+    `name` is the text for screen readers.
+    """
     with drawing(name, STYLE):
         figure = Figure(
             figsize=(WIDTH, 0.7 + ROW_HEIGHT * len(rows) + (1.0 if len(rows) == 1 else 0.0)),
@@ -51,7 +52,10 @@ def draw_rows(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> s
 def over_time(
     runs: dict[str, LawTrajectory], units: tuple[str, str], window: slice = slice(None)
 ) -> list[Row]:
-    """Position, velocity and friction of each law over time; `units`: of position and of force."""
+    """Return rows with position, velocity and friction of each law over time.
+
+    `units`: of position and of force.
+    """
     length, force = units
     return [
         (

@@ -1,5 +1,4 @@
-"""Non-drift (3.7.5): how far the mass wanders under a force that never reaches the Coulomb
-friction."""
+"""Non-drift (3.7.5): displacement under a force that stays below the Coulomb friction."""
 
 from __future__ import annotations
 
@@ -8,25 +7,25 @@ from dataclasses import dataclass
 from frictool.compare.input_protocol import FREQUENCY
 from frictool.compare.trajectory import LawTrajectory
 
-BEGIN, END = 5.0, 102.0  # s: both at the same phase of the wave
+BEGIN, END = 5.0, 102.0  # s, both at the same phase of the wave
 CYCLES = round((END - BEGIN) * FREQUENCY)
-LIMIT = 1.0  # z_max
+LIMIT = 1.0  # z_max, largest displacement without drift
 
 
 @dataclass(frozen=True)
 class DriftResult:
-    """Displacement between t = 5 s and t = 102 s, 194 cycles, in SI and in z_max."""
+    """Displacement between t = 5 s and t = 102 s (194 cycles), in SI and in z_max."""
 
     displacement: float
     z_max_units: float
 
     @property
     def verdict(self) -> str:
-        """`+`: below 1 z_max; `-` otherwise."""
+        """Return `+` below 1 z_max, else `-`."""
         return "+" if self.z_max_units < LIMIT else "-"
 
 
 def measure(run: LawTrajectory, presliding: float, time_unit: float) -> DriftResult:
-    """The figures of a run of the drift test."""
+    """Return the displacement in a run of the drift test."""
     moved = abs(run.at(END * time_unit) - run.at(BEGIN * time_unit))
     return DriftResult(moved, moved / presliding)

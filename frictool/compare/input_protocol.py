@@ -1,16 +1,15 @@
-"""The inputs of the four tests (3.7), in units of force, time and length
-(compare/comparison_setting.py).
+"""Inputs of the four tests (3.7), in the units of compare/comparison_setting.py.
 
 stick-slip    a spring of 2 N/m pulled at 0.1 m/s for 60 s                             (3.7.2)
 limit cycle   PID of 3 N/m, 6 N s/m, 4 N/(m s) towards 1 m for 300 s                   (3.40)
-presliding    position-driven at 1e-6 m/s through turning points, in z_max             (3.7.4; the
-              thesis prints no numbers)
-drift         up to 1.6 N in 1 s, down to 0.5 N in 0.05 s, held to 2 s, then 0.5 + 0.4 sin(2 pi 2 (t
-              - 2)) N to 102 s      (3.7.5; likewise)
+presliding    position-driven at 1e-6 m/s through turning points, in z_max             (3.7.4)
+drift         up to 1.6 N in 1 s, down to 0.5 N in 0.05 s, held to 2 s, then
+              0.5 + 0.4 sin(2 pi 2 (t - 2)) N to 102 s                                 (3.7.5)
 
-These are the numbers for F_s = 1.5 F_c. With another F_s the pull's speed is 0.1 fall, and it lasts
-52.5 s after the first breakaway; the loop lasts 300/fall s where fall < 1 (the effort between two
-slips changes by as much, the integral by less); the jerk is F_s + 0.1 N.
+The thesis prints no numbers for presliding and drift. The numbers hold for F_s = 1.5 F_c. For
+another F_s the speed of the pull is 0.1 fall, and the pull lasts 52.5 s after the first breakaway.
+The loop lasts 300/fall s if fall < 1: the effort must change by the same amount between two slips,
+but its integral part grows more slowly. The first peak of the drift test is F_s + 0.1 N.
 """
 
 from __future__ import annotations
@@ -26,13 +25,13 @@ from frictool.engine.drive import EffortFunction, held, pid, ramped, spring
 
 Segment = tuple[
     float, EffortFunction
-]  # (end of the segment [s], the drive until then); times are those of the run
+]  # (end of the segment [s], effort until then), in the time of the run
 
 SPRING_STIFFNESS, PULL_SPEED, PULL_TIME = (
     2.0,
     0.1,
     52.5,
-)  # the time is that after the first breakaway
+)  # the time counts from the first breakaway
 PROPORTIONAL, DERIVATIVE, INTEGRAL, TARGET, LOOP_TIME = 3.0, 6.0, 4.0, 1.0, 300.0
 CREEP_SPEED = 1e-6
 TURNING_POINTS = (0.0, 0.7, -0.7, 0.4, -0.2, 0.4, -0.7, 0.7, -0.7, 0.7, 1.2)  # in z_max
@@ -41,7 +40,7 @@ RISE_END, FALL_END, WAVE_START, DRIFT_TIME = 1.0, 1.05, 2.0, 102.0
 
 
 def stick_slip(scales: UnitScales) -> tuple[Segment, ...]:
-    """The spring drive of 3.7.2."""
+    """Return the spring drive of 3.7.2."""
     speed = PULL_SPEED * scales.fall
     first = scales.breakaway / (SPRING_STIFFNESS * speed)
     return (
@@ -53,7 +52,7 @@ def stick_slip(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def limit_cycle(scales: UnitScales) -> tuple[Segment, ...]:
-    """The position loop (3.40)."""
+    """Return the position loop (3.40)."""
     stiffness = scales.force / scales.length
     gains = (
         PROPORTIONAL * stiffness,
@@ -64,7 +63,7 @@ def limit_cycle(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def drift(scales: UnitScales) -> tuple[Segment, ...]:
-    """A jerk that breaks the mass away, then a wave that stays below the Coulomb friction."""
+    """Return a peak that breaks the mass away, then a wave below the Coulomb friction."""
     force, time, peak = scales.force, scales.time, scales.breakaway + ABOVE_BREAKAWAY
     omega = 2.0 * math.pi * FREQUENCY / time
     wave = EffortFunction(
@@ -89,8 +88,10 @@ def drift(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def presliding_path(presliding: float, points: int) -> tuple[Vector, Vector]:
-    """Positions [m | rad] along TURNING_POINTS with `points` steps a leg, and the index of each
-    turning point."""
+    """Return positions [m | rad] along TURNING_POINTS, and the index of each turning point.
+
+    `points`: number of steps per leg.
+    """
     legs = [np.linspace(a, b, points + 1)[1:] for a, b in pairwise(TURNING_POINTS)]
     path = np.concatenate([[TURNING_POINTS[0]], *legs]) * presliding
     return path, np.arange(len(TURNING_POINTS), dtype=np.float64) * points

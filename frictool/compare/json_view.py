@@ -1,5 +1,7 @@
-"""A comparison for programs: what `frictool compare --json` prints. Lengths are m where the axis is
-linear, rad where it is rotary."""
+"""JSON view of a comparison for `frictool compare --json`.
+
+Lengths are in m for a linear axis and in rad for a rotary one.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +16,7 @@ from frictool.documents.quantity import Axis
 
 
 def as_json(found: Comparison) -> dict[str, Any]:
-    """The figures of each law under its name, both tables, and the cells that differ from the
-    print."""
+    """Return the measures of each law, both tables, and the cells that differ from the print."""
     axis = found.setting.axis
     return {
         "parameters": asdict(found.setting),

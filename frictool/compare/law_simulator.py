@@ -1,5 +1,4 @@
-"""The laws of friction/law_registry.py with the parameters of a setting, run by the engine and
-probed along prescribed velocities."""
+"""Simulator of the laws in friction/law_registry.py with the parameters of a setting."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ from frictool.friction.law import DynamicKernels
 from frictool.friction.law_registry import LAWS
 from frictool.friction.preisach_cycles import everett_tail, masing_cycles
 
-# parameters of the simulation or of the bench: not to be identified with the friction (3.7.6)
+# parameters of the simulation or of the bench, which are not identified with the friction (3.7.6)
 NOT_FRICTION = (
     "inertia",
     "capture_velocity",
@@ -32,26 +31,27 @@ NOT_FRICTION = (
 SLOW, SHORTEST_STICK = (
     0.1,
     0.1,
-)  # a stick lasts 0.1 units of time; a law without exact stick is then slower than 0.1 v_s
+)  # units of v_s and of time: speed below which a law without exact stick sticks; shortest stick
 YIELD_FORCE, YIELD_SAMPLES, RETURNED = 0.25, 3001, 0.5
 SLOW_RATE, FAST_RATE, RAMP_END, RAMP_SAMPLES = (
     0.1,
     1.0,
     1.15,
     60_001,
-)  # force in a unit of time; F_s
+)  # units of force per unit of time: rates of the two ramps; end of a ramp in F_s; samples
 MOST_STEPS, LONGEST_STEP, LEAST_PRESLIDING, LEAST_SPEED = (
     1e9,
     0.1,
     1e-7,
     1e-6,
-)  # of a run; in units of time, length and speed
-MOST_BREAKAWAY, MOST_EFFORT, MOST_DAMPING = 100.0, 1e4, 100.0  # F_c, F_c, sqrt(m sigma_0)
-SETTLED = 5.0  # s: since then the drift test holds its mass
+)  # largest number of steps of a run; limits in units of time, length and speed
+# upper limits in F_c, F_c and sqrt(m sigma_0)
+MOST_BREAKAWAY, MOST_EFFORT, MOST_DAMPING = 100.0, 1e4, 100.0
+SETTLED = 5.0  # s, time in the drift test from which the mass must stand still
 
 
 def _values(setting: ComparisonSetting) -> dict[str, float]:
-    """What each parameter of friction/law_registry.py is in this setting."""
+    """Return the value of each parameter of friction/law_registry.py in this setting."""
     return {
         "coulomb": setting.coulomb,
         "breakaway": setting.breakaway,
@@ -75,11 +75,10 @@ def _values(setting: ComparisonSetting) -> dict[str, float]:
 def setting_violations(
     setting: ComparisonSetting, laws: tuple[str, ...]
 ) -> tuple[list[str], list[str]]:
-    """What of (3.31), (3.36) the hybrid versions among `laws` break, and what of 3.2, each line
-    once, with its numbers.
+    """Return violations of (3.31), (3.36) and of 3.2 by the hybrid versions among `laws`.
 
-    Without a bench there are neither controller nor encoder: (3.8) and (3.10) hold by choice of
-    them.
+    Each line occurs once and contains the numbers. Without a bench there is neither controller nor
+    encoder; (3.8) and (3.10) then hold, because suitable values are assumed.
     """
     period = setting.sample_period or 10.0 / setting.decay
     resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay
@@ -100,22 +99,21 @@ def setting_violations(
 
 
 class LawSimulator:
-    """Every law that the engine runs: the simulator of compare/comparison.py."""
+    """Simulator of every law with the engine, a LawRunner (compare/comparison.py)."""
 
     def __init__(self, setting: ComparisonSetting) -> None:
         self._setting = setting
 
     def names(self) -> tuple[str, ...]:
-        """In the order of the table."""
+        """Return the names of the laws, in the order of the table."""
         return tuple(LAWS)
 
     def title(self, law: str) -> str:
-        """What people call it."""
+        """Return the law's name for users."""
         return LAWS[law].title
 
     def check(self, laws: tuple[str, ...]) -> None:
-        """Raises ValueError, one line, where the parameters are out of a law's range, or would take
-        days to simulate."""
+        """Raise ValueError if a parameter is out of range or makes the simulation too long."""
         setting, scales = self._setting, self._setting.scales
         loop = input_protocol.limit_cycle(scales)[-1][0]
         for name, value, low, high in (
@@ -158,8 +156,7 @@ class LawSimulator:
             self.packed(law)
 
     def refusals(self, laws: tuple[str, ...]) -> dict[str, str]:
-        """Why laws do not take what the setting puts on top of them, one line each; those that do
-        are not in it."""
+        """Return law -> reason for laws that do not support the setting's extension."""
         found = {}
         for law in laws:
             try:
@@ -169,14 +166,16 @@ class LawSimulator:
         return found
 
     def packed(self, law: str) -> Vector:
-        """The parameters for the law's kernels. Raises ValueError where the setting is out of the
-        law's range."""
+        """Return the parameters for the law's kernels.
+
+        Raises ValueError if the setting is out of the law's range.
+        """
         found, values = LAWS[law], _values(self._setting)
         chosen = {p.name: values[p.name] for p in found.parameters if p.name in values}
         if law.startswith("leuven"):
             chosen["exponent"] = (
                 self._setting.leuven_exponent
-            )  # Dahl's, of the same name, stays 1 as in (2.38)
+            )  # Dahl's parameter of the same name stays 1, as in (2.38)
         tail = (
             everett_tail(masing_cycles(self._setting.preisach_intervals))
             if law == "hybrid_c"
@@ -185,8 +184,11 @@ class LawSimulator:
         return found.pack(chosen, self._setting.axis, tail)
 
     def parameters(self, law: str) -> int:
-        """Physical parameters to be identified. Each cell of a Preisach triangle counts, n (n +
-        1)/2, and each element's two of a bank."""
+        """Return the number of physical parameters to identify.
+
+        Each of the n (n + 1)/2 cells of a Preisach triangle counts, and both parameters of each
+        Maxwell element.
+        """
         own = sum(parameter.name not in NOT_FRICTION for parameter in LAWS[law].parameters)
         n = self._setting.preisach_intervals
         if law == "hybrid_c":
@@ -197,7 +199,10 @@ class LawSimulator:
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
     ) -> LawTrajectory:
-        """A run from rest at 0. Raises NoSolutionError where the engine cannot carry it out."""
+        """Run a law from rest at 0.
+
+        Raises NoSolutionError if the engine cannot complete the run.
+        """
         setting, found = self._setting, LAWS[law]
         end = segments[-1][0]
         times = np.linspace(0.0, end, samples)
@@ -225,8 +230,10 @@ class LawSimulator:
         return LawTrajectory(ran.time, ran.position, ran.velocity, ran.friction, sticks)
 
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
-        """The friction along a prescribed path; None for a law that does not yield, or does not
-        spring back, below breakaway."""
+        """Return the friction along a path at a constant speed.
+
+        None for a law that does not yield, or does not spring back, below breakaway.
+        """
         if not self._yields(law):
             return None
         moves = np.diff(path)
@@ -236,8 +243,10 @@ class LawSimulator:
         return np.concatenate([[0.0], friction])
 
     def _yields(self, law: str) -> bool:
-        """A quarter of the Coulomb friction, on and off: the mass moves, and more than half of the
-        way back."""
+        """Return True if the mass moves under a quarter of the Coulomb friction and springs back.
+
+        It must return by more than half of its displacement.
+        """
         scales = self._setting.scales
         force, time = YIELD_FORCE * scales.force, scales.time
         segments = (
@@ -250,8 +259,10 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """The cells of table 2.1 that follow from probes (compare/probes.py); `drift`: the run of
-        the drift test."""
+        """Return the cells of table 2.1 that probes decide (compare/probes.py).
+
+        `drift`: the run of the drift test.
+        """
         setting, found, p = self._setting, LAWS[law], self.packed(law)
 
         def follow(velocity: Vector, steps: Vector) -> Vector:
@@ -277,8 +288,7 @@ class LawSimulator:
         }
 
     def _breakaway(self, law: str, rate: float) -> float:
-        """The greatest friction under a force that grows at `rate`, while the mass is slower than
-        10 v_s."""
+        """Return the largest friction under a force ramp before the speed exceeds 10 v_s."""
         setting, growth = (
             self._setting,
             rate * self._setting.scales.force / self._setting.scales.time,
@@ -291,7 +301,7 @@ class LawSimulator:
 
 
 def _phases(events: Vector, end: float, shortest: float) -> Phases:
-    """Phases of stick of at least `shortest` [s] from the engine's events, from rest at 0."""
+    """Return stick phases of at least `shortest` [s] from the engine's events, from rest at 0."""
     phases: list[tuple[float, float]] = []
     begin: float | None = 0.0
     for time, kind, *_ in events.tolist():

@@ -1,5 +1,4 @@
-"""Limit cycles in a position loop with integral action (3.7.3): do they last, how large, how
-slow."""
+"""Limit cycles in a position loop with integral action (3.7.3)."""
 
 from __future__ import annotations
 
@@ -15,11 +14,11 @@ PERIOD_TOLERANCE = 0.05
 
 @dataclass(frozen=True)
 class LimitCycleResult:
-    """Half the peak-to-peak over the last quarter of the run; `lasting`: that over the one of the
-    second quarter.
+    """Measures of a limit cycle.
 
-    The period is the mean spacing of upward crossings of the middle in the second half; None where
-    the cycle does not last.
+    `amplitude`: half the peak-to-peak value over the last quarter of the run. `lasting`: this
+    amplitude relative to that of the second quarter. `period_s`: mean time between upward crossings
+    of the middle in the second half; None if the cycle dies out.
     """
 
     amplitude: float
@@ -27,15 +26,20 @@ class LimitCycleResult:
     period_s: float | None
 
     def verdict(self, reference: LimitCycleResult) -> str:
-        """`+`: lasts, with a period within 5 % of the event-exact law's; or both die out. Else
-        `-`."""
+        """Return `+` or `-` by comparison with the event-exact law.
+
+        `+`: the cycle lasts and its period is within 5 %, or both cycles die out.
+        """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"
         return "+" if abs(self.period_s / reference.period_s - 1.0) <= PERIOD_TOLERANCE else "-"
 
 
 def measure(run: LawTrajectory, still: float) -> LimitCycleResult:
-    """The figures of a run; an amplitude below `still` [m | rad] is presliding, and no cycle."""
+    """Return the measures of a run.
+
+    An amplitude below `still` [m | rad] is presliding, not a cycle.
+    """
     end = float(run.time[-1])
     first = _half_range(run.position[run.between(0.25 * end, 0.5 * end)])
     last = _half_range(run.position[run.between(0.75 * end, end)])
@@ -54,7 +58,7 @@ def _half_range(position: Vector) -> float:
 
 
 def _period(time: Vector, position: Vector) -> float | None:
-    """Mean spacing of upward crossings of the middle; None where there are fewer than two."""
+    """Return the mean time between upward crossings of the middle; None for fewer than two."""
     offset = position - 0.5 * (position.max() + position.min())
     before = np.flatnonzero((offset[:-1] < 0.0) & (offset[1:] >= 0.0))
     if before.size < 2:

@@ -1,4 +1,4 @@
-"""The comparison as one HTML file: tables and figures. No script, no request to anywhere."""
+"""Comparison as one HTML file with tables and figures, without scripts and requests."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from frictool.presentation.page import render_page
 
 
 def page(found: Comparison, provenance: Provenance) -> str:
-    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the
-    template."""
+    """Return the HTML text; the same inputs give the same bytes.
+
+    The template escapes every text from a file.
+    """
     return render_page(
         Path(__file__).parent,
         provenance,

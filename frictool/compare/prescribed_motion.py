@@ -1,5 +1,7 @@
-"""A law driven by its velocity, as the presliding test and the probes of table 2.1 drive it; slow,
-in Python over the law's kernels."""
+"""Friction of a law along a prescribed velocity, for the presliding test and the probes.
+
+It calls the law's kernels from Python, which is slow.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +18,10 @@ from frictool.friction.static_kernels import sticking_force
 
 
 def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vector:
-    """The friction (n,) [N | N m] at the end of each step of `steps` (n,) [s] at the velocities
-    (n,) [m/s | rad/s], from a fresh contact.
+    """Return the friction (n,) [N | N m] at the end of each step, from a fresh contact.
 
-    What drives it is as strong as it has to be: a hybrid law sees an effort without bound in the
-    direction of the motion. Raises NoSolutionError where the law fails.
+    `velocity` (n,) in m/s | rad/s, `steps` (n,) in s. The driving effort is unlimited: a hybrid law
+    sees an infinite effort in the direction of the motion. Raises NoSolutionError if the law fails.
     """
     if isinstance(law.kernels, StaticKernels):
         slip = law.kernels.slip_force
@@ -33,8 +34,10 @@ def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vect
 def _dynamic(
     name: str, kernels: DynamicKernels, p: Vector, velocity: Vector, steps: Vector
 ) -> Vector:
-    """Heun's rule on z: where a state saturates within a step it goes half the way, and not none.
-    The memory takes each step in."""
+    """Integrate z by Heun's rule, and commit the law's memory after each step.
+
+    If a state saturates within a step, Heun's rule still moves it by half of the step.
+    """
     z = kernels.reset(p)
     begin, out, friction = np.zeros_like(z), np.zeros_like(z), np.empty(velocity.size)
     for k, (v, h) in enumerate(zip(velocity.tolist(), steps.tolist(), strict=True)):
@@ -53,7 +56,7 @@ def _dynamic(
 def _hybrid(
     name: str, kernels: HybridKernels, p: Vector, velocity: Vector, steps: Vector
 ) -> Vector:
-    """In stick z follows the motion exactly: z' = v."""
+    """Integrate z by Euler's rule, which is exact in stick: z' = v."""
     z, mode = kernels.reset(p), STUCK
     out, friction = np.zeros_like(z), np.empty(velocity.size)
     for k, (v, h) in enumerate(zip(velocity.tolist(), steps.tolist(), strict=True)):
@@ -73,8 +76,7 @@ def _hybrid(
 
 
 def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
-    """(v, u) -> the friction of a static law at a velocity and an effort, word for word, and the
-    velocity that it reports."""
+    """Return (v, u) -> (friction, reported velocity) of a static law, exactly as printed."""
     kernels = law.kernels
     assert isinstance(kernels, StaticKernels)
     band = kernels.band(p)

@@ -1,7 +1,6 @@
-"""Presliding (3.7.4): does the contact yield, with what hysteresis, and do its loops close where
-they began.
+"""Presliding (3.7.4): compliance, hysteresis and loop closure of the contact.
 
-The turning points of compare/input_protocol.py hold an inner loop, 0.4 -> -0.2 -> 0.4 z_max, and
+The turning points of compare/input_protocol.py contain an inner loop, 0.4 -> -0.2 -> 0.4 z_max, and
 outer ones between -0.7 and 0.7 z_max.
 """
 
@@ -13,19 +12,19 @@ import numpy as np
 
 from frictool.compare.trajectory import Vector
 
-INNER_START, INNER_END = 3, 5  # turning points at which the inner loop begins and closes
-OUTER_START, OUTER_END = 7, 9  # the same of the last outer loop
+INNER_START, INNER_END = 3, 5  # turning points at the start and the end of the inner loop
+OUTER_START, OUTER_END = 7, 9  # turning points at the start and the end of the last outer loop
 AREA_NEEDED = 0.05
 CLOSURE_ALLOWED = 0.02
 
 
 @dataclass(frozen=True)
 class PreslidingResult:
-    """`closure`: gap between the ends of the inner loop, over F_s. `area`: of the last outer loop,
-    over F_s z_max.
+    """Measures of presliding.
 
-    `compliance`: the contact yields to a force below breakaway and springs back; both others are
-    None without it.
+    `compliance`: the contact yields to a force below breakaway and springs back. `closure`: gap
+    between the ends of the inner loop, relative to F_s. `area`: area of the last outer loop,
+    relative to F_s z_max. Both are None without compliance.
     """
 
     compliance: bool
@@ -34,8 +33,11 @@ class PreslidingResult:
 
     @property
     def verdict(self) -> str:
-        """`+`: compliance, hysteresis and loops that close; `±`: compliance without one of them;
-        `-`: none."""
+        """Return `+`, `±` or `-`.
+
+        `+`: compliance, hysteresis and closed loops; `±`: compliance without one of these; `-`: no
+        compliance.
+        """
         if not self.compliance or self.closure is None or self.area is None:
             return "-"
         return "+" if self.area > AREA_NEEDED and self.closure < CLOSURE_ALLOWED else "±"
@@ -44,7 +46,10 @@ class PreslidingResult:
 def measure(
     position: Vector, friction: Vector, turning: Vector, breakaway: float, presliding: float
 ) -> PreslidingResult:
-    """The figures of a position-driven run; `turning` (11,): the index of each turning point."""
+    """Return the measures of a position-driven run.
+
+    `turning` (11,): index of each turning point.
+    """
     at = turning.astype(int)
     closure = abs(float(friction[at[INNER_END]] - friction[at[INNER_START]])) / breakaway
     loop = slice(at[OUTER_START], at[OUTER_END] + 1)

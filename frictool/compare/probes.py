@@ -1,11 +1,11 @@
-"""Table 2.1 from measurements: each property is a probe of the law and a criterion, none is typed.
+"""Probes of the laws for table 2.1: every property is measured, none is declared.
 
-    velocity-driven    the friction along a prescribed velocity: Stribeck effect, viscous friction,
-                       frictional memory
-    force-driven       ramps of two rates: rising static friction
-    fixed step         the law as it is printed, stepped by Euler's method: does it come to rest
+velocity-driven    friction along a prescribed velocity: Stribeck effect, viscous friction,
+                   frictional memory
+force-driven       ramps of two rates: rising static friction
+fixed step         the law as printed, integrated by Euler's method: does it come to rest
 
-Presliding, non-local memory and non-drift are those of the four tests
+Presliding, non-local memory and non-drift come from the four tests
 (compare/presliding_criterion.py, drift_criterion.py).
 """
 
@@ -23,38 +23,37 @@ Follow = Callable[
     [Vector, Vector], Vector
 ]  # velocities (n,) [m/s], time steps (n,) [s] -> friction (n,) [N], from a fresh contact
 
-SLIDE = 40.0  # z_max: a contact that slides this far is in its steady state
+SLIDE = 40.0  # z_max, sliding distance to the steady state
 STEPS_PER_Z_MAX = 50
 SPEEDS = np.logspace(-1.0, 2.0, 13)  # in v_s
-FAST = 1.0  # in units of speed: the Stribeck effect is over
-# of F_c; of 2 (F_s - F_c), the same with table 3.1, for what the fall causes: below, a difference
-# counts as none
+FAST = 1.0  # unit of speed, far above the Stribeck effect
+# smallest difference that counts, relative to F_c; for effects of the fall, relative to 2 (F_s -
+# F_c), which equals F_c in table 3.1
 NOTICEABLE = 0.01
-MEMORY_MEAN, MEMORY_SWING, MEMORY_FREQUENCY = 3.0, 2.0, 10.0  # v_s, v_s, cycles in a unit of time
-MEMORY_STEPS = 4000  # a cycle
+MEMORY_MEAN, MEMORY_SWING, MEMORY_FREQUENCY = 3.0, 2.0, 10.0  # v_s, v_s, cycles per unit of time
+MEMORY_STEPS = 4000  # steps per cycle
 EULER_STEPS, EULER_STEP, EULER_SPEED, EULER_FORCE = (
     20_000,
     1e-4,
     1e-2,
     0.5,
-)  # in units of time, speed, force
+)  # in units of time, speed and force
 
 
 def _noticeable(setting: ComparisonSetting) -> float:
-    """The least difference [N | N m] that the fall of the friction from F_s to F_c is said to
-    cause."""
+    """Return the smallest difference [N | N m] that counts as an effect of F_s > F_c."""
     return NOTICEABLE * setting.scales.fall * setting.coulomb
 
 
 def steady_friction(follow: Follow, setting: ComparisonSetting, speed: float) -> float:
-    """The friction of a steady slide at `speed` [m/s]."""
+    """Return the friction of a steady slide at `speed` [m/s]."""
     steps = int(SLIDE * STEPS_PER_Z_MAX)
     dt = setting.presliding / (STEPS_PER_Z_MAX * speed)
     return float(follow(np.full(steps, speed), np.full(steps, dt))[-1])
 
 
 def stribeck_effect(follow: Follow, setting: ComparisonSetting) -> str:
-    """`+`: somewhere between 0.1 and 100 v_s friction falls while the speed grows."""
+    """Return `+` if friction falls with increasing speed anywhere between 0.1 and 100 v_s."""
     curve = np.array(
         [steady_friction(follow, setting, speed * setting.stribeck_velocity) for speed in SPEEDS]
     )
@@ -63,17 +62,17 @@ def stribeck_effect(follow: Follow, setting: ComparisonSetting) -> str:
 
 
 def viscous_friction(follow: Follow, setting: ComparisonSetting) -> str:
-    """`+`: far above the Stribeck velocity friction grows with the speed."""
+    """Return `+` if friction grows with speed far above the Stribeck velocity."""
     speed = FAST * setting.scales.speed
     grown = steady_friction(follow, setting, 2.0 * speed) - steady_friction(follow, setting, speed)
     return "+" if grown > NOTICEABLE * setting.coulomb else "-"
 
 
 def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
-    """`±`: in a slide whose speed swings, friction at one speed depends on whether it grows or
-    falls; `-`: it does not.
+    """Return `±` if friction at one speed depends on whether the speed grows or falls, else `-`.
 
-    No law here has the delay of 3.4.2.3 as a parameter, which would be `+`.
+    The test is a slide with oscillating speed. `+` would need the delay of 3.4.2.3 as a parameter,
+    which no law here has.
     """
     period = setting.scales.time / MEMORY_FREQUENCY
     phase = 2.0 * math.pi * (np.arange(2 * MEMORY_STEPS) + 0.5) / MEMORY_STEPS
@@ -84,28 +83,31 @@ def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
 
 
 def rising_static_friction(slow: float, fast: float, setting: ComparisonSetting) -> str:
-    """`±`: the greatest friction before slip depends on how fast the force grows, `slow` and `fast`
-    [N]; `-`: it does not.
+    """Return `±` if the largest friction before slip depends on the rate of the force, else `-`.
 
-    No law here has the dwell time as a parameter, which would be `+`.
+    `slow`, `fast`: the largest friction at two rates [N]. `+` would need the dwell time as a
+    parameter, which no law here has.
     """
     return "±" if abs(slow - fast) > _noticeable(setting) else "-"
 
 
 def stiction(compliance: bool, held: bool, settles: bool) -> str:
-    """`-`: the contact yields, or is not held at rest below breakaway; `±`: held, but by an exact
-    simulator only; `+`: by any."""
+    """Return `-`, `±` or `+`.
+
+    `-`: the contact yields, or does not hold at rest below breakaway. `±`: it holds in an exact
+    simulation only. `+`: it holds in any simulation.
+    """
     if compliance or not held:
         return "-"
     return "+" if settles else "±"
 
 
 def settles(law: Callable[[float, float], tuple[float, float]], setting: ComparisonSetting) -> bool:
-    """Whether a slide under half the Coulomb friction comes to rest in a fixed step: in the second
-    half it does not move at all.
+    """Return True if a slide under half the Coulomb friction comes to rest with a fixed step.
 
-    `law(v, u)` is the law as printed: the friction, and the speed that counts as motion. One that
-    sticks at v = 0 only is stepped over by Euler's method for ever.
+    The mass must not move at all in the second half. `law(v, u)` is the law as printed; it returns
+    the friction and the speed that counts as motion. Euler's method steps over the rest of a law
+    that sticks only at v = 0.
     """
     scales = setting.scales
     h, u, x, v = (

@@ -1,5 +1,4 @@
-"""Stick-slip (3.7.2): how often the mass sticks, how far it jumps, and whether it does so as the
-event-exact reference does."""
+"""Stick-slip (3.7.2): number of sticks and period, compared with the event-exact reference."""
 
 from __future__ import annotations
 
@@ -9,16 +8,16 @@ import numpy as np
 
 from frictool.compare.trajectory import LawTrajectory
 
-STICKS_MISSING = 1  # of 9 with table 3.1: at least 8
+STICKS_MISSING = 1  # sticks that may be missing, of 9 with table 3.1
 PERIOD_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True)
 class StickSlipResult:
-    """`sticks`: phases of stick that end in a breakaway. Period and jump are means; None where
-    there are fewer than two.
+    """Measures of stick-slip.
 
-    `stuck_share`: of the time, below the Stribeck velocity.
+    `sticks`: number of stick phases that end in a breakaway. `period_s` and `jump` are means, None
+    for fewer than two sticks. `stuck_share`: share of the time below the Stribeck velocity.
     """
 
     sticks: int
@@ -29,8 +28,10 @@ class StickSlipResult:
     top_speed: float
 
     def verdict(self, reference: StickSlipResult) -> str:
-        """`+`: sticks as often as the event-exact law, but for one, and with its period within 2 %;
-        or neither sticks again. Else `-`."""
+        """Return `+` or `-` by comparison with the event-exact law.
+
+        `+`: at most one stick fewer, and a period within 2 %; or neither law sticks again.
+        """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"
         close = abs(self.period_s / reference.period_s - 1.0) <= PERIOD_TOLERANCE
@@ -38,8 +39,10 @@ class StickSlipResult:
 
 
 def measure(run: LawTrajectory, slow: float) -> StickSlipResult:
-    """The figures of a pulled mass that starts at rest; `slow`: the Stribeck velocity [m/s |
-    rad/s]."""
+    """Return the measures of a pulled mass that starts at rest.
+
+    `slow`: the Stribeck velocity [m/s | rad/s].
+    """
     end = float(run.time[-1])
     complete = [phase for phase in run.sticks if phase[1] < end]
     breakaways = np.array([phase[1] for phase in complete])

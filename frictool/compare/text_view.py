@@ -1,5 +1,4 @@
-"""A comparison for people: three tables of plain text, and the cells that differ from the
-thesis."""
+"""Text view of a comparison: three tables, and the cells that differ from the thesis."""
 
 from __future__ import annotations
 
@@ -27,12 +26,12 @@ ROWS = {
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A figure, or a dash where there is none."""
+    """Return a number as text, or a dash for None."""
     return "–" if value is None else f"{value:.{digits}g}"
 
 
 def figures(found: Comparison) -> list[tuple[str, ...]]:
-    """The table of figures, heading first."""
+    """Return the table of measures, heading first."""
     unit = si_unit("position", found.setting.axis)
     heading = (
         "law",
@@ -66,7 +65,7 @@ def _row(found: LawResult) -> tuple[str, ...]:
 
 
 def verdicts(found: Comparison) -> list[tuple[str, ...]]:
-    """Table 3.2, a law a row."""
+    """Return table 3.2 with one row per law."""
     rows = (*TESTS, "parameters")
     return [
         ("table 3.2", *(ROWS[row] for row in rows)),
@@ -75,7 +74,7 @@ def verdicts(found: Comparison) -> list[tuple[str, ...]]:
 
 
 def properties(found: Comparison) -> list[tuple[str, ...]]:
-    """Table 2.1, a law a row."""
+    """Return table 2.1 with one row per law."""
     heading = ("table 2.1", *(ROWS[row] for row in PROPERTIES))
     return [
         heading,
@@ -87,14 +86,16 @@ def properties(found: Comparison) -> list[tuple[str, ...]]:
 
 
 def scaling(found: Comparison) -> str:
-    """What stands for the newton, the second and the metre of table 3.1, and how far and how fast
-    the tests then go."""
+    """Return a sentence on the units of the tests, and on their travel and top speed."""
     scales, axis, reference = found.setting.scales, found.setting.axis, found.laws.get(REFERENCE)
     length, force = si_unit("position", axis), si_unit("effort", axis)
     units = (
         f"{number(scales.force)} {force}, {number(scales.time)} s, {number(scales.length)} {length}"
     )
-    said = f"units of force, time and length in the tests: {units}; (F_s - F_c)/F_c is {number(scales.breakaway - 1.0)}"
+    said = (
+        f"units of force, time and length in the tests: {units}; (F_s - F_c)/F_c is "
+        f"{number(scales.breakaway - 1.0)}"
+    )
     if reference is None:
         return said
     runs = reference.runs.values()
@@ -102,17 +103,21 @@ def scaling(found: Comparison) -> str:
         max(float(np.ptp(run.position)) for run in runs),
         max(float(np.abs(run.velocity).max()) for run in runs),
     )
-    return f"{said}; the {REFERENCE} law travels {number(travel, 3)} {length} at up to {number(speed, 3)} {length}/s"
+    return (
+        f"{said}; the {REFERENCE} law travels {number(travel, 3)} {length} at up to "
+        f"{number(speed, 3)} {length}/s"
+    )
 
 
 def lines(found: Comparison) -> list[str]:
-    """The whole text."""
+    """Return all lines of the text."""
     out = [scaling(found), ""]
     for table in (figures(found), verdicts(found), properties(found)):
         out += [*_aligned(table), ""]
     for item in found.differences:
         out.append(
-            f"table {item.table}, {item.law}, {ROWS[item.row]}: computed {item.computed}, printed {item.printed}: {item.reason}"
+            f"table {item.table}, {item.law}, {ROWS[item.row]}: computed "
+            f"{item.computed}, printed {item.printed}: {item.reason}"
         )
     return out
 

@@ -1,5 +1,4 @@
-"""Figures 3.11 to 3.25 of the thesis, of the laws that were compared; and the same views of the
-laws that it does not show."""
+"""Figures 3.11 to 3.25 of the thesis for the compared laws, and the same views of further laws."""
 
 from __future__ import annotations
 
@@ -41,7 +40,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class ThesisFigure:
-    """A figure of the page: the thesis's number (empty where it has none), a title, SVG text."""
+    """Figure of the page: the thesis's number (empty if it has none), title and SVG text."""
 
     number: str
     title: str
@@ -49,8 +48,7 @@ class ThesisFigure:
 
 
 def pictures(found: Comparison) -> list[ThesisFigure]:
-    """Every figure of the thesis whose laws were compared, in its order, then the laws and tests
-    that it does not show."""
+    """Return the thesis's figures of the compared laws in order, then further figures."""
     shown = [_inputs(found, "3.17"), _inputs(found, "3.22")]
     covered: set[tuple[str, str]] = set()
     for number, test, laws in THESIS:
@@ -100,11 +98,11 @@ def _picture(found: Comparison, number: str, test: str, laws: dict[str, LawResul
     rows = over_time(runs, units)
     return ThesisFigure(
         number, title, draw_rows(label, "t [s]", rows[:2] if test == "drift" else rows)
-    )  # 200 waves of force are a black bar
+    )  # force is left out: 200 waves would be a black bar
 
 
 def _inputs(found: Comparison, number: str) -> ThesisFigure:
-    """What the presliding and the drift test play."""
+    """Return a figure of the input of the presliding or the drift test."""
     scales, units = found.setting.scales, _units(found)
     if number == "3.17":
         path, _ = input_protocol.presliding_path(found.setting.presliding, POINTS_PER_LEG)

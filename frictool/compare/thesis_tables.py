@@ -1,5 +1,4 @@
-"""Tables 2.1 and 3.2 as the thesis prints them, to be compared with what is computed; and why they
-differ where they do."""
+"""Tables 2.1 and 3.2 as printed in the thesis, and reasons for computed differences."""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ PROPERTIES = (
     "non_drift",
     "parameters",
 )
-# table 3.2, rows TESTS and the number of parameters
+# table 3.2, columns TESTS and the number of parameters
 TABLE_3_2: dict[str, tuple[str, ...]] = {
     "lugre": ("+", "+", "±", "-", "7"),
     "elasto_plastic": ("-", "+", "±", "+", "8"),
@@ -26,8 +25,8 @@ TABLE_3_2: dict[str, tuple[str, ...]] = {
     "hybrid_b": ("+", "+", "±", "+", "6"),
     "hybrid_c": ("+", "+", "+", "+", ">8"),
 }
-# table 2.1, rows PROPERTIES; its last row, speed of simulation, is a property of the integrator
-# (docs/theory/compare.md)
+# table 2.1, columns PROPERTIES; its last row, the speed of simulation, is a property of the
+# integrator (docs/theory/compare.md)
 TABLE_2_1: dict[str, tuple[str, ...]] = {
     "coulomb": ("S", "±", "-", "-", "-", "-", "-", "-", "-", "1"),
     "svc": ("S", "±", "-", "-", "-", "-", "+", "-", "-", "4"),
@@ -38,14 +37,17 @@ TABLE_2_1: dict[str, tuple[str, ...]] = {
     "elasto_plastic": ("D", "-", "±", "±", "+", "+", "+", "-", "+", "8"),
     "leuven": ("D", "-", "±", "±", "+", "+", "+", "+", "+", ">8"),
 }
-# (row, computed) -> why a law's cell comes out so with the parameters of table 3.1, where all
-# others come out as printed
+# law -> (row, computed cell) -> reason of the difference with the parameters of table 3.1; all
+# other cells are as printed
 OTHER_PARAMETERS = "these parameters do it: with those of table 3.1 it is as printed"
 _SMOOTHED = {
     (
         "non_drift",
         "+",
-    ): "the print is that of the smoothed sign(v); events are solved here, and a stick holds exactly"
+    ): (
+        "the print is that of the smoothed sign(v); events are solved here, and a stick "
+        "holds exactly"
+    )
 }
 _SAME_BREAKAWAY = {
     (
@@ -64,7 +66,10 @@ REASONS: dict[str, dict[tuple[str, str], str]] = {
         (
             "stribeck_effect",
             "-",
-        ): "2.4.2.4 says that the effect is not represented, and outside its band the friction only grows",
+        ): (
+            "2.4.2.4 says that the effect is not represented, and outside its band the "
+            "friction only grows"
+        ),
         ("parameters", "4"): "F_c, F_s, sigma_0 and dv; the print counts one more",
     },
     "elasto_plastic": {
@@ -80,7 +85,7 @@ REASONS: dict[str, dict[tuple[str, str], str]] = {
 
 @dataclass(frozen=True)
 class TableDifference:
-    """A cell that is computed otherwise than it is printed, and why."""
+    """Cell whose computed and printed values differ, with the reason."""
 
     table: str
     law: str
@@ -93,8 +98,10 @@ class TableDifference:
 def table_differences(
     verdicts: dict[str, dict[str, str]], properties: dict[str, dict[str, str]]
 ) -> list[TableDifference]:
-    """Every cell of both tables that differs from the print, for the laws given: law -> row ->
-    symbol."""
+    """Return every cell of both tables that differs from the print.
+
+    `verdicts`, `properties`: law -> row -> symbol.
+    """
     found = []
     for table, rows, printed, computed in (
         ("3.2", (*TESTS, "parameters"), TABLE_3_2, verdicts),
@@ -118,7 +125,7 @@ def table_differences(
 
 
 def _same(computed: str, printed: str) -> bool:
-    """`>8` is met by any number above 8."""
+    """Return True if the cells agree; `>8` agrees with any number above 8."""
     if printed.startswith(">"):
         return computed.isdigit() and int(computed) > int(printed[1:])
     return computed == printed

@@ -1,4 +1,4 @@
-"""What a simulated test leaves behind for its criteria: samples, and the phases of stick."""
+"""Trajectory of a simulated test: samples and stick phases."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ Phases = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True)
 class LawTrajectory:
-    """Samples (n,) in SI; `sticks`: begin and end [s] of each phase of stick, the last one may
-    reach the end of the run."""
+    """Samples (n,) in SI, and begin and end [s] of each stick phase.
+
+    The last phase may reach the end of the run.
+    """
 
     time: Vector
     position: Vector
@@ -23,20 +25,20 @@ class LawTrajectory:
     sticks: Phases
 
     def between(self, begin: float, end: float) -> slice:
-        """The samples of begin <= t <= end."""
+        """Return the samples with begin <= t <= end."""
         first, last = np.searchsorted(self.time, (begin, end * (1.0 + 1e-12)))
         return slice(int(first), int(last))
 
     def at(self, t: float) -> float:
-        """The position at t, between samples by a straight line."""
+        """Return the position at t by linear interpolation."""
         return float(np.interp(t, self.time, self.position))
 
 
 def slow_phases(time: Vector, velocity: Vector, threshold: float, shortest: float) -> Phases:
-    """Phases of at least `shortest` [s] in which |v| < threshold: stick, as a law without exact
-    stick shows it.
+    """Return phases of at least `shortest` [s] with |v| < threshold.
 
-    A speed that passes through zero does not count: it is not slow for long.
+    They are the stick phases of a law without exact stick. A zero crossing of the speed is too
+    short to count.
     """
     slow = np.abs(velocity) < threshold
     edges = np.flatnonzero(np.diff(np.concatenate(([False], slow, [False])).astype(np.int8)))

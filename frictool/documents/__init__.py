@@ -1,7 +1,7 @@
-"""The YAML documents that pass between commands: frozen types, strict reading and writing.
+"""Types of the YAML documents that pass between commands, with strict reading and writing.
 
-`bench` -> `model` -> (with `spec` and `design`) `controller` -> (with `scenario`) logs and the
-verdict.
+`identify` turns a `bench` into a `model`. `synth` turns the model, a `spec` and a `design` into a
+`controller`. `simulate` plays a `scenario` with it and writes logs, which `report` judges.
 """
 
 from typing import TYPE_CHECKING

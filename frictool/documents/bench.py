@@ -1,5 +1,4 @@
-"""`bench.yaml`: the rig as it stands, what is known of it before any measurement, and how its log
-columns map to channels."""
+"""`bench.yaml`: the rig before any measurement, and the map from log columns to channels."""
 
 from __future__ import annotations
 
@@ -26,10 +25,11 @@ from frictool.documents.quantity import (
 )
 
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
-SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0  # s; what lies outside is a unit that was mistaken
-OPEN = "?"  # marks a column or unit that has to be filled in
-# least counts in one period of a position that wraps: a step has to be shorter than half of the
-# period
+# s, range of a sample period; a value outside points to a mistaken unit
+SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0
+OPEN = "?"  # marks a column or unit that the user must fill in
+# smallest number of counts in one period of a wrapping position: a step must be shorter than half
+# of the period
 FEWEST_COUNTS = 4
 SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERIOD)]
 LineNumber = Annotated[int, msgspec.Meta(ge=0)]
@@ -43,12 +43,13 @@ Signal = Literal[
 
 
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Position sensor: its counts per revolution (rotary) or its step, and the period and the
-    format of its counter.
+    """Position sensor: its resolution, and the period and format of its counter.
 
-    wrap: the sensor shows the position modulo this period, in any unit of the log. wrap_bits: the
-    same for a counter with this number of bits. signed: whether that counter is signed, needed
-    where the first count of the log leaves it open. index_reset: an index pulse sets the counter.
+    `counts_per_revolution` gives the resolution of a rotary axis, `step` [rad | m] that of either
+    kind of axis. `direction` is the sign of the count for forward motion. `wrap`: the sensor
+    reports the position modulo this period, in any unit of the log. `wrap_bits`: the sensor is a
+    counter with this number of bits. `signed`: the counter is signed; needed if the first count of
+    the log leaves this open. `index_reset`: an index pulse sets the counter.
     """
 
     counts_per_revolution: PositiveNumber | None = None
@@ -71,15 +72,14 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     @property
     def period(self) -> float | None:
-        """Return the period of the position that the sensor shows, rad or m; None where it does not
-        wrap."""
+        """Return the period of the reported position [rad | m]; None if it does not wrap."""
         if self.wrap is not None:
             return self.wrap.value
         return None if self.wrap_bits is None else self.resolution * 2.0**self.wrap_bits
 
     @property
     def resolution(self) -> float:
-        """Position of one count, rad or m."""
+        """Return the position change per count [rad | m]."""
         if self.step is not None:
             return self.step.value
         assert self.counts_per_revolution is not None
@@ -87,16 +87,21 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Winding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What limits a current beside its own limit: |resistance i + constant v| <= voltage, the
-    constant being the back-EMF's too (SI)."""
+    """Voltage limit of a current drive: |resistance i + constant v| <= voltage.
+
+    The force or torque constant of the actuator is also its back-EMF constant (SI).
+    """
 
     resistance_ohm: PositiveNumber
     voltage_v: PositiveNumber
 
 
 class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What drives the axis: a current or a voltage, the effort that one unit of it gives, its limit
-    and its lag."""
+    """Actuator of the axis: type of drive, effort per ampere or volt, limit and lag of the drive.
+
+    `limit` is in A or V. `loop_time_constant_s` is the time constant of the current or voltage
+    loop.
+    """
 
     drive: Literal["current", "voltage"]
     constant: DriveConstant
@@ -110,8 +115,10 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What is known a priori, each with the range that the product may show over its life (the
-    controller must stand it)."""
+    """A-priori values of the mechanics, each with the range over the life of the product.
+
+    The controller must be robust over these ranges.
+    """
 
     inertia: Inertia
     viscous: Viscous
@@ -125,12 +132,11 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
 
 class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Source of one channel: the name of a column (variable) or its number from 1, its unit, a
-    factor and an offset.
+    """Source of one channel: a column by name or by number (from 1), with unit, scale and offset.
 
-    zero_first_samples: the mean of this number of first samples is subtracted from the column. A
-    guessed bench has OPEN for a column or a unit that the log does not contain; the bench is
-    refused until it is filled in.
+    `zero_first_samples`: subtract the mean of this number of first samples from the column.
+    `frictool init` writes `?` for a column or unit that the log does not contain; such a bench is
+    an error until the value is filled in.
     """
 
     column: str | int
@@ -143,16 +149,17 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         for key, value in (("column", self.column), ("unit", self.unit)):
             if value == OPEN:
                 raise ValueError(
-                    f"found {key} {OPEN!r}, which the log did not tell; fill in what the comment beside it proposes"
+                    f"found {key} {OPEN!r}, which the log did not tell; fill in what "
+                    "the comment beside it proposes"
                 )
 
 
 class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """An encoder's two channels as an oscilloscope or a logic analyser records them; the counts
-    they make are a column of their own.
+    """Two encoder channels as recorded by an oscilloscope or a logic analyser.
 
-    threshold, hysteresis: a level is high from threshold + hysteresis / 2 on, low again at
-    threshold - hysteresis / 2; both at the encoder, where the file's numbers are times `probe`.
+    The decoded counts form a new column. A signal becomes high at `threshold` + `hysteresis` / 2
+    and low at `threshold` - `hysteresis` / 2. Both are voltages at the encoder; the numbers in the
+    file are multiplied by `probe` first.
     """
 
     a: str | int
@@ -163,12 +170,12 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How a raw file is laid out, where what is found in it is not to be relied on: a text file,
-    and what dates the rows of a recording.
+    """Layout of a raw file, for properties that its content does not show reliably.
 
-    Lines count from 1; 0 says that there is none. period_s, start_s: of rows that no column dates.
-    whole: the last line is whole though it has no line end. clock: of a recording, `log time` or
-    the path of a stamp in its messages (`header.stamp`).
+    Lines count from 1; 0 means that the file has no such line. `period_s` and `start_s` give the
+    times of the rows if no column does. `whole`: the last line is complete although it has no line
+    end. `clock`: the time of a recording's rows, `log time` or the path of a time stamp in its
+    messages (`header.stamp`).
     """
 
     encoding: Literal["utf-8", "utf-16", "latin-1"] | None = None
@@ -194,11 +201,11 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How far an instrument's clock is ahead is found where a channel of it follows a channel of
-    the log's first file best.
+    """Estimate of an instrument's clock offset by matching two channels.
 
-    channel, reference: of the instrument, and of the first file; the same quantity but for a factor
-    and an offset. most: either way.
+    `channel` belongs to the instrument, `reference` to the first file of the log. Both measure the
+    same quantity, up to a factor and an offset. `most` is the largest offset to search, ahead or
+    behind.
     """
 
     channel: Signal
@@ -207,11 +214,10 @@ class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
 
 class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Files that another instrument has recorded: those whose name fits the pattern `files`; what
-    it does not say, the bench says.
+    """Files from another instrument: those whose name matches the pattern `files`.
 
-    clock_offset: how far its clock is ahead; is taken off its times. clock_estimate: the same, to
-    be found.
+    Properties that are absent here are those of the bench. `clock_offset`: lead of the instrument's
+    clock, subtracted from its times. `clock_estimate`: estimate this lead from the data instead.
     """
 
     files: Annotated[str, msgspec.Meta(min_length=1)]
@@ -228,8 +234,11 @@ class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`bench.yaml`. examples: keys whose values are examples of `frictool init`; delete a key when
-    you have replaced its value."""
+    """`bench.yaml`.
+
+    `examples` lists the keys whose values are examples of `frictool init`; delete a key from the
+    list when you have replaced its value.
+    """
 
     format: Literal["bench/1"]
     name: Name

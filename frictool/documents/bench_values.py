@@ -1,11 +1,10 @@
-"""Models that hold the bench's values only, since nothing was identified (`identify
---keep-bench-values`)."""
+"""Warnings about models that hold values of the bench only (`identify --keep-bench-values`)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-# of a model, and of the record `log` of a simulated log's metadata: the reason
+# key of the reason, in a model and in the record `log` of a simulated log's metadata
 KEY = "bench_values_only"
 
 

@@ -1,9 +1,9 @@
-"""The certificate of a controller: what `frictool verify` needs to prove a bound again, without
-searching for anything.
+"""Certificate of a controller: the data that `frictool verify` needs to prove a bound again.
 
-The intervals that it is about, the weights that the norm is of, and for each bound a list of cells:
-rectangles in the drive rate K/J and the viscous rate sigma_v/J, each with two Lyapunov matrices. No
-digest: what is proved depends on the coefficients alone.
+The proof needs no search. A certificate holds the parameter intervals, the weights of the norm, and
+a list of cells for each bound. A cell is a rectangle in the drive rate K/J and the viscous rate
+sigma_v/J with two Lyapunov matrices. A certificate contains no digest, because the proof depends on
+the coefficients alone.
 """
 
 from __future__ import annotations
@@ -23,13 +23,16 @@ MOST_CELLS = 2048
 def _increasing(name: str, interval: Row, strictly: bool = False) -> None:
     if len(interval) != 2 or interval[0] > interval[1] or (strictly and interval[0] == interval[1]):
         raise ValueError(
-            f"{name}: found {list(interval)}; allowed: [low, high] with low {'<' if strictly else '<='} high"
+            f"{name}: found {list(interval)}; allowed: [low, high] with low "
+            f"{'<' if strictly else '<='} high"
         )
 
 
 class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The intervals [low, high] of the parameters in SI; a parameter that is known exactly has two
-    equal ends."""
+    """Intervals [low, high] of the parameters (SI).
+
+    Both ends are equal for an exactly known parameter.
+    """
 
     inertia: Row
     viscous: Row
@@ -45,8 +48,10 @@ class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """gain (s/zero + 1)/(s/pole + 1), rad/s; what is absent is infinite. It runs as its Tustin
-    equivalent."""
+    """Weight gain (s/zero + 1)/(s/pole + 1), run as its Tustin equivalent.
+
+    `zero` and `pole` are in rad/s; an absent one is infinite.
+    """
 
     gain: Amplitude
     zero: PositiveNumber | None = None
@@ -58,8 +63,11 @@ class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The weights of the generalised plant whose norm is bounded: W2, W1, W3, on the command, W4,
-    on the measured signal."""
+    """Weights of the generalised plant whose norm is bounded.
+
+    `error` is W2, `disturbance` is W1, `drive` is W3, `command` weighs the commanded drive, `noise`
+    is W4, and `eta` weighs the measured signal.
+    """
 
     error: Filter
     disturbance: Amplitude
@@ -70,11 +78,10 @@ class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
 
 class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One rectangle [low, high] of K/J and sigma_v/J in SI, and the Lyapunov matrices at its low
-    and at its high K/J.
+    """Rectangle in K/J and sigma_v/J (SI), with the Lyapunov matrices at both ends of K/J.
 
-    Of each the upper triangle, row by row: integers separated by blanks, in units of 2^-bits of the
-    bound. Between the ends it is linear.
+    Each matrix is given by its upper triangle, row by row: integers separated by blanks, in units
+    of 2^-bits of the bound. The matrix is interpolated linearly in K/J.
     """
 
     drive_rate: Row
@@ -90,9 +97,9 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One bound and its proof.
 
-    of: the norm from the weighted inputs to the weighted outputs, or the largest sensitivity
-    (1/modulus margin). factor: the upper triangle, row by row, of W; a Lyapunov matrix is W' (its
-    integers/2^bits) W.
+    `of`: the norm from the weighted inputs to the weighted outputs, or the largest sensitivity (the
+    inverse of the modulus margin). `factor`: the upper triangle of W, row by row. A Lyapunov matrix
+    is W' M W, where M is a cell's integer matrix divided by 2^bits.
     """
 
     of: Literal["norm", "sensitivity"]
@@ -107,15 +114,18 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             len(row) != n - index for index, row in enumerate(self.factor)
         ):
             raise ValueError(
-                f"factor: allowed: 1 to {LARGEST_ORDER} rows of an upper triangle, the first the longest"
+                f"factor: allowed: 1 to {LARGEST_ORDER} rows of an upper triangle, the "
+                "first the longest"
             )
         if len(self.cells) > MOST_CELLS:
             raise ValueError(f"cells: found {len(self.cells)}; allowed: up to {MOST_CELLS}")
 
 
 class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The intervals, the weights and the bounds. `version`: of this layout. not_proved: bounds that
-    no proof was found for, and why."""
+    """Parameter intervals, weights and bounds of a certificate.
+
+    `version` is that of this layout. `not_proved` maps each bound without a proof to the reason.
+    """
 
     version: Literal[1]
     box: Box

@@ -1,5 +1,4 @@
-"""What a scenario does to the rig beside the reference: loads from outside, parameters that drift,
-sensors that fail; what sources give."""
+"""Disturbances, drifts, sensor faults and source commands of a scenario."""
 
 from __future__ import annotations
 
@@ -17,17 +16,17 @@ GainError = Annotated[float, msgspec.Meta(gt=-1, le=10)]
 DriveOffset = Annotated[Quantity, _of("drive")]
 AnyEffort = Annotated[
     Quantity, _of("effort of either axis")
-]  # of a mechanism's block; of an axis its own, which `simulate` checks
+]  # unit of the mechanism's block, or of the axis, which `simulate` checks
 AnyDrive = Annotated[Quantity, _of("any drive")]
 Kind = Literal["lost_counts", "encoder_stuck", "encoder_invalid", "drive_offset", "drive_gain"]
 
 
 class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """An effort on the axis beside the drive's, from `at_s` on; a positive one drives forward.
+    """External effort on the axis from `at_s` on; a positive one pushes forward.
 
-    step: `effort` to the end. pulse: `effort` for `duration_s`. sine: `effort` sin(2 pi
-    frequency_hz (t - at_s) + phase_deg), for `duration_s` or to the end. on: the block of a
-    mechanism; without it the one that the controlled source drives.
+    `step`: `effort` until the end. `pulse`: `effort` for `duration_s`. `sine`: `effort` sin(2 pi
+    frequency_hz (t - at_s) + phase_deg), for `duration_s` or until the end. `on`: the block of a
+    mechanism; by default the block that the controlled source drives.
     """
 
     kind: Literal["step", "pulse", "sine"]
@@ -43,12 +42,11 @@ class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What a source of a mechanism is asked for from `at_s` on, A, V or an effort; signals of one
-    source add up.
+    """Command of a mechanism's source from `at_s` on: a current [A], a voltage [V] or an effort.
 
-    step: `level` to the end. pulse: `level` for `duration_s`. ramp: from 0 to `level` in
-    `duration_s`, which is then kept. sine: `level` sin(2 pi frequency_hz (t - at_s) + phase_deg),
-    for `duration_s` or to the end.
+    Signals of one source add up. `step`: `level` until the end. `pulse`: `level` for `duration_s`.
+    `ramp`: from 0 to `level` in `duration_s`, then constant. `sine`: `level` sin(2 pi frequency_hz
+    (t - at_s) + phase_deg), for `duration_s` or until the end.
     """
 
     kind: Literal["step", "pulse", "ramp", "sine"]
@@ -63,8 +61,10 @@ class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 def check_course(kind: str, lasts: bool, swings: bool) -> None:
-    """Raises ValueError where duration_s or frequency_hz, which are given or not, do not belong to
-    the kind of course over time."""
+    """Raise ValueError if duration_s or frequency_hz does not suit this kind of signal.
+
+    `lasts` says that duration_s is present, `swings` that frequency_hz is.
+    """
     if kind == "step" and lasts:
         raise ValueError(
             "a step lasts to the end; one with duration_s is a pulse: write kind: pulse"
@@ -84,7 +84,7 @@ def _check_course(one: Disturbance | Signal) -> None:
 
 
 def check_fault(kind: str, counts: object, offset: object, gain_error: object) -> None:
-    """Raises ValueError where what is given, not None, is not what the kind of fault needs."""
+    """Raise ValueError if the values that are not None do not match the kind of fault."""
     for key, needed, given in (
         ("counts", "lost_counts", counts),
         ("offset", "drive_offset", offset),
@@ -95,20 +95,21 @@ def check_fault(kind: str, counts: object, offset: object, gain_error: object) -
 
 
 class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The factor at a time; straight lines between points, before the first and after the last as
-    there."""
+    """Drift factor at a time.
+
+    The factor is linear between points, and constant before the first and after the last point.
+    """
 
     at_s: Instant
     factor: Factor
 
 
 class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Factors over time on what the plant has at the start: wear grows the friction, warmth lowers
-    the constant and the viscous friction.
+    """Time-varying factors on the initial plant parameters, for wear and warming.
 
-    friction: Coulomb friction and breakaway, their map over position, and those inside the
-    backlash. viscous: of every regime of speed. constant: effort per unit of the drive, with the
-    back-electromotive force.
+    `friction` multiplies Coulomb friction, breakaway, their map over position, and the friction
+    inside the backlash. `viscous` multiplies the viscous friction of every speed regime. `constant`
+    multiplies the effort per unit of the drive, and with it the back-EMF.
     """
 
     friction: tuple[DriftPoint, ...] = ()
@@ -120,18 +121,19 @@ class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             for before, after in itertools.pairwise(getattr(self, name)):
                 if before.at_s >= after.at_s:
                     raise ValueError(
-                        f"{name}: found at_s {after.at_s:g} after {before.at_s:g}; allowed: rising times"
+                        f"{name}: found at_s {after.at_s:g} after {before.at_s:g}; "
+                        "allowed: rising times"
                     )
 
 
 class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Sensor fault from `at_s` to `until_s`, or to the end.
 
-    lost_counts: from `at_s` on the encoder reports `counts` too few (negative: too many).
-    encoder_stuck: it repeats its last count. encoder_invalid: it reports NaN, as after a lost
-    telegram. drive_offset, drive_gain: the drive's sensor shows (1 + gain_error) drive + offset. In
-    the loop of a current drive the current then differs from what is measured; a voltage is not fed
-    back, only its record is wrong.
+    `lost_counts`: from `at_s` on the encoder reports `counts` too few (negative: too many).
+    `encoder_stuck`: it repeats its last count. `encoder_invalid`: it reports NaN, as after a lost
+    telegram. `drive_offset`, `drive_gain`: the drive's sensor shows (1 + gain_error) drive +
+    offset. A current drive feeds this value back, so that the true current changes. A voltage is
+    not fed back, so that only its record is wrong.
     """
 
     kind: Kind
@@ -147,7 +149,8 @@ class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
             raise ValueError("counts: found 0; allowed: a whole number other than 0")
         if self.kind == "lost_counts" and self.until_s is not None:
             raise ValueError(
-                "until_s: what an encoder has lost it does not find again; lose -counts at that time where it is reset"
+                "until_s: what an encoder has lost it does not find again; lose "
+                "-counts at that time where it is reset"
             )
         if self.kind == "encoder_stuck" and self.until_s is None:
             raise ValueError("encoder_stuck needs until_s")

@@ -1,5 +1,4 @@
-"""`controller.yaml`: the coefficients that run on the target, and what was verified of the loop
-that they close."""
+"""`controller.yaml`: the coefficients that run on the target, and the verified loop properties."""
 
 from __future__ import annotations
 
@@ -21,7 +20,10 @@ Number = Literal["double", "float", "q31", "q15"]
 
 
 class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Matrices in rows; one input, one output: a is n x n, b is n x 1, c is 1 x n, d is 1 x 1."""
+    """Matrices of a system with one input and one output, in rows.
+
+    a is n x n, b is n x 1, c is 1 x n, d is 1 x 1.
+    """
 
     a: tuple[Row, ...]
     b: tuple[Row, ...]
@@ -43,18 +45,26 @@ class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """From eta = integral(speed reference) - position [rad or m] to the drive [A or V].
+    """Linear controller from eta [rad | m] to the drive [A | V].
 
-    discrete: x[k+1] = a x[k] + b eta[k], drive[k] = c x[k] + d eta[k], at the sample period.
-    continuous: its inverse Tustin image. sos: the same as second-order sections b0 b1 b2 a0 a1 a2,
-    a0 = 1, H = (b0 + b1/z + b2/z^2)/(1 + a1/z + a2/z^2). anti_windup: l in x[k+1] = a x + b eta + l
-    (limited drive - drive). input: what enters it in place of eta; speed_error is speed reference -
-    speed (a PI of the speed). In structure position it is the filtered reference less the position,
-    whatever is said here. form: which of both runs on the target. Sections run in the transposed
-    direct form II, the anti-windup gains of their states are sos_anti_windup. conditional: the
-    states that are integrators (their row of `a` is that of the identity) are held while the drive
-    is limited and what enters would move them further, and in the band of a position law where the
-    drive is 0 (without, they are reset there).
+    eta is integral(speed reference) - position.
+
+    `discrete`: x[k+1] = a x[k] + b eta[k], drive[k] = c x[k] + d eta[k], at the sample period.
+    `continuous`: its inverse Tustin transform.
+
+    `sos`: the same as second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1, H = (b0 + b1/z +
+    b2/z^2)/(1 + a1/z + a2/z^2). `form` selects the realisation that runs on the target. Sections
+    run in transposed direct form II; `sos_anti_windup` holds the anti-windup gains of their states.
+
+    `anti_windup`: the gains l in x[k+1] = a x + b eta + l (limited drive - drive).
+
+    `input`: `speed_error` feeds speed reference - speed instead of eta (a PI controller of the
+    speed). In structure `position` the input is always the filtered reference minus the position.
+
+    `conditional`: an integrator state is one whose row of `a` is that of the identity. These states
+    are held while the drive is limited and their input would move them further into the limit. They
+    are also held in the band of a position law while the drive is 0; without this option they are
+    reset there.
     """
 
     discrete: StateSpace
@@ -69,7 +79,8 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     def __post_init__(self) -> None:
         if len(self.anti_windup) != len(self.discrete.a):
             raise ValueError(
-                f"anti_windup has {len(self.anti_windup)} gains; allowed: {len(self.discrete.a)}, one for each state"
+                f"anti_windup has {len(self.anti_windup)} gains; allowed: "
+                f"{len(self.discrete.a)}, one for each state"
             )
         for index, row in enumerate(self.sos):
             if len(row) != 6 or row[3] != 1.0:
@@ -78,17 +89,20 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
                 )
         if self.form == "sos" and len(self.sos_anti_windup) != 2 * len(self.sos):
             raise ValueError(
-                f"sos_anti_windup has {len(self.sos_anti_windup)} gains; allowed: {2 * len(self.sos)}, two for each section"
+                f"sos_anti_windup has {len(self.sos_anti_windup)} gains; allowed: "
+                f"{2 * len(self.sos)}, two for each section"
             )
 
 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The speed reference from the position error e, and what happens inside the band |e| <= band.
+    """Speed reference as a function of the position error e, and the action inside |e| <= band.
 
-    kind: square_root, gain sqrt(|e|) sign(e) (5.19), or proportional, gain e. Units of gain:
-    position^(1/2)/s, or 1/s. action: cut opens the loop inside the band, brake does so below
-    rest_speed, none never does. settled_speed: of the prefilter, for which both wait. formula: of a
-    square-root law's gain.
+    `kind`: `square_root`, gain sqrt(|e|) sign(e) (5.19), or `proportional`, gain e. The gain is in
+    position^(1/2)/s or in 1/s. `formula`: the formula of a square-root law's gain.
+
+    `action`: `cut` opens the loop inside the band; `brake` does so only below `rest_speed`; `none`
+    never does. `settled_speed`: `cut` and `brake` wait until the prefilter moves more slowly than
+    this.
     """
 
     gain: PositiveNumber
@@ -102,20 +116,25 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     def __post_init__(self) -> None:
         if self.action == "brake" and self.rest_speed == 0.0:
             raise ValueError(
-                "action brake needs rest_speed > 0: no measured speed is below 0, the drive would never be cut"
+                "action brake needs rest_speed > 0: no measured speed is below 0, the "
+                "drive would never be cut"
             )
         if self.band == 0.0 and (self.kind == "square_root" or self.action != "none"):
             raise ValueError(
-                "a square-root law, cut and brake need band > 0: below it the root is continued by a straight line"
+                "a square-root law, cut and brake need band > 0: below it the root is "
+                "continued by a straight line"
             )
 
 
 class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The speed that the blocks see: `measured` by a sensor of its own, what an `observer` finds
-    from position and drive, or the encoder's difference through a low-pass sampled by Tustin.
+    """Source of the speed signal for the nonlinear blocks.
 
-    order 1: bandwidth/(s + bandwidth). order 2: (5.70). bandwidth_rad_s 0: the difference itself.
-    observer: observer.yaml, whole.
+    `source`: `measured` is a speed sensor, `observer` estimates the speed from position and drive,
+    and `position` is the difference of the encoder position through a low-pass discretised by
+    Tustin.
+
+    `order` 1 is bandwidth/(s + bandwidth), `order` 2 is (5.70). `bandwidth_rad_s` 0 means no
+    low-pass. `observer` is a complete observer.yaml.
     """
 
     source: Literal["position", "measured", "observer"] = "position"
@@ -129,13 +148,17 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Of structure position: where the drive is released (5.2.2). The integrator is frozen
-    meanwhile.
+    """Release of the drive near the target (5.2.2), for structure `position`.
 
-    condition: energy, ||e| - inertia v^2/(2 (coulomb + virtual_coulomb))| < band (5.7), (5.40);
-    error, |e| < band, the usual cut-off that 5.2.1 argues against. virtual_coulomb: the effort
-    -virtual_coulomb tanh(v/virtual_speed) acts there (5.41), in N m | N and rad/s | m/s.
-    settled_speed: of the prefilter, for which the release waits.
+    The integrator is frozen while the drive is released.
+
+    `condition`: the drive is released for `energy` if ||e| - inertia v^2/(2 (coulomb +
+    virtual_coulomb))| < band (5.7), (5.40), and for `error` if |e| < band, the usual cut-off that
+    5.2.1 argues against.
+
+    `virtual_coulomb`: a released drive applies the effort -virtual_coulomb tanh(v/virtual_speed)
+    (5.41), in N m | N and rad/s | m/s. `settled_speed`: the release waits until the prefilter moves
+    more slowly than this.
     """
 
     condition: Literal["energy", "error"]
@@ -158,12 +181,12 @@ class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 class FrictionCompensation(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """The baseline that 5.1 argues against: friction's effort [N m | N], modelled or observed,
-    added to the drive.
+    """Friction effort [N m | N], modelled or observed, that is added to the drive.
 
-    source model: coulomb tanh(v/smoothing_speed) + viscous v, v the filtered reference's speed or
-    the measured one. source observer: the disturbance that an observer of bandwidth observer_rad_s
-    finds from drive, measured speed and inertia. gain: the part that is added.
+    This is the baseline that 5.1 argues against. `source` `model`: coulomb tanh(v/smoothing_speed)
+    + viscous v, with the speed v of the filtered reference or the measured speed. `source`
+    `observer`: the disturbance that an observer of bandwidth `observer_rad_s` estimates from drive,
+    measured speed and inertia. `gain`: fraction of the effort that is added.
     """
 
     source: Literal["model", "observer"]
@@ -178,14 +201,15 @@ class FrictionCompensation(
     def __post_init__(self) -> None:
         if self.source == "model" and self.smoothing_speed == 0.0:
             raise ValueError(
-                "source model needs smoothing_speed: the speed below which the modelled friction fades"
+                "source model needs smoothing_speed: the speed below which the "
+                "modelled friction fades"
             )
         if self.source == "observer" and (self.observer_rad_s == 0.0 or self.inertia == 0.0):
             raise ValueError("source observer needs observer_rad_s and inertia")
 
 
 class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Second-order low-pass of the reference (5.69)."""
+    """Second-order low-pass filter of the reference (5.69)."""
 
     natural_frequency_rad_s: PositiveNumber
     damping: PositiveNumber
@@ -195,7 +219,7 @@ class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The sampled loop at one vertex with `delay_samples` samples of computational delay."""
+    """Sampled loop at one vertex with `delay_samples` samples of computational delay."""
 
     delay_samples: int
     spectral_radius: float
@@ -203,10 +227,10 @@ class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One vertex of the polytope: its parameters in SI, and the closed loop there.
+    """One vertex of the polytope: its parameters (SI), and properties of the closed loop there.
 
-    norm: from the weighted inputs to the weighted outputs, in the domain that the controller was
-    designed in; sampled_norm: as it runs.
+    `norm`: from the weighted inputs to the weighted outputs, in the design domain. `sampled_norm`:
+    the same norm of the sampled loop.
     """
 
     name: str
@@ -222,12 +246,13 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The worst of each over the vertices, of the sampled loop with the bench's delay; None where
-    nothing limits it.
+    """Worst margins of the sampled loop over the vertices; None if a margin is unlimited.
 
-    gain_increase, gain_decrease: factors on the loop gain that it stands. phase_deg [degrees],
-    delay_s [s]: lag and delay that it stands beside its own. small_gain: annex (27), the norm from
-    the friction in [-1, 1] to the speed [rad/s or m/s].
+    The loop has the bench's computational delay.
+
+    `gain_increase`, `gain_decrease`: admissible factors on the loop gain. `phase_deg` [degrees],
+    `delay_s` [s]: admissible additional phase lag and delay. `small_gain`: annex (27), the norm
+    from the friction in [-1, 1] to the speed [rad/s | m/s].
     """
 
     small_gain: float
@@ -238,14 +263,15 @@ class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The worst norm of the sampled loop over the whole box, seen and bounded; None where no bound
-    was found.
+    """Worst norm of the sampled loop over the whole box: samples and upper bounds.
 
-    interior: the largest of `interior_points` plants inside and of a search uphill from the worst
-    vertex; a lower bound. structured: for every constant plant, by D-G scalings.
-    parameter_dependent: by a Lyapunov matrix that moves with the parameters, these constant.
-    common: by one Lyapunov matrix, the parameters as fast as they like. The last two are of the
-    plants between the corners' samples.
+    A bound is None if none could be proved.
+
+    `interior`: the largest norm at `interior_points` plants inside the box and along a search
+    uphill from the worst vertex; a lower bound. `structured`: upper bound for every constant plant,
+    from D-G scalings. `parameter_dependent`: upper bound from a Lyapunov matrix that varies with
+    constant parameters. `common`: upper bound from one Lyapunov matrix, for parameters that vary
+    arbitrarily fast. The last two hold for interpolations of the corners' sampled models.
     """
 
     interior_points: int
@@ -256,7 +282,7 @@ class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The loop again with the coefficients rounded to a number format of the target."""
+    """Loop properties with the coefficients rounded to a number format of the target."""
 
     number: Number
     gamma: float
@@ -264,11 +290,11 @@ class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """gamma_asked: bound of the method on its own plants, where it has one. gamma_verified: worst
-    norm of the rebuilt sampled loop.
+    """Verified properties of the loop.
 
-    count_drive: the largest drive after one encoder count [A or V]. digests: SHA-256 of each block
-    as it was verified (digests.py).
+    `gamma_asked`: bound that the method claims for its own plants, if it has one. `gamma_verified`:
+    worst norm of the rebuilt sampled loop. `count_drive`: largest drive after one encoder count [A
+    | V]. `digests`: SHA-256 of each block at verification (digests.py).
     """
 
     gamma_asked: float | None
@@ -283,11 +309,10 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The controller at one corner of the scheduled parameters, the others being the centre's, in
-    coordinates common to all corners.
+    """Controller at one corner of the scheduled parameters, in coordinates common to all corners.
 
-    anti_windup: its gains in those coordinates, summed with the same weights; they are not those of
-    the frozen controller.
+    The parameters that are not scheduled have their centre values. `anti_windup`: gains in these
+    coordinates, summed with the same weights; they differ from those of the frozen controller.
     """
 
     inertia: float
@@ -300,17 +325,19 @@ class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         if len(self.anti_windup) != len(self.discrete.a):
             raise ValueError(
-                f"anti_windup has {len(self.anti_windup)} gains; allowed: {len(self.discrete.a)}, one for each state"
+                f"anti_windup has {len(self.anti_windup)} gains; allowed: "
+                f"{len(self.discrete.a)}, one for each state"
             )
 
 
 class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where the parameters are known while it runs: the corners' matrices summed with the weights
-    (5.46) of the plant (5.64).
+    """Gain schedule for parameters that are known at run time.
 
-    parameters: those that are scheduled. gamma: worst norm of the sampled loop over the corners and
-    `points` plants between them, each with the controller of its own parameters; modulus_margin:
-    the worst one there.
+    The corners' matrices are summed with the weights (5.46) of the plant (5.64).
+
+    `parameters`: the scheduled parameters. `gamma`: worst norm of the sampled loop over the corners
+    and `points` plants between them, each with the controller of its own parameters.
+    `modulus_margin`: the worst modulus margin of these plants.
     """
 
     parameters: tuple[Scheduled, ...]
@@ -323,12 +350,17 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`controller.yaml`.
 
-    method own: designed by somebody else (synth/external_controller.py).
-    measurement_hold_samples: number of samples in a row for which an invalid input (NaN) keeps its
-    last valid value; then the drive is 0 and the fault is set (docs/theory/export.md). weights: of
-    the generalised plant whose norm was verified, where no certificate holds them. resonances: of
-    the model, with which stability and the modulus margin hold at the vertices too; norms and
-    certificate are of the plant without them.
+    `method` `own` means an external design (synth/external_controller.py).
+
+    `measurement_hold_samples`: an invalid input (NaN) is replaced by its last valid value for at
+    most this number of samples in a row. Then the drive becomes 0 and the fault is set
+    (docs/theory/export.md).
+
+    `weights`: weights of the generalised plant whose norm was verified, if no certificate holds
+    them.
+
+    `resonances`: of the model. Stability and the modulus margin at the vertices hold with them;
+    norms and certificate are those of the plant without them.
     """
 
     format: Literal["controller/1"]
@@ -359,8 +391,10 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
     @property
     def judged_by(self) -> CertifiedWeights | None:
-        """The weights of its norm: the certificate's, or those beside `verified`; a loop that is
-        fed by a speed is weighed by none."""
+        """Return the weights of the verified norm; None if a speed is the input of the loop.
+
+        They are those of the certificate, or else `weights`.
+        """
         if self.linear.input == "speed_error":
             return None
         return self.certificate.weights if self.certificate is not None else self.weights

@@ -1,5 +1,4 @@
-"""`design.yaml`: how a controller is to be found: structure, method, weights, and the blocks that
-it is composed of."""
+"""`design.yaml`: structure, method, weights and blocks of a controller to synthesise."""
 
 from __future__ import annotations
 
@@ -25,24 +24,24 @@ Domain = Literal["continuous", "discrete"]
 Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 
 HoldSamples = Annotated[int, msgspec.Meta(ge=0, le=1000)]
-HELD = 3  # samples, where a design says nothing: losses of single telegrams are bridged
+HELD = 3  # samples, default: bridges the loss of single telegrams
 
 BY_INEQUALITIES: tuple[Method, ...] = ("lpv", "lft", "lft_lpv", "lpv_grid")
 SOUGHT: tuple[Method, ...] = (
     *BY_INEQUALITIES,
     "minimax",
     "rst",
-)  # whose controller is searched for, and not given
+)  # methods that search for a controller; `pid` states its gains
 READ_BY: dict[
     str, tuple[Method, ...]
-] = {  # what only some methods read; elsewhere it would be asked for and not done
+] = {  # keys that only some methods read; with any other method such a key is an error
     "schedule": ("lpv", "lft_lpv", "lpv_grid"),
     "vertices": ("lpv", "lpv_grid"),
     "frozen_at": ("lpv", "lpv_grid"),
     "scheduled": ("lpv", "lft_lpv", "lpv_grid"),
     "grid": ("lpv_grid",),
     "channel_effort": ("lft", "lft_lpv"),
-    "poles": BY_INEQUALITIES,  # lpv_grid says itself what to take instead
+    "poles": BY_INEQUALITIES,  # lpv_grid reports itself which key to use instead
     "pole_bound_rad_s": ("minimax",),
     "recentring": BY_INEQUALITIES,
     "ease": ("lpv", "lft", "lft_lpv"),
@@ -56,12 +55,16 @@ READ_BY_TRADE = (
     "schedule",
     "vertices",
     "recentring",
-)  # relax: auto finds the trade with the inequalities of lpv, whatever the method
+    # keys that `relax: auto` reads with every method, because it finds the trade with lpv's
+    # inequalities
+)
 
 
 class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Where the closed loop's poles have to be: left of -decay_rad_s, or in a disc (in rad/s; of
-    the z plane for domain discrete)."""
+    """Region of the closed loop's poles: left of -decay_rad_s, or inside a disc.
+
+    The disc is in rad/s for domain continuous, and in the z plane for domain discrete.
+    """
 
     decay_rad_s: PositiveNumber | None = None
     centre: float | None = None
@@ -75,8 +78,12 @@ class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Of method lpv_grid: the degree of X and Y in each parameter, the bound of its motion [widths
-    of its interval per s] (0: constant), and the points of the first grid along it."""
+    """Settings of method lpv_grid.
+
+    `degree`: degree of X and Y in each parameter. `speed_per_s`: bound of each parameter's rate, in
+    widths of its interval per second (0: constant). `points`: number of points along each parameter
+    in the first grid.
+    """
 
     degree: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
     speed_per_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
@@ -86,25 +93,38 @@ class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`design.yaml`.
 
-    structure: `position` closes one loop on the position (5.4.3), `speed_cascade` a speed loop
-    under a position law (5.4.4, annex C). method: the table in docs/theory/synth.md says when each
-    is right. domain: where the method works; a continuous controller is discretised by Tustin,
-    exact at `prewarp_rad_s` where that is given. schedule: the parameters that span the polytope of
-    an LPV method (lpv, lpv_grid, lft_lpv: without, all but regime; regime in lft_lpv); the others
-    stay at their centre, or in the uncertainty channel of lft_lpv. vertices: exact, or linearised
-    in the inertia as (5.49), or to first order as (5.50). frozen_at: the plant whose controller
-    runs (5.3.4), the centre of the intervals or the identified values. scheduled: the vertices'
-    controllers are stored too, to be summed with the plant's weights (5.46), (5.64) where its
-    parameters are known while it runs. channel_effort: the unit d of the uncertainty channel [N m
-    or N], without: the half-width of the Coulomb friction. order, integrator: of the controller
-    itself (minimax, rst), or what it is reduced to, its slow pole moved to 0 (5.4.3.1).
-    pole_bound_rad_s: of the controller's poles (minimax). recentring: the inequalities are solved
-    at this times the least gamma, where X and Y are small. ease: how much further above it the
-    controller itself is taken (lpv, lft, lft_lpv); it is softer there, and has more margin. relax:
-    `auto` finds the strictest trade between disturbance rejection and effort that reaches gamma =
-    1. pid: the gains of method pid. form: of the difference equation on the target.
-    measurement_hold_samples: of the controller document. velocity, limiter, friction_compensation,
-    prefilter: blocks around the linear controller. examples: as in bench.yaml.
+    `structure`: `position` closes one loop on the position (5.4.3), `speed_cascade` a speed loop
+    inside a position law (5.4.4, annex C). `method`: see the table in docs/theory/synth.md.
+
+    `domain`: domain of the synthesis. A continuous controller is discretised by Tustin, which is
+    exact at `prewarp_rad_s` if that is present.
+
+    `schedule`: parameters that span the polytope of an LPV method; by default `regime` for lft_lpv,
+    and all four others for lpv and lpv_grid. The other parameters stay at their centre, or in the
+    uncertainty channel of lft_lpv. `scheduled`: also store the vertices' controllers. If the
+    parameters are known at run time, the controllers are summed with the weights (5.46) of the
+    plant (5.64).
+
+    `vertices`: exact, linearised in the inertia (5.49), or to first order (5.50). `frozen_at`: the
+    plant of the controller that runs (5.3.4), at the centre of the intervals or at the identified
+    values.
+
+    `channel_effort`: unit d of the uncertainty channel [N m | N]; by default the half-width of the
+    Coulomb friction interval.
+
+    `order`, `integrator`: of the controller itself (minimax, rst), or of the reduced controller,
+    whose slow pole is moved to 0 (5.4.3.1). `pole_bound_rad_s`: bound of the controller's poles
+    (minimax).
+
+    `recentring`: the inequalities are solved at this multiple of the smallest gamma, which keeps X
+    and Y small. `ease`: the controller itself is computed at this multiple of the recentred gamma
+    (lpv, lft, lft_lpv); a larger one gives lower gains and more margin. `relax`: `auto` finds the
+    strictest trade between disturbance rejection and effort that reaches gamma = 1.
+
+    `pid`: the gains of method pid. `form`: realisation of the difference equation on the target.
+    `measurement_hold_samples`: as in controller.yaml. `velocity`, `limiter`,
+    `friction_compensation`, `prefilter`: blocks around the linear controller. `examples`: as in
+    bench.yaml.
     """
 
     format: Literal["design/1"]
@@ -145,7 +165,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError("structure speed_cascade needs a position_law")
         if self.structure == "position" and self.position_law is not None:
             raise ValueError(
-                "structure position has no position_law: its linear controller takes the position error"
+                "structure position has no position_law: its linear controller takes "
+                "the position error"
             )
         if self.prewarp_rad_s is not None and self.domain == "discrete":
             raise ValueError(
@@ -162,14 +183,15 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError("method rst is for structure position")
         if self.structure == "speed_cascade" and self.integrator:
             raise ValueError(
-                "integrator is for structure position: a speed loop measures the integral of its error already"
+                "integrator is for structure position: a speed loop measures the "
+                "integral of its error already"
             )
         self._pid()
         self._blocks()
 
     @property
     def reads_speed(self) -> bool:
-        """Whether a block of it sees the measured speed."""
+        """Return True if a block of the controller reads the measured speed."""
         law, limiter, compensation = self.position_law, self.limiter, self.friction_compensation
         return (
             (self.method == "pid" and self.structure == "speed_cascade")
@@ -182,23 +204,24 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         )
 
     def _pid(self) -> None:
-        """Raises ValueError where the gains are not those of the structure."""
+        """Raise ValueError if the PID gains do not suit the structure."""
         if self.method != "pid":
             return
         if self.pid is None:
             raise ValueError("method pid needs pid, the gains that it is given")
         if (self.structure == "position") != (self.pid.gain is not None):
             raise ValueError(
-                "pid: structure position takes gain (effort per position), structure speed_cascade speed_gain (effort per speed)"
+                "pid: structure position takes gain (effort per position), structure "
+                "speed_cascade speed_gain (effort per speed)"
             )
         if self.structure == "speed_cascade" and self.weights != Weights():
             raise ValueError(
-                "weights: method pid weighs no speed loop, what is verified is its sensitivity; write weights: {}"
+                "weights: method pid weighs no speed loop, what is verified is its "
+                "sensitivity; write weights: {}"
             )
 
     def _blocks(self) -> None:
-        """Raises ValueError where a block is asked for that nothing reads, or that the structure
-        has no place for."""
+        """Raise ValueError if a block is unused or does not suit the structure."""
         law, limiter, compensation = self.position_law, self.limiter, self.friction_compensation
         if limiter is not None and self.structure != "position":
             raise ValueError(
@@ -220,7 +243,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             and self.prefilter is not None
         ):
             raise ValueError(
-                f"position_law.settled_speed: missing; action {law.action} waits until the prefilter moves slower than it"
+                f"position_law.settled_speed: missing; action {law.action} waits until "
+                "the prefilter moves slower than it"
             )
         if (
             compensation is not None
@@ -228,7 +252,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             and self.prefilter is None
         ):
             raise ValueError(
-                "friction_compensation.velocity reference is the filtered reference's speed: give prefilter too"
+                "friction_compensation.velocity reference is the filtered reference's "
+                "speed: give prefilter too"
             )
         if self.form == "sos" and self.scheduled:
             raise ValueError(
@@ -236,11 +261,12 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             )
         if self.form == "sos" and limiter is not None:
             raise ValueError(
-                "form sos is without limiter: in sections no state is the integrator's alone, to be frozen meanwhile (5.2.2)"
+                "form sos is without limiter: in sections no state is the integrator's "
+                "alone, to be frozen meanwhile (5.2.2)"
             )
 
     def _unread(self) -> None:
-        """Raises ValueError where a key is given that the method does not read."""
+        """Raise ValueError if a key is present that the method does not read."""
         for field in msgspec.structs.fields(self):
             methods = READ_BY.get(field.name, (self.method,))
             asked = getattr(self, field.name) != field.default
@@ -251,5 +277,6 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             ):
                 several = "methods" if len(methods) > 1 else "method"
                 raise ValueError(
-                    f"{field.name} is for {several} {', '.join(methods)}, and method is {self.method}; leave it out"
+                    f"{field.name} is for {several} {', '.join(methods)}, and method is "
+                    f"{self.method}; leave it out"
                 )

@@ -1,5 +1,4 @@
-"""The blocks of `design.yaml`: what a controller is composed of around its linear part, and the
-gains that are given."""
+"""Blocks of `design.yaml` around the linear controller, and the gains of method pid."""
 
 from __future__ import annotations
 
@@ -21,15 +20,16 @@ from frictool.documents.quantity import (
 class PositionLawDesign(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """The speed reference from the position error, and what happens inside its band.
+    """Speed reference as a function of the position error, and the action inside the band.
 
-    kind: `square_root`, (5.19), annex (5): formula `sqrt(2F/J)` is annex (5), `sqrt(F/J)` is annex
-    5.2 (lower by sqrt 2), and virtual_coulomb_factor replaces F by F_cv > F_c (annex 3.1, (5.42));
-    `proportional`, gain_per_s times the error. band: without, the encoder's step (5.7). action:
-    `cut` sets the drive to zero inside the band; `brake` keeps the loop closed with a speed
-    reference of zero until the measured speed is below `rest_speed`, then sets the drive to zero;
-    `none` leaves the loop closed. The first two wait until the prefilter moves slower than
-    `settled_speed`.
+    `kind`: `square_root` is (5.19), annex (5); `proportional` is gain_per_s times the error.
+    `formula` of the square-root gain: `sqrt(2F/J)` is annex (5), `sqrt(F/J)` is annex 5.2 (lower by
+    sqrt 2). `virtual_coulomb_factor` replaces F by F_cv > F_c (annex 3.1, (5.42)).
+
+    `band`: by default the encoder's step (5.7). `action`: `cut` sets the drive to zero inside the
+    band. `brake` first applies a speed reference of zero until the measured speed is below
+    `rest_speed`, then sets the drive to zero. `none` keeps the loop closed. `cut` and `brake` wait
+    until the prefilter moves more slowly than `settled_speed`.
     """
 
     action: Literal["cut", "brake", "none"]
@@ -45,7 +45,8 @@ class PositionLawDesign(
         root = self.kind == "square_root"
         if root != (self.formula is not None):
             raise ValueError(
-                "kind square_root needs a formula, sqrt(2F/J) or sqrt(F/J); kind proportional has none"
+                "kind square_root needs a formula, sqrt(2F/J) or sqrt(F/J); kind "
+                "proportional has none"
             )
         if root != (self.gain_per_s is None):
             raise ValueError(
@@ -53,7 +54,8 @@ class PositionLawDesign(
             )
         if not root and self.virtual_coulomb_factor != 1.0:
             raise ValueError(
-                "virtual_coulomb_factor is for kind square_root: a proportional law does not count on friction"
+                "virtual_coulomb_factor is for kind square_root: a proportional law "
+                "does not count on friction"
             )
         if (self.action == "brake") != (self.rest_speed is not None):
             raise ValueError("action brake needs rest_speed, and no other action has one")
@@ -63,16 +65,17 @@ class PositionLawDesign(
             )
         if self.action == "none" and not root and self.band is not None:
             raise ValueError(
-                "band is for kind square_root, or for action cut or brake: a proportional law with action none reads none"
+                "band is for kind square_root, or for action cut or brake: a "
+                "proportional law with action none reads none"
             )
 
 
 class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The speed that the blocks see: the encoder's difference through a low-pass, or `measured` by
-    a sensor of its own, as it is.
+    """Source of the speed signal: filtered difference of the encoder position, or a speed sensor.
 
-    order 2 is (5.70), order 1 has half its lag. filter_rad_s: without, 10 times the prefilter's
-    frequency, as under (5.70); 0 for none.
+    `measured` is the signal of a speed sensor, unfiltered. `order` 2 is (5.70); `order` 1 has half
+    its lag. `filter_rad_s`: by default 10 times the prefilter's frequency, as below (5.70); 0 for
+    none.
     """
 
     source: Literal["position", "measured"] = "position"
@@ -89,14 +92,16 @@ class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
 
 
 class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Where a position loop lets the drive go (5.2.2); its integrator is frozen meanwhile.
+    """Release of the drive near the target of a position loop (5.2.2); the integrator is frozen.
 
-    condition: `energy`, where friction alone ends at the target (5.7), inertia and Coulomb friction
-    being the model's; `error`, where the error is small, the cut-off that 5.2.1 argues against.
-    band: delta_e; without, the encoder's step, below which it may not be. virtual_coulomb: F_cv,
-    the effort -F_cv tanh(v/v_r) acts meanwhile (5.40), (5.41). virtual_speed: v_r; without, that
-    with which the brake near rest has a time constant of 10 samples. settled_speed: of the
-    prefilter, for which it waits.
+    `condition`: `energy` releases the drive if friction alone stops the motion at the target (5.7),
+    by the model's inertia and Coulomb friction; `error` does so if the error is small, the cut-off
+    that 5.2.1 argues against.
+
+    `band`: delta_e; by default the encoder's step, which is also the smallest allowed value.
+    `virtual_coulomb`: F_cv; the released drive applies the effort -F_cv tanh(v/v_r) (5.40), (5.41).
+    `virtual_speed`: v_r; by default the value with which the brake near rest has a time constant of
+    10 samples. `settled_speed`: the release waits until the prefilter moves more slowly than this.
     """
 
     condition: Literal["energy", "error"]
@@ -108,20 +113,21 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     def __post_init__(self) -> None:
         if self.virtual_speed is not None and self.virtual_coulomb is None:
             raise ValueError(
-                "virtual_speed is of the virtual friction: give virtual_coulomb too, or leave it out"
+                "virtual_speed is of the virtual friction: give virtual_coulomb too, "
+                "or leave it out"
             )
 
 
 class FrictionCompensationDesign(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """The baseline that 5.1 argues against: friction's effort added to the drive, so that it can be
-    compared.
+    """Friction effort added to the drive: the baseline that 5.1 argues against, for comparison.
 
-    source: `model`, F_c tanh(v/smoothing_speed) + sigma_v v with the model's levels, v of
-    `velocity`: the filtered reference's or the measured one (`measured`, whose smoothing_speed is,
-    where left out, the speed that one encoder count shows); `observer`, the effort that an observer
-    of observer_rad_s finds missing. gain: the part of it that is added.
+    `source`: `model` adds F_c tanh(v/smoothing_speed) + sigma_v v with the model's levels;
+    `observer` adds the disturbance that an observer of bandwidth `observer_rad_s` estimates.
+    `velocity` selects v: the speed of the filtered reference, or the measured speed. For the
+    measured speed, smoothing_speed is by default the speed of one encoder count per sample. `gain`:
+    fraction of the effort that is added.
     """
 
     source: Literal["model", "observer"]
@@ -137,19 +143,21 @@ class FrictionCompensationDesign(
             self.velocity is not None or self.smoothing_speed is not None
         ):
             raise ValueError(
-                "velocity and smoothing_speed are for source model: an observer takes the measured speed as it is"
+                "velocity and smoothing_speed are for source model: an observer takes "
+                "the measured speed as it is"
             )
         if self.velocity == "reference" and self.smoothing_speed is None:
             raise ValueError(
-                "velocity reference needs smoothing_speed, the speed below which the modelled friction fades"
+                "velocity reference needs smoothing_speed, the speed below which the "
+                "modelled friction fades"
             )
 
 
 class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Of method pid: the gains of (5.39), K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)), in effort, not
-    in drive.
+    """Gains of method pid (5.39): K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)), as effort, not as drive.
 
-    gain: K of a position loop. speed_gain: K of a speed loop, which has no T_d. filter_ratio: a.
+    `gain`: K of a position loop. `speed_gain`: K of a speed loop, which has no T_d. `filter_ratio`:
+    a.
     """
 
     gain: Stiffness | None = None
@@ -163,7 +171,8 @@ class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
             raise ValueError("give gain, of a position loop, or speed_gain, of a speed loop")
         if (self.derivative_time_s is None) != (self.filter_ratio is None):
             raise ValueError(
-                "derivative_time_s and filter_ratio go together: a derivative without a filter cannot be realised"
+                "derivative_time_s and filter_ratio go together: a derivative without "
+                "a filter cannot be realised"
             )
         if self.speed_gain is not None and self.derivative_time_s is not None:
             raise ValueError(
@@ -172,7 +181,7 @@ class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
 
 
 class PrefilterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Second-order low-pass of the position reference (5.69)."""
+    """Second-order low-pass filter of the position reference (5.69)."""
 
     natural_frequency_rad_s: PositiveNumber
     damping: PositiveNumber
@@ -182,9 +191,9 @@ class PrefilterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def refuse_overflowing_prefilter(natural_frequency: float, damping: float) -> None:
-    """Raises ValueError where the difference equation of a prefilter is beyond the range of
-    numbers."""
+    """Raise ValueError if a coefficient of the prefilter's difference equation overflows."""
     if not isfinite(natural_frequency * (2.0 * damping + natural_frequency)):
         raise ValueError(
-            f"natural_frequency_rad_s, damping: found {natural_frequency:g}, {damping:g}; too large to be sampled"
+            f"natural_frequency_rad_s, damping: found {natural_frequency:g}, "
+            f"{damping:g}; too large to be sampled"
         )

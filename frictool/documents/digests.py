@@ -1,9 +1,8 @@
-"""Digests of a controller's blocks: whether a document is the one that was verified.
+"""Digests of a controller's blocks: they show changes since the controller was verified.
 
-The gain of a position law, a prefilter or a specified margin follows from the model, the
-specification and the design. These are not in the document, and no figure of the linear loop
-depends on the blocks, so that they cannot be checked by computation. A digest shows changes. No
-proof uses it.
+The gain of a position law, a prefilter and a specified margin follow from the model, the
+specification and the design, which the document does not contain. No property of the linear loop
+depends on them, so that only a digest can show that they changed. No proof uses a digest.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ UNTOUCHED = (
     "name",
     "provenance",
     "verified",
-)  # fields without a digest: titles, and figures that `verify` computes again
+)  # fields without a digest: titles, and figures that `verify` recomputes
 HEADER = (
     "axis",
     "structure",
@@ -47,9 +46,9 @@ SOLVED = (
 def block_digests(controller: Controller) -> dict[str, str]:
     """Return the SHA-256 of each block of the document, by the name of the block.
 
-    `header` holds the fields of one value at the top, `verified` those figures of `verified` that
-    cannot be computed again. The digest is of the values of numbers, so that their spelling,
-    comments and the layout of the file may change.
+    `header` covers the scalar fields at the top level. `verified` covers those figures of
+    `verified` that cannot be recomputed. The digest is computed from values, so that number format,
+    comments and layout of the file may change.
     """
     fields = msgspec.to_builtins(controller)
     blocks = {name: fields[name] for name in sorted(fields) if name not in (*UNTOUCHED, *HEADER)}
@@ -59,8 +58,7 @@ def block_digests(controller: Controller) -> dict[str, str]:
 
 
 def uncomputed_figures(verified: Verified) -> dict[str, float]:
-    """Return the figures of `verified` that `frictool verify` cannot compute again, by their key in
-    the document."""
+    """Return the figures of `verified` that `frictool verify` cannot recompute, by key."""
     found = {f"verified.{name}": getattr(verified, name) for name in GIVEN}
     if verified.robustness is not None:
         found |= {
@@ -70,10 +68,10 @@ def uncomputed_figures(verified: Verified) -> dict[str, float]:
 
 
 def with_digests(controller: Controller, *blocks: str) -> Controller:
-    """Return the controller with the digests of its blocks as they are now.
+    """Return the controller with new digests of its blocks.
 
-    blocks: names of the blocks to digest, all by default; the other digests stay and still show an
-    earlier change of their blocks.
+    `blocks` names the blocks to digest, all by default. The other digests stay, so that they still
+    show an earlier change of their blocks.
     """
     now = block_digests(controller)
     kept = (
@@ -89,17 +87,19 @@ def with_digests(controller: Controller, *blocks: str) -> Controller:
 
 
 def changed_blocks(controller: Controller) -> tuple[str, ...]:
-    """Return the names of the blocks that were changed, added or removed since the controller was
-    verified."""
+    """Return the names of the blocks changed, added or removed since verification."""
     now, then = block_digests(controller), controller.verified.digests
     return tuple(name for name in sorted({*now, *then}) if now.get(name) != then.get(name))
 
 
 def changed_words(controller: Controller) -> str:
-    """Say which blocks were changed; empty if none was, or if the document has no digests."""
+    """Return a message on the changed blocks; empty if none changed or no digests exist."""
     changed = changed_blocks(controller) if controller.verified.digests else ()
     return (
-        f"changed after it was verified: {', '.join(changed)}; `frictool verify` says what still holds"
+        (
+            f"changed after it was verified: {', '.join(changed)}; `frictool verify` says "
+            "what still holds"
+        )
         if changed
         else ""
     )
@@ -110,8 +110,10 @@ def _digest(block: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return the value with each number as a double and without empty keys, which another version's
-    documents may omit."""
+    """Return the value with numbers as doubles, and without keys whose value is None.
+
+    Documents of another version may omit such keys.
+    """
     if isinstance(value, dict):
         return {key: _plain(one) for key, one in value.items() if one is not None}
     if isinstance(value, (list, tuple)):

@@ -1,5 +1,7 @@
-"""Example values that `frictool init` wrote and nobody replaced: each document lists their keys
-under `examples`."""
+"""Warnings about example values of `frictool init` that are still in a document.
+
+Each document lists the keys of its example values under `examples`.
+"""
 
 from __future__ import annotations
 
@@ -17,16 +19,14 @@ notify: Callable[[str, tuple[str, ...]], None] = (
 
 
 def examples_of(document: Any) -> tuple[str, ...]:
-    """Return the keys of example values in a document, those of the bench that it contains
-    included."""
+    """Return the keys of a document's example values, including those of its bench."""
     bench = getattr(document, "bench", None)
     own: tuple[str, ...] = getattr(document, "examples", ())
     return (*own, *(f"bench.{key}" for key in getattr(bench, "examples", ())))
 
 
 def examples_words(groups: Mapping[str, Iterable[str]]) -> str:
-    """Say which example values are left in place, by the name of their document; empty if there is
-    none."""
+    """Return a message on the remaining example values, by document; empty if there are none."""
     found = [
         f"{name}: {', '.join(keys)}"
         for name, keys in ((name, tuple(keys)) for name, keys in groups.items())

@@ -1,4 +1,4 @@
-"""`friction.yaml`: the parameters that friction laws are compared with (thesis table 3.1)."""
+"""`friction.yaml`: parameters for the comparison of friction laws (thesis table 3.1)."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ Share = Annotated[float, msgspec.Meta(gt=0, lt=1)]
 
 
 class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What the hybrid versions (3.28)-(3.39) are simulated with.
+    """Parameters of the hybrid law versions (3.28)-(3.39).
 
-    step_s: T_e. switch_velocity: Sigma, below which slip may turn into stick. decay_rad_s: p0 of
-    version A (3.8). preisach_intervals: n of version C's triangle, whose distribution n/2 centred
-    cycles give (3.7.1).
+    `step_s`: T_e. `switch_velocity`: Sigma; below it, slip may become stick. `decay_rad_s`: p0 of
+    version A (3.8). `preisach_intervals`: n of version C's triangle; n/2 centred cycles give its
+    distribution (3.7.1).
     """
 
     step_s: PositiveNumber
@@ -43,7 +43,7 @@ class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Opposite(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Where the negative direction differs."""
+    """Friction levels that differ in the negative direction."""
 
     coulomb: PositiveEffort | None = None
     breakaway: PositiveEffort | None = None
@@ -51,24 +51,26 @@ class Opposite(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class SpeedRegime(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The viscous friction above a knee (figure 4.10), where friction is continuous."""
+    """Viscous friction above a knee speed (figure 4.10); the friction is continuous at the knee."""
 
     above: PositiveVelocity
     viscous: Viscous
 
 
 class Levels(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How friction varies `over` a travel (4.44): each polynomial over its mean is a factor of its
-    direction's levels."""
+    """Position-dependent friction `over` a travel (4.44).
+
+    Each polynomial divided by its mean over the travel is a factor of its direction's levels.
+    """
 
     over: PositionSpan
     levels: Polynomial
 
 
 class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Frictional memory (3.4.2.3): the lag of the velocity that the Stribeck curve is taken at.
+    """Frictional memory (3.4.2.3): lag of the velocity at which the Stribeck curve is evaluated.
 
-    No film forms below `boundary` (figure 2.16).
+    No film forms below the speed `boundary` (figure 2.16).
     """
 
     lag_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
@@ -78,12 +80,14 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Friction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`friction.yaml`.
 
-    presliding: z_max, how far contacts yield before they break. plastic_from: z_ba/z_max, from
-    where an elasto-plastic contact slips (2.46). leuven_exponent: i of (2.49); small ones drift
-    like LuGre. effort_limit: u_max of (3.31). dead_band: below it the laws of Karnopp (2.35) and
-    (2.32) take a velocity for zero. backward, position, regimes, dwell, film: what the laws take on
-    top (friction/extension.py). Without bristle_stiffness and bristle_damping they follow from
-    (3.35).
+    `presliding`: z_max, the largest deflection of the contacts before they break. `plastic_from`:
+    z_ba/z_max, the deflection at which an elasto-plastic contact begins to slip (2.46).
+    `leuven_exponent`: i of (2.49); the law drifts like LuGre if it is small. `effort_limit`: u_max
+    of (3.31). `dead_band`: speed below which Karnopp's law (2.35) and the law (2.32) take a
+    velocity for zero.
+
+    `backward`, `position`, `regimes`, `dwell` and `film` extend the laws (friction/extension.py).
+    By default `bristle_stiffness` and `bristle_damping` follow from (3.35).
     """
 
     format: Literal["friction/1"]
@@ -112,5 +116,6 @@ class Friction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     def __post_init__(self) -> None:
         if self.breakaway.value < self.coulomb.value:
             raise ValueError(
-                f"breakaway {self.breakaway.value:g} is below coulomb {self.coulomb.value:g}; allowed: breakaway >= coulomb"
+                f"breakaway {self.breakaway.value:g} is below coulomb "
+                f"{self.coulomb.value:g}; allowed: breakaway >= coulomb"
             )

@@ -1,5 +1,4 @@
-"""Where a key stands in a document's file: what was read is checked again later, against other
-documents."""
+"""Line numbers of keys in a document's file, for checks against other documents after reading."""
 
 from __future__ import annotations
 
@@ -14,10 +13,10 @@ from frictool.errors import DocumentError, FrictoolError, InputFileError
 
 
 def line_of(path: Path, key: str) -> int | None:
-    """The line of `key` (`steps[1].reference`) in the document at `path`, or of the last part of it
-    that is there.
+    """Return the line of `key` (such as `steps[1].reference`) in the document at `path`.
 
-    None where the document cannot be read again.
+    If the key is absent, return the line of its last part that exists; None if the document cannot
+    be read again.
     """
     try:
         node = compose(read_text(path), path)
@@ -33,15 +32,16 @@ def line_of(path: Path, key: str) -> int | None:
 
 
 def document_error(name: Path | str, key: str, message: str) -> DocumentError:
-    """What is wrong with `key` of the document called `name`, with its line where that is a
-    file."""
+    """Return an error about `key` of the document `name`, with the line if it is a file."""
     line = line_of(Path(name), key) if Path(name).is_file() else None
     return DocumentError(name, message, line=line, key=key)
 
 
 def in_file(error: FrictoolError, paths: Mapping[str, Path]) -> FrictoolError:
-    """Return the error with the file and the line of its key before its message; paths: of the
-    documents, by their names."""
+    """Return the error with the file and line of its key in front of its message.
+
+    `paths` maps the names of documents to their files.
+    """
     if error.document_key is None or error.document_key[0] not in paths:
         return error
     document, key = error.document_key
@@ -51,7 +51,7 @@ def in_file(error: FrictoolError, paths: Mapping[str, Path]) -> FrictoolError:
 
 
 def _within(node: yaml.Node, name: str, index: str) -> tuple[int, yaml.Node] | None:
-    """The line and the value of a key of a mapping, or of an item of a list."""
+    """Return the line and the value node of a mapping's key or a list's item; None if absent."""
     if name and isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             if key.value == name:

@@ -1,5 +1,4 @@
-"""`laws` of `model.yaml`: what friction does beyond five parameters, by direction, speed, position
-and time at rest."""
+"""`laws` of `model.yaml`: friction by direction, speed, position and time at rest."""
 
 from __future__ import annotations
 
@@ -24,8 +23,7 @@ MOST_REGIMES, MOST_COEFFICIENTS = 4, 8
 
 
 class Backward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Where the negative direction differs from `parameters`, which then hold for the positive
-    one."""
+    """Friction levels of the negative direction; `parameters` then hold for the positive one."""
 
     viscous: ViscousEstimate | None = None
     coulomb: NonNegativeEffortEstimate | None = None
@@ -33,8 +31,10 @@ class Backward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Viscous friction above a knee (figure 4.10), where friction is continuous. Without
-    `backward`: the same in both directions."""
+    """Viscous friction above a knee speed (figure 4.10); the friction is continuous at the knee.
+
+    Without `backward` it is the same in both directions.
+    """
 
     above: PositiveVelocity
     viscous: ViscousEstimate
@@ -42,10 +42,10 @@ class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Coefficients of powers of the position in SI (rad | m), lowest first; without `backward` the
-    same in both directions.
+    """Coefficients of powers of the position in SI (rad | m), lowest power first.
 
-    forward_interval, backward_interval: (low, high) of each coefficient, each for itself.
+    Without `backward` they are the same in both directions. `forward_interval`,
+    `backward_interval`: (low, high) of each coefficient, taken separately.
     """
 
     forward: tuple[float, ...]
@@ -63,17 +63,18 @@ class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
             ends, side = getattr(self, f"{name}_interval"), getattr(self, name)
             if ends is not None and (side is None or len(ends) != len(side)):
                 raise ValueError(
-                    f"{name}_interval: found {len(ends)}; allowed: one for each coefficient of {name}"
+                    f"{name}_interval: found {len(ends)}; allowed: one for each "
+                    f"coefficient of {name}"
                 )
 
 
 class FrictionOverPosition(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """How friction varies `over` a travel (4.44); beyond it as at its ends.
+    """Position-dependent friction `over` a travel (4.44), constant beyond its ends.
 
     Each polynomial divided by its mean over the travel is a factor of its direction's level.
-    Without `breakaway`: as `coulomb` (4.41).
+    Without `breakaway` the polynomial `coulomb` holds for both (4.41).
     """
 
     over: PositionSpan
@@ -94,12 +95,13 @@ class FrictionOverPosition(
                 )
                 if not 0.0 < mean < inf:
                     raise ValueError(
-                        f"{name}.{side}: found a mean of {mean:g} over the travel; allowed: above 0, it is divided by that"
+                        f"{name}.{side}: found a mean of {mean:g} over the travel; "
+                        "allowed: above 0, it is divided by that"
                     )
 
 
 def _mean(coefficients: tuple[float, ...], low: float, high: float) -> float:
-    """Of a polynomial over [low, high]; nan where it is beyond the range of numbers."""
+    """Return the mean of a polynomial over [low, high]; NaN if it overflows."""
     try:
         return fsum(
             b * (high**power - low**power) / power for power, b in enumerate(coefficients, start=1)
@@ -109,10 +111,11 @@ def _mean(coefficients: tuple[float, ...], low: float, high: float) -> float:
 
 
 class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Rising static friction: `fresh` breakaway just after a stop over that of a long rest, half of
-    the rest after `rise_time_s`.
+    """Breakaway that rises with the time at rest.
 
-    fresh_interval, rise_time_interval_s: (low, high) of each, where they were identified.
+    `fresh`: breakaway just after a stop, relative to that after a long rest. Half of the difference
+    is reached after `rise_time_s`. `fresh_interval`, `rise_time_interval_s`: (low, high), if
+    identified.
     """
 
     fresh: Annotated[float, msgspec.Meta(gt=0, le=1)]
@@ -122,16 +125,21 @@ class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class Gravity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """sine sin(x) + cosine cos(x) over the angle x [rad] of a rotary axis: an arm that is not
-    balanced."""
+    """Gravity of an unbalanced arm on a rotary axis.
+
+    The effort is sine sin(x) + cosine cos(x) at the angle x [rad].
+    """
 
     sine: EffortEstimate
     cosine: EffortEstimate
 
 
 class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """sine sin(2 pi cycles x / per) + cosine cos(...): what a motor's poles or slots, or a gear's
-    teeth, add over a way `per`."""
+    """Effort ripple of motor poles, motor slots or gear teeth, periodic in the position.
+
+    sine sin(2 pi cycles x / per) + cosine cos(2 pi cycles x / per): `cycles` periods in the
+    distance `per`.
+    """
 
     cycles: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
     per: PositiveLength
@@ -140,8 +148,10 @@ class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What depends on position beside friction; it opposes a positive effort, as
-    `parameters.offset` does, its constant part."""
+    """Position-dependent load.
+
+    Like `parameters.offset`, its constant part, it opposes a positive effort.
+    """
 
     stiffness: StiffnessEstimate | None = None
     gravity: Gravity | None = None
@@ -149,8 +159,11 @@ class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Each key optional. stribeck_exponent: delta of (2.34). restitution: speed after an end stop
-    of the travel over speed before."""
+    """Optional friction and load laws of a model.
+
+    `stribeck_exponent`: delta of (2.34). `restitution`: speed after an end stop divided by the
+    speed before.
+    """
 
     backward: Backward | None = None
     regimes: tuple[Regime, ...] = ()

@@ -1,5 +1,4 @@
-"""`load` of `bench.yaml`: what acts on the axis beside friction, by name; `identify` looks for
-these and for nothing else."""
+"""`load` of `bench.yaml`: the load terms besides friction that `identify` estimates."""
 
 from __future__ import annotations
 
@@ -16,17 +15,20 @@ Term = Literal[
 
 
 class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Torque ripple: so many cycles per way, `{cycles: 7, per: {value: 1, unit: turn}}`."""
+    """Period of an effort ripple: `cycles` periods in the distance `per`.
+
+    Seven periods per turn are `{cycles: 7, per: {value: 1, unit: turn}}`.
+    """
 
     cycles: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
     per: PositiveLength
 
 
 class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """An offset that is not among the terms is none. ripple: how it repeats.
+    """Load terms to identify; an offset that is not listed is zero.
 
-    most: the largest effort that spring, gravity and ripple take together anywhere on the travel,
-    for tests that are planned with it.
+    `ripple`: period of the ripple. `most`: largest sum of spring, gravity and ripple efforts
+    anywhere on the travel, for the planning of tests.
     """
 
     terms: tuple[Term, ...]
@@ -38,13 +40,16 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
             raise ValueError("terms: found a term twice; allowed: each once")
         if "offset" in self.terms and "coulomb_by_direction" in self.terms:
             raise ValueError(
-                "terms: in slip an offset and a Coulomb friction by direction are one number; give one of them"
+                "terms: in slip an offset and a Coulomb friction by direction are one "
+                "number; give one of them"
             )
         if self.most is not None and not set(OVER_POSITION) & set(self.terms):
             raise ValueError(
-                f"most is the effort of {', '.join(OVER_POSITION)}, none of which is among the terms; leave it out, or name one"
+                f"most is the effort of {', '.join(OVER_POSITION)}, none of which is "
+                "among the terms; leave it out, or name one"
             )
         if ("ripple" in self.terms) != (self.ripple is not None):
             raise ValueError(
-                "ripple: the term ripple needs its cycles, ripple: {cycles: 7, per: {value: 1, unit: turn}}, and they need the term"
+                "ripple: the term ripple needs its cycles, ripple: {cycles: 7, per: "
+                "{value: 1, unit: turn}}, and they need the term"
             )

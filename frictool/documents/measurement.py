@@ -1,4 +1,4 @@
-"""`measurement` of `model.yaml`: what the logs tell of the bench itself, beside the friction."""
+"""`measurement` of `model.yaml`: properties of the bench that the logs show, besides friction."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from frictool.documents.quantity import (
 
 
 class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """backlash: full width. delay: by how much the logged drive comes after the position (negative:
-    before).
+    """Properties of the bench that were identified from the logs.
 
-    loop_time_constant: of the current loop, from commanded and measured current. What the logs do
-    not tell is in `refused`.
+    `backlash`: full width. `delay`: delay of the logged drive relative to the position (negative if
+    the drive is ahead). `loop_time_constant`: of the current loop, from commanded and measured
+    current. `refused` maps each property that the logs do not show to the reason.
     """
 
     backlash: NonNegativeLengthEstimate | None = None

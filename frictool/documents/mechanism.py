@@ -1,14 +1,13 @@
-"""`mechanism.yaml`: blocks, the links between them, friction, sources and sensors (thesis 2.1,
-2.2); read whole before it is put together.
+"""`mechanism.yaml`: blocks, links, friction, sources and sensors of a mechanism (thesis 2.1, 2.2).
 
-Each block has one coordinate q: an angle [rad] where it has an `inertia`, a way [m] where it has a
-`mass`. A link is named and says its kind; `between` names its ends, the driving end first; `ground`
-is the frame. Positions of blocks count from `start`, where every rigid link fits, every backlash
-stands in its middle and no compliance is strained.
+Each block has one coordinate q: an angle [rad] if it has an `inertia`, a distance [m] if it has a
+`mass`. A link has a name and a kind. `between` names its ends, the driving end first; `ground` is
+the frame. Positions of blocks count from `start`. There, every rigid link is consistent, every
+backlash is centred and no compliance is strained.
 
-A quantity's unit says which end it belongs to where ends may be rotary or linear: a rack's backlash
-of 3 rad is the pinion's, one of 0.6 mm the rack's. What fits with what is checked when the
-mechanism is put together (plant/mechanism/assembly.py).
+If the ends of a link can be rotary or linear, the unit of a quantity determines the end that it
+belongs to: a rack's backlash of 3 rad is the pinion's, one of 0.6 mm the rack's. The links'
+compatibility is checked when the mechanism is assembled (plant/mechanism/assembly.py).
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ import msgspec
 from frictool.documents.bench import Name, PositiveNumber, SamplePeriod, Winding
 from frictool.documents.quantity import Quantity, Series, Span, _of
 
-# of either kind of axis: the unit tells which
+# quantities of a rotary or a linear block: the unit decides
 EitherPosition = Annotated[Quantity, _of("position of either axis")]
 EitherWidth = Annotated[Quantity, _of("position of either axis", 0.0, exclusive=True)]
 EitherStiffness = Annotated[Quantity, _of("stiffness of either axis", 0.0, exclusive=True)]
@@ -30,7 +29,7 @@ EitherEffort = Annotated[Quantity, _of("effort of either axis")]
 EitherSpan = Annotated[Span, _of("position of either axis")]
 EitherSpeed = Annotated[Quantity, _of("velocity of either axis", 0.0, exclusive=True)]
 EitherConstant = Annotated[Quantity, _of("constant of either axis", 0.0, exclusive=True)]
-# whatever the block is
+# quantities of one kind of axis, whatever the block is
 RotaryInertia = Annotated[Quantity, _of("rotary inertia", 0.0)]
 LinearMass = Annotated[Quantity, _of("mass", 0.0)]
 Angle = Annotated[Quantity, _of("angle", 0.0, exclusive=True)]
@@ -45,13 +44,12 @@ Coefficient = Annotated[float, msgspec.Meta(ge=0, le=10)]
 Factor = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
 Ends = Annotated[
     tuple[str, ...], msgspec.Meta(min_length=1, max_length=2)
-]  # one end alone is refused where ground can be told of
+]  # a single end is an error unless `ground` is allowed as the other
 GROUND = "ground"
 
 
 class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A part that moves, or parts that move together (2.1)-(2.2): `inertia` where it turns, `mass`
-    where it slides."""
+    """Rigid body (2.1)-(2.2): a rotary one has an `inertia`, a linear one a `mass`."""
 
     inertia: RotaryInertia | None = None
     mass: LinearMass | None = None
@@ -63,8 +61,7 @@ class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A quantity over the position: a monotone cubic between the points, beyond them as at the
-    ends."""
+    """Quantity over position: monotone cubic between the points, constant beyond them."""
 
     position: Annotated[Series, _of("position of either axis")]
     value: Annotated[Series, _of("any mechanical")]
@@ -83,7 +80,7 @@ def _check_points(positions: tuple[float, ...], values: tuple[float, ...]) -> No
 
 
 class Level(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A factor over the position, between and beyond the points as a `Curve`."""
+    """Factor as a function of position, interpolated as a `Curve`."""
 
     position: Annotated[Series, _of("position of either axis")]
     factor: tuple[Factor, ...]
@@ -93,19 +90,21 @@ class Level(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Compliance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A link that yields: stiffness and damping at its second end (2.5), K_i and K; a belt's along
-    the belt."""
+    """Elasticity of a link: stiffness K_i and damping K at its second end (2.5).
+
+    Those of a belt are along the belt.
+    """
 
     stiffness: EitherStiffness
     damping: EitherDamping
 
 
 class Backlash(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A free play of full `width` (2.18), at the end that its unit tells; of two with one unit at
-    the second, or at the block `at`.
+    """Free play of full `width` (2.18).
 
-    The flanks are rigid, and throw back `restitution` of the speed at which they meet; or they
-    yield (`compliance`): then they rebound as 4.4.4 observes.
+    The unit of `width` determines the end that it belongs to. If both ends have this unit, it is
+    the second end, or the block `at`. Rigid flanks rebound with `restitution` times the impact
+    speed. Elastic flanks (`compliance`) rebound as observed in 4.4.4.
     """
 
     width: EitherWidth
@@ -116,7 +115,8 @@ class Backlash(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     def __post_init__(self) -> None:
         if self.compliance is not None and self.restitution:
             raise ValueError(
-                "restitution belongs to rigid flanks; compliant ones rebound by their stiffness and damping"
+                "restitution belongs to rigid flanks; compliant ones rebound by their "
+                "stiffness and damping"
             )
 
 
@@ -128,8 +128,11 @@ class Gear(
     tag_field="kind",
     tag="gear",
 ):
-    """omega_b = -ratio omega_a (2.3), or + for an internal one. Efficiencies:
-    docs/theory/mechanism.md; back: 2 - 1/efficiency."""
+    """Gear omega_b = -ratio omega_a (2.3); the sign is + for an internal gear.
+
+    Efficiencies are defined in docs/theory/mechanism.md; the default of `efficiency_back` is 2 -
+    1/efficiency.
+    """
 
     between: Ends
     ratio: float
@@ -148,8 +151,10 @@ class Belt(
     tag_field="kind",
     tag="belt",
 ):
-    """radius_b omega_b = radius_a omega_a (2.6); stiffness and damping of `compliance` are along
-    the belt, N/m and N s/m."""
+    """Belt radius_b omega_b = radius_a omega_a (2.6).
+
+    Stiffness and damping of `compliance` are along the belt, in N/m and N s/m.
+    """
 
     between: Ends
     radius_a: Length
@@ -168,11 +173,12 @@ class Screw(
     tag_field="kind",
     tag="screw",
 ):
-    """v_nut = radius tan(lead_angle) omega_screw (2.10)-(2.13). `lead`, a way per turn, in place of
-    the angle.
+    """Screw v_nut = radius tan(lead_angle) omega_screw (2.10)-(2.13).
 
-    friction_coefficient: mu of the thread. friction_form: `angle`, exact for a square thread,
-    torque radius tan(alpha ± atan mu) f; `thesis`, (2.12) as printed. Or efficiency, as of a gear.
+    `lead`, a distance per turn, can replace the angle. `friction_coefficient`: mu of the thread.
+    `friction_form`: `angle` is exact for a square thread, with the torque radius tan(alpha ± atan
+    mu) f; `thesis` is (2.12) as printed. An `efficiency`, as of a gear, can replace the
+    coefficient.
     """
 
     between: Ends
@@ -204,8 +210,10 @@ class Rack(
     tag_field="kind",
     tag="rack",
 ):
-    """v_rack = radius omega_pinion (2.19); the radius may be that of a reducer and a pinion
-    together, the r of (2.20)."""
+    """Rack v_rack = radius omega_pinion (2.19).
+
+    `radius` can be that of a reducer and a pinion together, the r of (2.20).
+    """
 
     between: Ends
     radius: Length
@@ -224,8 +232,10 @@ class Hydraulic(
     tag_field="kind",
     tag="hydraulic",
 ):
-    """x_b = area_a/area_b x_a, F_a = area_a/area_b F_b (2.16): master and slave pistons, the
-    fluid's inertia and friction left out."""
+    """Master and slave piston x_b = area_a/area_b x_a, F_a = area_a/area_b F_b (2.16).
+
+    Inertia and friction of the fluid are neglected.
+    """
 
     between: Ends
     area_a: Area
@@ -241,8 +251,7 @@ class Coupling(
     tag_field="kind",
     tag="coupling",
 ):
-    """Two blocks of one kind move together: a shaft or a rod, rigid, compliant, or with
-    backlash."""
+    """Shaft or rod between two blocks of one kind: rigid, compliant, or with backlash."""
 
     between: Ends
     compliance: Compliance | None = None
@@ -257,11 +266,10 @@ class Spring(
     tag_field="kind",
     tag="spring",
 ):
-    """Pulls its first end towards `free`, measured as q_a - q_b (q_a against ground), by
-    `stiffness` or by a `force` curve over q_a - q_b.
+    """Spring that pulls q_a - q_b (q_a against ground) towards `free`.
 
-    A positive force of the curve opposes a positive q_a. preload: force that opposes at the start,
-    beside what stiffness gives.
+    The force is given by `stiffness`, or by the curve `force` over q_a - q_b. A positive force of
+    the curve opposes a positive q_a. `preload`: additional opposing force at the start position.
     """
 
     between: Ends
@@ -276,11 +284,13 @@ class Spring(
             raise ValueError("give stiffness or a force curve, not both")
         if self.stiffness is None and self.force is None and self.damping is None:
             raise ValueError(
-                "give stiffness, a force curve or damping: without any of them the spring does nothing"
+                "give stiffness, a force curve or damping: without any of them the "
+                "spring does nothing"
             )
         if self.force is not None and (self.free is not None or self.preload is not None):
             raise ValueError(
-                "free and preload belong to stiffness; a force curve says what holds at each position"
+                "free and preload belong to stiffness; a force curve says what holds "
+                "at each position"
             )
 
 
@@ -292,12 +302,12 @@ class Cam(
     tag_field="kind",
     tag="cam",
 ):
-    """A spring presses a roller onto a profile of the block `on`, and the block onto its slideway,
-    (2.23) with the sign of (2.28).
+    """Cam on the block `on`, (2.23) with the sign of (2.28).
 
-    force: of the spring, normal to the motion. angle: of the profile. The block feels force
-    tan(angle) in its positive direction, and Coulomb friction friction_coefficient * force; its
-    breakaway is `breakaway_ratio` times that.
+    A spring presses a roller onto a profile of the block. It also presses the block onto its
+    slideway. `force`: force of the spring, normal to the motion. `angle`: angle of the profile. The
+    block is subject to force tan(angle) in its positive direction and to the Coulomb friction
+    friction_coefficient * force. Its breakaway is `breakaway_ratio` times the Coulomb friction.
     """
 
     on: str
@@ -315,8 +325,10 @@ class Stop(
     tag_field="kind",
     tag="stop",
 ):
-    """End stops of a block: rigid ones throw back `restitution` of the speed; compliant ones push
-    back."""
+    """End stops of a block.
+
+    Rigid stops reflect `restitution` times the speed; compliant ones push back.
+    """
 
     on: str
     low: EitherPosition | None = None
@@ -331,7 +343,8 @@ class Stop(
             raise ValueError("low lies above high; allowed: low < high")
         if self.compliance is not None and self.restitution:
             raise ValueError(
-                "restitution belongs to rigid stops; compliant ones rebound by their stiffness and damping"
+                "restitution belongs to rigid stops; compliant ones rebound by their "
+                "stiffness and damping"
             )
 
 
@@ -343,10 +356,10 @@ class FrictionOf(
     tag_field="kind",
     tag="friction",
 ):
-    """Bearing or slideway of the block `on` against the frame, by any law of
-    friction/law_registry.py and its parameters, by their names there.
+    """Friction of the block `on` against the frame, in a bearing or a slideway.
 
-    level: a factor of all its efforts over the position.
+    `law` and `parameters` have their names in friction/law_registry.py. `level`: factor of all
+    efforts of the law over the position.
     """
 
     on: str
@@ -359,10 +372,10 @@ Link = Gear | Belt | Screw | Rack | Hydraulic | Coupling | Spring | Cam | Stop |
 
 
 class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What drives the block `on`: a current or voltage by its constant, limit and loop, or an
-    effort itself.
+    """Drive of the block `on`: a current or voltage drive, or an effort.
 
-    effort: constant, there from the start (a weight); a scenario adds to it.
+    A current or voltage drive has a constant, a limit and a loop. `effort`: constant from the start
+    (a weight); a scenario adds to it.
     """
 
     on: str
@@ -376,7 +389,8 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     def __post_init__(self) -> None:
         if (self.drive == "effort") == (self.constant is not None):
             raise ValueError(
-                "constant, effort per ampere or volt, belongs to drive current and voltage, which need it"
+                "constant, effort per ampere or volt, belongs to drive current and "
+                "voltage, which need it"
             )
         if self.effort is not None and self.drive != "effort":
             raise ValueError("effort, a constant one, belongs to drive: effort")
@@ -385,8 +399,11 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What is measured of the block `on`; a position by an encoder of so many counts per revolution
-    or of a step, or perfectly."""
+    """Sensor of the block `on`.
+
+    A position sensor is an encoder with `counts_per_revolution` or with a `step`; without both it
+    is ideal.
+    """
 
     on: str
     measures: Literal["position", "velocity"] = "position"
@@ -403,10 +420,10 @@ class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Which source a controller commands and which sensor it sees, where there are several.
+    """Source that the controller commands and sensor that it reads, if there are several.
 
-    load: the block whose position is the load's; otherwise the one that the most links lie between
-    and the sensor.
+    `load`: the block whose position is the load's; by default the block with the most links between
+    it and the sensor.
     """
 
     source: str
@@ -415,7 +432,7 @@ class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Mechanism(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`mechanism.yaml`. travel, top_speed: of the controlled sensor's block, as in a bench."""
+    """`mechanism.yaml`. `travel` and `top_speed` are those of the controlled sensor's block."""
 
     format: Literal["mechanism/1"]
     name: Name

@@ -1,5 +1,4 @@
-"""`model.yaml`: identified parameters with intervals, what could not be identified and why, and the
-bench verbatim."""
+"""`model.yaml`: identified parameters with intervals, the bench, and reasons for missing values."""
 
 from __future__ import annotations
 
@@ -24,10 +23,10 @@ from frictool.documents.resonances import Resonances
 
 
 class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The friction model J dv/dt = u - offset - viscous v - coulomb sign(v), with breakaway at rest
-    (4.17), (4.43).
+    """Parameters of J dv/dt = u - offset - viscous v - coulomb sign(v), with breakaway at rest.
 
-    With `stribeck_velocity` v_s friction falls from the breakaway to `coulomb` by (2.34).
+    The equations are (4.17) and (4.43). With `stribeck_velocity` v_s the friction falls from
+    `breakaway` to `coulomb` by (2.34).
     """
 
     inertia: InertiaEstimate
@@ -39,8 +38,10 @@ class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Quality of the fit on its own logs; `held_out_force_error` occurs in models of earlier
-    versions only."""
+    """Quality of the fit on its own logs.
+
+    `held_out_force_error` occurs in models of earlier versions only.
+    """
 
     force_error: float | None
     condition: float
@@ -49,14 +50,15 @@ class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
 
 
 class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`model.yaml`. `not_identified` names each parameter that the logs could not give, with the
-    reason.
+    """`model.yaml`.
 
-    `laws`: what friction does beyond the parameters, by direction, speed, position and time at
-    rest. `presliding`: before it breaks away. `measurement`: of the bench itself. `resonances`: of
-    links that yield, which a controller is verified with and one axis cannot play.
-    `bench_values_only`: the reason why nothing was identified; every parameter is then the bench's,
-    and `synth` refuses the model.
+    `not_identified` maps each parameter that the logs do not determine to the reason. `laws`:
+    friction by direction, speed, position and time at rest. `presliding`: friction before
+    breakaway. `measurement`: properties of the bench. `resonances`: modes of compliant links; a
+    controller is verified with them, but a simulation of one axis cannot include them.
+
+    `bench_values_only`: the reason why nothing was identified. Every parameter then has the bench's
+    value, and `synth` refuses the model.
     """
 
     format: Literal["model/1"]
@@ -79,5 +81,6 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     def __post_init__(self) -> None:
         if (self.law == "stribeck") != (self.parameters.stribeck_velocity is not None):
             raise ValueError(
-                f"law: found {self.law}; parameters.stribeck_velocity belongs to law stribeck, which needs it"
+                f"law: found {self.law}; parameters.stribeck_velocity belongs to law "
+                "stribeck, which needs it"
             )

@@ -1,5 +1,4 @@
-"""`observer.yaml`: what estimates velocity and friction at every sample, from the position and the
-drive."""
+"""`observer.yaml`: observer of velocity and friction from position and drive."""
 
 from __future__ import annotations
 
@@ -16,12 +15,11 @@ MOST_MODES = 201
 
 
 class FrictionMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What is known of the friction beforehand, f of (6.2) [N m | N]: polynomials of the position
-    `over` a travel, flat beyond it.
+    """A-priori friction f of (6.2) [N m | N]: polynomials of the position `over` a travel.
 
-    forward, backward: coefficients, lowest power first, of the magnitude in either direction.
-    viscous [N m s/rad | N s/m] at every speed. offset [N m | N]: opposes a positive effort in
-    either direction.
+    The friction is constant beyond the travel. `forward`, `backward`: coefficients of the magnitude
+    in each direction, lowest power first. `viscous` [N m s/rad | N s/m] holds at every speed.
+    `offset` [N m | N] opposes a positive effort in both directions.
     """
 
     over: PositionSpan
@@ -32,12 +30,11 @@ class FrictionMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """One mode of (6.18): `direction` of the motion, 0 where it is stuck; positions [low, high]
-    [rad | m] in which it holds.
+    """One mode of (6.18): `direction` of the motion (0: stuck) in a range of positions.
 
-    friction: f_m(i), its magnitude there [N m | N]; deviation: Delta_f(i), half of its spread.
-    gains: L_i of (6.4), a row a state. spectral_radius: of A_i - L_i C_i, as rebuilt from the
-    gains.
+    `over`: (low, high) position [rad | m] of the mode. `friction`: f_m(i), its magnitude there [N m
+    | N]. `deviation`: Delta_f(i), half of its spread. `gains`: L_i of (6.4), one row per state.
+    `spectral_radius`: that of A_i - L_i C_i with the stored gains.
     """
 
     index: int
@@ -50,21 +47,26 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The observer (6.4) with the gains of (6.6), states position, velocity and alpha.
+    """Observer (6.4) with gains from (6.6); its states are position, velocity and alpha.
 
-    wear: multiplicative, friction alpha f (6.13); additive, f + alpha (6.22). switch_speed: Sigma,
-    below which the mode is 0. weights: the diagonal of C-bar (6.19). decay: lambda, 1 where none
-    was imposed. transitions: the pairs (i, j) for which (6.6) holds. stuck_speed: what A_0
-    multiplies the velocity by, 0 as (6.18) has it, or 1, so that a gain can move it
-    (docs/theory/observers.md). gamma: that of the inequalities, evaluated again with the stored
-    gains; smallest_gamma: without a decay. switching_radius: worst spectral radius over the
-    products of two modes that may alternate. simulated_gain: the largest ||z||/||Delta|| seen along
-    allowed switching sequences; at most gamma. Of what the inequalities do not cover:
-    motion_after_rest_s of motion make up for a rest of any length, in which alpha stands still,
-    motion_after_turn_s for a switch between moving modes that is not in `transitions`. quiet: gamma
-    is up to so many times the smallest one with this decay, for gains that pass least of the
-    encoder's noise: z is at most noise_gain times its standard deviation [rad | m], as a gain of
-    signals.
+    `wear`: multiplicative is the friction alpha f (6.13), additive is f + alpha (6.22).
+    `switch_speed`: Sigma; below it the mode is 0. `weights`: the diagonal of C-bar (6.19).
+
+    `transitions`: the pairs (i, j) for which (6.6) holds. `stuck_speed`: factor of the velocity in
+    A_0. It is 0 in (6.18); with 1 a gain can change the velocity (docs/theory/observers.md).
+
+    `gamma`: that of the inequalities, evaluated with the stored gains. `decay`: lambda, 1 if none
+    was imposed. `smallest_gamma`: the smallest gamma without a decay. `switching_radius`: largest
+    spectral radius of the products of two modes that may alternate. `simulated_gain`: largest
+    ||z||/||Delta|| over simulated allowed switching sequences; at most gamma.
+
+    The inequalities do not cover a rest, in which alpha is constant, nor a switch between moving
+    modes that is not in `transitions`. A rest of any length must be followed by
+    `motion_after_rest_s` of motion, and such a switch by `motion_after_turn_s` of motion.
+
+    `quiet`: limit of gamma relative to the smallest gamma with this decay; within this limit the
+    gains pass as little encoder noise as possible. `noise_gain`: bound of z relative to the
+    standard deviation of this noise [rad | m], as a gain of signals.
     """
 
     wear: Literal["multiplicative", "additive"]
@@ -97,28 +99,31 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Knee(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Above a speed the viscous friction grows by `steeper` [N m s/rad | N s/m] (figure 4.10)."""
+    """Increase of the viscous friction above a speed (figure 4.10).
+
+    `steeper` is in N m s/rad | N s/m.
+    """
 
     above: PositiveVelocity
     steeper: float
 
 
 class ObserverBacklash(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Between motor and load (4.45): full width [rad | m], and the friction [N m | N] of the motor
-    alone inside it."""
+    """Backlash between motor and load (4.45).
+
+    `width` is its full width [rad | m], `friction` that of the motor alone inside it [N m | N].
+    """
 
     width: PositiveNumber
     friction: Annotated[float, msgspec.Meta(ge=0)]
 
 
 class Tracking(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """An observer of position, velocity and disturbance that moves by the model and is put right by
-    what the encoder excludes.
+    """Observer of position, velocity and disturbance: model prediction, corrected by the encoder.
 
-    gains: of the innovation, on position [1], velocity [1/s] and disturbance [N m/rad | N/m], a
-    sample; three poles at exp(-bandwidth T). cell: the innovation is what a position misses so much
-    of the encoder's cell by [rad | m], 0: the whole difference. breakaway_ratio: of the friction at
-    rest, over that in slip.
+    `gains`: per sample, from the innovation to position [1], velocity [1/s] and disturbance [N
+    m/rad | N/m]; the three poles are at exp(-bandwidth T). `cell`: width of the innovation's dead
+    zone [rad | m]; 0 for none. `breakaway_ratio`: friction at rest divided by friction in slip.
     """
 
     gains: tuple[float, float, float]
@@ -130,7 +135,7 @@ class Tracking(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Observer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`observer.yaml`: one of `switched` and `tracking`, and the plant that it believes in."""
+    """`observer.yaml`: either `switched` or `tracking`, with the plant that it assumes."""
 
     format: Literal["observer/1"]
     name: Name
@@ -149,5 +154,5 @@ class Observer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     @property
     def kind(self) -> Literal["multiplicative", "additive", "tracking"]:
-        """Which observer it is."""
+        """Return the kind of observer."""
         return "tracking" if self.switched is None else self.switched.wear

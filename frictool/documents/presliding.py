@@ -1,5 +1,4 @@
-"""`presliding` of `model.yaml`: what slow loops below the breakaway tell of a contact that has not
-yet broken (2.4.3)."""
+"""`presliding` of `model.yaml`: the contact before breakaway, from slow loops (2.4.3)."""
 
 from __future__ import annotations
 
@@ -17,11 +16,11 @@ from frictool.documents.quantity import (
 
 
 class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A law's parameters; force_error, held_out: rms of what it leaves, on branches seen and not,
-    over the breakaway.
+    """Parameters of one presliding law.
 
-    damping: sigma_1 = 2 sqrt(inertia stiffness), a start: slow loops do not tell it. elastic_limit:
-    z_ba of the elasto-plastic law (2.46).
+    `force_error`, `held_out`: rms residual on the fitted and on the held-out branches, relative to
+    the breakaway. `damping`: sigma_1 = 2 sqrt(inertia stiffness), an initial value, because slow
+    loops do not determine it. `elastic_limit`: z_ba of the elasto-plastic law (2.46).
     """
 
     stiffness: StiffnessEstimate
@@ -32,8 +31,10 @@ class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class MaxwellSlip(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The virgin curve, force over displacement from (0, 0), which the elements' bank goes through;
-    in SI. `stiffness`: its slope at 0."""
+    """Virgin curve of a bank of Maxwell-slip elements: force over displacement from (0, 0), in SI.
+
+    `stiffness`: slope of the curve at 0.
+    """
 
     stiffness: StiffnessEstimate
     displacement: tuple[float, ...]
@@ -51,10 +52,10 @@ class MaxwellSlip(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Everett's table of friction/preisach.py, row by row, over its last node's value `saturation`;
-    +-half_width, of the same shape.
+    """Everett table of friction/preisach.py, row by row, relative to `saturation`.
 
-    `limit`: the largest amplitude of the cycles that gave it.
+    `saturation`: the value at the last node. `half_width`: half-widths of the intervals, in the
+    same shape. `limit`: largest amplitude of the identification cycles.
     """
 
     limit: PositiveLengthEstimate
@@ -70,15 +71,17 @@ class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             or len(self.half_width) != nodes
         ):
             raise ValueError(
-                f"table, half_width: found {nodes} rows; allowed: square, one row and column a node, at least 3"
+                f"table, half_width: found {nodes} rows; allowed: square, one row and "
+                "column a node, at least 3"
             )
 
 
 class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`law`: the one that predicts best the branches that its fit has not seen. limit, stiffness:
-    z_max and the slope at 0, by that law.
+    """Presliding laws of a model.
 
-    A law that the loops do not tell is left out, with the reason in `refused`.
+    `law`: the law with the best prediction of held-out branches. `limit`, `stiffness`: z_max and
+    the slope at 0 by this law. `refused` maps each law that the loops do not determine to the
+    reason.
     """
 
     law: Literal["lugre", "elasto_plastic", "maxwell_slip"]

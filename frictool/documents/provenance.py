@@ -1,5 +1,7 @@
-"""Where an artefact comes from: the command, the version, and the digest of each input. No clock,
-no absolute path."""
+"""Provenance of an artefact: command, version and digest of each input.
+
+It contains no time and no absolute path.
+"""
 
 from __future__ import annotations
 
@@ -13,15 +15,14 @@ from frictool.documents.writing import to_yaml
 
 
 class Input(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """An input file: its base name and its SHA-256."""
+    """Input file: base name and SHA-256."""
 
     name: str
     sha256: str
 
 
 class Provenance(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The command line (without `-o`, base names only), the frictool version and each input's
-    digest."""
+    """Command line (without `-o`, base names only), frictool version and digest of each input."""
 
     command: str
     frictool: str
@@ -29,14 +30,16 @@ class Provenance(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def digest(path: Path) -> str:
-    """SHA-256 of a file, read in blocks."""
+    """Return the SHA-256 of a file as hexadecimal digits; the file is read in blocks."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def provenance_of_call(function: str, **documents: msgspec.Struct | None) -> Provenance:
-    """The provenance of what a function made of documents in memory; their digests are those of the
-    files that they are saved as."""
+    """Return the provenance of a result that a function computed from documents in memory.
+
+    Their digests are those of the files that `save` would write.
+    """
     given = {
         name: to_yaml(document) for name, document in documents.items() if document is not None
     }
@@ -48,7 +51,7 @@ def provenance_of_call(function: str, **documents: msgspec.Struct | None) -> Pro
 
 
 def provenance_of_command(command: str, inputs: list[Path]) -> Provenance:
-    """The provenance of an artefact made by `command` from `inputs`."""
+    """Return the provenance of an artefact that `command` made from `inputs`."""
     return Provenance(
         readable(command),
         __version__,
@@ -57,6 +60,8 @@ def provenance_of_command(command: str, inputs: list[Path]) -> Provenance:
 
 
 def readable(text: str) -> str:
-    """The same where it is text. Names of files are bytes, and what Python could not decode in one
-    no format can hold: it is escaped."""
+    """Return the text with undecodable bytes escaped.
+
+    File names are bytes. No file format can store those that Python could not decode.
+    """
     return text.encode(errors="backslashreplace").decode()

@@ -1,9 +1,8 @@
-"""Physical quantities at the edge of the program.
+"""Physical quantities with units, converted to SI when a document is read.
 
 A quantity is written `{value: 50, unit: A}`, or with an interval `{value: 13.4, low: 12.8, high:
-14.0, unit: mN m/A}`. Its unit is converted here, once: every `Quantity` in memory is in SI. Which
-unit is SI depends on the dimension, and for mechanical dimensions on whether the axis is rotary (N
-m, rad) or linear (N, m).
+14.0, unit: mN m/A}`. Every `Quantity` in memory is in SI. The SI unit depends on the dimension, and
+for mechanical dimensions on the axis: rotary (N m, rad) or linear (N, m).
 """
 
 from __future__ import annotations
@@ -34,14 +33,14 @@ SI_UNITS: dict[str, tuple[str, str]] = {
     "current": ("A", "A"),
     "voltage": ("V", "V"),
     "time": ("s", "s"),
-    # of a mechanism, whose blocks are of both kinds
+    # dimensions of a mechanism, whose blocks can be rotary or linear
     "rotary inertia": ("kg m^2", "kg m^2"),
     "mass": ("kg", "kg"),
     "angle": ("rad", "rad"),
     "length": ("m", "m"),
     "area": ("m^2", "m^2"),
 }
-# what is tried in turn where the unit tells what is meant: dimensions and kinds of axis
+# dimensions and kinds of axis to try in turn, if the unit decides between them
 CHOICES: dict[str, tuple[tuple[str, Axis], ...]] = {
     **{
         f"{name} of either axis": ((name, "rotary"), (name, "linear"))
@@ -59,7 +58,7 @@ CHOICES: dict[str, tuple[tuple[str, Axis], ...]] = {
     "any mechanical": (("position", "rotary"), ("effort", "rotary"), ("effort", "linear")),
 }
 
-# log channels and the dimension of each
+# dimension of each log channel
 CHANNEL_DIMENSIONS: dict[str, str] = {
     "position": "position",
     "reference": "position",
@@ -72,7 +71,7 @@ CHANNEL_DIMENSIONS: dict[str, str] = {
 
 
 class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A value in SI with an optional interval that holds it; `unit` names the SI unit."""
+    """Value in SI with an optional interval that contains it; `unit` is the SI unit."""
 
     value: float
     low: float | None = None
@@ -81,7 +80,7 @@ class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     @property
     def interval(self) -> tuple[float, float]:
-        """(low, high), both equal to the value where no interval is known."""
+        """Return (low, high), both equal to the value if no interval is known."""
         return (
             self.value if self.low is None else self.low,
             self.value if self.high is None else self.high,
@@ -89,14 +88,13 @@ class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Estimate(Quantity, frozen=True, forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
-    """A parameter: `source` says whether a log gave it, or else the bench; `assumed` where neither
-    did."""
+    """Parameter with its source: identified from a log, taken from the bench, or assumed."""
 
     source: Literal["identified", "bench", "assumed"]
 
 
 class Span(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A range in SI, low < high."""
+    """Range in SI, low < high."""
 
     low: float
     high: float
@@ -104,7 +102,7 @@ class Span(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Series(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Values in SI, in the order given."""
+    """Values in SI, in the order of the document."""
 
     values: tuple[float, ...]
     unit: str
@@ -114,7 +112,7 @@ def _of(dimension: str, minimum: float | None = None, exclusive: bool = False) -
     return msgspec.Meta(extra={"dimension": dimension, "minimum": minimum, "exclusive": exclusive})
 
 
-# the quantities that documents are made of: dimension and admissible range
+# quantities of the documents: dimension and admissible range
 Position = Annotated[Quantity, _of("position")]
 PositiveLength = Annotated[Quantity, _of("position", 0.0, exclusive=True)]
 NonNegativeLength = Annotated[Quantity, _of("position", 0.0)]
@@ -146,17 +144,20 @@ AnyQuantity = Annotated[Quantity, _of("any")]
 
 @lru_cache(maxsize=1)
 def unit_registry() -> pint.UnitRegistry[float]:
-    """The unit registry, built on first use: it takes about 0.1 s."""
+    """Return the unit registry, built on first use: it takes about 0.1 s."""
     made: pint.UnitRegistry[float] = _pint().UnitRegistry()
     return made
 
 
 def _pint() -> ModuleType:
-    """pint, without dask, which it loads where that is installed, for arrays that nobody here has:
-    half as long again, and jinja2."""
+    """Return pint, imported without dask.
+
+    If dask is installed, pint imports it and jinja2, which adds half of the import time. frictool
+    uses no dask arrays.
+    """
     hidden = "dask" not in sys.modules
     if hidden:
-        sys.modules["dask"] = None  # type: ignore[assignment]  # what the import system takes for a module that is not there
+        sys.modules["dask"] = None  # type: ignore[assignment]  # the import system then reports a missing module
     try:
         import pint
     finally:
@@ -166,7 +167,7 @@ def _pint() -> ModuleType:
 
 
 def si_unit(dimension: str, axis: Axis) -> str:
-    """The SI unit of a dimension for this kind of axis.
+    """Return the SI unit of a dimension for this kind of axis.
 
     >>> si_unit("effort", "linear")
     'N'
@@ -175,15 +176,17 @@ def si_unit(dimension: str, axis: Axis) -> str:
 
 
 def drive_dimension(drive: Literal["current", "voltage"], *, constant: bool) -> str:
-    """The dimension of what drives the actuator, or of the effort it gives per unit of it."""
+    """Return the dimension of a drive, or with `constant` of the effort per drive unit."""
     if constant:
         return "effort per ampere" if drive == "current" else "effort per volt"
     return drive
 
 
 def chosen_dimension(unit: str, dimension: str) -> tuple[str, Axis]:
-    """Of a dimension of CHOICES, the one that the unit measures and its kind of axis. Raises
-    ValueError where it measures none."""
+    """Return the dimension of CHOICES[dimension] that the unit measures, and its kind of axis.
+
+    Raises ValueError if the unit measures none of them.
+    """
     for name, axis in CHOICES[dimension]:
         try:
             factor_to_si(unit, name, axis)
@@ -195,10 +198,10 @@ def chosen_dimension(unit: str, dimension: str) -> tuple[str, Axis]:
 
 
 def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
-    """What a number in `unit` is multiplied by to be in SI.
+    """Return the factor that converts a number in `unit` to SI.
 
-    Raises ValueError with a message for people where the unit is unknown, has an offset, or is of
-    another dimension.
+    Raises ValueError if the unit is unknown, has an offset, or is of another dimension. The message
+    is meant for users.
     """
     target = si_unit(dimension, axis)
     if unit == target:
@@ -208,11 +211,13 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
         factor = float(units.Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude)
     except errors.DimensionalityError:
         raise ValueError(
-            f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: {target} and its multiples"
+            f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: "
+            f"{target} and its multiples"
         ) from None
     except Exception:
         raise ValueError(
-            f"unknown unit {unit!r}; for {_measured(dimension, axis)} write {target} or a multiple of it"
+            f"unknown unit {unit!r}; for {_measured(dimension, axis)} write {target} or "
+            "a multiple of it"
         ) from None
     if not math.isfinite(factor) or factor <= 0.0:
         raise ValueError(f"unit {unit!r} cannot be used as a scale; write {target}")
@@ -220,17 +225,17 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
 
 
 def _measured(dimension: str, axis: Axis) -> str:
-    """The dimension, with the kind of axis where its unit depends on that."""
+    """Return the dimension, with the kind of axis if the unit depends on it."""
     rotary, linear = SI_UNITS[dimension]
     return dimension if rotary == linear else f"{dimension} of a {axis} axis"
 
 
-@lru_cache(maxsize=1024)  # trials ask again and again
+@lru_cache(maxsize=1024)  # campaign trials repeat the same units
 def factor_between(unit: str, target: str) -> float:
-    """What a number in `unit` is multiplied by to be in `target`, both as people write them; "" and
-    "1" have no dimension.
+    """Return the factor that converts a number in `unit` to `target`; "" and "1" have no dimension.
 
-    Raises ValueError with a message for people where the unit is unknown or of another dimension.
+    Raises ValueError if the unit is unknown or of another dimension. The message is meant for
+    users.
     """
     if unit == target:
         return 1.0
@@ -246,8 +251,10 @@ def factor_between(unit: str, target: str) -> float:
 
 
 def dimension_of(unit: str) -> Any:
-    """What a unit measures: powers of the registry's base dimensions. Raises ValueError where it is
-    unknown."""
+    """Return the dimension of a unit, as powers of the registry's base dimensions.
+
+    Raises ValueError if the unit is unknown.
+    """
     try:
         return unit_registry().Quantity(1.0, _spelling(unit)).dimensionality
     except Exception:
@@ -255,7 +262,7 @@ def dimension_of(unit: str) -> Any:
 
 
 def _spelling(unit: str) -> str:
-    """A unit as people write it, `N m s/rad` or `kg.m^2`, as the registry reads it."""
+    """Return a unit such as `N m s/rad` or `kg.m^2` in the registry's syntax."""
     out: list[str] = []
     for part in unit.replace("·", " ").replace("²", "^2").split("/"):
         words = part.replace("*", " ").split()

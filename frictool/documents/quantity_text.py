@@ -1,4 +1,4 @@
-"""Form of a quantity in a document, as an error message shows it: `{value: 10, unit: A}`."""
+"""Text of a quantity for error messages, such as `{value: 10, unit: A}`."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ NUMBER_WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s
 
 
 def written_quantity(text: str) -> tuple[str, str] | None:
-    """Return the number and the unit of a quantity written as one text; None if the text does not
-    begin with a number.
+    """Return the number and the unit of a quantity written as one text.
+
+    None if the text does not begin with a number.
 
     >>> written_quantity("1.5e-2 N m"), written_quantity("10"), written_quantity("many")
     (('1.5e-2', 'N m'), ('10', ''), None)
@@ -31,15 +32,14 @@ def written_quantity(text: str) -> tuple[str, str] | None:
 
 
 def axis_dimension(dimension: str, drive: Literal["current", "voltage"]) -> str:
-    """Return the dimension; `drive` and `effort per drive` become those of a current or a
-    voltage."""
+    """Return the dimension, with `drive` resolved to current or voltage."""
     if dimension in ("drive", "effort per drive"):
         return drive_dimension(drive, constant=dimension != "drive")
     return dimension
 
 
 def quantity_form(required: Sequence[str], values: Mapping[str, str]) -> str:
-    """Return how a quantity is written, with `..` for each required key without a value.
+    """Return the form of a quantity, with `..` for each required key without a value.
 
     >>> quantity_form(["value", "unit"], {"unit": "A"})
     '{value: .., unit: A}'
@@ -57,8 +57,10 @@ def quantity_form(required: Sequence[str], values: Mapping[str, str]) -> str:
 def example_unit(
     dimension: str, axis: Axis, drive: Literal["current", "voltage"], written: str = ""
 ) -> str:
-    """Return `written` if that unit measures the dimension, else an SI unit that does; `..` for a
-    quantity of any dimension."""
+    """Return `written` if that unit measures the dimension, else an SI unit that does.
+
+    Return `..` for a quantity of any dimension without a written unit.
+    """
     if dimension == "any":
         return written or UNKNOWN
     dimension = axis_dimension(dimension, drive)

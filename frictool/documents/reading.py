@@ -1,8 +1,8 @@
 """Strict reading of a YAML document into its type.
 
-The text is composed to nodes, so that every complaint names the line; the nodes are walked along
-the type, so that every complaint names the key, what was found, what is allowed, and for a misspelt
-key the nearest known name.
+The text is parsed to nodes, so that every error message names the line. The nodes are walked along
+the type, so that every message names the key, the value found and the allowed values. For a
+misspelt key it suggests the nearest known name.
 """
 
 from __future__ import annotations
@@ -39,18 +39,21 @@ from frictool.documents.quantity_text import (
 from frictool.errors import DocumentError, InputFileError
 
 MAX_BYTES = 2_000_000
-MAX_KEY = 200  # characters of a key's name
-Pairs = dict[str, tuple[yaml.Node, yaml.Node]]  # key -> (its node, the value's node)
+MAX_KEY = 200  # characters, longest name of a key
+Pairs = dict[str, tuple[yaml.Node, yaml.Node]]  # key -> (node of the key, node of the value)
 
-# what to do where a mechanism stands for one of these
+# advice if the file is a mechanism and one of these is expected
 OF_A_MECHANISM = {
     "Model": "reduce it first: frictool reduce {path} -o model.yaml",
-    "Bench": "a model has its bench: frictool reduce {path} -o model.yaml writes both; or write a bench.yaml (frictool init)",
+    "Bench": (
+        "a model has its bench: frictool reduce {path} -o model.yaml writes both; or write "
+        "a bench.yaml (frictool init)"
+    ),
 }
 
 
 def read_text(path: Path) -> str:
-    """The text of a document file. Raises InputFileError where it cannot be read as text."""
+    """Return the text of a document file. Raises InputFileError if it cannot be read as text."""
     try:
         if path.is_dir():
             raise InputFileError(path, "is a directory; a YAML document is expected")
@@ -59,7 +62,8 @@ def read_text(path: Path) -> str:
         if path.stat().st_size > MAX_BYTES:
             raise InputFileError(
                 path,
-                f"has {path.stat().st_size} bytes; allowed: {MAX_BYTES}; a YAML document is expected",
+                f"has {path.stat().st_size} bytes; allowed: {MAX_BYTES}; a YAML "
+                "document is expected",
             )
         data = path.read_bytes()
     except FileNotFoundError:
@@ -78,8 +82,10 @@ def read_text(path: Path) -> str:
 
 
 def compose(text: str, path: Path) -> yaml.Node:
-    """The node tree of the document. Raises InputFileError with the line of the first syntax
-    error."""
+    """Return the node tree of a document.
+
+    Raises InputFileError with the line of the first syntax error.
+    """
     try:
         node = yaml_parser.compose(text)
     except yaml.MarkedYAMLError as error:
@@ -100,7 +106,7 @@ def compose(text: str, path: Path) -> yaml.Node:
 
 
 def _problem(error: yaml.MarkedYAMLError) -> str:
-    """What the parser met, in the words of an editor where its own are of no help."""
+    """Return the parser's problem, in plain words for a tab and for a second document."""
     problem = error.problem or error.context or "?"
     if "'\\t'" in problem:
         return "found a tab; indent with spaces"
@@ -112,8 +118,11 @@ def _problem(error: yaml.MarkedYAMLError) -> str:
 
 
 class DocumentReader:
-    """Walks nodes along a type; holds what the document has said so far about its axis and
-    drive."""
+    """Reader of nodes along a type.
+
+    It keeps the axis and the drive that the document has stated so far, because units depend on
+    them.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -124,7 +133,7 @@ class DocumentReader:
         raise DocumentError(self.path, message, line=node.start_mark.line + 1, key=key)
 
     def read(self, node: yaml.Node, kind: Any, key: str) -> Any:
-        """The value of `node` as `kind`, a type as the documents use them."""
+        """Return the value of `node` as the document type `kind`."""
         meta: list[msgspec.Meta] = []
         origin = get_origin(kind)
         if origin is typing.Annotated:
@@ -172,7 +181,7 @@ class DocumentReader:
         return found
 
     def _tagged(self, node: yaml.Node, members: list[type[msgspec.Struct]], key: str) -> Any:
-        """One of several structs: which, its tag field tells."""
+        """Return one of several structs, selected by its tag field."""
         kinds = {str(member.__struct_config__.tag): member for member in members}
         field = str(members[0].__struct_config__.tag_field)
         pairs = self._pairs(node, key)
@@ -202,18 +211,18 @@ class DocumentReader:
         hints = typing.get_type_hints(kind, include_extras=True)
         given = self._pairs(node, key)
         tag = kind.__struct_config__.tag_field
-        if tag is not None:  # which struct it is has been told
+        if tag is not None:  # the tag has selected the struct already
             given = {name: pair for name, pair in given.items() if name != tag}
         if (
             "format" in given and "format" in fields
-        ):  # of a document of another kind every key would be unknown
+        ):  # check the format first: in a document of another kind every key is unknown
             self._refuse_mechanism(given["format"][1], kind, _join(key, "format"))
             self.read(given["format"][1], hints["format"], _join(key, "format"))
         elif "format" in fields:
             self._missing(node, "format", fields, hints, key)
         self._known(given, list(fields), key)
         values: dict[str, Any] = {}
-        # the axis and what drives it decide which units the rest is in: read them first
+        # the axis and its drive decide the units of the rest: read them first
         for name in sorted(given, key=lambda n: n not in ("axis", "actuator", "bench", "drive")):
             value = self.read(given[name][1], hints[fields[name].name], _join(key, name))
             if name == "axis":
@@ -223,7 +232,7 @@ class DocumentReader:
             values[fields[name].name] = value
         for name, field in fields.items():
             if field.required and name not in given and type(None) in get_args(hints[field.name]):
-                values[field.name] = None  # writing leaves out what is None
+                values[field.name] = None  # writing omits None
             elif field.required and name not in given:
                 self._missing(node, name, fields, hints, key)
         try:
@@ -243,7 +252,8 @@ class DocumentReader:
         self.fail(
             node,
             _join(key, name),
-            f"missing{example}; required here: {', '.join(n for n, f in fields.items() if f.required)}",
+            f"missing{example}; required here: "
+            f"{', '.join(n for n, f in fields.items() if f.required)}",
         )
 
     def _known(self, pairs: Pairs, names: list[str], key: str) -> None:
@@ -285,13 +295,14 @@ class DocumentReader:
         }
 
     def _refuse_mechanism(self, node: yaml.Node, kind: type[msgspec.Struct], key: str) -> None:
-        """Where a document that a mechanism leads to is wanted, the way there."""
+        """Refuse a mechanism and name the command that makes the expected document from it."""
         tried = OF_A_MECHANISM.get(kind.__name__)
         if tried is not None and isinstance(node, yaml.ScalarNode) and node.value == "mechanism/1":
             self.fail(
                 node,
                 key,
-                f"found 'mechanism/1'; allowed: {kind.__name__.lower()}/1; {tried.format(path=self.path)}",
+                f"found 'mechanism/1'; allowed: {kind.__name__.lower()}/1; "
+                f"{tried.format(path=self.path)}",
             )
 
     def _sequence(
@@ -340,8 +351,10 @@ class DocumentReader:
     def _quantity_pairs(
         self, node: yaml.Node, kind: type[msgspec.Struct], dimension: str, key: str
     ) -> Pairs:
-        """Return the keys of a quantity, span or series; an error message shows its form with a
-        suitable unit."""
+        """Return the keys of a quantity, span or series.
+
+        Error messages show its form with a suitable unit.
+        """
         fields = {field.name: field for field in msgspec.structs.fields(kind)}
         required = [name for name, field in fields.items() if field.required or name == "unit"]
         if not isinstance(node, yaml.MappingNode):
@@ -388,7 +401,8 @@ class DocumentReader:
                 self.fail(
                     low,
                     _join(key, below),
-                    f"found {_shown(low)} above {above} {_shown(high)}; allowed: low <= value <= high",
+                    f"found {_shown(low)} above {above} {_shown(high)}; allowed: low <= "
+                    "value <= high",
                 )
 
     def _factor(self, node: yaml.Node, unit: str, dimension: str, key: str) -> tuple[float, str]:
@@ -439,7 +453,8 @@ class DocumentReader:
             self.fail(
                 node,
                 key,
-                f"found {_shown(node)}; allowed: {_allowed(kind, meta)}{_nearest_choice(kind, found)}",
+                f"found {_shown(node)}; allowed: "
+                f"{_allowed(kind, meta)}{_nearest_choice(kind, found)}",
             )
 
 
@@ -455,7 +470,10 @@ def _shown(node: yaml.Node) -> str:
 
 
 def _suggest(name: str, known: list[str]) -> str:
-    """The nearest of several; of a single one the reader needs no hint."""
+    """Return a hint with the nearest known name; empty if none is near.
+
+    It is also empty if only one name is known, which the message states anyway.
+    """
     near = [] if len(known) == 1 else difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     return f", did you mean {near[0]!r}?" if near else ""
 
@@ -488,4 +506,6 @@ def _allowed(kind: Any, meta: list[msgspec.Meta]) -> str:
             if length is not None
         ]
         limits += [f"the form {item.pattern}"] if item.pattern is not None else []
-    return f"{_type_name(kind)}{' of' if kind is str and limits else ''} {' and '.join(limits)}".rstrip()
+    return (
+        f"{_type_name(kind)}{' of' if kind is str and limits else ''} {' and '.join(limits)}"
+    ).rstrip()

@@ -1,4 +1,4 @@
-"""The documents by name: loading, saving, and the JSON Schema of each for editors."""
+"""Registry of the documents: loading by name, and JSON Schemas for editors."""
 
 from __future__ import annotations
 
@@ -46,11 +46,26 @@ def load(path: Path | str) -> Any: ...
 
 
 def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
-    """The document at `path`, every quantity in SI; without `kind` it is of the one that its key
-    `format` names.
+    """Load the document at `path`, with every quantity in SI.
 
-    Raises DocumentError with file, line and key, what was found and what is allowed; InputFileError
-    where it is no YAML text.
+    Parameters
+    ----------
+    path : Path or str
+        The YAML file.
+    kind : type, optional
+        The expected type of document. By default the key `format` of the document names it.
+
+    Returns
+    -------
+    T
+        The document, an instance of `kind`.
+
+    Raises
+    ------
+    DocumentError
+        If a key or value is wrong; the message names file, line, key, value and allowed values.
+    InputFileError
+        If the file cannot be read as YAML text.
     """
     path = Path(path)
     node = compose(read_text(path), path)
@@ -63,7 +78,7 @@ def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
 
 
 def _kind(node: yaml.Node, path: Path) -> type[msgspec.Struct]:
-    """What a document says that it is."""
+    """Return the type of document that the key `format` names."""
     for key, value in node.value if isinstance(node, yaml.MappingNode) else []:
         if key.value == "format":
             found = DOCUMENTS.get(str(value.value).partition("/")[0])
@@ -85,8 +100,7 @@ def _kind(node: yaml.Node, path: Path) -> type[msgspec.Struct]:
 
 
 def same_axis(documents: dict[Path, Any]) -> None:
-    """Raises InputFileError where the documents do not all describe one kind of axis, or not one
-    kind of drive."""
+    """Raise InputFileError if the documents differ in the kind of axis or of drive."""
     for name in ("axis", "drive"):
         found = {
             path: getattr(document, name)
@@ -98,12 +112,29 @@ def same_axis(documents: dict[Path, Any]) -> None:
             if first is not None and value != first[1]:
                 raise InputFileError(
                     path,
-                    f"{name}: found {value}, but {first[0]} says {first[1]}; the documents of one rig agree",
+                    f"{name}: found {value}, but {first[0]} says {first[1]}; the "
+                    "documents of one rig agree",
                 )
 
 
 def json_schema(name: str) -> dict[str, Any]:
-    """Return the JSON Schema of the document called `name`. Raises KeyError for an unknown name."""
+    """Return the JSON Schema of a document.
+
+    Parameters
+    ----------
+    name : str
+        A key of `DOCUMENTS`, such as `bench`.
+
+    Returns
+    -------
+    dict of str to Any
+        The schema, draft 2020-12.
+
+    Raises
+    ------
+    KeyError
+        If no document has this name.
+    """
     schema = msgspec.json.schema(DOCUMENTS[name])
     for described in (schema, *schema.get("$defs", {}).values()):
         if "description" in described:

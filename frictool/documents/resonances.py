@@ -1,8 +1,9 @@
-"""`resonances` of `model.yaml`: what links that yield add to the one inertia, between the drive's
-effort and the measured position.
+"""`resonances` of `model.yaml`: modes of compliant links between effort and position.
 
-position = H(s) rigid position        H = prod_zeros (1 + 2 d s/w + s^2/w^2) prod (1 + s/w) / the
-                                      same of the poles,  H(0) = 1
+    position = H(s) rigid position,  H(0) = 1
+    H = prod_zeros (1 + 2 d s/w + s^2/w^2) prod (1 + s/w) / (the same product of the poles)
+
+w is an angular frequency [rad/s], d a damping ratio.
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ MOST = 8
 
 
 class Oscillation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A pair of poles or zeros: angular frequency w without damping, and damping ratio d; negative
-    of zeros on the right."""
+    """Pair of poles or zeros: undamped angular frequency w and damping ratio d.
+
+    d is negative for zeros in the right half-plane.
+    """
 
     rad_s: Frequency
     damping: Annotated[float, msgspec.Meta(gt=-1, lt=1)]
@@ -26,8 +29,11 @@ class Oscillation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class Resonances(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """links: those that yield. real_poles_rad_s, real_zeros_rad_s: of factors 1 + s/w, w < 0 for a
-    zero on the right."""
+    """Poles and zeros of compliant links.
+
+    `links`: the names of these links. `real_poles_rad_s`, `real_zeros_rad_s`: w of factors 1 + s/w;
+    w < 0 is a zero in the right half-plane.
+    """
 
     poles: tuple[Oscillation, ...]
     links: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""`scenario.yaml`: what is played to the closed loop, or to the sources of a mechanism."""
+"""`scenario.yaml`: test of a closed loop, or of a mechanism's sources without a controller."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from frictool.documents.conditions import Disturbance, Drifts, SensorFault, Sign
 from frictool.documents.quantity import AnyQuantity, Axis, Position, PositiveLength
 from frictool.documents.spread import Spread
 
-# a limit cycle is not called absent before; some need a minute to show (docs/theory/simulate.md)
+# s, shortest hold that can show the absence of a limit cycle; some cycles need a minute to appear
+# (docs/theory/simulate.md)
 SHORTEST_HOLD_S = 15.0
 Hold = Annotated[float, msgspec.Meta(ge=SHORTEST_HOLD_S)]
 MOST_PLANTS = 100_000
@@ -20,8 +21,10 @@ STEP_KINDS = ("reference", "ramp_to", "sine", "hold_s")
 
 
 class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """centre + amplitude sin(2 pi frequency_hz t + phase_deg), t since the part begins; centre:
-    where the part before it ended."""
+    """Sine reference: centre + amplitude sin(2 pi frequency_hz t + phase_deg).
+
+    t counts from the start of the part. `centre`: by default the end of the previous part.
+    """
 
     amplitude: PositiveLength
     frequency_hz: PositiveNumber
@@ -30,11 +33,10 @@ class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A part of the reference: exactly one of `reference`, `ramp_to`, `sine` for `duration_s`, or
-    `hold_s`.
+    """Part of the reference: one of `reference`, `ramp_to` or `sine` for `duration_s`, or `hold_s`.
 
-    reference: held. ramp_to: reached at constant speed from where the part before it ended. hold_s:
-    that is kept, for at least 15 s.
+    `reference`: constant. `ramp_to`: reached at constant speed from the end of the previous part.
+    `hold_s`: duration for which the end of the previous part is held, at least 15 s.
     """
 
     reference: Position | None = None
@@ -47,33 +49,35 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
         given = [name for name in STEP_KINDS if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
-                f"found {' and '.join(given) or 'none of them'}; allowed: exactly one of {', '.join(STEP_KINDS)}"
+                f"found {' and '.join(given) or 'none of them'}; allowed: exactly one "
+                f"of {', '.join(STEP_KINDS)}"
             )
         if (self.duration_s is None) != (self.hold_s is not None):
             raise ValueError(
-                "duration_s belongs to reference, ramp_to and sine, which need it; hold_s is a duration itself"
+                "duration_s belongs to reference, ramp_to and sine, which need it; "
+                "hold_s is a duration itself"
             )
 
     @property
     def kind(self) -> str:
-        """Which of STEP_KINDS it is."""
+        """Return the kind of the part, one of STEP_KINDS."""
         return next(name for name in STEP_KINDS if getattr(self, name) is not None)
 
     @property
     def seconds(self) -> float:
-        """How long the part lasts."""
+        """Return the duration of the part [s]."""
         found = self.hold_s if self.duration_s is None else self.duration_s
         assert found is not None
         return found
 
 
 class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A measured channel as the reference: `channel` of the log at `log` (a path from the
-    scenario's folder) from from_s to to_s.
+    """Logged channel as the reference.
 
-    Times count from the log's first sample. shift: added to the channel, where the log's zero is
-    not the model's. hold_s: the last value is kept for so long after it. How it is resampled:
-    docs/theory/simulate.md.
+    `log`: path of the log from the scenario's folder. `channel` is replayed from `from_s` to
+    `to_s`, which count from the log's first sample. `shift`: added to the channel, if the log's
+    zero is not the model's. `hold_s`: duration for which the last value is then held. The
+    resampling is described in docs/theory/simulate.md.
     """
 
     log: Annotated[str, msgspec.Meta(min_length=1)]
@@ -89,17 +93,21 @@ class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`scenario.yaml`: `steps`, or a `reference` from a log; without a controller what the
-    `sources` of a mechanism give for `duration_s`.
+    """`scenario.yaml`.
 
-    start: position at rest before it begins; of a replay the reference's first value unless it is
-    given. variants: `nominal` is the model's values; `vertices` adds one run at each vertex of the
-    controller's polytope, `random` one for each of `plants` plants drawn from the bench's ranges;
-    `given` is the one plant that differs from the model in the parameters that `given` names.
-    spread: what a campaign varies. drive: what drives the rig, where a quantity here is one of it.
-    drive_noise: standard deviation of the measured drive, A or V. seed: of the noise and the
-    plants. sources: by their names; under a controller those that it does not command. examples: as
-    in bench.yaml.
+    A scenario has `steps`, or a `reference` from a log. Without a controller it has commands of a
+    mechanism's `sources` for `duration_s`.
+
+    `start`: position at rest at the beginning; by default the first value of a replayed reference.
+
+    `variants`: `nominal` takes the model's values. `vertices` adds one run at each vertex of the
+    controller's polytope. `random` adds one run for each of `plants` plants drawn from the bench's
+    ranges. `given` is one plant that differs from the model in the parameters of `given`.
+
+    `spread`: variations of a campaign. `drive`: type of drive, for the units of quantities here.
+    `drive_noise`: standard deviation of the measured drive [A | V]. `seed`: of the noise and the
+    plants. `sources`: commands by source name; with a controller, only of sources that it does not
+    command. `examples`: as in bench.yaml.
     """
 
     format: Literal["scenario/1"]
@@ -128,11 +136,13 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
         if self.is_open:
             if self.reference is not None or self.steps:
                 raise ValueError(
-                    "duration_s, without a controller, goes without steps and reference; they say themselves how long they last"
+                    "duration_s, without a controller, goes without steps and "
+                    "reference; they say themselves how long they last"
                 )
         elif self.reference is None and not self.steps:
             raise ValueError(
-                "steps is empty; write at least one {reference: .., duration_s: ..}, or duration_s for a test without controller"
+                "steps is empty; write at least one {reference: .., duration_s: ..}, "
+                "or duration_s for a test without controller"
             )
         elif self.reference is None and self.start is None:
             raise ValueError("start is missing; write the position at rest before the first step")
@@ -147,7 +157,8 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
             and self.spread.start is None
         ):
             raise ValueError(
-                "spread.within_count is about the start: write start, the position at rest before it begins"
+                "spread.within_count is about the start: write start, the position at "
+                "rest before it begins"
             )
         if self.spread is not None and self.is_open:
             raise ValueError(
@@ -156,13 +167,12 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     @property
     def is_open(self) -> bool:
-        """Whether it is played without a controller: it says what the sources give, and no
-        reference."""
+        """Return True if the scenario has no controller: source commands and no reference."""
         return self.duration_s is not None
 
     @property
     def seconds(self) -> float:
-        """How long the steps last, or the test without a controller; nan for a replay."""
+        """Return the duration of the steps or of the open-loop test [s]; NaN for a replay."""
         if self.duration_s is not None:
             return self.duration_s
         return math.nan if self.reference is not None else sum(step.seconds for step in self.steps)

@@ -1,5 +1,4 @@
-"""`spec.yaml`: what the closed loop has to do. Each key that is present is one requirement of the
-verdict."""
+"""`spec.yaml`: requirements of the closed loop; each key is one requirement of the verdict."""
 
 from __future__ import annotations
 
@@ -12,27 +11,32 @@ from frictool.documents.quantity import Axis, DriveLimit, NonNegativeLength, Pos
 
 
 class Rest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """After `after_s` of constant reference: no motion beyond the sensor's step and no more drive
-    than `drive` (thesis 5.4.1: none)."""
+    """Rest after `after_s` of constant reference (thesis 5.4.1).
+
+    Allowed are motion within the sensor's step and a drive up to `drive` [A | V], by default zero.
+    """
 
     after_s: PositiveNumber
     drive: Annotated[float, msgspec.Meta(ge=0)] = 0.0
 
 
 class Energy(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Mean square of the drive over the first `window_s` of a step, as table 5.3 counts energy, in
-    A^2 or V^2."""
+    """Limit of the drive's mean square over the first `window_s` of a step [A^2 | V^2].
+
+    This is the energy of table 5.3.
+    """
 
     window_s: PositiveNumber
     limit: PositiveNumber
 
 
 class Spec(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`spec.yaml`. What each key asks for is defined in docs/theory/report.md.
+    """`spec.yaml`. Each key is defined in docs/theory/report.md.
 
-    limit_cycle: the largest amplitude allowed, half of the peak to peak. drive_rms: over the whole
-    of a log. saturation_time_s: with the drive at its limit, in one hold. load_static_error: of the
-    mechanical position behind the backlash. examples: as in bench.yaml.
+    `limit_cycle`: largest allowed amplitude, half of the peak-to-peak value. `drive_rms`: over a
+    whole log. `saturation_time_s`: time with the drive at its limit, in one hold.
+    `load_static_error`: of the mechanical position behind the backlash. `examples`: as in
+    bench.yaml.
     """
 
     format: Literal["spec/1"]

@@ -1,9 +1,8 @@
-"""`spread:` of scenario.yaml: what a campaign varies beside the ranges that the plant has itself;
-`simulate` plays the scenario without it.
+"""`spread:` of scenario.yaml: variations of a campaign besides the plant's own ranges.
 
-Every range is uniform and independent of the others, but for a breakaway, which is drawn from what
-of its range is not below the Coulomb friction; a range whose ends are equal is a fixed value. A
-range that reaches where no plant can be is refused.
+`simulate` ignores it. Every range is uniform and independent of the others, with one exception: a
+breakaway is drawn from the part of its range that is not below the Coulomb friction. A range with
+equal ends is a fixed value. A range that contains impossible plants is an error.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from frictool.documents.conditions import (
 from frictool.documents.quantity import PositionSpan, Span, _of
 
 DriveSpan = Annotated[Span, _of("drive")]
-EffortSpan = Annotated[Span, _of("effort of either axis")]  # as of a disturbance
+EffortSpan = Annotated[Span, _of("effort of either axis")]  # unit as of a disturbance
 AnySpan = Annotated[Span, _of("any")]
 
 
@@ -36,7 +35,7 @@ def _check_ends(
 
 
 class FactorBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A factor between two others."""
+    """Range of a factor."""
 
     low: Factor
     high: Factor
@@ -46,7 +45,7 @@ class FactorBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class InstantBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A time [s] between two others."""
+    """Range of a time [s]."""
 
     low: Instant
     high: Instant
@@ -56,7 +55,7 @@ class InstantBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LastingBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How long [s], between two others."""
+    """Range of a duration [s]."""
 
     low: PositiveNumber
     high: PositiveNumber
@@ -66,7 +65,7 @@ class LastingBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class GainBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A gain error between two others."""
+    """Range of a gain error."""
 
     low: GainError
     high: GainError
@@ -76,7 +75,7 @@ class GainBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class CountBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Every whole number from one to another is as likely."""
+    """Range of whole numbers, all equally likely."""
 
     low: int
     high: int
@@ -86,7 +85,7 @@ class CountBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class FrequencyBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A frequency [Hz] between two others."""
+    """Range of a frequency [Hz]."""
 
     low: PositiveNumber
     high: PositiveNumber
@@ -96,27 +95,30 @@ class FrequencyBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Warmth(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Factors at one end of the range of temperature: on the viscous friction of every regime, and
-    on the drive's constant."""
+    """Factors at one end of the temperature range.
+
+    `viscous` multiplies the viscous friction of every regime, `constant` the drive's constant.
+    """
 
     viscous: Factor = 1.0
     constant: Factor = 1.0
 
 
 class Temperature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One temperature a trial, between cold and hot; both factors lie as far between their ends as
-    it does."""
+    """Temperature of a trial, drawn between cold and hot.
+
+    Both factors are interpolated linearly.
+    """
 
     cold: Warmth
     hot: Warmth
 
 
 class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A sensor fault whose size and instant are drawn: kinds and meanings as in `sensor_faults`.
-    at_s: from the start where not given.
+    """Sensor fault of random size and time; the kinds are those of `sensor_faults`.
 
-    lasts_s: of encoder_stuck, which needs it, of encoder_invalid and of the drive's; else to the
-    end.
+    `at_s`: by default the start. `lasts_s`: duration; encoder_stuck requires it, encoder_invalid
+    and drive faults last to the end without it.
     """
 
     kind: Kind
@@ -137,8 +139,10 @@ class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 class SpreadDisturbance(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """An effort on the axis that is drawn: kinds and meanings as in `disturbances`. at_s: from the
-    start where not given."""
+    """Random effort on the axis; the kinds are those of `disturbances`.
+
+    `at_s`: by default the start.
+    """
 
     kind: Literal["step", "pulse", "sine"]
     effort: EffortSpan
@@ -152,13 +156,13 @@ class SpreadDisturbance(
 
 
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What a campaign varies beside the plant's own ranges.
+    """Variations of a campaign besides the plant's own ranges.
 
-    parameters: ranges of the plant's parameters, by name, in place of those that bench, model or
-    mechanism give; low = high: that value. start: the position at rest. within_count: where within
-    the encoder's count the axis starts, which is never known. wear: factor on all dry friction.
-    temperature: cold to hot. sensor_faults, disturbances: in each trial all of them, beside those
-    of the scenario.
+    `parameters`: ranges of plant parameters by name, instead of those of the bench, model or
+    mechanism. `start`: position at rest. `within_count`: also draw the start position within one
+    encoder count, which is never known. `wear`: factor on all dry friction. `temperature`: cold to
+    hot. `sensor_faults`, `disturbances`: each trial has all of them, in addition to those of the
+    scenario.
     """
 
     parameters: dict[str, AnySpan] = {}

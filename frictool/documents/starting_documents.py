@@ -1,5 +1,4 @@
-"""The documents that a new rig starts from: commented, valid as they stand, with what a log told
-filled in and marked as guessed."""
+"""Starting documents of a new rig: commented, valid, with facts from a log marked as guessed."""
 
 from __future__ import annotations
 
@@ -31,20 +30,19 @@ CONSTANTS = {
     ("linear", "current"): 20.0,
     ("linear", "voltage"): 35.0,
 }
-NOTE = "\0"  # in a rendered line, what follows is a note on it
+NOTE = "\0"  # separates a rendered line from its note
 NOTE_COLUMN = 36
 EXAMPLE = "example: replace"
 
 
 @dataclass(frozen=True)
 class StartingRig:
-    """Facts about a rig. log: the base name of the log that gave them, and its path from the rig's
-    folder.
+    """Facts about a rig, from the user or from a log.
 
-    axis_source: where the kind of axis comes from: the user, the log, or neither.
-    columns: channel -> (column, unit); left: columns without a channel; period [s] and the
-    encoder's step [rad | m] or None. questions: channel -> note on its column or unit, which is
-    OPEN because the log does not contain it.
+    `log`: base name of the log. `log_path`: its path from the rig's folder. `axis_source`: source
+    of the kind of axis: the user, the log, or neither. `columns`: channel -> (column, unit).
+    `left`: columns without a channel. `period` [s]. `step`: of the encoder [rad | m]. `questions`:
+    channel -> note on its column or unit, which is OPEN because the log does not contain it.
     """
 
     name: str
@@ -61,20 +59,24 @@ class StartingRig:
 
 
 def starting_documents(start: StartingRig) -> dict[str, str]:
-    """File name in the rig's folder -> text: bench, specification, design, scenario and the
-    Makefile that chains the commands."""
+    """Return the text of each file in the rig's folder, by file name.
+
+    The files are bench, specification, design, scenario, and a Makefile that chains the commands.
+    """
     return {name: _aligned(_listed(text)) for name, text in _rendered(start).items()}
 
 
 def example_keys(start: StartingRig) -> dict[str, list[str]]:
-    """File name -> the keys whose values are examples, a key within another after a dot: the files
-    mark them `# example: replace`."""
+    """Return the keys with example values of each file, by file name; a nested key follows a dot.
+
+    The files mark them `# example: replace`.
+    """
     found = {name: _example_keys(text) for name, text in _rendered(start).items()}
     return {name: keys for name, keys in found.items() if keys}
 
 
 def _listed(text: str) -> str:
-    """Return the text with its example keys listed under `examples`, behind the document's name."""
+    """Return the text with its example keys listed under `examples`, after the document's name."""
     keys = _example_keys(text)
     if not keys:
         return text
@@ -101,7 +103,7 @@ def _example_keys(text: str) -> list[str]:
 
 
 def _rendered(start: StartingRig) -> dict[str, str]:
-    """The files, NOTE before each note."""
+    """Return the text of each file, with NOTE in front of each note."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
         undefined=jinja2.StrictUndefined,
@@ -115,8 +117,7 @@ def _rendered(start: StartingRig) -> dict[str, str]:
 
 
 def _context(start: StartingRig) -> dict[str, Any]:
-    """What the templates know: the start, what follows from it, and the functions that write names,
-    numbers and notes."""
+    """Return the variables and functions of the templates."""
     rotary, drive = start.axis == "rotary", start.drive or DRIVES[start.axis]
     unit = si_unit(drive, start.axis)
 
@@ -162,7 +163,7 @@ def _context(start: StartingRig) -> dict[str, Any]:
 
 
 def _aligned(text: str) -> str:
-    """Notes at one place of the line where there is room."""
+    """Return the text with all notes aligned at NOTE_COLUMN, or later on long lines."""
     lines = (line.partition(NOTE) for line in text.splitlines())
     return "".join(
         (f"{before:{NOTE_COLUMN}}  {note}" if note else before) + "\n" for before, _, note in lines
@@ -170,8 +171,10 @@ def _aligned(text: str) -> str:
 
 
 def quoted(text: str) -> str:
-    """Text as a YAML scalar on one line, also between braces; in double quotes, with escapes, where
-    it could be read as anything else."""
+    """Return a text as a YAML scalar on one line, also valid between braces.
+
+    It is in double quotes, with escapes, if the plain text could be read as anything else.
+    """
     plain = yaml.safe_dump(
         [text], default_flow_style=True, width=float("inf"), allow_unicode=True
     ).rstrip("\n")[1:-1]
@@ -185,5 +188,5 @@ def _double_quoted(text: str) -> str:
 
 
 def comment_text(text: str) -> str:
-    """Text that stays within its comment line."""
+    """Return the text with unprintable characters as `?`, so that a comment stays on one line."""
     return "".join(character if character.isprintable() else "?" for character in text)

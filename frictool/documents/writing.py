@@ -1,4 +1,4 @@
-"""Writing a document as YAML: the same document gives the same bytes."""
+"""Deterministic writing of documents as YAML."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ FLOW_WIDTH = 110
 
 
 class _Dumper(Dumper):
-    """Short lists and quantity maps on one line, everything else as blocks; floats with as few
-    digits as give them back."""
+    """Dumper with short lists and quantities on one line, and with shortest exact floats."""
 
 
 def _float(dumper: yaml.SafeDumper, value: float) -> yaml.Node:
@@ -25,7 +24,7 @@ def _float(dumper: yaml.SafeDumper, value: float) -> yaml.Node:
 
 
 def _text(dumper: yaml.SafeDumper, value: str) -> yaml.Node:
-    # what is not printable is escaped, which only double quotes do
+    # only double quotes escape unprintable characters
     return dumper.represent_scalar(
         "tag:yaml.org,2002:str", value, style=None if value.isprintable() else '"'
     )
@@ -53,17 +52,41 @@ _Dumper.add_representer(float, _float)
 _Dumper.add_representer(str, _text)
 _Dumper.add_representer(dict, _mapping)
 _Dumper.add_representer(list, _sequence)
-_Dumper.ignore_aliases = lambda self, data: True  # type: ignore[method-assign]  # no anchors in documents meant for people
+_Dumper.ignore_aliases = lambda self, data: True  # no anchors in documents for people
 
 
 def to_yaml(document: msgspec.Struct) -> str:
-    """The YAML text of a document, keys in the order of the type, unset optional keys left out."""
+    """Return the YAML text of a document.
+
+    Parameters
+    ----------
+    document : msgspec.Struct
+        Any of the documents.
+
+    Returns
+    -------
+    str
+        The text, with keys in the order of the type. Unset optional keys are omitted.
+    """
     tree: dict[str, Any] = drop_unset(msgspec.to_builtins(document))
     return tree_to_yaml(tree)
 
 
 def save(document: msgspec.Struct, path: Path | str) -> None:
-    """Writes a document to `path`, whole or not at all. Raises OutputError where it cannot."""
+    """Write a document to a file, completely or not at all.
+
+    Parameters
+    ----------
+    document : msgspec.Struct
+        Any of the documents.
+    path : Path or str
+        The file to write.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
     path = Path(path)
     text = to_yaml(document)
     try:
@@ -74,12 +97,12 @@ def save(document: msgspec.Struct, path: Path | str) -> None:
 
 
 def tree_to_yaml(tree: dict[str, Any]) -> str:
-    """The YAML text of mappings, lists and scalars, keys in their order."""
+    """Return the YAML text of mappings, lists and scalars, with keys in their order."""
     return yaml.dump(tree, Dumper=_Dumper, sort_keys=False, width=10_000, allow_unicode=True)
 
 
 def drop_unset(value: Any) -> Any:
-    """The same tree without keys whose value is None."""
+    """Return the tree without keys whose value is None."""
     if isinstance(value, dict):
         return {key: drop_unset(item) for key, item in value.items() if item is not None}
     if isinstance(value, list | tuple):

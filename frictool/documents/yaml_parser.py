@@ -1,8 +1,7 @@
-"""Parser of YAML text into nodes, bounded in depth and number; it uses libyaml where PyYAML was
-built with it.
+"""Parser of YAML text into nodes, bounded in depth and number of nodes.
 
-libyaml is about five times faster. PyYAML's composer in C is not used: it recurses without a limit,
-so that a deeply nested text ends the process.
+It uses libyaml if PyYAML was built with it, which is about five times faster. PyYAML's composer in
+C is not used: its recursion is unbounded, so that a deeply nested text crashes the process.
 """
 
 from __future__ import annotations
@@ -18,33 +17,32 @@ from frictool.documents.yaml_scalars import Loader
 try:
     from yaml._yaml import CParser
 except ImportError:  # PyYAML built without libyaml
-    CParser = None  # type: ignore[assignment, misc]  # the parser in Python replaces it
+    CParser = None  # the parser in Python replaces it
 
 MAX_DEPTH = 100
-MAX_NODES = 200_000  # the largest document takes some seconds; an alias counts each time it is used
-# a shorter text that libyaml refuses is parsed again, for the line that PyYAML's own parser names
+MAX_NODES = 200_000  # the largest document takes some seconds; an alias counts on each use
+# characters: a shorter text that libyaml refuses is parsed again, because PyYAML's parser names the
+# line
 RETRY_CHARACTERS = 50_000
 YAML_TAGS = "tag:yaml.org,2002:"
 
 
 class RefusedYaml(ComposerError):
-    """The text is YAML, but of a kind that no document needs."""
+    """Valid YAML that uses a feature that no document needs."""
 
 
 class _BoundedComposer(Composer):
     """Composer that refuses tags, lone surrogates, deep nesting and too many nodes."""
 
     def compose_document(self) -> yaml.Node | None:
-        """Return the root node."""
         self._depth = 0
         self._nodes = 0
-        self._sizes: dict[str, int] = {}  # of the nodes that have an anchor
+        self._sizes: dict[str, int] = {}  # anchor -> number of nodes
         node: yaml.Node | None = super().compose_document()
         return node
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Return the next node. Raises RefusedYaml where the document exceeds a bound or carries a
-        tag."""
+        """Return the next node. Raises RefusedYaml if the document exceeds a bound or has a tag."""
         event: Any = self.peek_event()  # type: ignore[attr-defined]  # a method of the parser, with which this class is combined
         before = self._nodes
         if isinstance(event, yaml.AliasEvent):
@@ -84,7 +82,7 @@ class _PlainLoader(_BoundedComposer, Loader):
 
 
 def _fast_loader() -> type[Any]:
-    """Return the loader with libyaml's parser; PyYAML's where it is absent."""
+    """Return the loader with libyaml's parser, or PyYAML's if libyaml is absent."""
     if CParser is None:
         return _PlainLoader
 
@@ -105,8 +103,8 @@ fast_loader = _fast_loader()
 def compose(text: str) -> yaml.Node | None:
     """Return the root node of a document; None if it is empty.
 
-    Raises RefusedYaml if it has a tag or exceeds a bound, another yaml.YAMLError or ValueError if
-    it is not YAML.
+    Raises RefusedYaml if the document has a tag or exceeds a bound, and another yaml.YAMLError or
+    ValueError if it is not YAML.
     """
     try:
         return _composed(text, fast_loader)
@@ -130,7 +128,7 @@ def _refusal(problem: str, event: yaml.Event) -> RefusedYaml:
 
 
 def _as_written(tag: str) -> str:
-    """Return the tag as a document has it, cut to 40 characters."""
+    """Return the tag as written in the document, cut to 40 characters."""
     written = (
         f"!!{tag.removeprefix(YAML_TAGS)}"
         if tag.startswith(YAML_TAGS)

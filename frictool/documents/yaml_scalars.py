@@ -1,7 +1,6 @@
-"""Which plain scalars of a document are numbers, true, false or nothing: those of YAML 1.2's core
-schema, read and written alike.
+"""Plain scalars of YAML 1.2's core schema: numbers, true, false and null, for reading and writing.
 
-In YAML 1.1, the default of the library, `1e-5` is text and `no` is false.
+The library's default is YAML 1.1, in which `1e-5` is text and `no` is false.
 """
 
 from __future__ import annotations
@@ -24,13 +23,13 @@ _SCALARS = (
 
 
 class Loader(yaml.SafeLoader):
-    """Composes nodes with the scalars above."""
+    """Loader with the scalars above."""
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012  # the library's own attribute
 
 
 class Dumper(yaml.SafeDumper):
-    """Writes scalars so that `Loader` reads them back as they were."""
+    """Dumper whose scalars `Loader` reads back unchanged."""
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012  # as above
 

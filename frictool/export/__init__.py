@@ -1,4 +1,4 @@
-"""A controller as source code with golden vectors."""
+"""Export of a controller as C source with golden vectors, and as coefficients for other tools."""
 
 from typing import TYPE_CHECKING
 

@@ -1,17 +1,18 @@
-"""Second-order sections as CMSIS-DSP's direct form I biquads keep them (arm_biquad_cascade_df1_f32,
-_q31, _q15).
+"""Second-order sections as direct form I biquads of CMSIS-DSP.
 
-    f32    y = b0 x + b1 x1 + b2 x2 + a1 y1 + a2 y2                  a1, a2 with the opposite sign
+The functions are arm_biquad_cascade_df1_f32, _q31 and _q15:
+
+    f32    y = b0 x + b1 x1 + b2 x2 + a1 y1 + a2 y2; a1 and a2 have the opposite sign
            of H = (b0 + ..)/(1 + a1/z + a2/z^2)
-    q31    acc = the same sum in 2.62, y = acc >> (31 - postShift)   wraps: the sum has to stay
-           within +-2, y within +-1
-    q15    acc = the same sum in 34.30, y = acc >> (15 - postShift)  saturates y
+    q31    acc = the same sum in 2.62, y = acc >> (31 - postShift); it wraps, so that
+           the sum must stay within +-2 and y within +-1
+    q15    acc = the same sum in 34.30, y = acc >> (15 - postShift); y saturates
 
-Fixed point keeps every coefficient times 2^-postShift. So that no stage wraps whatever enters, each
-stage's output is scaled to a quarter of the range by the sum of its impulse response, and what
-enters too: `input_scale`, `output_scale` are what one whole range stands for. Shifts round down: a
-bias of at most one count a stage, which 1/A of the stage and the stages behind amplify; its bound
-is `noise`.
+In fixed point every coefficient is stored times 2^-postShift. Each stage's input and output are
+scaled to a quarter of the range by the sum of the absolute impulse response, so that no stage wraps
+for any input. `input_scale` and `output_scale` are the values of one full range. Shifts round down,
+which adds a bias of at most one count per stage. The bias is amplified by 1/A of the stage and by
+the stages behind it; `noise` is its bound.
 """
 
 from __future__ import annotations
@@ -27,19 +28,19 @@ from frictool.control.second_order_sections import chain_state_space
 from frictool.documents.controller import Number
 from frictool.errors import NoSolutionError
 
-# of the range, what each stage's signals are scaled to: two guard bits, as CMSIS-DSP asks for
+# share of the range to which each stage's signals are scaled: two guard bits, as CMSIS-DSP requires
 REACH = 0.25
 Row = tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Biquads:
-    """stages: b0 b1 b2 a1 a2 as CMSIS has them (a with its sign), words in fixed point; post_shift:
-    of all of them.
+    """Biquad stages with their scales.
 
-    One whole range of the input is input_scale, of the output output_scale (in the units of what
-    enters and of the drive); noise: of the output by rounding of the signals, at most. In float the
-    scales are 1 and the noise is not bounded: nan.
+    `stages`: b0 b1 b2 a1 a2 of each stage in the convention of CMSIS, as integers in fixed point.
+    `post_shift`: common to all stages. `input_scale`, `output_scale`: values of one full range of
+    input and output, in their units. `noise`: bound of the output's error due to rounding of the
+    signals. In float the scales are 1, and the noise is unbounded (NaN).
     """
 
     stages: tuple[tuple[float, ...] | tuple[int, ...], ...]
@@ -49,8 +50,7 @@ class Biquads:
     noise: float
 
     def sections(self, number: Number) -> tuple[Row, ...]:
-        """b0 b1 b2 a0 a1 a2 of what the stages do, in the units of what enters and leaves all of
-        them."""
+        """Return b0 b1 b2 a0 a1 a2 of the rounded stages, in the units of input and output."""
         unit = 1.0 if number == "float" else math.ldexp(1.0, self.post_shift - BITS[number])
         rows = [[unit * value for value in stage] for stage in self.stages]
         rows[-1][:3] = [value * self.output_scale / self.input_scale for value in rows[-1][:3]]
@@ -58,7 +58,7 @@ class Biquads:
 
 
 def float_biquads(sections: tuple[Row, ...]) -> Biquads:
-    """Without scales: coefficients as the nearest floats, a1 and a2 with their sign changed."""
+    """Return unscaled stages in float, with the signs of a1 and a2 changed."""
     stages = tuple(
         tuple(float(np.float32(value)) for value in (b0, b1, b2, -a1, -a2))
         for b0, b1, b2, _, a1, a2 in sections
@@ -67,16 +67,16 @@ def float_biquads(sections: tuple[Row, ...]) -> Biquads:
 
 
 def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering: float) -> Biquads:
-    """Scaled for |what enters| <= entering.
+    """Return stages in fixed point, scaled for |input| <= entering.
 
-    Raises NoSolutionError where a section is not stable by itself, or the rounded stages might
-    wrap.
+    Raises NoSolutionError if a section is unstable by itself, or if the rounded stages might wrap.
     """
     bits = BITS[number]
     reach = [entering, *(entering * response_sum(sections[: k + 1]) for k in range(len(sections)))]
     if not all(math.isfinite(one) for one in reach):
         raise NoSolutionError(
-            f"{name}: the sections have no bound in {number}: one has a pole on the unit circle or outside (an integrator), where "
+            f"{name}: the sections have no bound in {number}: one has a pole on the "
+            "unit circle or outside (an integrator), where "
             "CMSIS-DSP wraps; use --number float, or --lang c, which saturates and holds its states"
         )
     scales = [one / REACH if one > 0.0 else 1.0 for one in reach]
@@ -97,23 +97,27 @@ def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering
 
 
 def response_sum(sections: tuple[Row, ...]) -> float:
-    """Sum of the absolute impulse response of a chain: how far it answers at most to what stays
-    within +-1; inf where it is not stable."""
+    """Return the sum of the absolute impulse response of a chain; inf if it is unstable.
+
+    It is the largest output for inputs within +-1.
+    """
     a, b, c, d = chain_state_space(sections)
     n = len(b)
-    whole = np.zeros((n + 1, n + 1))  # and what leaves, as one more state
+    whole = np.zeros((n + 1, n + 1))  # the output becomes one more state
     whole[:n, :n], whole[n, :n] = a, c
     return float(impulse_sums(whole, np.append(b, d))[n])
 
 
 def _noise(name: str, made: Biquads, number: Number) -> float:
-    """Bound of the rounding at the output, in whole ranges. Raises NoSolutionError where a stage
-    might wrap or saturate."""
+    """Return the bound of the rounding error at the output, in full ranges.
+
+    Raises NoSolutionError if a stage might wrap or saturate.
+    """
     bits = BITS[number]
     unit, count = math.ldexp(1.0, made.post_shift - bits), math.ldexp(1.0, -bits)
     rows = [[unit * value for value in stage] for stage in made.stages]
     chain = [(b0, b1, b2, 1.0, -a1, -a2) for b0, b1, b2, a1, a2 in rows]
-    noise, entered = 0.5 * count, REACH  # what enters is rounded to the nearest
+    noise, entered = 0.5 * count, REACH  # the input is rounded to the nearest
     for k, (b0, b1, b2, a1, a2) in enumerate(rows):
         noise = (
             response_sum((tuple(chain[k]),)) * noise
@@ -123,7 +127,8 @@ def _noise(name: str, made: Biquads, number: Number) -> float:
         total = (abs(b0) + abs(b1) + abs(b2)) * entered + (abs(a1) + abs(a2)) * left
         if not (left < 1.0 and (number == "q15" or math.ldexp(total, -made.post_shift) < 2.0)):
             raise NoSolutionError(
-                f"{name}: section {k} may leave the range in {number}: its output reaches {left:.3g} of it by rounding alone; "
+                f"{name}: section {k} may leave the range in {number}: its output "
+                f"reaches {left:.3g} of it by rounding alone; "
                 f"use {'--number q31' if number == 'q15' else '--number float'}, or --lang c"
             )
         entered = left

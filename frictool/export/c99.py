@@ -1,5 +1,7 @@
-"""A controller as C99: header, source, golden vectors, self-test, all from the program that the
-simulation runs."""
+"""Controller as C99: header, source, golden vectors and self-test.
+
+The source is generated from the program that the simulation runs.
+"""
 
 from __future__ import annotations
 
@@ -58,11 +60,11 @@ def c_sources(
     loop: RoundedLoop,
     origin: ExportOrigin,
 ) -> dict[str, str]:
-    """File name -> text. `program` is the controller's, `vectors` those of the number format,
-    `loop` what was verified of it.
+    """Return the text of each C file, by file name.
 
-    Raises NoSolutionError where a coefficient is beyond the range of the format, DoesNotFit where
-    fixed point cannot be scaled.
+    `program`: that of the controller. `vectors`: golden vectors of the number format. `loop`:
+    verified properties with rounded coefficients. Raises NoSolutionError if a coefficient is beyond
+    the range of the format, and FixedPointOverflow if fixed point cannot be scaled.
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(FOLDER),
@@ -89,7 +91,7 @@ def c_sources(
 
 
 def _about(controller: Controller, origin: ExportOrigin) -> dict[str, Any]:
-    """What the header says of the controller."""
+    """Return the header's facts about the controller."""
     name = c_identifier(controller.name)
     return {
         "id": name,
@@ -107,7 +109,7 @@ def _about(controller: Controller, origin: ExportOrigin) -> dict[str, Any]:
 
 
 def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
-    """The program in C: declarations, fields, statements."""
+    """Return the program in C: declarations, fields and statements."""
     program = names.program
     assert program.output is not None
     entering = [
@@ -150,8 +152,10 @@ def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
 
 
 def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dict[str, Any]:
-    """What differs between numbers and words: limits, conversions, the proof, the struct's
-    notes."""
+    """Return what differs between real numbers and fixed point.
+
+    It covers limits, conversions, the proof and notes on the fields.
+    """
     program, scaled = names.program, numbers.scaled if isinstance(numbers, FixedNumbers) else None
     drive = program.output
     assert drive is not None
@@ -190,8 +194,10 @@ def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dic
 
 
 def _limit(scaled: FixedProgram, drive: ProgramNode) -> int:
-    """The largest word of the drive: the limit's coefficient, rounded as the format keeps it, at
-    the drive's fraction."""
+    """Return the drive's largest word.
+
+    It is the rounded coefficient of the limit, shifted to the drive's fraction.
+    """
     limit = next(index for index, name in scaled.program.names.items() if name == "drive_limit")
     return shift_rounded(
         scaled.constants[limit], scaled.fractions[limit] - scaled.fractions[drive.index]
@@ -203,8 +209,7 @@ def _words(scaled: FixedProgram, mode: ProgramNode) -> list[int]:
 
 
 def _constant(table: NamedArray, numbers: NumberWriter) -> str:
-    """The declaration of a coefficient or of an array of them, row-major; an element that no value
-    has is 0."""
+    """Return the declaration of a coefficient or of a row-major array; missing elements are 0."""
 
     def element(node: ProgramNode | None) -> str:
         return numbers.constant(node) if node is not None else "0"
@@ -232,15 +237,17 @@ def _constant(table: NamedArray, numbers: NumberWriter) -> str:
 def _field(
     table: NamedArray, numbers: NumberWriter, program: Program, note: str
 ) -> tuple[str, str]:
-    """A field of the state, and what it is."""
+    """Return the declaration of a state field, and its comment."""
     held = all(node.index not in program.updates for node in table.nodes.values())
     told = [text for text in (state_meaning(table.name, held), note) if text]
     return f"{numbers.kind} {table.name}{table.brackets};", "; ".join(told)
 
 
 def _starts(names: CNames, numbers: NumberWriter) -> list[str]:
-    """Return the statements that set a new state to rest at the position, in the fault where the
-    position is invalid."""
+    """Return the statements that set a new state to rest at the position.
+
+    An invalid position sets the fault.
+    """
     program = names.program
     assert program.guard is not None
     lines = []
@@ -257,8 +264,10 @@ def _starts(names: CNames, numbers: NumberWriter) -> list[str]:
 
 
 def _writes(names: CNames, numbers: NumberWriter) -> list[str]:
-    """The states move, once everything has been computed; what another state held is read before
-    any is written."""
+    """Return the statements that update the states after all values have been computed.
+
+    A state that another state takes over is read before any is written.
+    """
     program = names.program
     read: list[str] = []
     written: list[str] = []
@@ -275,7 +284,7 @@ def _writes(names: CNames, numbers: NumberWriter) -> list[str]:
 
 
 def _vectors(program: Program, vectors: GoldenVectors, numbers: NumberWriter) -> dict[str, Any]:
-    """The golden vectors as the format writes them."""
+    """Return the golden vectors in the format."""
     visits = visit_conditions(program)
     return {
         "vectors": vectors,
@@ -293,7 +302,7 @@ def _vectors(program: Program, vectors: GoldenVectors, numbers: NumberWriter) ->
 
 
 def _columns(program: Program) -> list[ProgramNode]:
-    """The values that a row of the vectors holds."""
+    """Return the nodes of a row of the vectors."""
     assert program.output is not None
     held = [node for node in program.states.values() if node.index not in program.updates]
     return [*program.inputs.values(), *held, program.output]

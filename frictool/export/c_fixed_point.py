@@ -1,11 +1,12 @@
-"""Operations as C expressions in fixed point: control/fixed_kernel.py's integer arithmetic, with
-the shifts of control/fixed_point.py.
+"""C expressions in fixed point, equal to the integer arithmetic of control/fixed_kernel.py.
 
-    moved 2^-n, rounded     shifted(value, n) in 64 bits, word(value, n) where the result is a word
-    moved 2^n               raised(value, n): a product, since a shift to the left of what is
-                            negative is undefined
+The shifts are those of control/fixed_point.py:
 
-Every value is an int32_t; sums, products and what is moved are formed in int64_t.
+    value 2^-n, rounded     shifted(value, n) in 64 bits, word(value, n) if the result is a word
+    value 2^n               raised(value, n): a product, because a left shift of a negative
+                            value is undefined
+
+Every value is an int32_t; sums, products and shifted values are computed in int64_t.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ EDGE = 2**31
 
 
 class FixedNumbers:
-    """q31 or q15: words of the program `scaled`."""
+    """Writer of numbers in q31 or q15, the words of the program `scaled`."""
 
     printed, cast = "%ld", "(long)"
     words = ", as words"
@@ -35,41 +36,42 @@ class FixedNumbers:
         self.constant_kind = "int16_t" if scaled.bits == 15 else "int32_t"
 
     def literal(self, value: float) -> str:
-        """A number in SI, for macros."""
+        """Return a number in SI, for macros."""
         return repr(value)
 
     def exact(self, value: float, node: ProgramNode) -> str:
-        """Return the word of a value that the format holds; that of an input that is no number is
-        INT32_MIN."""
+        """Return the word of a value in the format; an invalid input is INT32_MIN."""
         if math.isnan(value):
             return "INT32_MIN"
         return str(int(math.ldexp(value, self.scaled.fractions[node.index])))
 
     def constant(self, node: ProgramNode) -> str:
-        """A coefficient's word where it is declared."""
+        """Return a coefficient's word for its declaration."""
         return str(self.scaled.constants[node.index])
 
     def number(self, node: ProgramNode) -> str:
-        """The word of a number without a name, where it is used."""
+        """Return the word of an unnamed number."""
         return _integer(self.scaled.constants[node.index])
 
     def parameter(self, name: str) -> str:
-        """What the step function calls an input before it is bounded."""
+        """Return the name of an input in the step function before it is bounded."""
         return f"{name}_word"
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:
-        """How an input becomes a value of the program."""
+        """Return the declaration that bounds an input."""
         return [
             f"const int32_t {name} = {self._bounded(node, self.parameter(name))};{self.note(node)}"
         ]
 
     def valid(self, text: str) -> str:
-        """Return the condition that a word is one of a number: control/fixed_point_kernel.py
-        `INVALID` is the lowest that there is."""
+        """Return the condition that a word is valid.
+
+        The invalid word is the lowest one, `INVALID` of control/fixed_point_kernel.py.
+        """
         return f"{text} != INT32_MIN"
 
     def started(self, state: ProgramNode, source: ProgramNode | None) -> str:
-        """Where a state starts: a number, or the position that the caller gives."""
+        """Return the initial value of a state: a number, or the caller's position."""
         fractions = self.scaled.fractions
         if source is None:
             return str(round(math.ldexp(state.value, fractions[state.index])))
@@ -82,7 +84,7 @@ class FixedNumbers:
         )
 
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
-        """What a state becomes; source None: what the caller sets."""
+        """Return the new value of a state; without `source` it is the caller's value."""
         shift = self.scaled.write_shift[state.index] if source is not None else 0
         if (
             source is not None
@@ -100,8 +102,10 @@ class FixedNumbers:
         return f"bounded({text}, {low}, {high})"
 
     def expression(self, node: ProgramNode, of: list[str]) -> str:
-        """The operation on the texts of its operands, each of which is a word's name, a number, a
-        call or in brackets."""
+        """Return the operation on its operands.
+
+        Each operand is a name, a number, a call or in brackets.
+        """
         args = node.args
         sa, sb, s = self.scaled.shifts.get(node.index, (0, 0, 0))
         match node.op:
@@ -127,7 +131,10 @@ class FixedNumbers:
                 one, other = self._operand(args[0], of[0], sa), self._operand(args[1], of[1], sb)
                 return f"{'smaller' if node.op == 'min' else 'larger'}({one}, {other})"
             case "select":
-                return f"{of[0]} ? {self._operand(args[1], of[1], sa, word=True)} : {self._operand(args[2], of[2], sb, word=True)}"
+                return (
+                    f"{of[0]} ? {self._operand(args[1], of[1], sa, word=True)} : "
+                    f"{self._operand(args[2], of[2], sb, word=True)}"
+                )
             case "abs":
                 return f"absolute({of[0]})"
             case "neg":
@@ -142,19 +149,19 @@ class FixedNumbers:
                 return f"{of[0]} {INFIX[node.op]} {of[1]}"
 
     def _operand(self, node: ProgramNode, text: str, shift: int, word: bool = False) -> str:
-        """A value at another fraction; a number without a name is moved here and now."""
+        """Return an operand shifted to another fraction; an unnamed number is shifted here."""
         if node.op == "constant" and node.index not in self.scaled.program.names:
             return _integer(shift_rounded(self.scaled.constants[node.index], shift))
         return (_word if word and shift else _moved)(text, shift)
 
     def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
-        """The expression as an operand of another."""
+        """Return the expression as an operand of another one."""
         if node.op in CALLS or (node.op in ("lt", "le", "valid") and within.op in ("and", "or")):
             return text
         return f"({text})"
 
     def fractions(self, table: NamedArray) -> str:
-        """The fractions of an array's elements, above its declaration."""
+        """Return a comment with the fractions of an array's elements, for the line above it."""
         told = [
             str(self.scaled.fractions[node.index]) if node is not None else "-"
             for _, node in table.elements()
@@ -163,24 +170,24 @@ class FixedNumbers:
         return f"/* {one}: {', '.join(told[:1] if len(set(told)) == 1 else told)} */\n"
 
     def note(self, node: ProgramNode) -> str:
-        """The fraction of a value, behind its declaration."""
+        """Return a comment with the fraction of a value."""
         return "" if node.is_logical else f" /* {power(self.scaled.fractions[node.index])} */"
 
 
 def power(fraction: int) -> str:
-    """2^-fraction, as a comment says it."""
+    """Return 2^-fraction as text."""
     return f"2^{-fraction}" if fraction else "1"
 
 
 def _integer(word: int) -> str:
-    """A number as C writes it: long where it needs to be, in brackets where it is negative."""
+    """Return an integer in C, as 64-bit constant if necessary, and in brackets if negative."""
     if abs(word) >= EDGE:
         return f"INT64_C({word})"
     return str(word) if word >= 0 else f"({word})"
 
 
 def _long(text: str) -> str:
-    """The operand in 64 bits."""
+    """Return the operand in 64 bits."""
     return text if text.startswith(("shifted(", "raised(")) else f"(int64_t){text}"
 
 

@@ -1,10 +1,10 @@
-"""A document's free text as C: identifiers, and text that cannot end a comment."""
+"""Conversion of a document's free text to C identifiers and comments."""
 
 from __future__ import annotations
 
 import re
 
-# a file called like one of these would stand in for the compiler's own header
+# standard headers: the compiler would include an exported file of the same name instead
 STANDARD_HEADERS = frozenset(
     {
         "assert",
@@ -38,7 +38,9 @@ STANDARD_HEADERS = frozenset(
 
 
 def c_identifier(name: str) -> str:
-    """A prefix for C identifiers and file names: lower-case ASCII letters, digits and underscores.
+    """Return a prefix for C identifiers and file names.
+
+    It consists of lower-case ASCII letters, digits and underscores.
 
     >>> c_identifier("Clutch 2: speed")
     'clutch_2_speed'
@@ -52,6 +54,8 @@ def c_identifier(name: str) -> str:
 
 
 def comment_text(text: str) -> str:
-    """One line of printable ASCII without what ends, opens or continues a comment: / * \\ ? become
-    _."""
+    r"""Return one line of printable ASCII for a comment.
+
+    The characters / * \ ? become _, because they can open, end or continue a comment.
+    """
     return re.sub(r"[^ -~]|[/*\\?]", "_", text)

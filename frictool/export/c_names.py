@@ -1,12 +1,12 @@
-"""What a program's values are called in C: one namespace for constants, inputs and results, arrays
-for what is indexed.
+"""C names of a program's values, in one namespace for constants, inputs and results.
 
-    a[1][0]       an element of the constant array `a`            x[0]    an element of the array
-                  `x` in the state
-    band          a constant of its own                           mode    a field of the state
+    a[1][0]       an element of the constant array `a`
+    x[0]          an element of the array `x` in the state
+    band          a single constant
+    mode          a field of the state
 
-Names that C, its library or the helpers of the exported file have are followed by `_`, a second
-value of one name by `_2`.
+A name that C, its library or a helper function uses gets the suffix `_`. A second value with the
+same name gets `_2`.
 """
 
 from __future__ import annotations
@@ -31,8 +31,7 @@ TAKEN = frozenset(re.findall(r"\w+", RESERVED))
 
 @dataclass(frozen=True)
 class NamedArray:
-    """A constant or a state: `shape` () of a number, (n,) or (n, m) of an array, and the nodes that
-    there are by their index."""
+    """Constant or state with its shape, () for a scalar, and its nodes by index."""
 
     name: str
     shape: Index
@@ -40,17 +39,19 @@ class NamedArray:
 
     @property
     def brackets(self) -> str:
-        """`[2][3]`, as a declaration has them."""
+        """Return the dimensions of a declaration, such as `[2][3]`."""
         return "".join(f"[{size}]" for size in self.shape)
 
     def elements(self) -> list[tuple[Index, ProgramNode | None]]:
-        """Every index in row-major order, with its node where there is one."""
+        """Return every index in row-major order, with its node or None."""
         return [(index, self.nodes.get(index)) for index in product(*map(range, self.shape))]
 
 
 class CNames:
-    """The live values of a program and their names: `text` by node of constants, inputs and states,
-    `results` of operations."""
+    """Names of a program's used values.
+
+    `text`: node -> name of constants, inputs and states. `results`: node -> name of operations.
+    """
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -66,7 +67,7 @@ class CNames:
         used = {
             _split(program.names[node.index])[0] for node in coefficients if self.uses[node.index]
         }
-        # of an array that is used every element is declared, of single numbers those that are used
+        # declare every element of a used array, but only the used scalars
         arrays = [
             node
             for node in coefficients
@@ -89,7 +90,7 @@ class CNames:
         self._name_results()
 
     def _name_results(self) -> None:
-        """Operations that have a name, that are used more than once, or that a state becomes."""
+        """Name operations that have a name, are used more than once, or become a state."""
         program = self.program
         becomes = {
             source.index: program.names[state]
@@ -107,7 +108,7 @@ class CNames:
                 self.results[node.index] = self._free(name)
 
     def _free(self, name: str) -> str:
-        """The name itself, or one like it that nothing has."""
+        """Return the name, or a similar one that is not taken."""
         word = re.sub(r"\W+", "_", name).strip("_")
         found, count = (word if word not in TAKEN else f"{word}_"), 1
         while found in self.taken:
@@ -118,7 +119,7 @@ class CNames:
 
 
 def _split(name: str) -> tuple[str, Index]:
-    """`a[1][0]` as ("a", (1, 0))."""
+    """Return base and index of a name: ("a", (1, 0)) for `a[1][0]`."""
     base, *rest = name.split("[")
     return base, tuple(int(part.rstrip("]")) for part in rest)
 
@@ -126,10 +127,10 @@ def _split(name: str) -> tuple[str, Index]:
 def _tables(
     nodes: Iterable[ProgramNode], program: Program, free: Callable[[str], str]
 ) -> list[NamedArray]:
-    """Nodes whose names differ in their index only are elements of one table; those of one name and
-    no index are a table each.
+    """Return the tables of the nodes.
 
-    `free`: the name that a table gets.
+    Nodes whose names differ only in the index are elements of one table. Nodes with equal names and
+    no index are separate tables. `free` returns the name of a table.
     """
     groups: dict[tuple[str, int], dict[Index, ProgramNode]] = {}
     for node in nodes:
@@ -143,8 +144,7 @@ def _tables(
 
 
 def _uses(program: Program) -> Counter[int]:
-    """How often each value is used by what is used itself: by the output, by what states become, by
-    operations that lead there."""
+    """Return how often each value is used on the way to the output or to a state."""
     assert program.output is not None
     uses: Counter[int] = Counter(
         [program.output.index, *(source.index for source in program.updates.values())]

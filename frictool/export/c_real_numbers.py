@@ -1,5 +1,4 @@
-"""Operations as C expressions in double or in float: each is rounded as the simulation's is, none
-is reordered."""
+"""C expressions in double or float, rounded and ordered as in the simulation."""
 
 from __future__ import annotations
 
@@ -26,7 +25,7 @@ LOOSER = {
 
 
 class RealNumbers:
-    """`kind`: double or float, C's own words for them."""
+    """Writer of numbers in `kind`, the C type double or float."""
 
     def __init__(self, kind: str) -> None:
         self.kind = self.constant_kind = kind
@@ -34,11 +33,12 @@ class RealNumbers:
         self.suffix = "f" if kind == "float" else ""
 
     def literal(self, value: float) -> str:
-        """A number as C writes it, with the fewest digits (17 or 9 at most) that give back every
-        bit.
+        """Return a C literal with the fewest digits that preserve every bit.
 
         >>> RealNumbers("double").literal(0.1), RealNumbers("float").literal(0.1)
         ('0.1', '0.1f')
+        >>> RealNumbers("double").literal(1e-05)
+        '1e-05'
         """
         if self.kind == "double":
             return repr(value)
@@ -46,23 +46,23 @@ class RealNumbers:
             held = float(np.float32(value))
         if not math.isfinite(held) or (held == 0.0) != (value == 0.0):
             raise NoSolutionError(
-                f"{value:.3g} is beyond the range of float; use --number double, or other units in the design"
+                f"{value:.3g} is beyond the range of float; use --number double, or "
+                "other units in the design"
             )
         return f"{np.float32(value)!s}f"
 
     def exact(self, value: float, node: ProgramNode) -> str:
-        """Return a value that the format holds, bit by bit; NAN and INFINITY are macros of
-        math.h."""
+        """Return a value of the format bit by bit; NAN and INFINITY are macros of math.h."""
         if not math.isfinite(value):
             return "NAN" if math.isnan(value) else f"{'-' if value < 0.0 else ''}INFINITY"
         return value.hex() + self.suffix
 
     def constant(self, node: ProgramNode) -> str:
-        """A coefficient where it is declared."""
+        """Return a coefficient for its declaration."""
         return self.literal(node.value)
 
     def number(self, node: ProgramNode) -> str:
-        """A number without a name, where it is used."""
+        """Return an unnamed number."""
         text = self.literal(node.value)
         return f"({text})" if text.startswith("-") else text
 
@@ -74,11 +74,11 @@ class RealNumbers:
         )
 
     def parameter(self, name: str) -> str:
-        """What the step function calls an input."""
+        """Return the name of an input in the step function."""
         return name
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:
-        """Nothing: an input is a value as it comes."""
+        """Return no statements: an input needs no conversion."""
         return []
 
     def valid(self, text: str) -> str:
@@ -86,20 +86,22 @@ class RealNumbers:
         return f"is_valid({text})"
 
     def started(self, state: ProgramNode, source: ProgramNode | None) -> str:
-        """Where a state starts: a number, or the position that the caller gives."""
+        """Return the initial value of a state: a number, or the caller's position."""
         return "position" if source is not None else self.literal(state.value)
 
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
-        """What a state becomes."""
+        """Return the new value of a state."""
         return text
 
     def fractions(self, table: NamedArray) -> str:
-        """Nothing: numbers have no fraction of their own."""
+        """Return no comment: real numbers have no fraction."""
         return ""
 
     def expression(self, node: ProgramNode, of: list[str]) -> str:
-        """The operation on the texts of its operands, each of which is a name, a number, a call or
-        in brackets."""
+        """Return the operation on its operands.
+
+        Each operand is a name, a number, a call or in brackets.
+        """
         args = node.args
         match node.op:
             case "dot":
@@ -121,12 +123,14 @@ class RealNumbers:
                 return f"{of[0]} {INFIX[node.op]} {of[1]}"
 
     def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
-        """The expression as an operand of another, in brackets where C would read it otherwise or a
-        reader might."""
+        """Return the expression as an operand of another one.
+
+        It is in brackets if C or a reader could group it otherwise.
+        """
         if node.op in HELPERS or node.op == "sqrt" or within.op in HELPERS or within.op == "sqrt":
             return text
         return text if within.op in LOOSER.get(node.op, ()) else f"({text})"
 
     def note(self, node: ProgramNode) -> str:
-        """What stands behind a declaration."""
+        """Return the comment behind a declaration, which is empty."""
         return ""

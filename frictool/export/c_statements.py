@@ -1,8 +1,8 @@
-"""A program as the statements of a C function, in the program's order.
+"""Statements of a C function for a program, in the program's order.
 
-What has a name, is used more than once or is what a state becomes is a constant of its own; the
-rest stands where it is used, in brackets. States are read where they are used and written after
-everything has been computed.
+A value becomes a named constant if it has a name, is used more than once, or becomes a state. Other
+values are expressions in brackets. States are read when they are used, and written after all values
+have been computed.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ UNBROKEN = "\0"
 
 
 class NumberWriter(Protocol):
-    """A number format: how operations, coefficients and vectors are written in it.
+    """Number format: C text of operations, coefficients and vectors.
 
-    kind: the C type of values, constant_kind: of coefficients. printed, cast: of a value in printf.
-    words: what a row of vectors holds.
+    `kind`: C type of values. `constant_kind`: C type of coefficients. `printed`, `cast`: conversion
+    and cast of a value in printf. `words`: note on the values in a row of vectors.
     """
 
     kind: str
@@ -48,13 +48,12 @@ class NumberWriter(Protocol):
 
 
 def c_statements(names: CNames, numbers: NumberWriter) -> list[str]:
-    """The lines that compute everything, the output and what the states become, without writing a
-    state."""
+    """Return the lines that compute the output and the new states, without writing a state."""
     return _StatementWriter(names, numbers).lines
 
 
 def operand(names: CNames, numbers: NumberWriter, node: ProgramNode) -> str:
-    """A value that is a constant, an input, a state or a named result."""
+    """Return the name of a constant, an input, a state or a result, or an unnamed number."""
     if node.index in names.results:
         return names.results[node.index]
     if node.index in names.text:
@@ -100,8 +99,7 @@ class _StatementWriter:
 
 
 def wrap_statement(text: str, hanging: str = INDENT) -> list[str]:
-    """One statement in lines of at most WIDTH characters, broken at blanks but not inside the
-    comment behind it."""
+    """Return a statement in lines of at most WIDTH characters; its comment is not broken."""
     lines = textwrap.wrap(
         text, WIDTH, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False
     )

@@ -1,5 +1,7 @@
-"""The linear controller as arrays for CMSIS-DSP's biquads: one header. The blocks around it are in
-the exported C only."""
+"""Linear controller as arrays for CMSIS-DSP's biquads, in one header.
+
+The blocks around it are in the exported C only.
+"""
 
 from __future__ import annotations
 
@@ -27,16 +29,18 @@ KINDS = {"float": "float", "q31": "int32_t", "q15": "int16_t"}
 
 @dataclass(frozen=True)
 class CmsisArrays:
-    """The stages, and the linear controller that they are with their rounded coefficients, for
-    another verification."""
+    """Biquad stages, and the linear controller with their rounded coefficients."""
 
     biquads: Biquads
     linear: LinearController
 
 
 def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
-    """Raises NoSolutionError where there are no sections, or they cannot be scaled; DoesNotFit
-    where what enters has no bound."""
+    """Return the biquads of a controller.
+
+    Raises NoSolutionError if there are no sections or they cannot be scaled, and FixedPointOverflow
+    if their input has no bound.
+    """
     linear = controller.linear
     if controller.schedule is not None:
         raise NoSolutionError(
@@ -67,8 +71,7 @@ def _as_sections(
 
 
 def _entering(controller: Controller, number: Number) -> float:
-    """How large what enters the linear controller may be: the interval that the fixed-point program
-    proves."""
+    """Return the largest input of the linear controller, as the fixed-point program proves it."""
     program = controller_program(controller)
     scaled = fixed_program(program, BITS[number])
     places = {name: index for index, name in program.names.items()}
@@ -85,7 +88,7 @@ def _signal(controller: Controller) -> str:
 def cmsis_header(
     controller: Controller, number: Number, arrays: CmsisArrays, margin: float, origin: ExportOrigin
 ) -> dict[str, str]:
-    """File name -> text."""
+    """Return the text of the header by file name."""
     name, found = c_identifier(controller.name), arrays.biquads
     values = RealNumbers("float").literal if number == "float" else str
     padded = [

@@ -1,5 +1,4 @@
-"""The coefficients with their conventions: as JSON for other tools, and as variables of a MATLAB
-file."""
+"""Coefficients with their conventions, as JSON and as variables of a MATLAB file."""
 
 from __future__ import annotations
 
@@ -27,14 +26,26 @@ from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_li
 
 FORMAT = "coefficients/1"
 CONVENTIONS = {
-    "a": "x[k+1] = a x[k] + b e[k] + l (limited drive - drive), drive = c x[k] + d e[k]: no sign is reversed; matrices in rows",
-    "sos": "rows b0 b1 b2 a0 a1 a2, a0 = 1, H = (b0 + b1/z + b2/z^2)/(1 + a1/z + a2/z^2): a1 and a2 are subtracted",
+    "a": (
+        "x[k+1] = a x[k] + b e[k] + l (limited drive - drive), drive = c x[k] + d e[k]: no "
+        "sign is reversed; matrices in rows"
+    ),
+    "sos": (
+        "rows b0 b1 b2 a0 a1 a2, a0 = 1, H = (b0 + b1/z + b2/z^2)/(1 + a1/z + a2/z^2): a1 "
+        "and a2 are subtracted"
+    ),
     "drive": "a positive drive moves the axis forward",
-    "delay": "the loop was verified for a drive that acts delay_samples samples after the position was sampled",
+    "delay": (
+        "the loop was verified for a drive that acts delay_samples samples after the "
+        "position was sampled"
+    ),
     "units": "SI: s, rad or m, A or V",
-    "not_contained": "the order of the operations, the drive's limit with its anti-windup, the modes of the band, and the guard that holds "
-    "the last valid inputs for measurement_hold_samples samples and then sets the drive to 0: without it a NaN stays in the states; "
-    "frictool export --lang c contains all of them",
+    "not_contained": (
+        "the order of the operations, the drive's limit with its anti-windup, the modes of the "
+        "band, and the guard that holds the last valid inputs for measurement_hold_samples "
+        "samples and then sets the drive to 0: without it a NaN stays in the states; frictool "
+        "export --lang c contains all of them"
+    ),
 }
 BLOCKS = ("position_law", "prefilter", "velocity", "limiter", "friction_compensation", "schedule")
 
@@ -42,7 +53,7 @@ BLOCKS = ("position_law", "prefilter", "velocity", "limiter", "friction_compensa
 def json_files(
     controller: Controller, number: Number, loop: RoundedLoop, origin: ExportOrigin
 ) -> dict[str, str]:
-    """File name -> text: docs/formats.md says every key."""
+    """Return the JSON text by file name; docs/formats.md defines every key."""
     content = {
         "format": FORMAT,
         "name": controller.name,
@@ -84,7 +95,7 @@ def json_files(
 
 
 def _whole(block: Any) -> Any:
-    """A block of the document with its defaults, which the document leaves out."""
+    """Return a block of the document including default values, which the document omits."""
     if isinstance(block, Observer):
         return _observer(block)
     if isinstance(block, msgspec.Struct):
@@ -93,7 +104,7 @@ def _whole(block: Any) -> Any:
 
 
 def _observer(observer: Observer) -> dict[str, Any]:
-    """What of an observer runs, without its bench: the controller's is the same."""
+    """Return the running part of an observer; its bench is that of the controller."""
     found = {
         key: _whole(getattr(observer, key)) for key in ("sample_period_s", "inertia", "friction")
     }
@@ -114,8 +125,7 @@ def _entering(controller: Controller) -> str:
 
 
 def _linear(controller: Controller, number: Number) -> dict[str, Any]:
-    """The linear controller with its coefficients as the format keeps them; its continuous form
-    does not run and is left out."""
+    """Return the linear controller with coefficients of the format, without its continuous form."""
     linear = rounded_linear(controller.linear, number)
     space = linear.discrete
     return {
@@ -133,8 +143,10 @@ def _linear(controller: Controller, number: Number) -> dict[str, Any]:
 
 
 def _program(program: Program, number: Number) -> dict[str, Any]:
-    """Every named coefficient of the program that runs, by the names of the exported C; in fixed
-    point word and fraction, too."""
+    """Return every named coefficient of the program by its name in the exported C.
+
+    In fixed point its word and fraction are included.
+    """
     tables, hold = CNames(program).constants, coefficient_rounder(number)
     found: dict[str, Any] = {
         "coefficients": {
@@ -164,7 +176,7 @@ def _program(program: Program, number: Number) -> dict[str, Any]:
 
 
 def _nested(table: NamedArray, value: Callable[[ProgramNode], float], nothing: float) -> Any:
-    """The table's values in lists of lists."""
+    """Return the table's values in nested lists."""
     shape = table.shape
     if not shape:
         return value(table.nodes[()])
@@ -177,7 +189,10 @@ def _nested(table: NamedArray, value: Callable[[ProgramNode], float], nothing: f
 def matlab_files(
     controller: Controller, number: Number, loop: RoundedLoop, origin: ExportOrigin
 ) -> dict[str, bytes]:
-    """File name -> bytes of a MATLAB file of version 5. Variables: docs/formats.md."""
+    """Return the bytes of a MATLAB file of version 5, by file name.
+
+    docs/formats.md lists the variables.
+    """
     linear = rounded_linear(controller.linear, number)
     space, n = linear.discrete, len(linear.discrete.a)
     values: dict[str, Value] = {
@@ -225,8 +240,10 @@ def matlab_files(
 
 
 def _variable(block: dict[str, Any]) -> Value:
-    """A block's numbers and words as a structure; what is absent is left out, and so is what an
-    observer is made of."""
+    """Return a block's numbers and texts as a structure.
+
+    Absent values and the parts of an observer are left out.
+    """
     return {
         key: np.array([[float(value)]]) if isinstance(value, int | float) else str(value)
         for key, value in block.items()

@@ -1,4 +1,4 @@
-"""Where exported files come from."""
+"""Origin of exported files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ExportOrigin:
-    """The digest of the controller document, and the command line for the provenance."""
+    """Digest of the controller document, and the command line for the provenance."""
 
     sha256: str
     command: str

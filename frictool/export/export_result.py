@@ -1,5 +1,4 @@
-"""What `frictool export` writes and tells: the files of a language, from a controller that was
-verified again in the number format."""
+"""Export of a controller to a language, after verification with rounded coefficients."""
 
 from __future__ import annotations
 
@@ -24,14 +23,20 @@ from frictool.export.rounded_loop import RoundedLoop, rounded_loop
 from frictool.verify.recheck import recheck
 
 Language = Literal["c", "json", "cmsis", "matlab"]
-COEFFICIENTS_ONLY = "coefficients only: the operations, the limit of the drive and the guard of the inputs are in --lang c"
+COEFFICIENTS_ONLY = (
+    "coefficients only: the operations, the limit of the drive and the guard of the inputs "
+    "are in --lang c"
+)
 LANGUAGES: tuple[Language, ...] = ("c", "json", "cmsis", "matlab")
 
 
 @dataclass(frozen=True)
 class ExportResult:
-    """files: name -> content. vectors: None where the language has none; more: further lines for
-    people."""
+    """Files of an export with the verified properties.
+
+    `files`: name -> content. `vectors`: None if the language has none. `more`: further lines for
+    the text output.
+    """
 
     controller: Controller
     language: Language
@@ -43,7 +48,7 @@ class ExportResult:
     more: tuple[str, ...] = ()
 
     def summary(self) -> dict[str, Any]:
-        """The machine's view."""
+        """Return the result as JSON values."""
         loop, vectors = self.loop, self.vectors
         found: dict[str, Any] = {
             "files": list(self.files),
@@ -69,19 +74,20 @@ class ExportResult:
         return found
 
     def told(self) -> list[str]:
-        """The same for people."""
+        """Return the result as lines of text."""
         norm = (
             "" if self.loop.norm is None else f", norm {self.loop.norm:.4g} at {self.loop.norm_at}"
         )
         return [
             f"{', '.join(self.files)}: {self.language}, {self.number}",
-            f"verified with coefficients rounded to {self.number}: modulus margin {self.loop.modulus_margin:.4f} at {self.loop.at}{norm}",
+            f"verified with coefficients rounded to {self.number}: modulus margin "
+            f"{self.loop.modulus_margin:.4f} at {self.loop.at}{norm}",
             *self.more,
         ]
 
 
 def default_number(language: Language) -> Number:
-    """The number format where none is asked for: CMSIS-DSP has no biquads in double."""
+    """Return the default number format; CMSIS-DSP has no biquads in double."""
     return "float" if language == "cmsis" else "double"
 
 
@@ -91,11 +97,30 @@ def export(
     number: Number | None = None,
     origin: ExportOrigin | None = None,
 ) -> ExportResult:
-    """What `frictool export` writes: `files` are name -> content. number: by default double, of
-    cmsis float.
+    """Export a controller.
 
-    origin: of the document, by default the digest that it has as a file. Raises FrictoolError where
-    there is no such language or number format, NoSolutionError as `exported`.
+    Parameters
+    ----------
+    controller : Controller
+        The controller; it is verified again with rounded coefficients.
+    language : {"c", "json", "cmsis", "matlab"}
+        Language of the files.
+    number : {"double", "float", "q31", "q15"}, optional
+        Number format; by default double, or float for cmsis.
+    origin : ExportOrigin, optional
+        Origin of the document; by default the digest of its YAML text.
+
+    Returns
+    -------
+    ExportResult
+        `files` maps each file name to its content.
+
+    Raises
+    ------
+    FrictoolError
+        If the language or the number format does not exist.
+    NoSolutionError
+        If the rounded loop cannot be verified, or the format cannot represent the controller.
     """
     for what, found, allowed in (
         ("language", language, LANGUAGES),
@@ -115,8 +140,11 @@ def export(
 def export_controller(
     controller: Controller, language: Language, number: Number, origin: ExportOrigin
 ) -> ExportResult:
-    """Raises NoSolutionError where the document is not what it says, the rounded loop is not
-    verified, or the format cannot hold it."""
+    """Export a controller of the document `origin`.
+
+    Raises NoSolutionError if the document is inconsistent, if the rounded loop cannot be verified,
+    or if the format cannot represent the controller.
+    """
     recheck(controller)
     try:
         return {"c": _c, "json": _json, "cmsis": _cmsis, "matlab": _matlab}[language](
@@ -129,11 +157,14 @@ def export_controller(
 
 
 def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
-    """What to try where fixed point cannot be scaled."""
+    """Return advice if fixed point cannot be scaled."""
     if "no bounds" not in str(error):
         return "rescale the units, or use --number float"
     if controller.schedule is not None:
-        return "nothing bounds the states of a controller whose coefficients move; use --number float, or leave scheduled out of the design"
+        return (
+            "nothing bounds the states of a controller whose coefficients move; use "
+            "--number float, or leave scheduled out of the design"
+        )
     return "a travel and a top speed in the bench bound what is measured, or use --number float"
 
 
@@ -152,7 +183,8 @@ def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportRe
             else ""
         )
         more.append(
-            f"rounding of the signals: the drive is {vectors.away:.3g} {unit} away from double's at most, {vectors.rms:.3g} rms{apart}"
+            f"rounding of the signals: the drive is {vectors.away:.3g} {unit} away from "
+            f"double's at most, {vectors.rms:.3g} rms{apart}"
         )
     return ExportResult(controller, "c", number, origin, files, loop, vectors, tuple(more))
 
@@ -186,17 +218,21 @@ def _matlab(controller: Controller, number: Number, origin: ExportOrigin) -> Exp
 
 
 def _cmsis(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
-    """Verified with the biquads as CMSIS-DSP keeps them: in fixed point all of them share one
-    shift, and a gain is in every stage."""
+    """Export for CMSIS-DSP, verified with its biquads.
+
+    In fixed point all biquads share one shift, and the scaling puts a gain into every stage.
+    """
     if number == "double":
         raise NoSolutionError(
-            f"{controller.name}: CMSIS-DSP's direct form I biquads have no double; use --number float, q31 or q15"
+            f"{controller.name}: CMSIS-DSP's direct form I biquads have no double; use "
+            "--number float, q31 or q15"
         )
     arrays = cmsis_arrays(controller, number)
     loop = rounded_loop(controller, number, arrays.linear)
     files = cmsis_header(controller, number, arrays, loop.modulus_margin, origin)
     more = [
-        "linear controller only: the prefilter, the position law, the limits, the anti-windup and the guard of the inputs are in --lang c"
+        "linear controller only: the prefilter, the position law, the limits, the "
+        "anti-windup and the guard of the inputs are in --lang c"
     ]
     if number != "float":
         unit = si_unit(controller.drive, controller.axis)

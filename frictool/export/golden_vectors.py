@@ -1,13 +1,13 @@
-"""Golden vectors: what the simulation's own controller returns on a sequence that visits everything
-it can do.
+"""Golden vectors: response of the simulation's controller to a sequence that visits all its modes.
 
-The sequence is drawn from a seed while the controller runs, so that it depends on nothing but the
-controller document and the number format. The position answers as an axis in closed loop would at a
-glance: it follows the filtered reference with a lag and comes as counts of the encoder. Phases wait
-for what they are there for (rest, release, the drive's limit) within a bound, so that a slow
-controller does not make them endless. At the end inputs are lost: for as long as they are held, and
-once for longer, which sets the fault. The same inputs go to the program in double as well: how far
-its drive is away is what the format's rounding costs.
+The sequence is generated from a seed while the controller runs. It depends on the controller
+document and the number format only. The position roughly imitates an axis in closed loop: it
+follows the filtered reference with a lag, and is quantised by the encoder. Phases wait for rest,
+release or the drive's limit, up to a bound that keeps slow controllers finite. At the end inputs
+are invalid: for as long as they are held, and once for longer, which sets the fault.
+
+The same inputs go to the program in double. The difference of the two drives is the effect of the
+format's rounding.
 """
 
 from __future__ import annotations
@@ -38,25 +38,30 @@ SEED = 1
 PHASE, LONGEST = (
     1500,
     20_000,
-)  # most samples that one phase waits; longer, up to the second, where the prefilter is slow
+)  # samples, largest length of a phase; up to the second value if the prefilter is slow
 SETTLING = 15.0  # time constants of the prefilter
-BANDS = 32.0  # amplitude in bands of the position law where the bench states no travel
-COUNTS = 8.0  # of the encoder, where the controller has no band
-LAG = 10.0  # samples in which the position follows the filtered reference
-FASTER = 3.0  # than the speed of rest, at which the axis falls back into the band
-BEYOND = 0.1  # of a scheduled parameter's range, by which it is set outside
+BANDS = 32.0  # amplitude in bands of the position law, if the bench has no travel
+COUNTS = 8.0  # encoder counts, band of a controller without a band
+LAG = 10.0  # samples, lag of the position behind the filtered reference
+FASTER = 3.0  # speed at which the axis falls back into the band, relative to the speed of rest
+BEYOND = 0.1  # excess of a scheduled parameter beyond its range, relative to the range
 
 Row = tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class GoldenVectors:
-    """columns: reference, position [rad | m], perhaps velocity, scheduled parameters, then the
-    drive [A | V]; rows of them as the format holds them, in SI. visits: samples in each mode and at
-    each limit. away: how far the drive was from the program's in double at most while both were in
-    the same mode, and rms; apart: samples in which they were not. An input that is no number is NaN
-    or an infinity. fault_from: the row from which on the fault is set; restart: the row before
-    which the controller is started anew at its position.
+    """Rows of inputs and outputs of a controller.
+
+    `columns`: reference, position [rad | m], velocity if used, scheduled parameters, and drive [A |
+    V]. `rows`: their values in SI as the format represents them; an invalid input is NaN or
+    infinite. `visits`: number of samples in each mode and at each limit.
+
+    `away`: largest difference of the drive from that in double, over samples in which both programs
+    are in the same mode. `rms`: its rms. `apart`: number of samples in different modes.
+
+    `fault_from`: first row with the fault. `restart`: row before which the controller is started
+    again at its position.
     """
 
     columns: tuple[str, ...]
@@ -71,7 +76,7 @@ class GoldenVectors:
 
     @property
     def start(self) -> float:
-        """The position at which the controller starts, that of the first row."""
+        """Return the position at which the controller starts, that of the first row."""
         return self.rows[0][self.columns.index("position")]
 
     @property
@@ -80,7 +85,7 @@ class GoldenVectors:
 
 
 class _VectorSequence:
-    """A controller, a position that follows it, and the rows so far."""
+    """Generator of the rows: a controller, and a position that follows it."""
 
     def __init__(self, controller: Controller, program: Program, number: Number) -> None:
         self.program = program
@@ -96,7 +101,8 @@ class _VectorSequence:
         self.low, self.high = (travel.low, travel.high) if travel else (0.0, BANDS * self.band)
         self.settled, self.slow = _speeds(controller, self.band)
         rest = law.rest_speed if law is not None else 0.0
-        self.returning = FASTER * rest * controller.sample_period_s  # way in a sample, after a push
+        # distance per sample after a push
+        self.returning = FASTER * rest * controller.sample_period_s
         self.random = random.Random(SEED)
         self.period = controller.sample_period_s
         self.position = self.counted(0.9 * self.low + 0.1 * self.high)
@@ -111,7 +117,7 @@ class _VectorSequence:
         self.apart = 0
 
     def start(self) -> None:
-        """Start both machines anew, at rest at the position."""
+        """Start both programs again, at rest at the position."""
         self.machine, self.double = (copy_program(one) for one in self.new)
         for running in (self.machine, self.double):
             start_at(running, self.counted(self.position))
@@ -120,18 +126,17 @@ class _VectorSequence:
         return math.floor(position / self.step) * self.step
 
     def at(self, fraction: float) -> float:
-        """A position between both ends of the travel."""
+        """Return the position at a fraction of the travel."""
         return self.low + fraction * (self.high - self.low)
 
     def now(self, name: str, otherwise: float) -> float:
-        """A named value at the last sample."""
+        """Return a named value at the last sample, or `otherwise` if the program has none."""
         return read(self.machine, self.places[name]) if name in self.places else otherwise
 
     def sample(
         self, reference: float, jitter: int = 0, lost: Mapping[str, float] | None = None
     ) -> None:
-        """Run one sample; `lost`: inputs, by name, in place of which something comes that is no
-        number."""
+        """Run one sample; `lost` replaces inputs by invalid values, by name."""
         position = self.counted(self.position) + self.step * self.random.randint(-jitter, jitter)
         velocity = (position - self.before) / self.period
         self.before = position
@@ -160,7 +165,7 @@ class _VectorSequence:
             self.apart += 1
 
     def schedule(self) -> None:
-        """Other values of the scheduled parameters, some beyond their range."""
+        """Set the scheduled parameters to random values, some beyond their range."""
         for node in self.held:
             width = node.high - node.low
             value = self.random.uniform(node.low - BEYOND * width, node.high + BEYOND * width)
@@ -171,8 +176,10 @@ class _VectorSequence:
         self.position += (self.now("filtered", reference) - self.position) / LAG
 
     def follow(self, reference: float) -> None:
-        """A move that ends at rest, the prefilter at rest as well: at the peak of its overshoot it
-        only seems to be."""
+        """Move to a reference until axis and prefilter are at rest.
+
+        At the peak of its overshoot the prefilter only seems to be at rest.
+        """
         self.schedule()
         rests = [visit for name, visit in self.visits.items() if name in ("rest", "released")]
         for _ in range(self.patience):
@@ -187,7 +194,7 @@ class _VectorSequence:
                 break
 
     def shake(self, samples: int) -> None:
-        """The axis follows a reference that it never reaches, and the encoder jitters."""
+        """Follow a reference that is never reached, with encoder jitter."""
         self.schedule()
         reference = self.at(self.random.random())
         for _ in range(samples):
@@ -195,8 +202,11 @@ class _VectorSequence:
             self.moved(reference)
 
     def push(self, bands: float) -> None:
-        """The axis is pushed out of the band, held until its measured speed has died down, and
-        falls back faster than the speed of rest."""
+        """Push the axis out of the band, hold it, and let it fall back.
+
+        It is held until the measured speed has decayed, and falls back faster than the speed of
+        rest.
+        """
         reference, start = self.rows[-1][0], self.position
         self.position = start + bands * self.band
         for held in range(PHASE):
@@ -212,7 +222,7 @@ class _VectorSequence:
             self.sample(reference)
 
     def block(self, reference: float) -> None:
-        """The axis is stuck until the drive has been at its limit for some samples."""
+        """Keep the axis still until the drive has been limited for 50 samples."""
         limited = 0
         for _ in range(PHASE):
             self.sample(reference)
@@ -221,8 +231,7 @@ class _VectorSequence:
                 break
 
     def lose(self, reference: float, samples: int) -> None:
-        """Lose inputs for so many samples in a row, each time another one, while the axis moves
-        on."""
+        """Make one input invalid in each of `samples` samples, in turn, while the axis moves on."""
         kinds: list[dict[str, float]] = [
             {"position": math.nan},
             {"position": math.inf},
@@ -241,7 +250,7 @@ class _VectorSequence:
 
 
 def put(running: CompiledProgram, place: int, value: float) -> None:
-    """Sets a state of a running program: what the caller holds."""
+    """Set a state of a running program that the caller controls."""
     if running.number == FIXED:
         running.word[place] = from_real(running.formats[place], value)
     else:
@@ -249,7 +258,7 @@ def put(running: CompiledProgram, place: int, value: float) -> None:
 
 
 def _speeds(controller: Controller, band: float) -> tuple[float, float]:
-    """Below which the prefilter counts as settled, and the measured speed as died down."""
+    """Return the speed of a settled prefilter, and the measured speed that counts as decayed."""
     law, limiter = controller.position_law, controller.limiter
     stated = (
         law.settled_speed
@@ -263,7 +272,7 @@ def _speeds(controller: Controller, band: float) -> tuple[float, float]:
 
 
 def _settling_samples(controller: Controller) -> int:
-    """Samples in which a step's filtered reference settles, within PHASE and LONGEST."""
+    """Return the settling time of the filtered reference in samples, within PHASE and LONGEST."""
     if controller.prefilter is None:
         return PHASE
     damping = controller.prefilter.damping
@@ -274,8 +283,10 @@ def _settling_samples(controller: Controller) -> int:
 
 
 def _losses(bench: _VectorSequence) -> tuple[int, int]:
-    """Lose inputs for as long as they are held, then for one sample more; start anew. Returns the
-    rows of fault and restart."""
+    """Make inputs invalid for the hold time, then for one sample more, and start again.
+
+    Return the rows of fault and restart.
+    """
     for fraction in (0.6, 0.3, 0.8):
         bench.move(bench.at(fraction), 30)
         bench.lose(bench.at(fraction), bench.hold_samples)
@@ -290,10 +301,10 @@ def _losses(bench: _VectorSequence) -> tuple[int, int]:
 
 
 def golden_vectors(controller: Controller, program: Program, number: Number) -> GoldenVectors:
-    """The rows for a controller's program in a number format.
+    """Return the golden vectors of a controller's program in a number format.
 
-    Raises NoSolutionError where it leaves the range of numbers on them, DoesNotFit where fixed
-    point cannot be scaled.
+    Raises NoSolutionError if the drive overflows, and FixedPointOverflow if fixed point cannot be
+    scaled.
     """
     bench = _VectorSequence(controller, program, number)
     for _ in range(5):
@@ -310,7 +321,8 @@ def golden_vectors(controller: Controller, program: Program, number: Number) -> 
     fault_from, restart = _losses(bench)
     if not all(math.isfinite(row[-1]) for row in bench.rows):
         raise NoSolutionError(
-            f"{controller.name}: the drive leaves the range of numbers on the golden vectors; is a - l c of the anti-windup stable?"
+            f"{controller.name}: the drive leaves the range of numbers on the golden "
+            "vectors; is a - l c of the anti-windup stable?"
         )
     away = max(bench.differences, default=0.0)
     rms = math.sqrt(

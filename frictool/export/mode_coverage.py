@@ -1,5 +1,4 @@
-"""The modes and limits of a program that golden vectors have to visit, by the names of its
-values."""
+"""Modes and limits of a program that golden vectors must visit."""
 
 from __future__ import annotations
 
@@ -12,10 +11,10 @@ from frictool.control.target_band import BRAKE, REST, RUN
 
 @dataclass(frozen=True)
 class VisitCondition:
-    """What is seen where the value at `place` is `value`, or is not it where `differs`, and where
-    the condition at `where` holds.
+    """Condition of a visit: the value at `place` equals `value`, or differs if `differs` is set.
 
-    text: for people, behind a count of samples.
+    If `where` is present, the condition at this index must hold too. `text`: description after a
+    number of samples.
     """
 
     place: int
@@ -25,14 +24,14 @@ class VisitCondition:
     where: int | None = None
 
     def made(self, machine: CompiledProgram) -> bool:
-        """At the machine's last sample."""
+        """Return True if the condition holds at the machine's last sample."""
         if self.where is not None and read(machine, self.where) == 0.0:
             return False
         return bool((read(machine, self.place) == self.value) != self.differs)
 
 
 def visit_conditions(program: Program) -> dict[str, VisitCondition]:
-    """Name -> what is to be seen, of those that the program has."""
+    """Return the conditions of the modes and limits that the program has, by name."""
     places = {name: index for index, name in reversed(program.names.items())}
     found = {}
     if "mode_now" in places:

@@ -1,5 +1,4 @@
-"""Fixed point as the header tells it: the interval of every value, and how encoder counts become
-words."""
+"""Fixed-point comments of the header: interval of every value, and conversion of encoder counts."""
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ MULTIPLIER_BITS = 31
 
 
 def proof_lines(names: CNames, scaled: FixedProgram) -> list[str]:
-    """A line a value: its name, fraction, words, and what they are in SI."""
+    """Return a line for each value: name, fraction, range of words, and range in SI."""
     lines = []
     for node in names.program.nodes:
         if (
@@ -31,13 +30,14 @@ def proof_lines(names: CNames, scaled: FixedProgram) -> list[str]:
         fraction = scaled.fractions[node.index]
         inside = f"{math.ldexp(low, -fraction):.6g} to {math.ldexp(high, -fraction):.6g}"
         lines.append(
-            f"{called.removeprefix('state->'):<28} {fraction:>8} {f'{low} to {high}':>24}   {inside}"
+            f"{called.removeprefix('state->'):<28} {fraction:>8} "
+            f"{f'{low} to {high}':>24}   {inside}"
         )
     return lines
 
 
 def field_note(table: NamedArray, scaled: FixedProgram) -> str:
-    """Of a state: value and fraction of each element, those that are equal told once."""
+    """Return fraction and range of a state's elements; equal ones are combined."""
     told = []
     for node in table.nodes.values():
         low, high = (
@@ -50,7 +50,7 @@ def field_note(table: NamedArray, scaled: FixedProgram) -> str:
 def conversion_macros(
     prefix: str, scaled: FixedProgram, step: float, drive: ProgramNode
 ) -> list[str]:
-    """Macros of the inputs and the output. step: of the encoder, rad or m a count."""
+    """Return the macros of inputs and output; `step`: position per encoder count [rad | m]."""
     lines: list[str] = []
     program = scaled.program
     for name, node in [*program.inputs.items(), ("drive", drive)]:
@@ -61,7 +61,8 @@ def conversion_macros(
         )
         lines += [
             "",
-            f"/* {name} = word 2^{-fraction}, {math.ldexp(low, -fraction):.6g} to {math.ldexp(high, -fraction):.6g} */",
+            f"/* {name} = word 2^{-fraction}, {math.ldexp(low, -fraction):.6g} to "
+            f"{math.ldexp(high, -fraction):.6g} */",
             f"#define {upper}_FRACTION {fraction}",
             f"#define {upper}_LOW ({low})",
             f"#define {upper}_HIGH ({high})",
@@ -69,7 +70,8 @@ def conversion_macros(
         if name != "drive":
             scale = f"{math.ldexp(1.0, fraction)!r}"
             lines.append(
-                f"#define {upper}(value) ((int32_t)((value) * {scale} + ((value) < 0 ? -0.5 : 0.5))) /* of a constant, at compile time */"
+                f"#define {upper}(value) ((int32_t)((value) * {scale} + ((value) < 0 ? "
+                "-0.5 : 0.5))) /* of a constant, at compile time */"
             )
     counts = _from_counts(step, scaled.fractions[program.inputs["position"].index])
     lines += [
@@ -88,8 +90,10 @@ def conversion_macros(
 
 
 def multiplier(step: float, fraction: int) -> tuple[int, int]:
-    """(m, n): counts times m 2^-n are the position's word; m has MULTIPLIER_BITS bits where n >
-    0."""
+    """Return (m, n) such that counts times m 2^-n is the position's word.
+
+    m has MULTIPLIER_BITS bits if n > 0.
+    """
     n = max(MULTIPLIER_BITS - math.frexp(step)[1] - fraction, 0)
     return round(math.ldexp(step, fraction + n)), n
 
@@ -100,7 +104,7 @@ def _from_counts(step: float, fraction: int) -> str:
 
 
 def _rounded_quotient(product: str, sign: str, n: int) -> str:
-    """product 2^-n to the nearest, halves away from zero."""
+    """Return product 2^-n, rounded to the nearest, halves away from zero."""
     if n <= 0:
         return f"((int32_t)({product} * {2**-n}))"
     half = f"INT64_C({2 ** (n - 1)})"

@@ -1,11 +1,10 @@
-"""The controller verified again with its coefficients as a number format of the target keeps them:
-synthesis's own check, on a document.
+"""Verification of a controller with coefficients rounded to a number format of the target.
 
-At every vertex the sampled loops are rebuilt with the rounded coefficients: stable at every delay
-that the document names, the modulus margin at the bench's as specified, the norm within what is
-claimed where the document holds the weights that it is of. So is every corner of a schedule, around
-its own plant. What rounds the signals is not in it: the golden vectors measure that
-(golden_vectors.py).
+The sampled loop is rebuilt at every vertex with the rounded coefficients. It must be stable at
+every delay of the document, and have the specified modulus margin at the bench's delay. If the
+document contains the weights of the norm, the norm must be within the claimed one. Every corner of
+a schedule is checked with its own plant. Rounding of signals is not covered; the golden vectors
+measure it (golden_vectors.py).
 """
 
 from __future__ import annotations
@@ -40,8 +39,10 @@ FINER = {
 
 @dataclass(frozen=True)
 class RoundedLoop:
-    """The worst figures with rounded coefficients, and the vertices where they are. norm is None
-    where the document holds no weights."""
+    """Worst properties with rounded coefficients, and the vertices at which they occur.
+
+    `norm` is None if the document contains no weights.
+    """
 
     modulus_margin: float
     at: str
@@ -52,12 +53,12 @@ class RoundedLoop:
 def rounded_loop(
     controller: Controller, number: Number, biquads: LinearController | None = None
 ) -> RoundedLoop:
-    """`biquads`: the linear controller of other, rounded coefficients that runs instead, without
-    anti-windup.
+    """Verify a controller with rounded coefficients.
 
-    Raises NoSolutionError (exit 4) naming the vertex and its figure where the loop is unstable, its
-    modulus margin below what is specified or its norm above what is claimed, or where the rounded
-    anti-windup is unstable.
+    `biquads`: linear controller with other rounded coefficients that runs instead, without
+    anti-windup. Raises NoSolutionError (exit 4) with vertex and value if the loop or the rounded
+    anti-windup is unstable, the modulus margin is below the specified one, or the norm is above the
+    claimed one.
     """
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer, coefficient_rounder(number))
@@ -80,7 +81,7 @@ def rounded_loop(
         ValueError,
         np.linalg.LinAlgError,
         FloatingPointError,
-    ):  # a rounded pole on the unit circle itself
+    ):  # a rounded pole lies exactly on the unit circle
         raise _refused(controller, number, "a pole of the loop lies on the unit circle") from None
     margin, at = smallest(value for value, _ in found)
     worst, norm_at = largest(value for value, _ in norms) if norms else (None, 0)
@@ -96,15 +97,15 @@ def rounded_loop(
 
 def _refused(controller: Controller, number: Number, why: str) -> NoSolutionError:
     return NoSolutionError(
-        f"{controller.name}: not verified with coefficients rounded to {number}: {why}; try {FINER[number]}"
+        f"{controller.name}: not verified with coefficients rounded to {number}: {why}; "
+        f"try {FINER[number]}"
     )
 
 
 def _loops(
     controller: Controller, linear: LinearController, number: Number
 ) -> Iterator[tuple[LinearController, PlantPoint, tuple[int, ...]]]:
-    """Each linear controller with a plant that it is for, and the delays at which that has to be
-    stable, the bench's first."""
+    """Yield each linear controller with its plant and its delays, the bench's first."""
     for vertex in controller.verified.vertices:
         point = PlantPoint(
             vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
@@ -137,7 +138,8 @@ def _loops(
             raise _refused(
                 controller,
                 number,
-                f"the anti-windup is unstable at {point.name} (spectral radius {radius:.6g} of a - l c)",
+                f"the anti-windup is unstable at {point.name} (spectral radius "
+                f"{radius:.6g} of a - l c)",
             )
         yield there, point, (controller.delay_samples,)
 
@@ -149,7 +151,7 @@ def _margin(
     point: PlantPoint,
     delays: tuple[int, ...],
 ) -> float:
-    """The modulus margin with the bench's delay."""
+    """Return the modulus margin with the bench's delay."""
     hold, lag = coefficient_rounder(number), controller.bench.actuator.loop_time_constant_s
     loops = feedbacks(
         controller.structure,
@@ -163,7 +165,10 @@ def _margin(
     checks = loop_checks(loops, point, lag, delays)
     for check in checks:
         if check.spectral_radius >= 1.0:
-            why = f"at vertex {point.name} the loop is unstable with {delay_words(check.delay_samples)}"
+            why = (
+                f"at vertex {point.name} the loop is unstable with "
+                f"{delay_words(check.delay_samples)}"
+            )
             raise _refused(
                 controller, number, f"{why} (spectral radius {check.spectral_radius:.6g})"
             )
@@ -171,13 +176,14 @@ def _margin(
         raise _refused(
             controller,
             number,
-            f"at vertex {point.name} the modulus margin is {checks[0].modulus_margin:.4g}, specified {required:g}",
+            f"at vertex {point.name} the modulus margin is "
+            f"{checks[0].modulus_margin:.4g}, specified {required:g}",
         )
     return checks[0].modulus_margin
 
 
 def _brake(controller: Controller, number: Number) -> None:
-    """The virtual friction of a limiter, at its steepest, comes to rest everywhere."""
+    """Check that the limiter's virtual friction is stable at its steepest, at every vertex."""
     limiter = controller.limiter
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return
@@ -197,7 +203,7 @@ def _brake(controller: Controller, number: Number) -> None:
 
 
 def _norms(controller: Controller, linear: LinearController) -> list[tuple[float, str]]:
-    """The norm at each vertex, where the document holds the weights that it is of."""
+    """Return the norm at each vertex, if the document contains its weights."""
     if controller.judged_by is None:
         return []
     loops, runs = (

@@ -1,5 +1,4 @@
-"""What the states of the blocks in `control/` are, in a few words for the reader of the exported
-struct."""
+"""Short descriptions of the control blocks' states, for comments in the exported struct."""
 
 from __future__ import annotations
 
@@ -33,5 +32,5 @@ MEANINGS = {
 
 
 def state_meaning(state: str, held: bool) -> str:
-    """Of a state; `held`: one that the program never changes."""
+    """Return the description of a state; `held`: the program never changes it."""
     return "scheduled parameter, set by the caller" if held else MEANINGS.get(state, "")

@@ -1,4 +1,4 @@
-"""Metrics against the specification: the verdict, as a page and for machines."""
+"""Verdict of logs against a specification, and its views as page, text and data."""
 
 from typing import TYPE_CHECKING
 

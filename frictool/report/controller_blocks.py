@@ -1,4 +1,4 @@
-"""A controller's blocks in words, in the order in which a sample passes them."""
+"""Descriptions of a controller's blocks, in the order of the signal path."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ INPUTS = {
 
 
 def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
-    """(block, what it does) of every block that the controller has."""
+    """Return (name, description) of every block of the controller."""
     unit, drive = si_unit("position", controller.axis), si_unit(controller.drive, controller.axis)
     law, filtered = controller.position_law, controller.prefilter
     found = (
@@ -38,7 +38,8 @@ def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
         found.append(
             (
                 "Schedule",
-                f"over {', '.join(controller.schedule.parameters)}; {len(controller.schedule.corners)} corners (5.64)",
+                f"over {', '.join(controller.schedule.parameters)}; "
+                f"{len(controller.schedule.corners)} corners (5.64)",
             )
         )
     if controller.friction_compensation is not None:
@@ -48,18 +49,22 @@ def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
     found.append(
         (
             "Drive",
-            f"{controller.drive} limited to {number(controller.drive_limit)} {drive}{_winding(controller)}",
+            f"{controller.drive} limited to {number(controller.drive_limit)} "
+            f"{drive}{_winding(controller)}",
         )
     )
     return found
 
 
 def _prefilter(frequency: float, damping: float) -> str:
-    return f"second-order low-pass of the reference, {number(frequency)} rad/s, damping {number(damping)}"
+    return (
+        f"second-order low-pass of the reference, {number(frequency)} rad/s, damping "
+        f"{number(damping)}"
+    )
 
 
 def _sees_velocity(controller: Controller) -> bool:
-    """Whether any block looks at the velocity."""
+    """Return True if any block reads the velocity."""
     law, cascade = controller.position_law, controller.structure == "speed_cascade"
     brakes = law is not None and law.action == "brake"
     by_speed = cascade and controller.linear.input == "speed_error"
@@ -78,13 +83,17 @@ def _velocity(velocity: Velocity) -> str:
         return "of a sensor of its own"
     if velocity.bandwidth_rad_s == 0.0:
         return "the encoder's difference itself"
-    return f"the encoder's difference through a {ORDERS[velocity.order]}-order low-pass at {number(velocity.bandwidth_rad_s)} rad/s"
+    return (
+        f"the encoder's difference through a {ORDERS[velocity.order]}-order low-pass at "
+        f"{number(velocity.bandwidth_rad_s)} rad/s"
+    )
 
 
 def _observer(observer: Observer) -> str:
     if observer.tracking is not None:
         return (
-            f"from a tracking observer of {number(observer.tracking.bandwidth_rad_s)} rad/s, which moves by the model and the drive, and "
+            f"from a tracking observer of {number(observer.tracking.bandwidth_rad_s)} "
+            "rad/s, which moves by the model and the drive, and "
             "is put right by the encoder"
         )
     return f"from the switched observer of {observer.kind} wear (6.4)"
@@ -120,7 +129,10 @@ def _linear(controller: Controller) -> str:
 def _compensation(block: FrictionCompensation) -> str:
     part = f"{100.0 * block.gain:.3g} % of the friction"
     if block.source == "observer":
-        return f"{part} that an observer of {number(block.observer_rad_s)} rad/s finds (the baseline that 5.1 argues against)"
+        return (
+            f"{part} that an observer of {number(block.observer_rad_s)} rad/s finds (the "
+            "baseline that 5.1 argues against)"
+        )
     return (
         f"{part} of the model, by the {block.velocity} speed (the baseline that 5.1 argues against)"
     )
@@ -139,7 +151,10 @@ def _limiter(limiter: Limiter, unit: str) -> str:
         if limiter.settled_speed
         else ""
     )
-    return f"drive released where {where} < {number(limiter.band)} {unit} {source}, the integral frozen{brake}{wait}"
+    return (
+        f"drive released where {where} < {number(limiter.band)} {unit} {source}, the "
+        f"integral frozen{brake}{wait}"
+    )
 
 
 def _winding(controller: Controller) -> str:
@@ -147,5 +162,8 @@ def _winding(controller: Controller) -> str:
     return (
         ""
         if winding is None
-        else f", and by {number(winding.voltage_v)} V over {number(winding.resistance_ohm)} Ω and the back-EMF"
+        else (
+            f", and by {number(winding.voltage_v)} V over {number(winding.resistance_ohm)} "
+            "Ω and the back-EMF"
+        )
     )

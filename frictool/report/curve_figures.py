@@ -1,5 +1,7 @@
-"""Curves over the whole log: position, velocity, drive, phase plane; variants laid over each other,
-nominal on top."""
+"""Curves over the whole log: position, velocity, drive and phase plane.
+
+Variants are overlaid, with the nominal stream on top.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PageFigure:
-    """A figure of the page: SVG text, a title and a caption."""
+    """Figure of the page: SVG text, title and caption."""
 
     title: str
     svg: str
@@ -29,7 +31,7 @@ class PageFigure:
 
 
 def log_colours(evidence: list[StreamEvidence]) -> dict[str, str]:
-    """Log name -> colour."""
+    """Return the colour of each log by its name."""
     names = list(dict.fromkeys(item.source for item in evidence))
     return {name: LOG_COLOURS[k % len(LOG_COLOURS)] for k, name in enumerate(names)}
 
@@ -43,7 +45,10 @@ def draw(
     *,
     over_time: bool = True,
 ) -> None:
-    """One curve: strong for the nominal plant (or the only stream), faint for a variant."""
+    """Draw one curve, strong for a nominal stream and faint for a variant.
+
+    `over_time`: the abscissa is time, which allows a simpler decimation.
+    """
     kept = decimated_indices(ordinate) if over_time else decimated_path_indices(abscissa, ordinate)
     alpha, width, order = (1.0, 1.4, 3.0) if item.nominal else (0.35, 0.8, 2.0)
     axes.plot(
@@ -52,12 +57,12 @@ def draw(
 
 
 def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
-    """Variants first, so that the nominal stream lies on top."""
+    """Return the streams with the nominal ones last, so that they are drawn on top."""
     return sorted(evidence, key=lambda item: item.nominal)
 
 
 def draw_references(axes: Axes, evidence: list[StreamEvidence]) -> None:
-    """The reference of each distinct nominal stream, or of the first stream that has one."""
+    """Draw the reference of each nominal stream, or else of the first one with a reference."""
     with_reference = [item for item in evidence if item.has("reference")]
     for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
         reference = item.plotted("reference")
@@ -73,7 +78,7 @@ def draw_references(axes: Axes, evidence: list[StreamEvidence]) -> None:
 
 
 def overview_figures(spec: Spec, evidence: list[StreamEvidence]) -> list[PageFigure]:
-    """The curves that the logs have, over their whole length."""
+    """Return the figures of all available curves over the whole length of the logs."""
     unit = si_unit("position", spec.axis)
     positions = [item for item in evidence if item.has("position")]
     pictures = []
@@ -124,7 +129,7 @@ def _position(evidence: list[StreamEvidence], unit: str) -> PageFigure:
 
 
 def draw_load(axes: Axes, item: StreamEvidence, colour: str, time: Vector, part: slice) -> None:
-    """The mechanical position behind the backlash: a curve, or the area between its bounds."""
+    """Draw the mechanical position behind the backlash: a curve, or the area between its bounds."""
     assert item.load is not None
     low, high = (load[part] for load in item.load)
     if not item.load_is_bounded:
@@ -151,7 +156,10 @@ def _load(evidence: list[StreamEvidence], unit: str) -> PageFigure:
         axes.set(xlabel="time [s]", ylabel=f"load [{unit}]")
         bounded = any(item.load_is_bounded for item in evidence)
         told = (
-            "Where only the motor's position was measured: between the bounds that it and the backlash leave."
+            (
+                "Where only the motor's position was measured: between the bounds that it "
+                "and the backlash leave."
+            )
             if bounded
             else ""
         )
@@ -171,7 +179,10 @@ def _sensor(evidence: list[StreamEvidence], unit: str) -> PageFigure:
             assert error is not None
             draw(axes, item, colours[item.source], item.stream.time, error)
         axes.set(xlabel="time [s]", ylabel=f"error [{unit}]")
-        caption = "What the position sensor shows less the true position. Everything else is judged by what it shows."
+        caption = (
+            "What the position sensor shows less the true position. Everything else is "
+            "judged by what it shows."
+        )
         return PageFigure("Sensor error", render_compact(figure, "sensor error over time"), caption)
 
 
@@ -261,5 +272,8 @@ def _phase_plane(moving: list[tuple[StreamEvidence, tuple[Vector, str]]], unit: 
                 over_time=False,
             )
         axes.set(xlabel=f"position [{unit}]", ylabel=f"velocity [{unit}/s]")
-        caption = f"{_velocity_source(moving)} An orbit that closes while the reference is held is a limit cycle."
+        caption = (
+            f"{_velocity_source(moving)} An orbit that closes while the reference is held "
+            "is a limit cycle."
+        )
         return PageFigure("Phase plane", render_compact(figure, "velocity over position"), caption)

@@ -1,5 +1,4 @@
-"""What the specification asks of the drive: peak, mean, time at its limit, energy, and none at
-rest."""
+"""Judges of the drive requirements: peak, rms, saturation time, energy, and drive at rest."""
 
 from __future__ import annotations
 
@@ -27,7 +26,10 @@ def _undecided(
 
 
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """The larger of the command's peak and of the measured drive's, less its noise floor."""
+    """Judge the peak drive: of the command, or of the measured drive less its noise floor.
+
+    The larger one counts.
+    """
     assert spec.drive_peak is not None
     limit, unit = spec.drive_peak.value, spec.drive_peak.unit
     found: list[tuple[float, StreamEvidence, str]] = []
@@ -59,7 +61,7 @@ def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
 
 
 def judge_rms(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Over the whole of each stream: it is what heats the motor."""
+    """Judge the rms drive over each whole stream, because it heats the motor."""
     assert spec.drive_rms is not None
     limit, unit = spec.drive_rms.value, spec.drive_rms.unit
     found = [
@@ -71,7 +73,10 @@ def judge_rms(spec: Spec, evidence: JudgedStreams, controller: Controller | None
         return _undecided(spec, "drive_rms", "drive_rms", limit, unit, evidence)
     value, at = largest(entry[0] for entry in found)
     _, item = found[at]
-    signal = f"over the whole record, of the {'command' if item.measured is None else f'measured {spec.drive}'}"
+    signal = (
+        "over the whole record, of the "
+        f"{'command' if item.measured is None else f'measured {spec.drive}'}"
+    )
     return Requirement(
         "drive_rms",
         "drive_rms",
@@ -87,7 +92,10 @@ def judge_rms(spec: Spec, evidence: JudgedStreams, controller: Controller | None
 def judge_saturation(
     spec: Spec, evidence: JudgedStreams, controller: Controller | None
 ) -> Requirement:
-    """The longest in one hold; a stream that is never held counts as a whole."""
+    """Judge the longest saturation time in one hold.
+
+    A stream without a hold counts as a whole.
+    """
     assert spec.saturation_time_s is not None
     name, key, limit = "saturation_time", "saturation_time_s", spec.saturation_time_s
     if all(item.drive is None for item, _ in evidence):
@@ -109,7 +117,7 @@ def judge_saturation(
 
 
 def judge_energy(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Of the worst step, as table 5.3 counts it."""
+    """Judge the energy of the worst step, as in table 5.3."""
     assert spec.energy is not None
     unit = f"{si_unit(spec.drive, spec.axis)}^2"
     if all(item.drive is None for item, _ in evidence):
@@ -118,7 +126,10 @@ def judge_energy(spec: Spec, evidence: JudgedStreams, controller: Controller | N
 
 
 def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Both halves of rest; the value shown is the drive, the motion is in the details."""
+    """Judge motion and drive at rest.
+
+    The value is the drive; the motion is in `details`.
+    """
     assert spec.rest is not None
     unit, after, allowed = si_unit(spec.drive, spec.axis), spec.rest.after_s, spec.rest.drive
     found = [(m, e) for e, holds in evidence for m in holds if "rest_motion" in m.values]
@@ -139,7 +150,10 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     where = location_of(mover, moving)
     if motion > mover.resolution * (1.0 + 1e-6):
         value = moving.values.get("rest_drive")
-        reason = f"still moves {motion:.3g} {si_unit('position', spec.axis)} peak to peak after {after:g} s of hold"
+        reason = (
+            f"still moves {motion:.3g} {si_unit('position', spec.axis)} peak to peak after "
+            f"{after:g} s of hold"
+        )
         return Requirement(
             "rest", "rest", value, allowed, unit, False, reason=reason, where=where, details=details
         )

@@ -1,6 +1,6 @@
-"""What the streams of the logs offer to be judged: position, reference, drive, holds.
+"""Evidence of the logs' streams for the verdict: position, reference, drive and holds.
 
-Log(s) --streams--> Evidence per stream --holds--> Measured per hold --worst--> requirement
+Log(s) ──streams──▶ StreamEvidence ──holds──▶ HoldMetrics ──worst──▶ Requirement
 """
 
 from __future__ import annotations
@@ -35,13 +35,17 @@ NO_CONTROLLER = "a log alone does not contain it; give --controller"
 class StreamEvidence:
     """Stream of a log with everything that its judgement needs.
 
-    resolution: the position sensor's step [rad or m], 0 if unknown. gaps: missing signal -> reason.
-    load: lowest and highest mechanical position behind the backlash (n,); twice the same array
-    where the log has it. drive_limit [A or V]. nominal: whether it belongs to the nominal plant and
-    not to a variant (`/axis`, or the only stream of its log). simulated: whether its log is a
-    simulation, in which each topic is a plant; a measured log may hold several streams of one rig.
-    modulus_margin: of the controller's loop around the stream's plant, None if unknown; margin_gap:
-    the reason. beyond: how the rig is not what the controller was verified for, or empty.
+    `resolution`: step of the position sensor [rad | m], 0 if unknown. `gaps`: missing signal ->
+    reason. `load`: lowest and highest mechanical position behind the backlash, (n,) each; the same
+    array twice if the log contains it. `drive_limit`: in A | V.
+
+    `nominal`: the stream belongs to the nominal plant and not to a variant (`/axis`, or the only
+    stream of its log). `simulated`: the log is a simulation, in which each topic is a plant. A
+    measured log may hold several streams of one rig.
+
+    `modulus_margin`: of the controller's loop with the stream's plant, None if unknown.
+    `margin_gap`: the reason. `beyond`: difference between the rig and the rig for which the
+    controller was verified, or empty.
     """
 
     source: str
@@ -60,37 +64,36 @@ class StreamEvidence:
     beyond: str = ""
 
     def has(self, signal: str) -> bool:
-        """Whether the stream has this signal, finite or not."""
+        """Return True if the stream has this signal, finite or not."""
         return signal in self.stream.signals
 
     def plotted(self, signal: str) -> Vector:
-        """A signal of the stream for a plot: NaN, which leaves a gap in the curve, where it is not
-        finite."""
+        """Return a signal for a plot; values that are not finite are NaN, which leaves a gap."""
         return finite_or_nan(self.stream.signals[signal])
 
     @property
     def drive(self) -> Vector | None:
-        """The measured drive, or the command where none was measured."""
+        """Return the measured drive, or the command if none was measured."""
         return self.measured if self.measured is not None else self.command
 
     @property
     def load_is_bounded(self) -> bool:
-        """Whether the mechanical position is only known between bounds."""
+        """Return True if only bounds of the mechanical position are known."""
         return self.load is not None and self.load[0] is not self.load[1]
 
     @cached_property
     def drive_noise(self) -> float:
-        """Standard deviation of the white noise on the measured drive [A or V]."""
+        """Return the standard deviation of the white noise on the measured drive [A | V]."""
         return 0.0 if self.measured is None else noise_deviation(self.measured)
 
     @cached_property
     def velocity(self) -> tuple[Vector, str] | None:
-        """What is drawn as the velocity (n,), and where it comes from."""
+        """Return the velocity for plots (n,) and its source."""
         return shown_velocity(self.stream, self.resolution)
 
     @cached_property
     def has_backlash(self) -> bool:
-        """Whether the mechanical position is known, and another than what the sensor shows."""
+        """Return True if the mechanical position is known and differs from the sensor's."""
         if self.load is None or not self.has("position"):
             return False
         apart = float(np.max(np.abs(self.load[1] - self.stream.signals["position"]), initial=0.0))
@@ -98,8 +101,10 @@ class StreamEvidence:
 
     @cached_property
     def sensor_error(self) -> Vector | None:
-        """What the sensor shows less the true position (n,), where the log knows both and it is
-        more than rounding."""
+        """Return sensor position - true position (n,).
+
+        None if the log lacks one of them, or if the difference is within the resolution.
+        """
         if not (self.has("position") and self.has("position_true")):
             return None
         error: Vector = self.plotted("position") - self.plotted("position_true")
@@ -112,20 +117,18 @@ class StreamEvidence:
 
     @property
     def name(self) -> str:
-        """The log's name and the topic."""
+        """Return the log's name and the topic."""
         return f"{self.source} {self.stream.topic}"
 
 
 def gather_evidence(
     spec: Spec, logs: list[Log], rig: RigFacts = UNKNOWN, loop: JudgedLoop | None = None
 ) -> list[StreamEvidence]:
-    """Return the evidence of every axis of every log, in their order.
+    """Return the evidence of every axis of every log, in order.
 
-    rig: the sensor's step for logs whose positions show none, and the facts that no log contains.
-    loop: the controller's loop, whose margins are computed.
-
-    Raises LogError where a log has no stream, an empty one, or one whose position is not in the
-    unit of the specification's kind of axis.
+    `rig`: facts that no log contains, and the sensor's step for logs whose positions do not show
+    it. `loop`: the controller's loop, for the margins. Raises LogError if a log has no stream or an
+    empty one, or if a position is not in the unit of the specification's kind of axis.
     """
     found: list[StreamEvidence] = []
     for log, label in zip(logs, log_labels(logs), strict=True):
@@ -141,7 +144,7 @@ def gather_evidence(
 
 
 def log_labels(logs: list[Log]) -> list[str]:
-    """The base name of each log; numbered where two are the same."""
+    """Return the base name of each log, with a number if several are equal."""
     names = [PurePath(log.source).name or log.source for log in logs]
     return [
         name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})"
@@ -157,7 +160,8 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: RigFacts) -
         if unit not in (None, "", expected):
             raise LogError(
                 log.source,
-                f"{name} of {stream.topic} is in {unit}; the specification is of a {spec.axis} axis, in {expected}",
+                f"{name} of {stream.topic} is in {unit}; the specification is of a "
+                f"{spec.axis} axis, in {expected}",
             )
     gaps: dict[str, str] = {}
     position, reference = _signal(stream, "position", gaps), _signal(stream, "reference", gaps)
@@ -167,10 +171,11 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: RigFacts) -
     fault = stream.signals.get("controller_fault")
     if (
         fault is not None and fault.any()
-    ):  # the drive is 0 from there on: the rest does not test the controller
+    ):  # after a fault the drive is 0: the rest does not test the controller
         begin = float(stream.time[int(np.argmax(fault != 0.0))])
         gaps["position"] = (
-            f"the controller sets its fault at {begin:.6g} s, without a valid position, and the drive is 0 from there on"
+            f"the controller sets its fault at {begin:.6g} s, without a valid position, "
+            "and the drive is 0 from there on"
         )
         position = None
     seen = None if position is None else encoder_step(position)
@@ -202,8 +207,7 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: RigFacts) -
 def _load(
     stream: Stream, position: Vector | None, rig: RigFacts, resolution: float, gaps: dict[str, str]
 ) -> tuple[Vector, Vector] | None:
-    """The mechanical position as the log has it, or its bounds from the motor's and the bench's
-    backlash."""
+    """Return the logged mechanical position, or its bounds from motor position and backlash."""
     if "load_position" in stream.signals:
         load = _signal(stream, "load_position", gaps)
         return None if load is None else (load, load)

@@ -1,7 +1,7 @@
-"""What the figures of a report have in common: style, margins, colours.
+"""Common style of a report's figures: settings, margins and colours.
 
-Every text in a figure is the program's own; names from files stand in the page's legend, where they
-are escaped.
+Texts in a figure are constants of the program. Names from files appear in the page's legend, which
+escapes them.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 ZONE = "#cfe3d4"
 LIMIT = "#b3261e"
-# one per log, told apart with deficient colour vision and in grey
+# one per log, distinguishable with deficient colour vision and in grey
 LOG_COLOURS = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f", "#5c6b00", "#8c2f39")
 MARGINS = FigureMargins(left=0.8, right=0.12, bottom=0.5, top=0.18, label=0.12)
 WIDTH, HEIGHT = (
     5.0,
     2.7,
-)  # inches: a phone's width shows it at three quarters, half a desktop page at 1.2
+)  # inches: scaled to three quarters on a phone, 1.2 times on half a desktop page
 
 STYLE: dict[str, Any] = {
     **PAGE,
@@ -36,10 +36,10 @@ STYLE: dict[str, Any] = {
 
 
 def drawing(name: str) -> AbstractContextManager[None]:
-    """The settings under which the figure `name` is drawn and rendered."""
+    """Return the context of settings in which the figure `name` is drawn and rendered."""
     return svg.drawing(name, STYLE)
 
 
 def new_figure(rows: int = 1, height: float = HEIGHT) -> tuple[Figure, list[Axes]]:
-    """A figure with `rows` axes over one abscissa, the first the tallest."""
+    """Return a figure with `rows` axes over a common abscissa, the first the tallest."""
     return svg.panels((WIDTH, height), MARGINS, rows, ratios=[1.6, *[1.0] * (rows - 1)], space=0.16)

@@ -1,5 +1,7 @@
-"""The metrics of each hold of a stream, and why one cannot be had: each of metric_table.py is in
-`values`, in `bounds` or in `missing`."""
+"""Metrics of each hold of a stream.
+
+Each metric of metric_table.py is in `values`, in `bounds`, or in `missing` with a reason.
+"""
 
 from __future__ import annotations
 
@@ -38,10 +40,10 @@ OF_A_STEP = (
 
 @dataclass(frozen=True)
 class HoldMetrics:
-    """One hold: metric -> value in SI (overshoot in %), -> the two values that it lies between, ->
-    reason where it has none.
+    """Metrics of one hold.
 
-    `number` counts holds from 1.
+    `values`: metric -> value in SI (overshoot in %). `bounds`: metric -> (low, high). `missing`:
+    metric -> reason. `number` counts holds from 1.
     """
 
     hold: Hold
@@ -53,13 +55,15 @@ class HoldMetrics:
 
     @property
     def is_step(self) -> bool:
-        """Whether a step led to this hold."""
+        """Return True if a step led to this hold."""
         return self.hold.origin is not None
 
 
 def measure_holds(spec: Spec, evidence: StreamEvidence, whole: bool = True) -> list[HoldMetrics]:
-    """The metrics of every hold, whether or not they are specified; those that are, and some more,
-    where they are not to be whole."""
+    """Return the metrics of every hold.
+
+    `whole`: include all metrics; else mainly those that the specification needs.
+    """
     time = evidence.stream.time
     out = []
     for number, hold in enumerate(evidence.holds, start=1):
@@ -79,7 +83,10 @@ def measure_holds(spec: Spec, evidence: StreamEvidence, whole: bool = True) -> l
 
 
 def cut_short(spec: Spec, time: Vector) -> str:
-    """Why a hold, `time` (n,) [s], is too short for a final value; empty where it is not."""
+    """Return the reason why a hold is too short for a final value, or an empty text.
+
+    `time` (n,): time of the hold [s].
+    """
     held, asked = float(time[-1] - time[0]), spec.response_time_95_s
     return (
         f"held for {held:.3g} s only, less than the response time allowed"
@@ -129,16 +136,21 @@ def _measure_cycle(evidence: StreamEvidence, measured: HoldMetrics) -> None:
 
 
 def peak(evidence: StreamEvidence, part: slice) -> float:
-    """The larger of the command's peak and of the measured drive's, less its noise floor; of a
-    stream that has one of them."""
+    """Return the larger of the command's peak and the measured drive's peak less its noise floor.
+
+    The stream needs at least one of them.
+    """
     peaks = [] if evidence.command is None else [command_peak(evidence.command[part])]
     peaks += [] if evidence.measured is None else [drive_peak(evidence.measured[part])]
     return max(peaks)
 
 
 def saturation(evidence: StreamEvidence, part: slice) -> float:
-    """Time [s] at the drive's limit, by the command where there is one; of a stream with a known
-    limit and one of them."""
+    """Return the time at the drive's limit [s].
+
+    It is that of the command if present, else that of the measured drive. The stream needs a known
+    limit and at least one of them.
+    """
     assert evidence.drive_limit is not None
     time = evidence.stream.time[part]
     if evidence.command is not None:
@@ -178,18 +190,17 @@ def _measure_drive(spec: Spec, evidence: StreamEvidence, measured: HoldMetrics) 
 
 
 def energy_window(spec: Spec) -> float | None:
-    """t_int [s] of table 5.3: as specified, or else the response time allowed."""
+    """Return t_int of table 5.3 [s], as specified or else the allowed response time."""
     return spec.energy.window_s if spec.energy is not None else spec.response_time_95_s
 
 
 def no_drive(spec: Spec, evidence: StreamEvidence) -> str:
-    """Why a stream has no drive."""
+    """Return the reason why a stream has no drive."""
     return f"{evidence.gaps[spec.drive]} and no usable command"
 
 
 def _measure_load(spec: Spec, evidence: StreamEvidence, measured: HoldMetrics) -> None:
-    """Exact where the log has the mechanical position; else between what its lowest and its highest
-    give."""
+    """Measure the load: exact if the log has its position, else as bounds."""
     hold, names = measured.hold, ("load_static_error", "load_overshoot")
     if evidence.load is None:
         measured.missing.update(dict.fromkeys(names, evidence.gaps["load_position"]))
@@ -242,5 +253,5 @@ def _measure_rest(spec: Spec, evidence: StreamEvidence, measured: HoldMetrics) -
 
 
 def finite_or_none(value: float) -> float | None:
-    """For a machine: None in place of an infinite value."""
+    """Return None for an infinite value, for JSON."""
     return value if math.isfinite(value) else None

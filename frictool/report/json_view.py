@@ -1,4 +1,4 @@
-"""The verdict as one JSON object, with every metric of every hold and stream."""
+"""JSON view of the verdict, with every metric of every hold and stream."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from frictool.report.worst_hold import NEVER
 if TYPE_CHECKING:
     from frictool.verify.vertex_transfers import VertexTransfers
 
-FORMAT = "report/2"  # 2: the verdict has three states
+FORMAT = "report/2"  # since version 2 the verdict has three states
 
 
 def as_json(
     verdict: Verdict, spec: Spec, transfers: VertexTransfers | str | None = None
 ) -> dict[str, Any]:
-    """Return the verdict, `pass`, `fail` or `undecided`, with the names of the undecided
-    requirements.
+    """Return the verdict as JSON values.
 
-    A metric without a value is null with its reason in `missing`; one that is only known to lie
-    between two values is null with `bounds`. `sensitivity` is null without a controller. A stream
-    `meets_all` if it meets every requirement of the logs by itself.
+    `verdict` is `pass`, `fail` or `undecided`; `undecided` lists the undecided requirements. A
+    metric without a value is null, with its reason in `missing`. A metric between two bounds is
+    null, with `bounds`. `sensitivity` is null without a controller. `meets_all` is true for a
+    stream that meets every requirement of the logs by itself.
     """
     return {
         "format": FORMAT,
@@ -90,7 +90,7 @@ def _hold(measured: HoldMetrics) -> dict[str, Any]:
 
 
 def _sensitivity(found: VertexTransfers | None) -> dict[str, Any] | None:
-    """Of each transfer its largest gain, and its largest share of the template with the place."""
+    """Return the largest gain of each transfer, and its largest ratio to the template."""
     if found is None:
         return None
     transfers = {

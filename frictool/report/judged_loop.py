@@ -1,5 +1,4 @@
-"""Loop of a controller with the plants of simulated logs: its margins, and whether the controller
-was verified for their model."""
+"""Loop of a controller with the plants of simulated logs, for margins and warnings."""
 
 from __future__ import annotations
 
@@ -19,13 +18,18 @@ from frictool.verify.plant_margins import PlantMargins
 from frictool.verify.rig_facts import RECORD as FACTS
 from frictool.verify.rig_facts import facts_of_text, missing_facts
 
-NO_PLANT = "the log does not describe its plant as one axis (a mechanism, or an older log); try `frictool reduce` and `verify --model`"
+NO_PLANT = (
+    "the log does not describe its plant as one axis (a mechanism, or an older log); try "
+    "`frictool reduce` and `verify --model`"
+)
 RECORDED = "the plant of a recorded axis is not known"
 
 
 class JudgedLoop:
-    """Margins of one controller around the plants that logs describe; bench: that of recorded logs,
-    if it is not the controller's."""
+    """Margins of one controller with the plants that logs describe.
+
+    `bench`: bench of recorded logs, if it is not the controller's.
+    """
 
     def __init__(self, controller: Controller, bench: Bench | None = None) -> None:
         self.controller, self._margins = controller, PlantMargins(controller)
@@ -37,8 +41,10 @@ class JudgedLoop:
         self._beyond: dict[tuple[tuple[str, str], ...], str] = {}
 
     def margin(self, log: Log, topic: str) -> tuple[float | None, str]:
-        """Return the modulus margin at the plant of a stream, 0 if the loop is unstable; or None
-        and the reason."""
+        """Return the modulus margin at the plant of a stream, or None and the reason.
+
+        The margin of an unstable loop is 0.
+        """
         if not _simulated(log):
             return None, RECORDED
         plant = LoggedPlant.of_text(log.metadata.get(RECORD, {}).get(topic, ""))
@@ -48,8 +54,10 @@ class JudgedLoop:
         return (None, unstated) if unstated else (self._margins(plant), "")
 
     def beyond(self, log: Log) -> str:
-        """Say how the rig of a log is not what the controller was verified for; empty if it is, or
-        if nothing is known of it."""
+        """Return how a log's rig differs from the controller's verification; empty if it does not.
+
+        It is also empty if nothing is known about the rig.
+        """
         if not _simulated(log):
             return self._bench
         rig, record = log.metadata.get(FACTS, {}), log.metadata.get(INTERVALS, {})
@@ -60,13 +68,18 @@ class JudgedLoop:
         return self._beyond[key]
 
     def played_beyond(self, log: Log) -> str:
-        """Name the parameters of played plants that the controller was not verified for, as `given`
-        or a drift has them; empty if none."""
+        """Return which simulated plant parameters lie outside the controller's verification.
+
+        Empty if none do. Such values come from `given` or from a drift.
+        """
         texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
         plants = [plant for plant in map(LoggedPlant.of_text, texts) if plant is not None]
         points = [point for plant in plants for point in plant.points()]
         found = parameters_outside(self.controller, enclosing_box(points)) if points else ()
-        words = f"plants were played beyond the intervals of {self.controller.name}, where only their own margins hold"
+        words = (
+            f"plants were played beyond the intervals of {self.controller.name}, where only "
+            "their own margins hold"
+        )
         return f"{words}: {'; '.join(found)}" if found else ""
 
     def _words(self, subject: str, found: tuple[str, ...]) -> str:
@@ -78,8 +91,10 @@ def _simulated(log: Log) -> bool:
 
 
 def _unstated(log: Log) -> str:
-    """Say which numbers of its rig and its model a simulated log lacks, and what writes them; empty
-    if it has all."""
+    """Return which numbers of rig and model a simulated log lacks; empty if none.
+
+    The message names the command that writes the log again.
+    """
     facts, ranges = (
         facts_of_text(log.metadata.get(FACTS, {})),
         intervals_of_text(log.metadata.get(INTERVALS, {})),
@@ -91,4 +106,7 @@ def _unstated(log: Log) -> str:
     if not lacking:
         return ""
     command = log.metadata.get("provenance", {}).get("command", "frictool simulate")
-    return f"the log does not state the {', '.join(lacking)}, as an earlier version wrote it; write it again: {command} -o {log.source}"
+    return (
+        f"the log does not state the {', '.join(lacking)}, as an earlier version wrote it; "
+        f"write it again: {command} -o {log.source}"
+    )

@@ -1,5 +1,4 @@
-"""The verdict as JUnit XML: one test case per requirement, so that a build server shows what
-broke."""
+"""JUnit XML view of the verdict, with one test case per requirement for build servers."""
 
 from __future__ import annotations
 
@@ -12,9 +11,9 @@ from frictool.report.text_view import printable
 def junit(verdict: Verdict, allow_undecided: bool = False) -> str:
     """Return the test suite as XML; the property `verdict` is `pass`, `fail` or `undecided`.
 
-    A broken requirement is a failure. An undecided one is an error, since build servers count a
-    skipped test as a success; it is skipped if undecided requirements are allowed and the verdict
-    is then acceptable.
+    A broken requirement is a failure. An undecided one is an error, because build servers count a
+    skipped test as a success. It is skipped only if undecided requirements are allowed and the
+    verdict is then acceptable.
     """
     requirements, skip = verdict.requirements, verdict.acceptable(allow_undecided)
     undecided = len(verdict.undecided)
@@ -46,7 +45,10 @@ def _case(suite: ET.Element, name: str, requirement: Requirement, skip: bool) ->
         suite, "testcase", {"classname": f"frictool.{name}", "name": requirement.name, "time": "0"}
     )
     unit = f" {requirement.unit}".rstrip()
-    figures = f"{number(requirement.value)}{unit}, limit {requirement.relation} {number(requirement.limit)}{unit}"
+    figures = (
+        f"{number(requirement.value)}{unit}, limit {requirement.relation} "
+        f"{number(requirement.limit)}{unit}"
+    )
     place = f", {requirement.where}" if requirement.where else ""
     message = printable(
         f"{figures}{place}" + (f": {requirement.reason}" if requirement.reason else "")

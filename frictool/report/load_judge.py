@@ -1,5 +1,4 @@
-"""What the specification asks of the mechanical position behind the backlash: exact, or decided by
-its bounds, or open between them."""
+"""Judge of the static error behind the backlash, exact or from bounds."""
 
 from __future__ import annotations
 
@@ -15,8 +14,11 @@ BOUNDED = "bound from the motor's position and the backlash"
 
 
 def judge_load(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """The largest static error of the load: met where its upper bound is, broken where its lower
-    bound is above the limit."""
+    """Judge the largest static error of the load.
+
+    It is met if its upper bound is within the limit, broken if its lower bound is above the limit,
+    and undecided otherwise.
+    """
     assert spec.load_static_error is not None
     limit, unit = spec.load_static_error.value, si_unit("position", spec.axis)
     found = [

@@ -1,4 +1,4 @@
-"""The modulus margin of every vertex as bars, against the margin asked."""
+"""Bar chart of the modulus margin of every vertex against the required margin."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from frictool.report.figure_style import LIMIT, LOG_COLOURS, drawing, new_figure
 
 
 def margin_figure(spec: Spec, controller: Controller) -> PageFigure | None:
-    """One bar per vertex in the controller's order, red where it is below the margin asked or
-    unstable; None without a vertex."""
+    """Return a chart with one bar per vertex, in the controller's order; None without vertices.
+
+    A bar is red if the vertex is unstable or below the required margin.
+    """
     vertices = controller.verified.vertices
     if not vertices:
         return None

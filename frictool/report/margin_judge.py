@@ -1,5 +1,8 @@
-"""Judge of the modulus margin: of each simulated plant, or of the controller's vertices for a
-recorded axis, whose plant is unknown."""
+"""Judge of the modulus margin.
+
+It takes the margin of each simulated plant. The plant of a recorded axis is unknown, so that the
+controller's vertices are judged instead.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +20,8 @@ def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | N
     """Judge the smallest margin of all streams.
 
     The requirement is broken if any plant or any vertex of the controller breaks it. It is
-    undecided if the plant of a simulated stream is unknown, or if the plant or its rig is not what
-    the controller was verified for.
+    undecided if the plant of a simulated stream is unknown, or if the controller was not verified
+    for the plant or its rig.
     """
     assert spec.modulus_margin is not None
     name, limit = "modulus_margin", spec.modulus_margin
@@ -53,7 +56,7 @@ def _margins(streams: list[StreamEvidence]) -> list[tuple[float, ValueLocation]]
 
 
 def _weakest(controller: Controller) -> tuple[float, ValueLocation] | None:
-    """Return the smallest margin of the controller's vertices, 0 of an unstable one."""
+    """Return the smallest margin of the controller's vertices; an unstable one has margin 0."""
     vertices = controller.verified.vertices
     if not vertices:
         return None
@@ -62,7 +65,7 @@ def _weakest(controller: Controller) -> tuple[float, ValueLocation] | None:
 
 
 def _unknown(streams: list[StreamEvidence], controller: Controller | None) -> str:
-    """Return why the margin of a stream is not known; empty if all are."""
+    """Return the reason why a stream's margin is unknown; empty if all are known."""
     for item in streams:
         if item.modulus_margin is None and (item.simulated or controller is None):
             return item.margin_gap

@@ -1,4 +1,4 @@
-"""The verdict as a Markdown table, for a merge request."""
+"""Markdown view of the verdict, for a merge request."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MARKS = {"MET": "✅ met", "NOT MET": "❌ **not met**", "UNDECIDED": "❔ undec
 
 
 def markdown(verdict: Verdict) -> str:
-    """A heading with the verdict and one row per requirement."""
+    """Return a heading with the verdict and a table with one row per requirement."""
     rows = [
         f"### {_plain(verdict.name)}: {verdict.headline}",
         "",
@@ -25,13 +25,14 @@ def markdown(verdict: Verdict) -> str:
             f"{'≤' if r.relation == '<=' else '≥'} {number(r.limit)} {unit_shown(r.unit)}".strip()
         )
         rows.append(
-            f"| {r.name.replace('_', ' ')} | {value} | {limit} | {MARKS[r.outcome]} | {_plain(remark)} |"
+            f"| {r.name.replace('_', ' ')} | {value} | {limit} | {MARKS[r.outcome]} | "
+            f"{_plain(remark)} |"
         )
     rows += [f"\n**Warning:** {_plain(remark)}" for remark in verdict.remarks]
     return "\n".join(rows) + "\n"
 
 
 def _plain(text: str) -> str:
-    """Text from files, with everything that Markdown or HTML would act on made literal."""
+    """Return text from a file with Markdown and HTML syntax escaped."""
     literal = printable(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"([\\`*_{}\[\]#|~@])", r"\\\1", literal)

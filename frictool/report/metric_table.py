@@ -1,5 +1,7 @@
-"""The metrics by name: title, dimension and definition. The machine's view, the page and the
-documentation show these and no others."""
+"""Table of all metrics: title, dimension and definition.
+
+The JSON view, the page and the documentation show exactly these.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,10 @@ Dimension = Literal["time", "percent", "position", "velocity", "count", "drive",
 
 @dataclass(frozen=True)
 class Metric:
-    """`title` heads a column of the page, `definition` stands under it."""
+    """Metric of a hold or a stream.
+
+    `title`: column heading of the page. `definition`: text below the column.
+    """
 
     name: str
     title: str
@@ -22,7 +27,7 @@ class Metric:
     definition: str
 
     def unit(self, spec: Spec) -> str:
-        """In SI, of this specification's kind of axis and drive; empty for a count."""
+        """Return the SI unit for the specification's kind of axis and drive; empty for a count."""
         if self.dimension in ("position", "velocity", "time"):
             return si_unit(self.dimension, spec.axis)
         drive = si_unit(spec.drive, spec.axis)
@@ -36,7 +41,8 @@ _HOLD = (
         "response_time_95",
         "response 95 %",
         "time",
-        "from the step until the position stays within 5 % of the step around its final value (mean of the last tenth of the hold)",
+        "from the step until the position stays within 5 % of the step around its "
+        "final value (mean of the last tenth of the hold)",
     ),
     Metric(
         "rise_time",
@@ -57,14 +63,16 @@ _HOLD = (
         "reversals",
         "reversals",
         "count",
-        "turns of the motion after it has reached the 5 % zone, each back by more than two sensor steps and 1 % of the step",
+        "turns of the motion after it has reached the 5 % zone, each back by more than "
+        "two sensor steps and 1 % of the step",
     ),
     Metric("oscillations", "oscillations", "count", "half the reversals, rounded up"),
     Metric(
         "limit_cycle_amplitude",
         "limit cycle",
         "position",
-        "half the peak to peak of an oscillation that is kept up behind the first third of a hold; told absent (0) only behind 15 s",
+        "half the peak to peak of an oscillation that is kept up behind the first "
+        "third of a hold; told absent (0) only behind 15 s",
     ),
     Metric("limit_cycle_period", "its period", "time", "mean time between its turns of one side"),
     Metric(
@@ -83,19 +91,22 @@ _HOLD = (
         "energy",
         "energy",
         "drive squared",
-        "(T_e/t_int) sum i² over [0, t_int] behind the step, table 5.3: the mean square of the drive",
+        "(T_e/t_int) sum i² over [0, t_int] behind the step, table 5.3: the mean "
+        "square of the drive",
     ),
     Metric(
         "saturation_time",
         "at limit",
         "time",
-        "time for which the command (or else the measured drive, within 1 %) is at the drive's limit",
+        "time for which the command (or else the measured drive, within 1 %) is at the "
+        "drive's limit",
     ),
     Metric(
         "load_static_error",
         "load's static error",
         "position",
-        "of the mechanical position behind the backlash; from its bounds where the log has only the motor's",
+        "of the mechanical position behind the backlash; from its bounds where the log "
+        "has only the motor's",
     ),
     Metric(
         "load_overshoot",
@@ -131,7 +142,8 @@ _STREAM = (
         "velocity_error_rms",
         "rms error of the speed used",
         "velocity",
-        "root mean square of what the controller took for the speed less the true one, over the whole of a simulated record",
+        "root mean square of what the controller took for the speed less the true one, "
+        "over the whole of a simulated record",
     ),
     Metric("velocity_error_peak", "its largest", "velocity", "largest distance of the two"),
 )

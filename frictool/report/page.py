@@ -1,5 +1,7 @@
-"""The report as one HTML file: verdict, why, pictures, controller, provenance. No script, no
-request to anywhere."""
+"""Report as one HTML file without scripts and requests.
+
+It contains verdict, reasons, figures, controller and provenance.
+"""
 
 from __future__ import annotations
 
@@ -36,10 +38,10 @@ def page(
     provenance: Provenance,
     transfers: VertexTransfers | str | None = None,
 ) -> str:
-    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the
-    template.
+    """Return the HTML text; the same inputs give the same bytes.
 
-    transfers: those of the controller, or why there are none.
+    The template escapes every text from a file. `transfers`: those of the controller, or the reason
+    why there are none.
     """
     streams = select_streams(verdict)
     evidence = [item for item, _ in streams]
@@ -86,8 +88,7 @@ def page(
 
 
 def _embedded(picture: PageFigure) -> dict[str, str]:
-    """The picture for the template: the SVG is ours and goes in as it is, the texts are escaped
-    like any other."""
+    """Return the figure for the template: the SVG is inserted as it is, the texts are escaped."""
     return {"title": picture.title, "svg": Markup(picture.svg), "caption": picture.caption}
 
 
@@ -96,7 +97,7 @@ def _variants(streams: JudgedStreams, name: str) -> int:
 
 
 def _plant_units(controller: Controller) -> list[tuple[str, str]]:
-    """What a vertex's plant is told by, and its SI unit."""
+    """Return the parameters of a vertex's plant with their SI units."""
     return [
         ("Coulomb" if name == "coulomb" else name, unit)
         for name, unit in plant_units(controller.bench).items()

@@ -1,5 +1,4 @@
-"""The velocity that is plotted: the log's own, or the sensor's difference over as few samples as
-make it readable."""
+"""Velocity for plots: logged, or a readable difference of the position sensor."""
 
 from __future__ import annotations
 
@@ -8,15 +7,14 @@ import numpy as np
 from frictool.logs.log import Stream, Vector
 from frictool.presentation.decimation import finite_or_nan
 
-LEAST_LEVELS = 40  # sensor steps at top speed
+LEAST_LEVELS = 40  # sensor steps at top speed, smallest number
 MOST_SAMPLES = 40
 
 
 def shown_velocity(stream: Stream, resolution: float) -> tuple[Vector, str] | None:
-    """Velocity (n,) in rad/s or m/s and where it comes from; None without a velocity and a
-    position.
+    """Return the velocity (n,) [rad/s | m/s] and its source; None without velocity and position.
 
-    resolution: the position sensor's step [rad or m].
+    `resolution`: step of the position sensor [rad | m].
     """
     if "velocity" in stream.signals:
         return finite_or_nan(stream.signals["velocity"]), "velocity in the log"
@@ -36,8 +34,7 @@ def shown_velocity(stream: Stream, resolution: float) -> tuple[Vector, str] | No
 
 
 def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | str:
-    """What the controller took for the speed and the true one, (n,) each, or why there is none to
-    compare."""
+    """Return the controller's speed estimate and the true speed, (n,) each, or a reason."""
     if not simulated:
         return "only a simulated log knows the true velocity"
     missing = [name for name in ("velocity_estimated", "velocity") if name not in stream.signals]
@@ -49,8 +46,10 @@ def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | st
 
 
 def _samples(position: Vector, resolution: float) -> int:
-    """How many samples apart the difference is taken, so that it shows at least 40 levels where the
-    sensor allows it."""
+    """Return the distance of the difference in samples.
+
+    It is the smallest one that shows 40 sensor steps at top speed, at most MOST_SAMPLES.
+    """
     for samples in range(1, min(MOST_SAMPLES, position.size - 1)):
         if (
             float(np.max(np.abs(position[samples:] - position[:-samples])))

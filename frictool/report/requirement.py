@@ -16,8 +16,7 @@ STATES: tuple[State, ...] = get_args(State)
 
 @dataclass(frozen=True)
 class ValueLocation:
-    """What a value was found at: the log, the stream, the hold by its number and start [s]; or a
-    vertex of the controller's polytope."""
+    """Location of a value: log, stream and hold with its start [s], or a vertex."""
 
     log: str | None = None
     stream: str | None = None
@@ -36,8 +35,10 @@ class ValueLocation:
 
 @dataclass(frozen=True)
 class Requirement:
-    """One key of the specification. `met` is None if the requirement is undecided; `value` is None
-    without a finite value."""
+    """One key of the specification with its outcome.
+
+    `met` is None if the requirement is undecided. `value` is None without a finite value.
+    """
 
     name: str
     key: str
@@ -56,7 +57,7 @@ class Requirement:
         return "UNDECIDED" if self.met is None else "MET" if self.met else "NOT MET"
 
     def as_json(self) -> dict[str, Any]:
-        """The machine's view."""
+        """Return the fields as JSON values."""
         where = (
             None
             if self.where is None
@@ -67,11 +68,9 @@ class Requirement:
 
 @dataclass(frozen=True)
 class Verdict:
-    """All requirements in the specification's order, and the evidence with the metrics of each
-    hold.
+    """Requirements in the specification's order, and the evidence with hold metrics.
 
-    meets: for each stream, whether it meets every requirement by itself. remarks: warnings that
-    belong to the verdict.
+    `meets`: True for each stream that meets every requirement by itself. `remarks`: warnings.
     """
 
     name: str
@@ -82,39 +81,44 @@ class Verdict:
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """Return the names of the requirements that are neither met nor broken."""
+        """Return the names of the undecided requirements."""
         return tuple(r.name for r in self.requirements if r.met is None)
 
     @property
     def state(self) -> State:
-        """Return `fail` if a requirement is broken, else `undecided` if one is undecided, else
-        `pass`."""
+        """Return `fail` if a requirement is broken, else `undecided` if any is, else `pass`.
+
+        A verdict without requirements is undecided.
+        """
         if any(r.met is False for r in self.requirements):
             return "fail"
         return "undecided" if self.undecided or not self.requirements else "pass"
 
     @property
     def passed(self) -> bool:
-        """Return whether every requirement is met."""
+        """Return True if every requirement is met."""
         return self.state == "pass"
 
     def acceptable(self, allow_undecided: bool) -> bool:
-        """Return whether the verdict is `pass`, or undecided requirements are allowed, none is
-        broken and one is met."""
+        """Return True if the verdict is `pass`.
+
+        With `allow_undecided` it is also acceptable if no requirement is broken and at least one is
+        met.
+        """
         return self.passed or (
             allow_undecided and self.state == "undecided" and any(r.met for r in self.requirements)
         )
 
     @property
     def plants(self) -> frozenset[str]:
-        """The simulated plants, by their topics: the same one in two logs counts once."""
+        """Return the topics of the simulated plants; a plant in two logs counts once."""
         return frozenset(
             evidence.stream.topic for evidence, _ in self.evidence if evidence.simulated
         )
 
     @property
     def played_on(self) -> str:
-        """What was judged: how many simulated plants, how many recorded streams."""
+        """Return the numbers of simulated plants and recorded streams as text."""
         plants, recorded = (
             len(self.plants),
             sum(not evidence.simulated for evidence, _ in self.evidence),
@@ -144,10 +148,10 @@ class Verdict:
 
 
 def number(value: float | None) -> str:
-    """A value for people, four digits."""
+    """Return a value with four digits; a dash if it is absent or not finite."""
     return "-" if value is None or not math.isfinite(value) else f"{value:.4g}"
 
 
 def unit_shown(unit: str) -> str:
-    """A unit for people: `A^2` is written with its exponent."""
+    """Return the unit with superscript exponent."""
     return unit.replace("^2", "²")

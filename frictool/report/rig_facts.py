@@ -1,4 +1,4 @@
-"""Facts of the rig of a log that its judgement needs."""
+"""Facts of a log's rig that its judgement needs."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from frictool.verify.rig_facts import RECORD, facts_of_text
 
 @dataclass(frozen=True)
 class RigFacts:
-    """From a bench, as far as one is known.
+    """Facts from a bench, as far as one is known.
 
-    resolution: the sensor's step [rad or m], 0 where none is known. drive_limit [A or V]. backlash:
-    its full width [rad or m]; backlash_unsure: by how much it may be wider or narrower. known:
-    whether there is a bench at all.
+    `resolution`: the sensor's step [rad | m], 0 if unknown. `drive_limit`: in A | V. `backlash`:
+    full width [rad | m]. `backlash_unsure`: its largest deviation in either direction. `known`:
+    there is a bench.
     """
 
     resolution: float = 0.0
@@ -27,7 +27,7 @@ class RigFacts:
 
     @staticmethod
     def of(bench: Bench | None) -> RigFacts:
-        """Of a bench, or of none."""
+        """Return the facts of a bench; unknown ones if it is None."""
         if bench is None:
             return RigFacts()
         backlash = bench.mechanics.backlash
@@ -38,8 +38,10 @@ class RigFacts:
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:
-        """Return the rig with the encoder and the limit with which a log was simulated; the lower
-        of two limits acts."""
+        """Return the rig with the encoder and the limit of a log's simulation.
+
+        The lower of two limits applies.
+        """
         facts = facts_of_text(log.metadata.get(RECORD, {}))
         limits = [
             limit

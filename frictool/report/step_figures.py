@@ -1,5 +1,4 @@
-"""Each step enlarged: position with the zone of 5 % around the final value and the limits of the
-specification, and the drive."""
+"""Enlarged figures of each step: position with 5 % zone and limits, and drive."""
 
 from __future__ import annotations
 
@@ -24,26 +23,24 @@ if TYPE_CHECKING:
 
 Judged = tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
 MOST_STEPS = 12
-NEAR_ORIGIN = 0.05  # of the amplitude
-BEYOND_SETTLING = 1.6  # times the slowest response
+NEAR_ORIGIN = 0.05  # as a share of the step amplitude
+BEYOND_SETTLING = 1.6  # shown duration relative to the slowest response
 
 
 def step_views(spec: Spec, judged: Judged) -> list[PageFigure]:
-    """One picture for each step, with every stream that plays the same step, aligned at it; the
-    first twelve."""
+    """Return one figure for each of the first twelve steps, with all streams that contain it."""
     return [_view(spec, plays) for plays in same_steps(judged)[:MOST_STEPS]]
 
 
 def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]:
-    """The steps of all streams, those together that go from one reference to the same other,
-    whenever they were played (5.32, 5.33).
+    """Return the steps of all streams, grouped by initial and final reference (5.32, 5.33).
 
-    A sequence that plays a step twice has it twice: the first of one stream stands with the first
-    of another.
+    The time of a step does not matter. If a sequence contains a step twice, its first occurrence is
+    grouped with the first occurrences of the other streams.
     """
     groups: list[list[tuple[StreamEvidence, HoldMetrics]]] = []
     for evidence, holds in judged:
-        waiting = list(groups)  # those that this stream is not in yet
+        waiting = list(groups)  # groups that do not contain this stream yet
         for measured in holds:
             if measured.hold.origin is None:
                 continue
@@ -57,8 +54,10 @@ def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]
 
 
 def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
-    """Whether both go to one reference from near the same other: a record's first step begins where
-    the sensor says."""
+    """Return True if both steps have the same target and nearly the same origin.
+
+    A record's first step begins at the measured position.
+    """
     assert one.hold.origin is not None
     assert other.hold.origin is not None
     amplitude = abs(one.hold.target - one.hold.origin)
@@ -69,8 +68,11 @@ def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
 
 
 def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float:
-    """How much of the step is shown [s]: past the slowest response and the response time allowed,
-    all of it where one never settles."""
+    """Return the duration of the step to show [s].
+
+    It exceeds the slowest response and the allowed response time. A step that never settles is
+    shown completely.
+    """
     held = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
     responses = [m.values.get("response_time_95", math.inf) for _, m in plays]
     longest = max([*responses, spec.response_time_95_s or 0.0])
@@ -78,8 +80,10 @@ def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float
 
 
 def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> PageFigure:
-    """Position, load behind the backlash, velocity and drive below each other, where they are
-    known; time counts from the step."""
+    """Return a figure with position, load, velocity and drive, as far as they are known.
+
+    Time counts from the step.
+    """
     plays = sorted(plays, key=lambda play: play[0].nominal)
     colours = log_colours([evidence for evidence, _ in plays])
     length = window(spec, plays)
@@ -102,7 +106,7 @@ def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> PageFi
 
 
 def _panels(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> dict[str, str]:
-    """What is drawn below each other, with the ordinate's label."""
+    """Return the panels of the figure with their ordinate labels."""
     unit = si_unit("position", spec.axis)
     panels = {"position": f"position [{unit}]"}
     if any(evidence.has_backlash for evidence, _ in plays):
@@ -132,8 +136,7 @@ def _curves(
 
 
 def _limits(axes: Axes, spec: Spec, evidence: StreamEvidence, measured: HoldMetrics) -> None:
-    """The reference, the zone of the topmost stream, the overshoot and the response time
-    allowed."""
+    """Draw the reference, the 5 % zone of the topmost stream, and the limits."""
     hold = measured.hold
     assert hold.origin is not None
     final = final_value(hold.of(evidence.stream.signals["position"]))
@@ -150,7 +153,7 @@ def _limits(axes: Axes, spec: Spec, evidence: StreamEvidence, measured: HoldMetr
 
 
 def _title(plays: list[tuple[StreamEvidence, HoldMetrics]], unit: str) -> str:
-    """From where to where, and when, unless the streams play it at different times."""
+    """Return a title with the references of the step, and its time if all streams share it."""
     top = plays[-1][1]
     starts = {round(measured.start_s, 6) for _, measured in plays}
     at = f", at {top.start_s:.4g} s" if len(starts) == 1 else ", aligned at the step"

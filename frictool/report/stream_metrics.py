@@ -1,5 +1,4 @@
-"""The metrics of a whole stream, held or not: they are all that a smooth reference leaves to be
-told."""
+"""Metrics of a whole stream, the only ones for a smooth reference without holds."""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ OF_THE_TRACK = ("tracking_error_peak", "tracking_error_rms")
 
 
 def stream_metrics(spec: Spec, evidence: StreamEvidence) -> tuple[dict[str, float], dict[str, str]]:
-    """Each of STREAM_METRICS: name -> value in SI, and name -> reason where it has none."""
+    """Return the values of STREAM_METRICS in SI, and reasons for missing ones, by name."""
     values: dict[str, float] = {}
     missing: dict[str, str] = {}
     drive, signals = evidence.drive, evidence.stream.signals

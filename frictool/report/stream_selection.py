@@ -1,5 +1,4 @@
-"""Which streams a page shows where there are hundreds: a random campaign would make a page that no
-phone opens."""
+"""Selection of the streams that a page shows, because hundreds would make it unusable."""
 
 from __future__ import annotations
 
@@ -10,11 +9,10 @@ MOST_SHOWN = 40
 
 
 def select_streams(verdict: Verdict) -> JudgedStreams:
-    """The streams to draw and to list, in their order: all, or forty with the nominal ones, the
-    worst ones and those that fail among them.
+    """Return the streams to draw and to list, in order: all, or at most forty.
 
-    The rest of the forty are spread evenly over the others. What is judged, and what `--json`
-    holds, is always all of them.
+    The forty contain the nominal streams, the worst ones and those that fail. The rest are spread
+    evenly over the other streams. The judgement and `--json` always cover all streams.
     """
     streams = verdict.evidence
     if len(streams) <= MOST_SHOWN:

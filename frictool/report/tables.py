@@ -1,4 +1,4 @@
-"""The tables of the page, each cell as it is shown."""
+"""Tables of the page as texts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ MOST_ROWS = 400
 
 @dataclass(frozen=True)
 class PageTable:
-    """headings, the first of the row's name; rows likewise. left_out: how many more there are."""
+    """Table with headings and rows; the first column is the row's name.
+
+    `left_out`: number of rows not shown.
+    """
 
     title: str
     headings: tuple[str, ...]
@@ -40,8 +43,10 @@ class PageTable:
 
 
 def hold_tables(spec: Spec, streams: JudgedStreams) -> list[PageTable]:
-    """The holds of the streams, the first four hundred: how each moved, what drive and load did;
-    columns that nobody has are left out."""
+    """Return the tables of motion, and of drive and load, for the first four hundred holds.
+
+    Columns without any value are left out.
+    """
     held = [(evidence, measured) for evidence, holds in streams for measured in holds]
     found = {name for _, measured in held for name in (*measured.values, *measured.bounds)}
     groups = {"Motion": [], "Drive, load and rest": []}  # type: dict[str, list[Metric]]
@@ -68,7 +73,7 @@ def hold_tables(spec: Spec, streams: JudgedStreams) -> list[PageTable]:
 
 
 def heading(metric: Metric, spec: Spec) -> str:
-    """Title and unit; of the energy also t_int."""
+    """Return title and unit of a metric; for the energy also t_int."""
     unit, window = metric.unit(spec), energy_window(spec)
     title = (
         f"{metric.title} in {window:g} s"
@@ -90,8 +95,10 @@ def _hold(evidence: StreamEvidence, measured: HoldMetrics) -> tuple[str, ...]:
 
 
 def cell(measured: HoldMetrics, name: str) -> str:
-    """A metric of a hold: its value, `never` where infinite, both bounds where it lies between, a
-    dash where it has none."""
+    """Return a metric of a hold as text.
+
+    It is the value, both bounds, `never` if infinite, or a dash if missing.
+    """
     if name in measured.bounds:
         return " to ".join(dict.fromkeys(number(bound) for bound in measured.bounds[name]))
     return _shown(measured.values.get(name))
@@ -102,8 +109,7 @@ def _shown(value: float | None) -> str:
 
 
 def stream_table(spec: Spec, streams: JudgedStreams) -> PageTable:
-    """Each stream as a whole: how it was sampled, and what can be told of a record that is never
-    held."""
+    """Return the table of whole streams: sampling and stream metrics."""
     heads = (
         "Stream",
         "samples",
@@ -130,8 +136,10 @@ def stream_table(spec: Spec, streams: JudgedStreams) -> PageTable:
 
 
 def side_by_side(spec: Spec, verdict: Verdict) -> list[PageTable]:
-    """The worst value of each metric in each log, where there are several (table 5.3): of the
-    nominal streams, and with the variants."""
+    """Return the worst value of each metric in each log (table 5.3).
+
+    One table covers the nominal streams, one all streams. Empty for a single log.
+    """
     sources = tuple(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
     if len(sources) < 2:
         return []
@@ -155,8 +163,10 @@ def side_by_side(spec: Spec, verdict: Verdict) -> list[PageTable]:
 
 
 def _speeds(spec: Spec, sources: tuple[str, ...], streams: JudgedStreams) -> list[tuple[str, ...]]:
-    """The worst error over each log's streams of what its controller took for the speed; nothing
-    where no log knows it."""
+    """Return rows with the worst error of the controller's speed estimate in each log.
+
+    Empty if no log knows it.
+    """
     found = []
     for name in OF_THE_SPEED:
         each = [
@@ -185,7 +195,7 @@ def _compared(
 
 
 def _worst(holds: list[HoldMetrics], name: str) -> str:
-    """Of bounds the hold with the highest."""
+    """Return the cell of the hold with the highest value or upper bound."""
     having = [m for m in holds if name in m.values or name in m.bounds]
     if not having:
         return NOTHING

@@ -1,4 +1,4 @@
-"""The verdict as lines for a terminal."""
+"""Text view of the verdict for the terminal."""
 
 from __future__ import annotations
 
@@ -41,5 +41,5 @@ def _line(requirement: Requirement, colour: bool) -> str:
 
 
 def printable(text: str) -> str:
-    """Text from a log without control characters, which a terminal would obey and XML forbids."""
+    """Return text from a log without control characters, which terminals obey and XML forbids."""
     return "".join(c if c.isprintable() else "?" for c in text)

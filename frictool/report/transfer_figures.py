@@ -1,4 +1,4 @@
-"""The transfers of every vertex against their templates: thesis figures 5.13 to 5.16."""
+"""Transfers of every vertex against their templates (thesis figures 5.13 to 5.16)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frictool.report.figure_style import LIMIT, LOG_COLOURS, drawing, new_figure
 from frictool.report.requirement import number
 from frictool.verify.vertex_transfers import Name, VertexTransfer, VertexTransfers
 
-DEEPEST = 100.0  # dB below the largest gain; what is less is not drawn
+DEEPEST = 100.0  # dB below the largest gain, lower end of the plot
 TITLES: dict[Name, str] = {
     "error": "Sensitivity e/{y}<sub>c</sub>",
     "drive": "Drive {u}/{y}<sub>c</sub>",
@@ -26,13 +26,15 @@ TEMPLATES: dict[Name, str] = {"error": "γ/|W₂|", "drive": "γ/W₃", "disturb
 
 
 def transfer_views(controller: Controller, found: VertexTransfers) -> list[PageFigure]:
-    """One picture for each transfer, a curve for each vertex; the worst vertex is strong, the
-    template dashed."""
+    """Return one figure for each transfer, with a curve for each vertex.
+
+    The worst vertex is drawn strong, the template dashed.
+    """
     return [_view(controller, found, transfer) for transfer in found.transfers]
 
 
 def symbols(controller: Controller) -> dict[str, str]:
-    """How the thesis writes what this controller moves."""
+    """Return the thesis's symbols of the controlled quantity and the drive."""
     rotary, position = controller.axis == "rotary", controller.structure == "position"
     y = ("θ" if rotary else "x") if position else ("ω" if rotary else "v")
     return {
@@ -102,13 +104,19 @@ def _caption(controller: Controller, found: VertexTransfers, transfer: VertexTra
     if transfer.worst is None or transfer.template is None:
         return f"{vertices}; no template: its weight is 0 or not in the document."
     worst = transfer.worst
-    share = f"{100.0 * worst.ratio:.3g} % of it at vertex {worst.vertex}, {number(worst.frequency)} rad/s"
+    share = (
+        f"{100.0 * worst.ratio:.3g} % of it at vertex {worst.vertex}, "
+        f"{number(worst.frequency)} rad/s"
+    )
     gamma = f"γ = {number(found.gamma)} {'asked' if found.asked else 'verified'}"
-    return f"{vertices}. Dashed: the template {TEMPLATES[transfer.name]}, {gamma}; {'OUTSIDE: ' if worst.ratio > 1.0 else ''}{share}."
+    return (
+        f"{vertices}. Dashed: the template {TEMPLATES[transfer.name]}, {gamma}; "
+        f"{'OUTSIDE: ' if worst.ratio > 1.0 else ''}{share}."
+    )
 
 
 def _unit(controller: Controller, name: Name) -> str:
-    """Of the gain: output over input; the friction has none."""
+    """Return the unit of a gain, output over input; the friction has none."""
     moved = si_unit(
         "position" if controller.structure == "position" else "velocity", controller.axis
     )

@@ -1,5 +1,4 @@
-"""Specification and logs (and controller) to a verdict: the worst value over all steps of all
-streams, against each limit."""
+"""Verdict of logs against a specification: the worst value over all steps of all streams."""
 
 from __future__ import annotations
 
@@ -35,11 +34,30 @@ if TYPE_CHECKING:
 def judge(
     spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None
 ) -> Verdict:
-    """One requirement per key that the specification has, in its order; `bench` is the controller's
-    own where it is not given.
+    """Judge logs by a specification.
 
-    Raises LogError where a log cannot be reported on at all (no stream, no samples, another kind of
-    axis), FrictoolError where there is no log.
+    Parameters
+    ----------
+    spec : Spec
+        The requirements.
+    logs : list of Log
+        Simulated or recorded logs, at least one.
+    controller : Controller, optional
+        The controller, for the modulus margin and for its bench.
+    bench : Bench, optional
+        The bench of recorded logs; by default the controller's.
+
+    Returns
+    -------
+    Verdict
+        One requirement for each key of the specification, in its order, with the evidence.
+
+    Raises
+    ------
+    LogError
+        If a log has no stream or no samples, or is of another kind of axis.
+    FrictoolError
+        If `logs` is empty.
     """
     if not logs:
         raise FrictoolError("there is no log to judge; give at least one")
@@ -76,14 +94,16 @@ def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:
 def log_requirements(
     spec: Spec, log: Log, bench: Bench, loop: JudgedLoop
 ) -> tuple[Requirement, ...]:
-    """Judge one simulated log by itself; its modulus margin is that of its plant, and the
-    controller's vertices do not count."""
+    """Judge one simulated log by itself.
+
+    The modulus margin is that of its plant only; the controller's vertices do not count.
+    """
     evidence = _measured(spec, [log], bench, loop, whole=False)
     return tuple(make(spec, evidence, None) for make in _specified_judges(spec).values())
 
 
 def _played_beyond(logs: list[Log], loop: JudgedLoop | None) -> list[str]:
-    """Return a remark on each log with plants for which the controller was not verified."""
+    """Return a remark on each log with plants outside the controller's verification."""
     found = (
         [] if loop is None else zip(log_labels(logs), map(loop.played_beyond, logs), strict=True)
     )
@@ -91,8 +111,7 @@ def _played_beyond(logs: list[Log], loop: JudgedLoop | None) -> list[str]:
 
 
 def _examples(spec: Spec, logs: list[Log], bench: Bench | None) -> list[str]:
-    """Return a remark on example values in the documents of the verdict and in those with which the
-    logs were simulated."""
+    """Return a remark on example values in the documents of verdict and simulations."""
     found = {"spec": list(spec.examples), "bench": [] if bench is None else list(bench.examples)}
     for log in logs:
         for name, keys in log.metadata.get("examples", {}).items():
@@ -102,14 +121,13 @@ def _examples(spec: Spec, logs: list[Log], bench: Bench | None) -> list[str]:
 
 
 def _changed(controller: Controller | None) -> list[str]:
-    """Return a remark on the blocks of the controller that were changed after its verification."""
+    """Return a remark on blocks of the controller that changed after its verification."""
     words = "" if controller is None else changed_words(controller)
     return [f"{controller.name}: {words}"] if controller is not None and words else []
 
 
 def _bench_values(logs: list[Log]) -> list[str]:
-    """Return a remark on each model without identified parameters with which a log was
-    simulated."""
+    """Return a remark on each simulated model without identified parameters."""
     records = [log.metadata.get("log", {}) for log in logs]
     found = [
         bench_values_words(f"the model {one.get('model', '')}", one[KEY])
@@ -122,8 +140,7 @@ def _bench_values(logs: list[Log]) -> list[str]:
 def _measured(
     spec: Spec, logs: list[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool
 ) -> JudgedStreams:
-    """Return the evidence with the metrics of its holds; whole: include metrics that are not
-    specified."""
+    """Return the evidence with hold metrics; `whole` includes metrics that are not specified."""
     asked = loop if whole or spec.modulus_margin is not None else None
     return tuple(
         (item, tuple(measure_holds(spec, item, whole)))
@@ -136,8 +153,7 @@ def _specified_judges(spec: Spec) -> dict[str, Judge]:
 
 
 def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -> bool:
-    """Return whether one stream by itself meets every requirement; a recorded one has no margin of
-    its own."""
+    """Return True if one stream by itself meets every requirement; a recorded one has no margin."""
     judges = [make for name, make in _specified_judges(spec).items() if name != "modulus_margin"]
     margin, simulated = stream[0].modulus_margin, stream[0].simulated
     if (
@@ -149,7 +165,7 @@ def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -
     return bool(judges or simulated) and all(make(spec, (stream,), None).met for make in judges)
 
 
-# specification key -> its judge, in the order of the specification
+# specification key -> judge, in the order of the specification
 JUDGES: dict[str, Judge] = {
     "response_time_95_s": hold_judge("response_time_95_s", "response_time_95"),
     "rise_time_s": hold_judge("rise_time_s", "rise_time"),

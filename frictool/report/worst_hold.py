@@ -1,4 +1,4 @@
-"""The worst value of a metric over all holds of all streams, against its limit."""
+"""Worst value of a metric over all holds of all streams, against its limit."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ NEVER = "does not settle within the hold, or stops short of half of the step"
 
 
 def limit_of(spec: Spec, key: str) -> float:
-    """The number that the specification's key allows, in SI."""
+    """Return the limit that the specification's key sets, in SI."""
     asked = getattr(spec, key)
     return float(getattr(asked, "value", getattr(asked, "limit", asked)))
 
 
 def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueLocation:
-    """Where a value was found: the stream, and the hold if it is of one."""
+    """Return the location of a value: stream, and hold if it belongs to one."""
     if hold is None:
         return ValueLocation(item.source, item.stream.topic)
     return ValueLocation(item.source, item.stream.topic, hold.number, hold.start_s)
@@ -34,10 +34,10 @@ def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueL
 def worst_hold(
     spec: Spec, key: str, metric: str, evidence: JudgedStreams, *, name: str = "", tell: bool = True
 ) -> Requirement:
-    """The largest value of a per-hold metric; undecided where no hold has it.
+    """Return the requirement on the largest value of a hold metric; undecided without a value.
 
-    name: of the requirement, where it is not the metric's. tell: whether a requirement that is
-    decided also says which holds had no value.
+    `name`: name of the requirement, if it is not the metric's. `tell`: a decided requirement also
+    names the holds without a value.
     """
     name, limit, unit = name or metric, limit_of(spec, key), HOLD_METRICS[metric].unit(spec)
     found = [(m.values[metric], e, m) for e, holds in evidence for m in holds if metric in m.values]
@@ -65,7 +65,7 @@ def worst_hold(
 
 
 def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
-    """What keeps a metric from some stream or hold, each said once with the first place."""
+    """Yield why streams or holds lack a metric, each reason once with its first location."""
     needed = ("position", "reference", "step" if metric in OF_A_STEP else "hold")
     said: set[str] = set()
     for item, holds in evidence:
@@ -79,7 +79,7 @@ def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
 
 
 def hold_judge(key: str, metric: str, *, name: str = "", tell: bool = True) -> Judge:
-    """The judge of a key that limits a metric in each hold."""
+    """Return the judge of a key that limits a metric in each hold."""
     return lambda spec, evidence, controller: worst_hold(
         spec, key, metric, evidence, name=name, tell=tell
     )

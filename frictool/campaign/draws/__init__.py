@@ -1,1 +1,1 @@
-"""What varies, and the draws of it: a box of factors, points of the unit cube, each a scenario."""
+"""Varied factors of a campaign, draws from their space, and the scenario of each draw."""

@@ -1,5 +1,4 @@
-"""A draw as a scenario that plays just this plant and what happens to it: written to a file it is
-played again, to the last bit."""
+"""Scenario of one draw: a file that replays the drawn plant and events bit for bit."""
 
 from __future__ import annotations
 
@@ -29,14 +28,15 @@ Values = Mapping[str, float]
 def scenario_of(
     base: Scenario, space: FactorSpace, values: Vector, noise: tuple[int, int], step: float
 ) -> Scenario:
-    """The scenario of one draw, `values` (d,) in SI.
+    """Return the scenario of one draw with factor values (d,) in SI.
 
-    noise: seed and number of the draw whose noise it has. step: of the encoder [rad | m].
+    `noise`: seed and index of the draw whose noise sequence is used. `step`: of the encoder [rad |
+    m].
     """
     spread, at = base.spread or Spread(), dict(zip(space.names, map(float, values), strict=True))
     drawn = {
         name: Quantity(value=span.low, unit=span.unit) for name, span in spread.parameters.items()
-    }  # also where low is high
+    }  # including factors with low equal to high
     drawn |= {
         factor.name: Quantity(value=at[factor.name], unit=factor.unit)
         for factor in space.factors
@@ -57,15 +57,14 @@ def scenario_of(
 
 
 def nominal_of(base: Scenario) -> Scenario:
-    """The scenario on the plant of the document itself, or the one that is given, with nothing of
-    `spread`."""
+    """Return the scenario with the nominal or given plant and without `spread`."""
     return msgspec.structs.replace(
         base, variants="given" if base.given else "nominal", plants=None, spread=None
     )
 
 
 def _start(base: Scenario, spread: Spread, at: Values, step: float) -> Quantity | None:
-    """Where the axis rests at first; None where the reference says so."""
+    """Return the initial position at rest; None if the reference determines it."""
     place = base.start
     if spread.start is not None:
         place = Quantity(value=at.get(START, spread.start.low), unit=spread.start.unit)
@@ -77,7 +76,7 @@ def _start(base: Scenario, spread: Spread, at: Values, step: float) -> Quantity 
 
 
 def _drifts(drifts: Drifts | None, spread: Spread, at: Values) -> Drifts | None:
-    """With wear and temperature in them, held throughout."""
+    """Return the drifts multiplied by constant factors for wear and temperature."""
     factors = {"friction": 1.0, "viscous": 1.0, "constant": 1.0}
     if spread.wear is not None:
         factors["friction"] = at.get(WEAR, spread.wear.low)

@@ -1,9 +1,9 @@
-"""Draws: points (n, d) of the unit cube, each the same for a seed whoever plays them.
+"""Draws: points (n, d) of the unit cube that depend only on the seed.
 
-random     independent and uniform; draw i of a seed is the same however many there are
-latin      Latin hypercube (McKay, Beckman and Conover 1979): in each factor one draw in each of n
-           equal parts, anywhere in it
-vertices   every corner, or beyond MOST_VERTICES a part of them, drawn without repetition
+- random: independent and uniform; draw i of a seed does not depend on the number of draws
+- latin: Latin hypercube (McKay, Beckman and Conover 1979); each factor has one draw, at a random
+  position, in each of n equal intervals
+- vertices: all vertices, or above MOST_VERTICES a random subset without repetition
 """
 
 from __future__ import annotations
@@ -25,15 +25,17 @@ RANDOM_STREAM, LATIN_STREAM, VERTICES_STREAM, NOISE_STREAM = (
 
 
 class UnitDraws(NamedTuple):
-    """units (n, d); corners: how many vertices the cube has, 0 where none are played."""
+    """Draws (n, d), and the number of vertices of the cube (0 for other methods)."""
 
     units: Vector
     corners: int = 0
 
 
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
-    """`count` draws of so many factors; of vertices all, or MOST_VERTICES of them, where it is
-    None."""
+    """Return `count` draws of the factors.
+
+    If count is None for vertices, return all of them, at most MOST_VERTICES.
+    """
     if method == "vertices":
         corners = 2**factors
         return UnitDraws(
@@ -48,7 +50,7 @@ def draws_of(method: Method, count: int | None, factors: int, seed: int) -> Unit
 
 
 def noise_seed(seed: int, draw: int) -> int:
-    """The seed of the noise in a trial: another one for each draw."""
+    """Return the seed of a trial's noise; it differs from draw to draw."""
     high, low = np.random.SeedSequence([seed, NOISE_STREAM, draw]).generate_state(2)
     return (int(high) >> 1 << 32) | int(low)
 
@@ -69,8 +71,7 @@ def _latin(count: int, factors: int, seed: int) -> Vector:
 
 
 def _vertices(count: int, factors: int, seed: int) -> Vector:
-    """The corners in the order of their binary numbers, the first factor the leading digit; or
-    `count` of them, in the order drawn."""
+    """Return all vertices in binary order, first factor leading, or `count` random ones."""
     if count >= 2**factors:
         numbers = np.arange(2**factors)[:, None]
         return np.array((numbers >> np.arange(factors)[::-1]) & 1, dtype=np.float64)

@@ -1,8 +1,8 @@
-"""What a campaign varies: a box of factors, each between two ends; a draw is a point of the unit
-cube, in which all are independent.
+"""Space of a campaign: factors with ranges; a draw is a point of the unit cube.
 
-u in [0, 1]^d ──Space.values──▶ value of each factor ──campaign/drawing/drawn_scenario.py──▶ a
-scenario that plays just this plant
+All factors are independent in the unit cube.
+
+u in [0, 1]^d ──FactorSpace.values──▶ factor values ──drawn_scenario.py──▶ scenario
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from numpy.typing import NDArray
 from frictool.documents.quantity import Quantity, Span, factor_between
 
 Vector = NDArray[np.float64]
-# of a plant: the model's parameters, a mechanism's quantities; what else the scenario's `spread`
-# varies
+# `plant`: parameters of the model or mechanism; other kinds: from the scenario's `spread`
 Kind = Literal["plant", "wear", "temperature", "drive", "start", "sensor", "load"]
 
 
 @dataclass(frozen=True)
 class Factor:
-    """One quantity that is drawn uniformly from [low, high], in SI as `unit` says ("1" of a pure
-    number).
+    """Quantity drawn uniformly from [low, high], in the SI unit `unit` ("1" for a pure number).
 
-    name: its key, `coulomb`, `links.screw.backlash`, `spread.wear`; label: what people call it.
-    nominal: where it is not varied. whole: it takes whole numbers only, each as likely as the
-    others. least: (another factor, what it is multiplied by) that it may not fall below: it is
-    drawn from what of its range lies above, so that the two are independent in the unit cube and
-    not beyond it.
+    `name`: its key, such as `coulomb`, `links.screw.backlash` or `spread.wear`. `label`: name for
+    users. `nominal`: value without variation. `whole`: the factor takes whole numbers only, all
+    equally likely.
+
+    `least`: (other factor, scale), a lower limit at scale times the other factor. The factor is
+    drawn from the part of its range above this limit. The two are therefore independent in the unit
+    cube, but not in SI.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Factor:
     least: tuple[str, float] | None = None
 
     def at(self, unit: Vector) -> Vector:
-        """Its values (n,) for points (n,) of [0, 1]."""
+        """Return factor values (n,) for points (n,) of [0, 1]."""
         if self.whole:
             steps = np.floor(unit * (self.high - self.low + 1.0))
             return np.asarray(self.low + np.minimum(steps, self.high - self.low))
@@ -54,22 +54,21 @@ class Factor:
 
 @dataclass(frozen=True)
 class FactorSpace:
-    """The factors in their order, each of which varies: low < high."""
+    """Factors of a campaign, in order; each one varies (low < high)."""
 
     factors: tuple[Factor, ...]
 
     @property
     def size(self) -> int:
-        """d, the number of factors."""
+        """Return the number of factors d."""
         return len(self.factors)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the factors."""
         return tuple(factor.name for factor in self.factors)
 
     def values(self, units: Vector) -> Vector:
-        """Values (n, d) in SI for points (n, d) of the unit cube."""
+        """Return factor values (n, d) in SI for points (n, d) of the unit cube."""
         columns = [factor.at(units[:, index]) for index, factor in enumerate(self.factors)]
         for index, factor in enumerate(self.factors):
             if factor.least is not None:
@@ -80,7 +79,7 @@ class FactorSpace:
 
 
 class FactorRange(Protocol):
-    """Where a parameter of a plant lies and is, in SI."""
+    """Range and nominal value of a plant parameter, in SI."""
 
     @property
     def low(self) -> float: ...
@@ -104,8 +103,10 @@ class FactorRange(Protocol):
 def plant_factors(
     ranges: Mapping[str, FactorRange], instead: Mapping[str, Span], given: Mapping[str, Quantity]
 ) -> Iterator[Factor]:
-    """Those of a plant, by name; `instead`: ranges of some of them in place of its own, `given`:
-    values of those that have none, in any unit of theirs.
+    """Yield the factors of a plant's parameters.
+
+    `instead`: ranges that replace the plant's own, by parameter. `given`: values of parameters
+    without a range, in any suitable unit.
     """
     ends = {name: _ends(own, instead.get(name), given.get(name)) for name, own in ranges.items()}
     for name, own in ranges.items():
@@ -118,7 +119,7 @@ def plant_factors(
 
 
 def _ends(own: FactorRange, instead: Span | None, given: Quantity | None) -> tuple[float, float]:
-    """Of a parameter [SI]."""
+    """Return (low, high) of a parameter in SI."""
     if instead is not None:
         scale = factor_between(instead.unit, own.unit)
         return scale * instead.low, scale * instead.high
@@ -129,5 +130,5 @@ def _ends(own: FactorRange, instead: Span | None, given: Quantity | None) -> tup
 
 
 def space_of(factors: Iterable[Factor]) -> FactorSpace:
-    """The factors of which low < high."""
+    """Return the space of those factors with low < high."""
     return FactorSpace(tuple(factor for factor in factors if factor.low < factor.high))

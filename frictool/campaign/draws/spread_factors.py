@@ -1,4 +1,4 @@
-"""The factors of a scenario's `spread`, by their keys in the file."""
+"""Factors of a scenario's `spread`, named by their keys in the file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ START, WITHIN_COUNT, WEAR, TEMPERATURE = (
     "spread.wear",
     "spread.temperature",
 )
-NOWHERE = float("nan")  # the nominal value of what the scenario alone does not have
+NOWHERE = float("nan")  # nominal value of a factor that the scenario without `spread` does not have
 Band = FactorBand | InstantBand | LastingBand | GainBand | CountBand | FrequencyBand
 OF_FAULT = {
     "lost_counts": "lost counts",
@@ -35,7 +35,10 @@ OF_FAULT = {
 
 
 def spread_factors(scenario: Scenario) -> Iterator[Factor]:
-    """Those of everything but the plant's own parameters, also where low is high."""
+    """Yield the factors of `spread` except the plant's parameters.
+
+    Factors with low equal to high are included.
+    """
     spread = scenario.spread or Spread()
     if spread.start is not None:
         nominal = NOWHERE if scenario.start is None else scenario.start.value
@@ -90,12 +93,12 @@ def spread_factors(scenario: Scenario) -> Iterator[Factor]:
 
 
 def fault_key(index: int) -> str:
-    """Of a sensor fault."""
+    """Return the key of a sensor fault."""
     return f"spread.sensor_faults[{index}]"
 
 
 def disturbance_key(index: int) -> str:
-    """Of a disturbance."""
+    """Return the key of a disturbance."""
     return f"spread.disturbances[{index}]"
 
 
@@ -135,7 +138,7 @@ def _band(
 
 
 def _numbered(label: str, kinds: list[str], index: int) -> str:
-    """With a number where several are of one kind."""
+    """Return the label, with a number if several entries have the same kind."""
     return (
         label
         if kinds.count(kinds[index]) == 1

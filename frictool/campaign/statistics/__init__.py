@@ -1,1 +1,1 @@
-"""What trials say: pass rate, distributions, which factor failures and variance come from."""
+"""Statistics of trials: pass rate, distributions, and sensitivities of failures and metrics."""

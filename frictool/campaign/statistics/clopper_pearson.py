@@ -1,13 +1,15 @@
-"""How well n draws tell a share: Clopper and Pearson's exact bounds (Biometrika 26, 1934), of
-independent and of Latin hypercube draws.
+"""Exact Clopper-Pearson bounds of a pass rate (Biometrika 26, 1934).
 
-A bound is the share p at which a count as far off as the one that was found has just the
-probability 1 - confidence; it is exact whatever p and n are. The count of a Latin hypercube is no
-binomial one. Its mean has at most the variance of n - 1 independent draws, whatever the function
-(Owen, Annals of Statistics 25(4), 1997), so that its bounds are taken as of n - 1 draws with the
-same share, and by half a count less: where factors act only together the count may have steps of
-two, of which Clopper and Pearson's bounds know nothing. So they are wide where factors act by
-themselves, and hold for the worst function that is known, parity in the halves of two factors
+The lower bound is the rate at which a count at least as large as the observed one has the
+probability 1 - confidence. It is exact for every rate and number of draws, if the draws are
+independent.
+
+The count of a Latin hypercube is not binomial. Its mean has at most the variance of n - 1
+independent draws, for every function (Owen, Annals of Statistics 25(4), 1997). Its bounds are
+therefore those of n - 1 draws with the same rate, and with half a count less. The half count is
+needed because the count may change in steps of two if factors act only jointly, which the
+Clopper-Pearson bounds do not cover. The resulting bounds are wide if factors act separately. They
+hold for the worst known function, the parity of two factors' halves
 (tests/campaign/test_binomial.py).
 """
 
@@ -18,14 +20,13 @@ from scipy.special import betaincinv
 from frictool.campaign.draws.sampling import Method
 
 CONFIDENCE = 0.95
-STEP = 0.5  # of a count, see above
+STEP = 0.5  # counts, correction for a Latin hypercube (see above)
 
 
 def lower(
     count: int, draws: int, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> float:
-    """The share that is reached at least, one-sided, where `count` of `draws` are counted. 0 where
-    nothing is."""
+    """Return the one-sided lower bound of the rate for `count` of `draws`; 0 for a count of 0."""
     weight = _independent(draws, method)
     if count == 0 or weight == 0.0:
         return 0.0
@@ -36,15 +37,14 @@ def lower(
 def upper(
     count: int, draws: int, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> float:
-    """The share that is reached at most, one-sided."""
+    """Return the one-sided upper bound of the rate for `count` of `draws`."""
     return 1.0 - lower(draws - count, draws, confidence, method)
 
 
 def interval(
     count: int, draws: int, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> tuple[float, float]:
-    """Both, so that the share is between them with `confidence`: each side misses with half of the
-    rest."""
+    """Return the two-sided interval of the rate; each side has half of the error probability."""
     side = 0.5 * (1.0 + confidence)
     return lower(count, draws, side, method), upper(count, draws, side, method)
 
@@ -52,8 +52,10 @@ def interval(
 def draws_to_show(
     asked: float, share: float, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> int | None:
-    """How many draws would show that `asked` is reached, if the share that passes stayed `share`;
-    None where it is not above it."""
+    """Return the number of draws that would show the rate `asked` if the pass share stayed `share`.
+
+    None if `share` is not above `asked`, or if more than 2^40 draws would be needed.
+    """
     if not share > asked:
         return None
     low, high = 1, 2
@@ -76,5 +78,5 @@ def _counted(share: float, draws: int) -> int:
 
 
 def _independent(draws: int, method: Method) -> float:
-    """How many independent draws tell as much at least."""
+    """Return the equivalent number of independent draws."""
     return float(draws - 1) if method == "latin" else float(draws)

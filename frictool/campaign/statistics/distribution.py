@@ -1,11 +1,10 @@
-"""How a metric is distributed over the trials: quantiles with their intervals, a bound that a share
-of all plants keeps, a histogram.
+"""Distribution of a metric over the trials: quantiles with intervals, tolerance bound, histogram.
 
-All from order statistics, so that no form of the distribution is assumed: the r-th of n sorted
-values has at least the share beta of all plants below it with the confidence gamma where
-P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941), and that
-is Clopper and Pearson's lower bound of the count r (clopper_pearson.py). 59 draws are the fewest of
-which the largest is such a bound for 95 % with 95 %.
+All statistics are order statistics, so that no form of the distribution is assumed. The r-th of n
+sorted values lies above at least the share beta of all plants with confidence gamma if
+P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941). This
+share is the Clopper-Pearson lower bound of the count r (clopper_pearson.py). At least 59 draws are
+needed for their maximum to be such a bound for 95 % of the plants with 95 % confidence.
 """
 
 from __future__ import annotations
@@ -25,15 +24,18 @@ from frictool.presentation.ties import largest, smallest
 Vector = NDArray[np.float64]
 Counts = NDArray[np.int64]
 QUANTILES = (0.05, 0.5, 0.95)
-COVERED = 0.95  # of all plants, by the bound
-BINS = 40  # of a histogram
-MANY, FAR = 100, 1.5  # values, from which on bins reach so many widths of the middle 90 % beyond it
+COVERED = 0.95  # share of all plants within the bound
+BINS = 40  # number of histogram bins
+# smallest number of values for which the histogram omits outliers; largest distance of its bins
+# from the middle 90 % of the values, in widths of this middle part
+MANY, FAR = 100, 1.5
 
 
 @dataclass(frozen=True)
 class Quantile:
-    """The value that a share `level` of the plants is at most; inf where that is beyond any. low,
-    high: with the confidence, inf where unknown.
+    """Quantile `level` of a metric: at most `value` for this share of the plants.
+
+    The value is infinite if the metric is. `low`, `high`: confidence interval, infinite if unknown.
     """
 
     level: float
@@ -44,10 +46,10 @@ class Quantile:
 
 @dataclass(frozen=True)
 class Histogram:
-    """edges (k + 1,) and counts (k,) of finite values; one edge is the limit where it lies among
-    them. Both empty where there is none.
+    """Histogram of finite values: edges (k + 1,) and counts (k,); both are empty without values.
 
-    outside: finite values too far from the others to be in a bin.
+    One edge is the limit if it lies among the values. `outside`: number of finite values too far
+    from the others for a bin.
     """
 
     edges: Vector
@@ -57,13 +59,16 @@ class Histogram:
 
 @dataclass(frozen=True)
 class Distribution:
-    """Of one metric.
+    """Distribution of one metric over the trials.
 
-    met, broken, undecided: trials; beyond: of those, the ones whose value is beyond any; missing:
-    without a value, those not simulated included. bound: what COVERED of all plants keep with the
-    confidence (None where too few trials, or more than that share have no finite value);
-    trials_for_bound: how many trials give one at least. worst: the worst value, inf where one is
-    beyond any; worst_trial: the first draw that has it.
+    `met`, `broken`, `undecided`: numbers of trials. `beyond`: number of trials with an infinite
+    value. `missing`: number of trials without a value, including those not simulated.
+
+    `bound`: limit within which the share COVERED of all plants lies with the confidence. It is None
+    for too few trials, or if it is not finite. `trials_for_bound`: smallest number of trials with a
+    bound.
+
+    `worst`: worst value, infinite if any is. `worst_trial`: first draw with this value.
     """
 
     metric: MetricLimit
@@ -81,19 +86,19 @@ class Distribution:
 
     @property
     def has_values(self) -> bool:
-        """Whether any trial has given a finite value."""
+        """Return True if any trial has a finite value."""
         return self.histogram.counts.size > 0
 
     @property
     def varies(self) -> bool:
-        """Whether trials differ in their finite values."""
+        """Return True if the finite values differ between trials."""
         return self.histogram.counts.size > 1
 
 
 def distribution(
     trials: Trials, index: int, method: Method, confidence: float = CONFIDENCE
 ) -> Distribution:
-    """Of the metric number `index`."""
+    """Return the distribution of the metric with this index."""
     metric, found, met = trials.metrics[index], trials.found[:, index], trials.met[:, index]
     finite, known = np.isfinite(found), ~np.isnan(found)
     upward = metric.relation == "<="
@@ -119,20 +124,22 @@ def distribution(
 
 
 def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
-    """The fewest draws whose largest value COVERED of all plants keep."""
+    """Return the smallest number of draws whose maximum is a bound for COVERED of all plants."""
     return _first(lambda n: lower(n, n, confidence, method) >= COVERED, 1, 1 << 20)
 
 
 def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
-    """The least r with which the r-th smallest of the draws has the share `level` of all plants
-    below it; None of too few draws."""
+    """Return the smallest rank r whose value is above the share `level` of all plants.
+
+    The rank counts from the smallest draw. None for too few draws.
+    """
     if draws == 0 or lower(draws, draws, confidence, method) < level:
         return None
     return _first(lambda r: lower(r, draws, confidence, method) >= level, 1, draws)
 
 
 def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
-    """The first whole number of low..high from which on `holds` does."""
+    """Return the smallest whole number in low..high that satisfies the monotone `holds`."""
     while low < high:
         middle = (low + high) // 2
         low, high = (low, middle) if holds(middle) else (middle + 1, high)
@@ -140,8 +147,7 @@ def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
 
 
 def _bound(found: Vector, upward: bool, method: Method, confidence: float) -> float | None:
-    """The r-th value, counted from the good side; a trial without a value is taken as the worst
-    there can be."""
+    """Return the tolerance bound; a trial without a value counts as infinitely bad."""
     worst_last = np.sort(np.where(np.isnan(found), np.inf, found if upward else -found))
     place = rank(found.size, COVERED, confidence, method)
     if place is None or not np.isfinite(worst_last[place - 1]):
@@ -150,7 +156,7 @@ def _bound(found: Vector, upward: bool, method: Method, confidence: float) -> fl
 
 
 def _quantiles(ordered: Vector, method: Method | None, confidence: float) -> tuple[Quantile, ...]:
-    """Of sorted values (n,); without a method, no interval."""
+    """Return the quantiles of sorted values (n,), without intervals if `method` is None."""
     return (
         tuple(_quantile(ordered, level, method, confidence) for level in QUANTILES)
         if ordered.size
@@ -165,21 +171,24 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
         return Quantile(level, value, None, None)
     side = 0.5 * (1.0 + confidence)
     above = rank(n, level, side, method)
-    below = rank(n, 1.0 - level, side, method)  # the same, counted from above
+    below = rank(n, 1.0 - level, side, method)  # the same rank, counted from above
     low = float(ordered[n - below]) if below is not None else -np.inf
     return Quantile(level, value, low, float(ordered[above - 1]) if above is not None else np.inf)
 
 
 def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
-    """Bins of one width; where the limit is near the values it is an edge, and a value at the limit
-    lies on the side that meets it."""
+    """Return a histogram with equal bins.
+
+    If the limit is near the values, it is an edge. A value equal to the limit is then on the side
+    that meets the requirement.
+    """
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))
     limit = metric.limit
     low, high = _reach(values, limit)
     near = values[(values >= low) & (values <= high)]
     width = (high - low) / BINS
-    if not width > 1e-12 * max(abs(low), abs(high)):  # one value: a bin around it
+    if not width > 1e-12 * max(abs(low), abs(high)):  # a single value gets one bin around it
         around = max(abs(low), 1e-300) / BINS
         return Histogram(np.array([low - around, high + around]), np.array([near.size]))
     origin = limit if low - width < limit < high + width else low
@@ -195,13 +204,15 @@ def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
 
 
 def _reach(values: Vector, limit: float) -> tuple[float, float]:
-    """Between which values there are bins: not so far that a few of many make all the others one
-    bar, but beyond the limit where values are.
+    """Return the range of the histogram.
+
+    It leaves out far outliers, which would compress all other values into one bar. It includes the
+    limit if the limit lies among the values.
     """
     low, high = float(values.min()), float(values.max())
     fifth, last = (float(q) for q in np.quantile(values, (0.05, 0.95)))
     body = last - fifth
-    if values.size < MANY or not body > 1e-6 * (high - low):  # nearly all are one value
+    if values.size < MANY or not body > 1e-6 * (high - low):  # nearly all values are equal
         return low, high
     near, far = fifth - FAR * body, last + FAR * body
     if low <= limit <= high:

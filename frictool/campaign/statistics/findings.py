@@ -1,7 +1,6 @@
-"""Trials to what a campaign says: the answer, the pass rate, a distribution a metric, and where
-failures and variance come from.
+"""Findings of a campaign: outcome, pass rate, distribution of each metric, and sensitivities.
 
-Trials ──pass_rate.py, distribution.py, sensitivity.py──▶ Findings ──▶ text.py, page.py,
+Trials ──pass_rate.py, distribution.py, sensitivity.py──▶ Findings ──▶ text_view.py, page.py,
 json_view.py
 """
 
@@ -22,8 +21,7 @@ Outcome = Literal["PASS", "FAIL", "UNDECIDED", "NOT SHOWN"]
 
 
 class WorstCaseView(Protocol):
-    """A worst case of one requirement, found by a search and kept as a scenario: what it is, and
-    the command that replays it."""
+    """Worst case of one requirement: values, scenario file, and the command that replays it."""
 
     @property
     def requirement(self) -> str: ...
@@ -49,8 +47,10 @@ class WorstCaseView(Protocol):
 
 @dataclass(frozen=True)
 class Findings:
-    """Statistics of the trials. asked: the required pass rate, 0 to 1; None where every trial has
-    to pass. remarks: warnings."""
+    """Statistics of the trials.
+
+    `asked`: required pass rate, 0 to 1; None if every trial must pass. `remarks`: warnings.
+    """
 
     trials: Trials
     rate: PassRate
@@ -62,15 +62,18 @@ class Findings:
 
     @property
     def reached(self) -> bool:
-        """Return whether all trials pass, or the requested rate is shown."""
+        """Return True if all trials pass, or if the requested rate is shown."""
         if self.asked is None:
             return 0 < self.rate.count == self.rate.passed
         return self.rate.count > 0 and self.rate.reaches(self.asked)
 
     @property
     def outcome(self) -> Outcome:
-        """Return PASS, FAIL, UNDECIDED (nothing fails, and something is undecided), or NOT SHOWN:
-        more draws might show it."""
+        """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
+
+        UNDECIDED: no trial fails, but some are undecided. NOT SHOWN: more draws might show the
+        rate.
+        """
         if self.reached:
             return "UNDECIDED" if self.undecided_requirements else "PASS"
         if (
@@ -88,13 +91,17 @@ class Findings:
 
     @property
     def passed(self) -> bool:
-        """Return whether the campaign passes: every requirement is decided, and all trials pass or
-        the requested rate is shown."""
+        """Return True if the campaign passes.
+
+        Every requirement must be decided, and all trials pass or the requested rate is shown.
+        """
         return self.outcome == "PASS"
 
     def acceptable(self, allow_undecided: bool) -> bool:
-        """Return whether the campaign passes, or undecided requirements are allowed, nothing fails
-        and something is met."""
+        """Return True if the campaign passes.
+
+        With `allow_undecided` it also passes if nothing fails and some requirement is met.
+        """
         return self.passed or (
             allow_undecided
             and self.outcome == "UNDECIDED"
@@ -110,8 +117,10 @@ class Findings:
 
     @property
     def draws_needed(self) -> int | None:
-        """Where the rate asked for is not shown: how many draws would show it if the share that
-        passes stayed as it is."""
+        """Return the number of draws that would show the requested rate at the present pass share.
+
+        None unless the outcome is NOT SHOWN.
+        """
         if self.outcome != "NOT SHOWN" or self.asked is None:
             return None
         return draws_to_show(self.asked, self.rate.share, self.rate.confidence, self.rate.method)
@@ -127,10 +136,9 @@ def find(
 ) -> Findings:
     """Return the statistics of n trials whose draws `method` chose.
 
-    at_least: the required pass rate, 0 to 1; None: every trial has to pass. remarks: warnings that
-    every view of the findings repeats.
-
-    Raises ValueError if at_least or confidence is out of range, or if there is no trial.
+    `at_least`: required pass rate, 0 to 1; by default every trial must pass. `remarks`: warnings
+    that every view of the findings repeats. Raises ValueError if at_least or confidence is out of
+    range, or if there is no trial.
     """
     if trials.count == 0:
         raise ValueError("there is no trial")

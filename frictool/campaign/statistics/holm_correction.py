@@ -1,5 +1,4 @@
-"""Many questions, one rate of false answers: Holm's correction (Scandinavian Journal of Statistics
-6, 1979)."""
+"""Holm's correction for multiple tests (Scandinavian Journal of Statistics 6, 1979)."""
 
 from __future__ import annotations
 
@@ -10,8 +9,10 @@ Vector = NDArray[np.float64]
 
 
 def holm_corrected(chances: Vector) -> Vector:
-    """Probabilities (q,) of q questions, corrected: to believe those below a level is wrong
-    anywhere at most at that rate, dependent or not.
+    """Return the corrected p-values (q,) of q tests.
+
+    The probability of any false rejection at a level is at most this level, also for dependent
+    tests.
     """
     order = np.argsort(chances, kind="stable")
     raised = np.minimum(

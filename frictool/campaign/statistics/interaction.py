@@ -1,12 +1,12 @@
-"""What two factors do only together: the part of the variance of a value that cells of their plane
-explain, and neither factor alone.
+"""Interaction of two factors: the share of a value's variance that only both together explain.
 
-    S_ij = Var(E[Y | X_i, X_j] - E[Y | X_i] - E[Y | X_j] + E[Y]) / Var(Y)        Sobol 1993, second
-                                                                                 order
+    S_ij = Var(E[Y | X_i, X_j] - E[Y | X_i] - E[Y | X_j] + E[Y]) / Var(Y)
 
-Cell means are taken of what the slices of each factor leave, so that unequal cells carry nothing of
-what one factor does alone. What they vary by chance is taken off cell by cell, since pass or fail
-varies more where both happen; so is the error, of cells where nothing is beyond.
+This is the second-order Sobol index (Sobol 1993). First the slice means of each factor are
+subtracted, so that unequal cells carry no first-order effect. Then the means of the residual are
+taken in each cell of the plane. Their expected random variation is subtracted cell by cell, because
+pass or fail varies most in cells that contain both. `error` is computed in the same way, for cells
+without interaction.
 """
 
 from __future__ import annotations
@@ -23,8 +23,11 @@ Vector = NDArray[np.float64]
 
 
 class JointShare(NamedTuple):
-    """joint: the share of the variance that the cells explain; beyond: S_ij; error: its standard
-    deviation where there is none."""
+    """Share of the variance explained by two factors together.
+
+    `joint`: share that the cells explain. `beyond`: S_ij. `error`: standard deviation of `beyond`
+    without an interaction.
+    """
 
     joint: float
     beyond: float
@@ -32,8 +35,10 @@ class JointShare(NamedTuple):
 
 
 def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> JointShare:
-    """Of values (n,) in the plane of two factors; of vertices that were all played (not drawn),
-    exact and without an error."""
+    """Return the shares of two factors in the variance of values (n,).
+
+    If all vertices were played (`drawn` is False), they are exact and the error is 0.
+    """
     centred = values - values.mean()
     total = float(centred @ centred)
     cells = cross_slices(first, second)
@@ -56,7 +61,7 @@ def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> J
 
 
 def _noise(cells: Slices, inside: Vector) -> Vector:
-    """The variance (k,) inside of each cell; of a cell with one draw, that of all."""
+    """Return the variance (k,) inside each cell; a cell with one draw has the pooled variance."""
     squares, sizes = cells.sums(inside**2), cells.sizes
     pooled = float(squares.sum()) / max(1, inside.size - cells.count)
     return np.where(sizes > 1, squares / np.maximum(1, sizes - 1), pooled)

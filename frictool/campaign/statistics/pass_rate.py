@@ -1,8 +1,8 @@
-"""How many trials pass, and what that says of all plants: the rate with its interval, or a count
-where vertices were played.
+"""Pass rate of the trials with its confidence interval.
 
-A trial that the specification cannot decide is neither: it fails in the lower bound and passes in
-the upper one. One that could not be simulated has not passed.
+If all vertices were played, there are plain counts without an interval. An undecided trial counts
+as failed in the lower bound and as passed in the upper bound. A trial that could not be simulated
+has not passed.
 """
 
 from __future__ import annotations
@@ -18,11 +18,14 @@ from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
 
 @dataclass(frozen=True)
 class PassRate:
-    """n trials: passed, failed (with those that could not be simulated, not_run) and undecided.
+    """Counts of n trials: passed, failed, undecided and not run.
 
-    low, high: the pass rate with `confidence`, two-sided; at_least: its lower bound, one-sided.
-    None of vertices that were all played: they are no draws. Of a part of the vertices these are of
-    the share of all 2^d, of which a random part was played.
+    `failed` includes the trials that could not be simulated (`not_run`). `whole`: all vertices were
+    played.
+
+    `low`, `high`: two-sided interval of the pass rate with `confidence`. `at_least`: one-sided
+    lower bound. All three are None if all vertices were played, because these are not random draws.
+    For a subset of the vertices they refer to the share of all 2^d vertices.
     """
 
     count: int
@@ -39,12 +42,12 @@ class PassRate:
 
     @property
     def share(self) -> float:
-        """Of all trials those that pass, 0..1; nan of no trial."""
+        """Return the share of passed trials, 0 to 1; NaN without trials."""
         return self.passed / self.count if self.count else float("nan")
 
     @property
     def noun(self) -> str:
-        """What a trial is called."""
+        """Return the word for a trial, in singular or plural."""
         return (
             ("vertex" if self.count == 1 else "vertices")
             if self.method == "vertices"
@@ -52,13 +55,15 @@ class PassRate:
         )
 
     def reaches(self, asked: float) -> bool:
-        """Whether the pass rate is at least `asked`, with the confidence; of all vertices, whether
-        their share is."""
+        """Return True if the pass rate is at least `asked` with the confidence.
+
+        If all vertices were played, their share is compared.
+        """
         return (self.share if self.at_least is None else self.at_least) >= asked
 
 
 def pass_rate(trials: Trials, method: Method, confidence: float = CONFIDENCE) -> PassRate:
-    """Of the trials; a part of the vertices is one of fewer than 2^d."""
+    """Return the pass rate of the trials; fewer than 2^d vertices count as a random subset."""
     n = trials.count
     passed, failed, undecided = (
         int(np.count_nonzero(trials.passed == mark)) for mark in (MET, BROKEN, UNDECIDED)

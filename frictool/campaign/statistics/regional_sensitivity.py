@@ -1,11 +1,10 @@
-"""Which factor the failures come from: whether the trials that fail lie elsewhere on its range than
-those that pass.
+"""Regional sensitivity: differences between failing and passing trials along each factor.
 
-Regional sensitivity analysis (Hornberger and Spear, Journal of Environmental Management 12, 1981):
-the largest distance between the distribution of the factor over the failing trials and over the
-passing ones, with the probability that it is as large by chance (Kolmogorov and Smirnov). Under no
-influence every assignment of the failures to the draws is as likely, of random draws and of a Latin
-hypercube, so that the test holds for both.
+The method is that of Hornberger and Spear (Journal of Environmental Management 12, 1981). It takes
+the Kolmogorov-Smirnov distance between the factor's distributions over failing and over passing
+trials, with its p-value. If the factor has no influence, every assignment of the failures to the
+draws is equally likely. This holds for random draws and for a Latin hypercube, so that the test is
+valid for both.
 """
 
 from __future__ import annotations
@@ -20,19 +19,23 @@ from frictool.campaign.statistics.slices import Slices
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-# failing times passing trials up to which the probability is counted and not taken from the limit
+# largest product of failing and passing trials for the exact p-value; the asymptotic one above
 EXACT = 4_000_000
 
 
 @dataclass(frozen=True)
 class FailureRegion:
-    """Of one factor. distance: of the two distributions, 0..1; chance: that it is as large without
-    an influence; None where nothing is random.
+    """Comparison of failing and passing trials along one factor.
 
-    leans: how much more likely a failing trial lies above a passing one than below, -1..1. spread:
-    the same of the distance from the middle; noise: the standard deviation of either by chance.
-    failing (k,): the share that fails in each slice of its range, of sizes (k,) trials; places
-    (k,): their means, in SI.
+    `distance`: between the two distributions, 0 to 1. `chance`: its p-value; None if nothing is
+    random.
+
+    `leans`: P(failing above passing) - P(failing below passing), -1 to 1. `spread`: the same for
+    the distance from the middle of the range. `noise`: standard deviation of both without
+    influence.
+
+    `failing` (k,): share of failing trials in each slice of the range. `sizes` (k,): trials in each
+    slice. `places` (k,): mean factor value in each slice, in SI.
     """
 
     distance: float
@@ -46,7 +49,7 @@ class FailureRegion:
 
     @property
     def direction(self) -> str:
-        """Where on the range the failures are."""
+        """Return the part of the range in which the failures lie."""
         least = 2.0 * self.noise
         if abs(self.leans) > least and abs(self.leans) >= 0.5 * abs(self.spread):
             return "high" if self.leans > 0.0 else "low"
@@ -58,9 +61,10 @@ class FailureRegion:
 def region(
     units: Vector, values: Vector, failing: Mask, slices: Slices, drawn: bool
 ) -> FailureRegion:
-    """Of a factor's draws (n,) in 0..1, `values` in SI, of which `failing` (n,) fail.
+    """Compare failing and passing trials along a factor.
 
-    Raises ValueError where none fails, or none passes.
+    `units` (n,): draws in 0 to 1. `values` (n,): the same in SI. `failing` (n,): mask of failing
+    trials. Raises ValueError if none or all fail.
     """
     bad, good = units[failing], units[~failing]
     if bad.size == 0 or good.size == 0:
@@ -80,8 +84,10 @@ def region(
 
 
 def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
-    """The distance and its probability: counted, or that of one sample of n m/(n + m) draws where
-    there are many."""
+    """Return the Kolmogorov-Smirnov distance and its p-value.
+
+    The p-value is exact for few trials. For many it is that of one sample of n m/(n + m) draws.
+    """
     method = "exact" if bad.size * good.size <= EXACT else "asymp"
     if method == "exact":
         found = ks_2samp(bad, good, method=method)
@@ -93,7 +99,7 @@ def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
 
 
 def _leaning(bad: Vector, good: Vector) -> float:
-    """P(bad > good) - P(bad < good), from Mann and Whitney's count."""
+    """Return P(bad > good) - P(bad < good), from the Mann-Whitney statistic."""
     ordered = np.sort(good)
     below = np.searchsorted(ordered, bad, side="left").sum()
     above = good.size - np.searchsorted(ordered, bad, side="right")

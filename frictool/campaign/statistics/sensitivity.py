@@ -1,12 +1,9 @@
-"""Which factors the failures come from, and which the values of each metric: tables for text, page
-and machine.
+"""Sensitivity of failures and metrics to the factors.
 
-    Trials ──slices.py──▶ regional_sensitivity.py: fails against passes ────────┐
-                    └───▶ sobol_indices.py: metric by metric ─────┴─holm_correction.py──▶
-                    Sensitivity
+    failures: Trials ──slices.py──▶ regional_sensitivity.py ──holm_correction.py──▶ Sensitivity
+    metrics:  Trials ──slices.py──▶ sobol_indices.py        ──holm_correction.py──▶ Sensitivity
 
-Of vertices that were all played nothing is random, so that shares are exact and have no
-probability.
+If all vertices were played, nothing is random: shares are exact and have no p-value.
 """
 
 from __future__ import annotations
@@ -34,24 +31,23 @@ from frictool.campaign.trials.trials import BROKEN, MET, Trials
 from frictool.presentation.ties import largest
 
 Mask = NDArray[np.bool_]
-LEVEL = 0.05  # of a table: the probability that it names a factor without influence
+LEVEL = 0.05  # level of a table: probability of naming any factor without influence
 LEAST_DISTANCE, LEAST_SHARE = (
     0.1,
     0.01,
-)  # below which vertices, of which nothing is random, say no influence
-FEWEST = 20  # trials with a value, below which no influence is estimated
-# of the variance of the ranks, by which it has to be more than that of the values to be told too
+)  # limits of a factor's influence if all vertices were played
+FEWEST = 20  # smallest number of trials with a value for an estimate of influence
+# smallest excess of a share of the ranks' variance over that of the values to be reported
 HIDDEN = 0.1
-FINEST = 12  # slices a factor of a plane
+FINEST = 12  # largest number of slices per factor of a plane
 
 
 @dataclass(frozen=True)
 class FailureComparison:
-    """Trials that fail against those that pass. name: of the requirement that is broken, or "" for
-    any, "not simulated" for those that failed.
+    """Comparison of failing with passing trials.
 
-    regions (d,): of each factor, the chances corrected for all questions of the table; order: the
-    factors, the clearest first.
+    `name`: the broken requirement, "" for any, "not simulated" for trials that failed to run.
+    `regions` (d,): one for each factor, with p-values corrected for all comparisons of the table.
     """
 
     name: str
@@ -61,7 +57,7 @@ class FailureComparison:
 
     @property
     def order(self) -> tuple[int, ...]:
-        """The factors, the clearest first."""
+        """Return the indices of the factors, the clearest first."""
         return tuple(
             sorted(
                 range(len(self.regions)),
@@ -71,7 +67,7 @@ class FailureComparison:
 
     @property
     def named(self) -> tuple[int, ...]:
-        """The factors that the failures come from, the clearest first."""
+        """Return the indices of the factors that cause failures, the clearest first."""
         return tuple(
             i
             for i in self.order
@@ -81,8 +77,11 @@ class FailureComparison:
 
 @dataclass(frozen=True)
 class MetricInfluence:
-    """On one metric. shares (d,): of each factor; used: trials with a finite value; reason: why
-    there are no shares."""
+    """Influence of the factors on one metric.
+
+    `used`: number of trials with a finite value. `shares` (d,): one for each factor. `reason`: why
+    there are no shares.
+    """
 
     used: int
     shares: tuple[VarianceShare, ...] = ()
@@ -90,8 +89,10 @@ class MetricInfluence:
 
     @property
     def rest(self) -> float | None:
-        """Of the variance what no named factor explains by itself: factors that act together,
-        noise, what slices are too coarse for."""
+        """Return the share of the variance that no named factor explains alone.
+
+        It contains interactions, noise and effects finer than the slices.
+        """
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].share) for i in self.named))
             if self.shares
@@ -100,7 +101,7 @@ class MetricInfluence:
 
     @property
     def rest_of_ranks(self) -> float | None:
-        """The same of the ranks."""
+        """Return the share of the ranks' variance that no named factor explains alone."""
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].of_ranks) for i in self.named))
             if self.shares
@@ -109,18 +110,17 @@ class MetricInfluence:
 
     @property
     def by_rank(self) -> bool:
-        """Whether ranks tell of a named factor what values hide, of which a few are enormous, or
-        beyond any."""
+        """Return True if ranks show an influence that a few enormous or infinite values hide."""
         return any(self.shares[i].of_ranks - self.shares[i].share > HIDDEN for i in self.named)
 
     @property
     def order(self) -> tuple[int, ...]:
-        """The factors, the largest share first."""
+        """Return the indices of the factors, the largest share first."""
         return tuple(sorted(range(len(self.shares)), key=lambda i: -self.shares[i].share))
 
     @property
     def named(self) -> tuple[int, ...]:
-        """The factors with an influence, the largest share first."""
+        """Return the indices of the factors with an influence, the largest share first."""
         return tuple(
             i
             for i in self.order
@@ -130,10 +130,10 @@ class MetricInfluence:
 
 @dataclass(frozen=True)
 class FactorPair:
-    """The two factors that explain the failures best. joint: their share of the variance of pass or
-    fail; beyond: what neither has alone.
+    """The two factors that together explain the failures best.
 
-    error: of beyond, one standard deviation where there is nothing beyond.
+    `joint`: their share of the variance of pass or fail. `beyond`: the part of it that neither
+    factor explains alone. `error`: standard deviation of `beyond` without an interaction.
     """
 
     first: int
@@ -145,8 +145,10 @@ class FactorPair:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """questions: any failure first, then each requirement; influences (m,): of the metrics; pair:
-    None without failures or a second factor.
+    """Sensitivity of failures and metrics.
+
+    `questions`: comparison for any failure, then for each requirement. `influences` (m,): one for
+    each metric. `pair`: None without failures or without a second factor.
     """
 
     questions: tuple[FailureComparison, ...]
@@ -155,7 +157,7 @@ class Sensitivity:
 
 
 def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
-    """Of the trials. drawn: whether they were drawn at random, and are not all vertices."""
+    """Return the sensitivities of the trials; `drawn` is False if all vertices were played."""
     draws = SortedDraws(trials)
     questions, influences = _questions(trials, draws, drawn), _influences(trials, draws, drawn)
     return Sensitivity(
@@ -166,8 +168,7 @@ def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
 
 
 def masks(trials: Trials) -> list[tuple[str, Mask, Mask]]:
-    """Name, failing and passing trials of each question that can be asked; one that repeats another
-    is left out."""
+    """Return (name, failing, passing) of each comparison; repeated comparisons are left out."""
     asked = [("", trials.passed == BROKEN, trials.passed == MET)]
     asked += [
         (metric.name, trials.met[:, j] == BROKEN, trials.met[:, j] == MET)
@@ -241,7 +242,7 @@ def _influences(trials: Trials, draws: SortedDraws, drawn: bool) -> tuple[Metric
 
 
 def _adding_up(one: MetricInfluence) -> MetricInfluence:
-    """With the shares of the factors that are named as parts of one whole."""
+    """Return the influence with shares of the named factors that add up to at most 1."""
     named, shares = list(one.named), list(one.shares)
     values = within_whole(
         np.array([shares[i].share for i in named]), np.array([shares[i].error for i in named])
@@ -287,7 +288,7 @@ def _influence(trials: Trials, draws: SortedDraws, metric: int, drawn: bool) -> 
 
 
 def _pair(trials: Trials, draws: SortedDraws, drawn: bool) -> FactorPair | None:
-    """The pair whose plane separates failing from passing trials best."""
+    """Return the pair of factors whose plane separates failing from passing trials best."""
     decided = trials.passed != -1
     failing = (trials.passed[decided] == BROKEN).astype(float)
     n = failing.size

@@ -1,5 +1,4 @@
-"""The draws of a factor in slices of equal counts, in its order: what every estimate of its
-influence compares."""
+"""Slices of a factor's draws with equal counts, the basis of all influence estimates."""
 
 from __future__ import annotations
 
@@ -17,37 +16,43 @@ FEWEST, TENTHS, MOST = 3, 10, 60
 
 @dataclass(frozen=True)
 class Slices:
-    """of (n,): the number of the slice that each draw is in, 0..count - 1; every slice has a draw
-    at least."""
+    """Assignment of draws to slices.
+
+    `of` (n,): index of each draw's slice, 0 to count - 1; no slice is empty.
+    """
 
     of: Places
     count: int
 
     def sums(self, values: Vector) -> Vector:
-        """(count,) of values (n,)."""
+        """Return the sum of values (n,) in each slice (count,)."""
         return np.asarray(np.bincount(self.of, weights=values, minlength=self.count), dtype=float)
 
     @property
     def sizes(self) -> Places:
-        """(count,) draws in each."""
+        """Return the number of draws in each slice (count,)."""
         return np.bincount(self.of, minlength=self.count)
 
 
 def slices_for(draws: int) -> int:
-    """How many for a share: 3 n^(1/3), so that what varies inside of a slice and what is noise of
-    its mean shrink together."""
+    """Return the number of slices for a variance share: 3 n^(1/3).
+
+    The variation inside a slice and the noise of its mean then decrease together.
+    """
     return int(np.clip(round(3.0 * draws ** (1.0 / 3.0)), FEWEST, MOST))
 
 
 def few_slices_for(draws: int) -> int:
-    """How many for a decision: few, since what is spread over many is hardly seen; a dozen draws in
-    each at least, where there are so many.
+    """Return the number of slices for a test of influence.
+
+    Each has at least 12 draws if possible. The number is small because an effect that is spread
+    over many slices is hard to detect.
     """
     return int(np.clip(draws // 12, FEWEST, TENTHS))
 
 
 class SortedDraws:
-    """The draws of trials, each factor sorted once for all the comparisons that slice it."""
+    """Draws of the trials, with each factor sorted once for all slicings."""
 
     def __init__(self, trials: Trials) -> None:
         self._trials = trials
@@ -58,8 +63,10 @@ class SortedDraws:
         ]
 
     def sliced(self, factor: int, count: int, chosen: NDArray[np.bool_]) -> Slices:
-        """The draws `chosen` (n,) of a factor, in `count` slices; in one for each value where it
-        has no more values than that."""
+        """Return `count` slices of a factor's draws in the mask `chosen` (n,).
+
+        If the factor has at most `count` different values, each value is a slice.
+        """
         if self._few[factor]:
             where = (
                 self._trials.values
@@ -77,7 +84,7 @@ class SortedDraws:
 
 
 def cross_slices(first: Slices, second: Slices) -> Slices:
-    """The cells of two factors; those without a draw are left out."""
+    """Return the non-empty cells of two factors' slices."""
     cell = first.of * second.count + second.of
     filled = np.bincount(cell, minlength=first.count * second.count) > 0
     return Slices((np.cumsum(filled) - 1)[cell], int(filled.sum()))

@@ -1,22 +1,21 @@
-"""Which factor the variance of a metric comes from: first-order Sobol indices of the trials that
-are there, no further ones needed.
+"""First-order Sobol indices of the factors, estimated from the trials themselves.
 
-    S_i = Var(E[Y | X_i]) / Var(Y)                                              Sobol, Math. Model.
-                                                                                Comp. Exp. 1, 1993
+    S_i = Var(E[Y | X_i]) / Var(Y)          Sobol, Math. Model. Comp. Exp. 1, 1993
 
-E[Y | X_i] is the mean of Y in slices of X_i of equal counts (the correlation ratio; Plischke,
-Borgonovo, Smith, European Journal of Operational Research 226, 2013). What the means of k slices
-vary by chance, (k - 1)/(n - k) of the variance inside of them, is taken off, so that a factor
-without influence has 0 on average (Kelley's epsilon squared, PNAS 21, 1935). Its error is that of
-the efficient estimator, whose influence function is 2 Y m - m^2 - S Y^2 with m = E[Y | X_i] and Y
-of mean 0 (Da Veiga and Gamboa, Journal of Nonparametric Statistics 25, 2013), and, where there is
-no influence, that of the means' chance, sqrt(2 (k - 1))/n.
+E[Y | X_i] is the mean of Y in slices of X_i with equal counts (the correlation ratio; Plischke,
+Borgonovo, Smith, European Journal of Operational Research 226, 2013). The expected random variation
+of the means of k slices is (k - 1)/(n - k) of the variance inside the slices. It is subtracted, so
+that a factor without influence has 0 on average (Kelley's epsilon squared, PNAS 21, 1935).
 
-Whether there is an influence at all is decided by ranks, so that neither a few enormous values nor
-those that are beyond any (a step that never settles is the worst rank) upset it: the probability
-that over the slices their means (Kruskal and Wallis, JASA 47, 1952) and their spread about the
-middle differ as much by chance (both together as Lepage, Biometrika 58, 1971, for two samples). A
-factor that acts only together with others has no share of its own, and is found by the spread.
+The error is that of the efficient estimator, whose influence function is 2 Y m - m^2 - S Y^2 with m
+= E[Y | X_i] and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric Statistics 25, 2013).
+The random error of the means without influence, sqrt(2 (k - 1))/n, is added in quadrature.
+
+The test of influence uses ranks, so that enormous or infinite values do not upset it (a step that
+never settles has the worst rank). It gives the p-value of two differences between the slices: of
+the mean ranks (Kruskal and Wallis, JASA 47, 1952), and of the spread about the middle rank. The two
+are combined as in Lepage's test (Biometrika 58, 1971), which is for two samples. A factor that acts
+only jointly with others has no first-order share; the spread detects it.
 """
 
 from __future__ import annotations
@@ -31,16 +30,16 @@ from scipy.stats import rankdata
 from frictool.campaign.statistics.slices import Slices
 
 Vector = NDArray[np.float64]
-SLOPE = 0.1  # a rank correlation beyond it says up or down
+SLOPE = 0.1  # smallest rank correlation that counts as rising or falling
 
 
 @dataclass(frozen=True)
 class VarianceShare:
-    """share: S_i; error: its standard deviation; of_ranks, error_of_ranks: the same of the values'
-    ranks, those beyond any included; chance: that ranks differ as much without an influence, None
-    where nothing is random.
+    """Share of one factor in the variance of a metric.
 
-    rises: the rank correlation of the metric with the factor, -1..1.
+    `share`: S_i. `error`: its standard deviation. `of_ranks`, `error_of_ranks`: the same for the
+    ranks of the values, including infinite ones. `chance`: p-value of the rank test; None if
+    nothing is random. `rises`: rank correlation of metric and factor, -1 to 1.
     """
 
     share: float
@@ -52,20 +51,22 @@ class VarianceShare:
 
     @property
     def direction(self) -> str:
-        """What the metric does where the factor grows."""
+        """Return how the metric changes as the factor increases."""
         return "rises" if self.rises > SLOPE else "falls" if self.rises < -SLOPE else "up and down"
 
 
 def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, float]:
-    """S_i of finite values (n,), and its error; of vertices that were all played (not drawn),
-    without a correction and without an error."""
+    """Return S_i of finite values (n,) and its error.
+
+    If all vertices were played (`drawn` is False), S_i is exact and the error is 0.
+    """
     n, k = values.size, slices.count
     if k < 2 or (drawn and n <= k):
         return 0.0, 0.0
     largest = float(np.abs(values).max())
     centred = (
         values / largest if largest > 0.0 else values
-    )  # a share has no unit, and squares of what is enormous no value
+    )  # the share has no unit, and squares of enormous values overflow
     centred = centred - centred.mean()
     total = float(centred @ centred)
     if not total > n * 1e-24:
@@ -81,17 +82,17 @@ def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, 
 
 
 def scores_of(values: Vector) -> tuple[Vector, ...]:
-    """What of the ranks of values (n,), which may be inf, is compared: place and spread, each (n,)
-    of mean 0, orthogonal; equal values share ranks.
+    """Return the rank scores of values (n,), which may be infinite: location and spread.
 
-    One or none where too many values are equal to tell more.
+    Each score is (n,), has zero mean and is orthogonal to the other. Equal values share a rank.
+    Fewer scores are returned if too many values are equal.
     """
     n = values.size
     place = (rankdata(values) - 0.5 * (n + 1.0)) / n
     scores: list[Vector] = []
     for score in (place, place**2):
         score = score - score.mean()
-        for other in scores:  # of tied values the two are not independent by themselves
+        for other in scores:  # with tied values the two are not orthogonal by themselves
             score = score - (score @ other) / (other @ other) * other
         if float(score @ score) > 1e-9 * n:
             scores.append(score)
@@ -99,7 +100,7 @@ def scores_of(values: Vector) -> tuple[Vector, ...]:
 
 
 def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
-    """That the scores (scores_of) differ as much between the slices by chance."""
+    """Return the p-value of the differences of the scores (scores_of) between the slices."""
     n, k = slices.of.size, slices.count
     if n <= k or k < 2 or not scores:
         return 1.0
@@ -111,10 +112,10 @@ def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
 
 
 def rank_correlation(units: Vector, scores: tuple[Vector, ...]) -> float:
-    """-1..1, of the place of draws (n,) in 0..1, which is as good as their rank, with the rank of
-    the values whose scores (scores_of) these are.
+    """Return the rank correlation (-1 to 1) of draws (n,) with the values of these scores.
 
-    0 where one of the two does not vary.
+    The draws are uniform in 0 to 1, so that they replace their ranks. Return 0 if either does not
+    vary.
     """
     if not scores:
         return 0.0

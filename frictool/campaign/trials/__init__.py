@@ -1,1 +1,1 @@
-"""Draws played and judged, kept as they come; the search for the worst one."""
+"""Trials of a campaign: simulation, judgement and storage, and the search for worst cases."""

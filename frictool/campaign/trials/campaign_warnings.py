@@ -1,5 +1,4 @@
-"""Warnings of a campaign: plants for which its controller was not verified, and example values left
-in place."""
+"""Warnings of a campaign: plants outside the controller's verification, and example values."""
 
 from __future__ import annotations
 
@@ -26,8 +25,10 @@ Interval = tuple[float, float]
 
 
 def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
-    """Return the warnings of a campaign: plants that the controller was not verified for, a model
-    without identified parameters, and example values left in place.
+    """Return the warnings of a campaign.
+
+    They concern plants that the controller was not verified for, a model without identified
+    parameters, and remaining example values.
     """
     plant, controller = plant_of(setting.plant), setting.controller
     bench, reason, changed = (
@@ -46,8 +47,7 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
 
 
 def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
-    """Return a warning if the plant or its rig is not what the controller was verified for, else
-    one if the draws reach beyond them."""
+    """Return a warning if the plant or the draws lie outside the controller's verification."""
     plant, controller = plant_of(setting.plant), setting.controller
     if found := differences(controller, plant.rig.facts, plant.intervals()):
         return (f"the plant {outside_message(controller.name, found)}",)
@@ -55,7 +55,8 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
         return ()
     if found := parameters_outside(controller, _drawn(plant.ranges(), space, setting.scenario)):
         return (
-            f"draws reach beyond the intervals of {controller.name}, where only their own margins hold: {'; '.join(found)}",
+            f"draws reach beyond the intervals of {controller.name}, where only their "
+            f"own margins hold: {'; '.join(found)}",
         )
     return ()
 
@@ -63,8 +64,7 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
 def _drawn(
     ranges: Mapping[str, VariedParameter], space: FactorSpace, scenario: Scenario
 ) -> dict[str, Interval]:
-    """Return the intervals [SI] of the plants that are drawn, widened by the scenario's drifts and
-    the spread of temperature."""
+    """Return the parameter intervals [SI] of the draws, widened by drifts and temperature."""
     varied = {
         factor.name: (factor.low, factor.high) for factor in space.factors if factor.kind == "plant"
     }

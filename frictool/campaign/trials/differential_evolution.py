@@ -1,14 +1,14 @@
-"""The worst case of one metric: where in the box of factors its margin is least, found by search.
+"""Search for the worst case of one metric in the space of factors.
 
-    worst draws ──▶ corners: one factor after the other to an end, as long as it gets worse ──▶
-    differential evolution ──▶ worst point
+worst draws ──▶ vertices: one factor after the other to an end, as long as the metric gets worse ──▶
+differential evolution ──▶ worst point
 
-A margin jumps where a stop or a breakaway more or less takes place, and most often is worst at an
-end of some factors and between the ends of others: there are no gradients to follow. The evolution
-is JADE (Zhang and Sanderson 2009: current to one of the best, the step and the crossover learnt
-from what succeeded), with steps beyond the box cut at its faces. It begins with what is known, so
-that nothing that it gives is better than the worst draw. What it gives is the worst that was found,
-not proved to be the worst there is.
+The metric can jump if a stop or a breakaway more or less occurs. It is usually worst at an end of
+some factors and between the ends of others. The search therefore uses no gradients. The algorithm
+is JADE (Zhang and Sanderson 2009: mutation towards one of the best points, with step and crossover
+adapted to successful values). Points beyond the cube are clipped to its faces. The search starts
+from the worst draws, so that its result is at least as bad as these. The result is the worst point
+of the search, which is not proved to be the worst of the space.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from numpy.typing import NDArray
 Vector = NDArray[np.float64]
 Badness = Callable[
     [Vector], float
-]  # of a point of the cube; the larger, the worse; -inf where it has none
+]  # badness of a point of the cube: larger is worse, -inf without a value
 WORST_STREAM = (1 << 33) + 5
 LEAST_POPULATION, MOST_POPULATION = 8, 40
-CORNERS = 0.4  # of the evaluations go to corners at most
+CORNERS = 0.4  # largest share of the evaluations for the search on vertices
 BEST, LEARNING = 0.2, 0.1  # p and c of the paper
 
 
 class SearchResult(NamedTuple):
-    """value: the worst of the metric `name`; drawn: the worst of the draws. unit (d,): where, in
-    the cube.
+    """Result of a worst-case search.
 
-    noise: number of the draw whose noise it has. evaluations: how many plants were tried; unplayed:
-    of them that could not be simulated.
+    `name`: the metric. `value`: its worst value. `drawn`: its worst value over the draws. `unit`
+    (d,): worst point in the cube. `noise`: index of the draw whose noise was used. `evaluations`:
+    number of plants tried. `unplayed`: number of these that could not be simulated.
     """
 
     name: str
@@ -48,7 +48,7 @@ class SearchResult(NamedTuple):
 
 
 class SearchState:
-    """Counts what is tried, and remembers the worst."""
+    """Counter of evaluations with the worst point so far."""
 
     def __init__(self, badness: Badness, evaluations: int) -> None:
         self._badness, self.left, self.tried = badness, evaluations, 0
@@ -56,11 +56,11 @@ class SearchState:
 
     @property
     def ended(self) -> bool:
-        """Nothing is left, or nothing can be worse."""
+        """Return True if no evaluation is left, or if nothing can be worse."""
         return self.left <= 0 or self.worst == math.inf
 
     def at_point(self, unit: Vector) -> float:
-        """The badness at `unit` (d,)."""
+        """Return the badness at `unit` (d,), and remember it if it is the worst."""
         self.left, self.tried = self.left - 1, self.tried + 1
         found = self._badness(unit)
         if found > self.worst or not self.at.size:
@@ -69,8 +69,10 @@ class SearchState:
 
 
 def search_worst(badness: Badness, starts: Vector, evaluations: int, seed: int) -> SearchState:
-    """The worst of at most `evaluations` points (d,), from `starts` (k, d), the worst draws, k >=
-    1."""
+    """Search for the worst point (d,) with at most `evaluations` evaluations.
+
+    `starts` (k, d) are the worst draws, k >= 1.
+    """
     generator, found = (
         np.random.Generator(np.random.PCG64([seed, WORST_STREAM])),
         SearchState(badness, evaluations),
@@ -84,8 +86,7 @@ def search_worst(badness: Badness, starts: Vector, evaluations: int, seed: int) 
 def _to_corners(
     found: SearchState, generator: np.random.Generator, most: int
 ) -> list[tuple[Vector, float]]:
-    """From the worst point each factor in turn to the end at which it is worse, until a whole round
-    has changed nothing."""
+    """Move each factor of the worst point to its worse end, until a round changes nothing."""
     known, end = list[tuple[Vector, float]](), found.tried + most
     while not found.ended and found.tried < end:
         before = found.worst
@@ -104,7 +105,7 @@ def _to_corners(
 def _evolve(
     found: SearchState, known: list[tuple[Vector, float]], generator: np.random.Generator
 ) -> None:
-    """Differential evolution of the worst of what is known, filled up with random points."""
+    """Run differential evolution from the worst known points, filled up with random ones."""
     factors = found.at.size
     size = min(
         max(LEAST_POPULATION, 3 * factors), MOST_POPULATION, max(LEAST_POPULATION, found.left // 4)
@@ -131,13 +132,13 @@ def _evolve(
                     steps.append(f)
                     crossovers.append(cr)
                 units[place], values[place] = unit, value
-        if steps:  # Lehmer's mean favours long steps
+        if steps:  # Lehmer mean, which favours long steps
             step = (1.0 - LEARNING) * step + LEARNING * sum(f * f for f in steps) / sum(steps)
             crossover = (1.0 - LEARNING) * crossover + LEARNING * float(np.mean(crossovers))
 
 
 def _cauchy(generator: np.random.Generator, centre: float) -> float:
-    """A step in (0, 1]: drawn anew where it is not positive."""
+    """Return a Cauchy step in (0, 1]; redraw it until it is positive."""
     while True:
         found = centre + 0.1 * math.tan(math.pi * (generator.random() - 0.5))
         if found > 0.0:
@@ -147,8 +148,10 @@ def _cauchy(generator: np.random.Generator, centre: float) -> float:
 def _child(
     units: Vector, values: Vector, place: int, f: float, cr: float, generator: np.random.Generator
 ) -> Vector:
-    """current-to-pbest/1 with binomial crossover, cut at the faces of the cube, where the worst
-    often is."""
+    """Return a current-to-pbest/1 child with binomial crossover, clipped to the cube.
+
+    The clipping places points on the faces, which often contain the worst point.
+    """
     size, factors = units.shape
     leaders = np.argsort(-values, kind="stable")[: max(2, round(BEST * size))]
     best = int(generator.choice(leaders))

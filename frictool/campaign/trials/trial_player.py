@@ -1,4 +1,4 @@
-"""One trial of a campaign: a draw played and judged as `simulate` and `report` do."""
+"""Player of one trial: it simulates a draw and judges it as `simulate` and `report` do."""
 
 from __future__ import annotations
 
@@ -30,8 +30,10 @@ from frictool.simulate.simulated_plant import SimulatedPlant
 
 
 class CampaignSetting(NamedTuple):
-    """What all trials have in common; it travels to whoever plays them. recorded: the log of a
-    scenario that replays one."""
+    """Data that all trials share; it is sent to the worker processes.
+
+    `recorded`: log of a scenario that replays one.
+    """
 
     plant: Model | Mechanism
     controller: Controller
@@ -43,8 +45,10 @@ class CampaignSetting(NamedTuple):
 
 
 class TrialPlayer:
-    """Plays draws of `space`, with the noise of `seed`; called with a draw's number and its place
-    in the unit cube."""
+    """Player of draws of `space` with the noise of `seed`.
+
+    A call takes a draw's index and its point in the unit cube.
+    """
 
     def __init__(self, setting: CampaignSetting, space: FactorSpace, seed: int) -> None:
         self.setting, self.space, self.seed = setting, space, seed
@@ -54,7 +58,7 @@ class TrialPlayer:
             "setting": self.setting,
             "space": self.space,
             "seed": self.seed,
-        }  # what is made of them is made where it is used
+        }  # the cached objects are built again in each process
 
     def __call__(self, job: tuple[int, tuple[float, ...]]) -> TrialResult:
         draw, unit = job
@@ -62,7 +66,7 @@ class TrialPlayer:
 
     @cached_property
     def test(self) -> StepTest[Any]:
-        """The plant under its controller."""
+        """Return the plant with its controller."""
         return StepTest(
             plant_of(self.setting.plant),
             self.setting.controller,
@@ -72,11 +76,11 @@ class TrialPlayer:
 
     @cached_property
     def _loop(self) -> JudgedLoop:
-        """Return the judge of the margin that the controller's loop has in each trial."""
+        """Return the judge of the loop's margin in each trial."""
         return JudgedLoop(self.setting.controller)
 
     def scenario(self, unit: Vector, noise: int) -> Scenario:
-        """What is played at `unit` (d,), with the noise of draw number `noise`."""
+        """Return the scenario at `unit` (d,) with the noise of draw `noise`."""
         values = self.space.values(unit[None, :])[0]
         return scenario_of(
             self.setting.scenario,
@@ -87,8 +91,10 @@ class TrialPlayer:
         )
 
     def played(self, unit: Vector, draw: int) -> TrialResult:
-        """The trial at `unit` (d,); why it could not be simulated is in it, a mistake of ours too:
-        it must not take the others along."""
+        """Return the trial at `unit` (d,), with the reason if it could not be simulated.
+
+        Unexpected errors are caught too, so that one trial does not stop the others.
+        """
         try:
             return trial_of(draw, self.judged(self.scenario(unit, draw)))
         except FrictoolError as error:
@@ -97,20 +103,24 @@ class TrialPlayer:
             return TrialResult(draw, (), (), f"{type(error).__name__}: {error}")
 
     def nominal(self) -> tuple[Requirement, ...]:
-        """What is found with nothing varied. Raises FrictoolError where that cannot be simulated,
-        or the documents do not fit."""
+        """Return the requirements of the nominal run.
+
+        Raises FrictoolError if it cannot be simulated or the documents do not fit together.
+        """
         return self.judged(nominal_of(self.setting.scenario))
 
     def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
-        """The requirements, in the order of the specification, of a scenario that is played."""
+        """Return the judged requirements of a scenario, in the order of the specification."""
         setting = self.setting
         log = self.test.log(scenario, recorded=setting.recorded, with_speed=False)
         return log_requirements(setting.spec, log, setting.controller.bench, self._loop)
 
 
 def plant_of(document: Model | Mechanism) -> SimulatedPlant[Any]:
-    """What is simulated of a document. Raises WrongElement where a mechanism has no source or no
-    sensor for a controller."""
+    """Return the simulated plant of a document.
+
+    Raises ElementError if a mechanism has no source or no sensor for a controller.
+    """
     return (
         AxisPlant(document)
         if isinstance(document, Model)
@@ -119,14 +129,14 @@ def plant_of(document: Model | Mechanism) -> SimulatedPlant[Any]:
 
 
 def metrics_of(requirements: tuple[Requirement, ...]) -> tuple[MetricLimit, ...]:
-    """What trials are judged by."""
+    """Return the metrics with their limits."""
     return tuple(
         MetricLimit(one.name, one.key, one.unit, one.limit, one.relation) for one in requirements
     )
 
 
 def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> TrialResult:
-    """Return draw number `draw` with these outcomes."""
+    """Return the trial of draw `draw` with these outcomes."""
     met = tuple(
         UNDECIDED if one.met is None else MET if one.met else BROKEN for one in requirements
     )
@@ -134,8 +144,11 @@ def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> TrialResult:
 
 
 def _value(one: Requirement) -> float:
-    """inf, or -inf of what has to be large, where it is broken by what is no value of it; nan where
-    there is none."""
+    """Return the value of a requirement, NaN if there is none.
+
+    Return +inf (-inf for a requirement with a lower limit) if the requirement failed although its
+    value is absent or within the limit.
+    """
     within = one.value is None or (
         one.value <= one.limit if one.relation == "<=" else one.value >= one.limit
     )
@@ -147,8 +160,10 @@ def _value(one: Requirement) -> float:
 def check_nominal(
     requirements: tuple[Requirement, ...], names: DocumentNames
 ) -> tuple[Requirement, ...]:
-    """The same. Raises NoSolutionError where the nominal run decides nothing, so that no trial
-    would."""
+    """Return the requirements unchanged.
+
+    Raises NoSolutionError if the nominal run decides none of them, because then no trial would.
+    """
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")
         raise NoSolutionError(f"{names.scenario}: decides none of the requirements: {reason}")

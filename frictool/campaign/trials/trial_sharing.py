@@ -1,7 +1,7 @@
-"""The trials of a campaign, played by whoever shares the work, kept as they are done.
+"""Distribution of trials to workers; each batch of results is stored as it arrives.
 
-draws ──those not kept yet──▶ jobs ──share──▶ Trial, Trial, ... in any order ──▶ Store ──▶ all of
-them, in order
+draws ──not stored yet──▶ jobs ──share──▶ TrialResult in any order ──▶ TrialStore ──▶ Trials in
+order
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from frictool.campaign.trials.trial_store import SearchKey, TrialStore
 from frictool.campaign.trials.trials import MetricLimit, TrialResult, Trials, collect_trials
 
 Vector = NDArray[np.float64]
-Job = tuple[int, tuple[float, ...]]  # number of the draw, and where it is in the cube
+Job = tuple[int, tuple[float, ...]]  # index of the draw, point in the cube
 ProgressCallback = Callable[[float], None]
-TOGETHER_S, MOST_TOGETHER = 0.3, 500  # jobs travel together so that they take about so long
+TOGETHER_S, MOST_TOGETHER = 0.3, 500  # s, duration of a batch of jobs; largest number of jobs in it
 
 
 class JobSharing(Protocol):
-    """frictool/workers/share.py `share`, with cores and cluster chosen."""
+    """Function `share` of frictool/workers/share.py with cores and cluster chosen."""
 
     def __call__(
         self, function: Callable[[Any], Any], jobs: Sequence[Any], batch: int, instead: Any
@@ -41,8 +41,10 @@ def run_trials(
     tell: ProgressCallback = lambda part: None,
     each_s: float = 0.0,
 ) -> Trials:
-    """All trials of the draws `units` (n, d), of which `store` has some. tell: is told the part
-    that is done, 0..1. each_s: about how long one takes."""
+    """Run the trials of the draws `units` (n, d) that are not in `store`; return all trials.
+
+    `tell` takes the completed fraction (0 to 1). `each_s`: expected duration of a trial [s].
+    """
     count = units.shape[0]
     jobs: list[Job] = [
         (draw, tuple(map(float, units[draw]))) for draw in range(count) if draw not in store.trials
@@ -58,7 +60,7 @@ def run_trials(
                 store.add(waiting)
                 waiting = []
                 tell(done / len(jobs))
-    finally:  # whoever interrupts loses none that is done
+    finally:  # an interrupt loses no completed trial
         store.add(waiting)
     tell(1.0)
     return collect_trials(space, metrics, units, (store.trials[draw] for draw in range(count)))
@@ -69,7 +71,7 @@ def _not_outlived(job: Job, reason: str) -> TrialResult:
 
 
 class SearchJob(Protocol):
-    """What a search for the worst case of one metric is given."""
+    """Worst-case search for one metric."""
 
     @property
     def asked(self) -> SearchKey: ...
@@ -82,7 +84,7 @@ def run_searches(
     share: JobSharing,
     tell: ProgressCallback,
 ) -> list[SearchResult]:
-    """The worst case of each job's metric, in their order, of which `store` has some."""
+    """Return the worst case of each job in order; searches in `store` are not repeated."""
     left = [job for job in jobs if job.asked not in store.worst]
     for done, (index, worst) in enumerate(share(look, left, 1, None), start=1):
         store.add_worst(left[index].asked, worst)
@@ -91,7 +93,10 @@ def run_searches(
 
 
 def starts_of(trials: Trials, metric: int, most: int) -> NDArray[np.int64]:
-    """The draws with the worst values of a metric, the worst first; empty where none has one."""
+    """Return the indices of the draws with the worst values of a metric, worst first.
+
+    The result is empty if no draw has a value.
+    """
     sign = 1.0 if trials.metrics[metric].relation == "<=" else -1.0
     badness = np.where(np.isnan(trials.found[:, metric]), -np.inf, sign * trials.found[:, metric])
     order = np.argsort(-badness, kind="stable")[:most]

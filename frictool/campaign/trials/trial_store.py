@@ -1,9 +1,8 @@
-"""File of trials, appended while a campaign runs: a killed campaign loses one batch at most, and
-the same command continues it.
+"""File of completed trials: a killed campaign loses at most one batch and can be continued.
 
-JSON, a line each: the header, which identifies the campaign; a trial [draw, found, met] or [draw,
-why it could not be simulated]; {"worst": ..} of a search that has ended. A trial whose line was cut
-off is played again.
+The file has one JSON value per line. The first is the header, which identifies the campaign. A
+trial is [draw, found, met] or [draw, reason why it could not be simulated]. A completed search is
+{"worst": ..}. A trial with an incomplete line is run again.
 """
 
 from __future__ import annotations
@@ -25,16 +24,15 @@ NO_TRIALS = "holds no kept trials; name another file, or remove this one"
 Header = Mapping[str, Any]
 SearchKey = tuple[
     str, int, int
-]  # of a search: metric, how many plants it may try, how many draws it knew
+]  # key of a search: metric, number of plants to try, number of draws
 
 
 class TrialStore:
-    """The file at `path`, or none where it is None: what is there of this campaign, and what is
-    added.
+    """Stored trials and searches of one campaign, in the file `path` or in memory only (None).
 
-    header: what makes a campaign another one; values as JSON has them. trials: by draw; worst: of
-    searches, by what was asked. Raises InputFileError where the file is of another campaign or
-    damaged, OutputError where it cannot be written.
+    `header`: JSON values that identify the campaign. `trials`: by draw. `worst`: searches by key.
+    Raises InputFileError if the file belongs to another campaign or is damaged, and OutputError if
+    it cannot be written.
     """
 
     def __init__(self, path: Path | None, header: Header) -> None:
@@ -50,9 +48,7 @@ class TrialStore:
             raise InputFileError(path, "is a directory; name a file in which trials are kept")
         try:
             self._file = path.open("a", encoding="utf-8")
-            _lock(
-                self._file, path
-            )  # before it is read: another campaign's last line may be half written
+            _lock(self._file, path)  # lock before reading: another campaign may be writing a line
             self._read(path, header)
         except OSError as error:
             self.close()
@@ -62,13 +58,13 @@ class TrialStore:
             raise
 
     def add(self, trials: Sequence[TrialResult]) -> None:
-        """Appends trials that have been played."""
+        """Append completed trials."""
         for trial in trials:
             self.trials[trial.draw] = trial
         self._write(*(_row(trial) for trial in trials))
 
     def add_worst(self, asked: SearchKey, worst: SearchResult) -> None:
-        """Appends the result of a search."""
+        """Append the result of a search."""
         self.worst[asked] = worst
         self._write(
             {
@@ -83,13 +79,12 @@ class TrialStore:
         )
 
     def remove(self) -> None:
-        """Closes and deletes the file, whose campaign is done."""
+        """Close and delete the file of a completed campaign."""
         self.close()
         if self.path is not None:
             self.path.unlink(missing_ok=True)
 
     def close(self) -> None:
-        """Closes the file."""
         if self._file is not None:
             self._file.close()
             self._file = None
@@ -105,7 +100,7 @@ class TrialStore:
     ) -> None:
         if (
             error is not None and not self.trials and not self.worst
-        ):  # nothing is lost, and no other campaign is in its way
+        ):  # the file is empty: delete it, so that it does not block another campaign
             self.remove()
         self.close()
 
@@ -125,8 +120,10 @@ class TrialStore:
             ) from None
 
     def _read(self, path: Path, header: Header) -> None:
-        """What is there, without what a kill has left of a line; a new file begins with the
-        header."""
+        """Read the stored trials.
+
+        Drop an incomplete last line, and write the header of a new file.
+        """
         assert self._file is not None
         data = path.read_bytes()
         lines = data.split(b"\n")[:-1]
@@ -156,7 +153,7 @@ class TrialStore:
 
 
 def _same_campaign(path: Path, found: Any, header: Header) -> None:
-    """Raises InputFileError with the first thing in which the file's campaign is another one."""
+    """Raise InputFileError with the first difference if the file belongs to another campaign."""
     if not isinstance(found, dict) or found.get("format") != FORMAT:
         raise InputFileError(path, NO_TRIALS)
     ours = json.loads(json.dumps(header))
@@ -166,7 +163,8 @@ def _same_campaign(path: Path, found: Any, header: Header) -> None:
             seen = f": found {there}, here {here}" if max(len(there), len(here)) <= 40 else ""
             raise InputFileError(
                 path,
-                f"is of another campaign, with another {key}{seen}; name another file, or remove this one",
+                f"is of another campaign, with another {key}{seen}; name another file, "
+                "or remove this one",
             )
 
 
@@ -196,7 +194,7 @@ def _worst(row: Mapping[str, Any]) -> SearchResult:
 
 
 def _number(value: float) -> float | str | None:
-    """JSON has neither nan nor infinities."""
+    """Return the value for JSON, which has neither NaN nor infinities."""
     return value if math.isfinite(value) else None if math.isnan(value) else repr(value)
 
 
@@ -205,8 +203,10 @@ def _float(value: Any) -> float:
 
 
 def _lock(file: TextIO, path: Path) -> None:
-    """Raises OutputError where another campaign writes the file; where a system has no such locks
-    nothing is known."""
+    """Lock the file, as far as the system has locks.
+
+    Raises OutputError if another campaign writes it.
+    """
     with contextlib.suppress(ImportError):
         import fcntl
 

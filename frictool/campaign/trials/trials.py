@@ -1,5 +1,4 @@
-"""What the trials of a campaign have given: a row a draw, in the order of the draws' indices,
-whoever has played them and when."""
+"""Results of a campaign's trials: one row per draw, in the order of the draws."""
 
 from __future__ import annotations
 
@@ -19,8 +18,7 @@ MET, BROKEN, UNDECIDED = 1, 0, -1
 
 @dataclass(frozen=True)
 class MetricLimit:
-    """A requirement of the specification: its name as `report` has it, its key, what it allows in
-    SI."""
+    """Requirement of the specification: its name in `report`, its key, and its limit in SI."""
 
     name: str
     key: str
@@ -30,10 +28,9 @@ class MetricLimit:
 
 
 class TrialResult(NamedTuple):
-    """Draw number `draw`, played and judged: found and met have a value for each metric, as in
-    Trials.
+    """Result of one draw: `found` and `met` for each metric, as in Trials.
 
-    failed: why it could not be simulated, or empty.
+    `failed`: reason why it could not be simulated, or empty.
     """
 
     draw: int
@@ -46,12 +43,16 @@ class TrialResult(NamedTuple):
 class Trials:
     """Results of n trials of d factors, judged by m metrics.
 
-    units (n, d): the draws in the unit cube; values (n, d): the same in SI (space.py). found (n,
-    m): the worst value over a trial's run, inf where it is beyond any (an axis that never settles),
-    nan where the metric does not exist or nothing was simulated. met (n, m): MET 1, BROKEN 0,
-    UNDECIDED -1, as `report` decides. passed (n,): the same for the whole trial (`trial_outcomes`).
-    failed: index -> reason why a trial could not be simulated; such a trial is BROKEN, and each of
-    its metrics is UNDECIDED.
+    `units` (n, d): the draws in the unit cube. `values` (n, d): the same in SI (space.py).
+
+    `found` (n, m): worst value over a trial's run. It is infinite for a failure without a number
+    (an axis that never settles), and NaN if the metric does not exist or nothing was simulated.
+
+    `met` (n, m): MET 1, BROKEN 0 or UNDECIDED -1, as `report` decides. `passed` (n,): the same for
+    the whole trial (`trial_outcomes`).
+
+    `failed`: index -> reason why a trial could not be simulated. Such a trial is BROKEN, and each
+    of its metrics is UNDECIDED.
     """
 
     space: FactorSpace
@@ -65,15 +66,17 @@ class Trials:
 
     @property
     def count(self) -> int:
-        """n."""
+        """Return the number of trials n."""
         return int(self.passed.size)
 
 
 def collect_trials(
     space: FactorSpace, metrics: Sequence[MetricLimit], units: Vector, trials: Iterable[TrialResult]
 ) -> Trials:
-    """All trials of the draws `units` (n, d), which come in any order. Raises ValueError where one
-    is missing."""
+    """Return the trials of the draws `units` (n, d), whose results come in any order.
+
+    Raises ValueError if one is missing.
+    """
     n, m = units.shape[0], len(metrics)
     found, met = np.full((n, m), np.nan), np.full((n, m), UNDECIDED, dtype=np.int8)
     there, failed = np.zeros(n, dtype=bool), dict[int, str]()
@@ -99,10 +102,11 @@ def collect_trials(
 
 
 def trial_outcomes(met: Marks, failed: Sequence[int] = ()) -> Marks:
-    """Return for each trial of `met` (n, m): BROKEN if it breaks a requirement or failed, UNDECIDED
-    if one is undecided, else MET (n,).
+    """Return the outcome (n,) of each trial from `met` (n, m).
 
-    A requirement that no trial decides is left out: the scenario cannot decide it for any plant.
+    A trial is BROKEN if it breaks a requirement or could not be simulated, UNDECIDED if a
+    requirement is undecided, else MET. A requirement that no trial decides is left out, because the
+    scenario cannot decide it for any plant.
     """
     decidable = met[:, (met != UNDECIDED).any(axis=0)]
     passed = np.where((decidable == UNDECIDED).any(axis=1), UNDECIDED, MET).astype(np.int8)

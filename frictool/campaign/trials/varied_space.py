@@ -1,5 +1,4 @@
-"""What a campaign of these documents varies, held against the plant, the scenario and the
-specification before anything is played."""
+"""Varied factors of a campaign, checked against plant, scenario and specification."""
 
 from __future__ import annotations
 
@@ -18,15 +17,17 @@ from frictool.simulate.spread_checks import check_spread
 
 
 def space_of_setting(setting: CampaignSetting) -> FactorSpace:
-    """What varies. Raises DocumentError where `spread` does not fit the plant or the scenario, or
-    nothing varies."""
+    """Return the space of varied factors.
+
+    Raises DocumentError if `spread` does not fit the plant or the scenario, or if nothing varies.
+    """
     plant, scenario = plant_of(setting.plant), setting.scenario
     reference, _ = StepTest(plant, setting.controller, setting.names).reference(
         nominal_of(scenario), setting.recorded
     )
     plant.check(
         setting.controller, replace(nominal_of(scenario), spread=scenario.spread), setting.names
-    )  # the blocks that it names
+    )  # checks the blocks that the scenario names
     check_spread(
         plant,
         setting.controller,
@@ -43,20 +44,20 @@ def space_of_setting(setting: CampaignSetting) -> FactorSpace:
     )
     if not space.factors:
         message = (
-            f"nothing varies: {setting.names.model} has no ranges; write spread, or low and high beside "
-            "the values of bench or mechanism"
+            f"nothing varies: {setting.names.model} has no ranges; write spread, or low "
+            "and high beside the values of bench or mechanism"
         )
         refuse(setting.names.scenario, "spread", message)
     return space
 
 
 def check_requirements(spec: Spec, name: str) -> None:
-    """Raises DocumentError where the specification, called `name`, asks for nothing that a run can
-    tell."""
+    """Raise DocumentError if the specification `name` has no requirement that a run can decide."""
     if all(getattr(spec, key) is None for key in REQUIREMENTS):
         raise DocumentError(
             name,
-            f"asks for nothing that a run can tell; write at least one of {', '.join(REQUIREMENTS)}",
+            "asks for nothing that a run can tell; write at least one of "
+            f"{', '.join(REQUIREMENTS)}",
             line=None,
             key="",
         )

@@ -1,5 +1,4 @@
-"""A worst case as it is kept: the scenario that plays it again, what is said above it, and what a
-page says of it."""
+"""Worst case of a requirement: its data, its scenario file, and the command that replays it."""
 
 from __future__ import annotations
 
@@ -19,16 +18,16 @@ from frictool.documents.writing import to_yaml
 
 Commands = Callable[
     [str], tuple[str, str]
-]  # of a scenario's base name: `command` and `typed` of a WorstCase
+]  # scenario's base name -> `command` and `typed` of a WorstCase
 
 
 @dataclass(frozen=True)
 class WorstCase:
-    """Of one requirement, campaign/statistics/findings.py `Worst`. values: of the factors, by name.
-    scenario: the file's base name.
+    """Worst case of one requirement, a WorstCaseView (campaign/statistics/findings.py).
 
-    command: what plays it again, by base names; typed: the same with the paths of the command line,
-    for a terminal and no document. played: that scenario.
+    `values`: factor values by name. `scenario`: base name of the file. `command`: command that
+    replays it, with base names. `typed`: the same with the paths of the command line, for the
+    terminal only. `played`: the scenario.
     """
 
     requirement: str
@@ -46,13 +45,12 @@ class WorstCase:
 
 
 def file_name(metric: MetricLimit) -> str:
-    """What the scenario of a metric's worst case is called."""
+    """Return the name of the scenario file for a metric's worst case."""
     return f"worst_{metric.name}.yaml"
 
 
 def commands_of(number: Number) -> Commands:
-    """Of documents in memory: the command that plays a scenario again where they are saved as
-    model.yaml and controller.yaml."""
+    """Return the replay commands of documents saved as model.yaml and controller.yaml."""
 
     def of(scenario: str) -> tuple[str, str]:
         words = replay_command(
@@ -71,7 +69,7 @@ def commands_of(number: Number) -> Commands:
 def replay_command(
     model: str, controller: str, scenario: str, observer: str | None, number: Number, output: str
 ) -> str:
-    """What plays a scenario again, as a shell takes it."""
+    """Return the shell command that replays a scenario."""
     words = ["frictool simulate", model, "--controller", controller, "--scenario", scenario]
     words += ["--observer", observer] if observer is not None else []
     words += ["--number", number] if number != "double" else []
@@ -79,12 +77,14 @@ def replay_command(
 
 
 def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
-    """The scenario's file in `folder`, with what it is above it; the scenario `origin` is what it
-    was made of."""
+    """Return the text of the scenario's file in `folder`, with a description above it.
+
+    `origin`: the scenario from which the campaign was made.
+    """
     found, played = case.searched, case.played
     name = f"worst {case.requirement.replace('_', ' ')}"
     replay = played.reference
-    if replay is not None:  # its path is one from the scenario's folder
+    if replay is not None:  # its path counts from the scenario's folder
         replay = msgspec.structs.replace(
             replay, log=Path(os.path.relpath(origin.parent / replay.log, folder)).as_posix()
         )
@@ -93,7 +93,8 @@ def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
     lines = [
         f"{case.requirement}: {shown}, where {case.relation} {case.limit:g} {case.unit}".rstrip()
         + f" is asked; the worst draw has {drawn}",
-        f"found among {found.evaluations} plants that a search has tried, made of {origin.name}; worse ones may exist",
+        f"found among {found.evaluations} plants that a search has tried, made of "
+        f"{origin.name}; worse ones may exist",
         case.command,
     ]
     body = to_yaml(msgspec.structs.replace(played, name=name, reference=replay))

@@ -1,5 +1,4 @@
-"""The worst case of each requirement: searched from the worst draws on, played once more, with the
-scenario that plays it again."""
+"""Worst-case searches of all requirements; each worst case is run again for its scenario."""
 
 from __future__ import annotations
 
@@ -24,13 +23,16 @@ from frictool.campaign.trials.trial_store import TrialStore
 from frictool.campaign.trials.trials import BROKEN, MET, Trials
 from frictool.campaign.trials.worst_case import Commands, WorstCase, file_name
 
-STARTS = 5  # worst draws that a search begins with
+STARTS = 5  # number of worst draws from which a search starts
 ProgressContext = Callable[[str], AbstractContextManager[ProgressCallback]]
 
 
 class SearchTask(NamedTuple):
-    """Of the metric `name`, number `metric`: the worst draw's value and its number, and worst draws
-    (k, d), of `draws`, to begin with."""
+    """Search for the worst case of the metric `name` with index `metric`.
+
+    `drawn`: value of the worst draw. `noise`: index of this draw. `starts` (k, d): worst draws.
+    `draws`: number of draws.
+    """
 
     name: str
     metric: int
@@ -44,12 +46,12 @@ class SearchTask(NamedTuple):
 
     @property
     def asked(self) -> tuple[str, int, int]:
-        """What makes the search another one, within its campaign."""
+        """Return the key of the search within its campaign."""
         return self.name, self.evaluations, self.draws
 
 
 class WorstSearch:
-    """Called with a SearchTask: the search, every plant of it under the noise of the worst draw."""
+    """Function that runs a SearchTask; every plant has the noise of the worst draw."""
 
     def __init__(self, trial: TrialPlayer) -> None:
         self.trial = trial
@@ -80,10 +82,11 @@ def worst_cases(
     commands: Commands,
     progress: ProgressContext,
 ) -> list[WorstCase]:
-    """Of each requirement that any draw decides: the worst case that a search of so many plants
-    finds.
+    """Return the worst case of each requirement that any draw decides.
 
-    commands: what plays a scenario again. progress: of a label, what is told the part that is done.
+    `evaluations`: number of plants for each search. `commands` returns the replay command of a
+    scenario. `progress(label)`: context manager that yields a callback taking the completed
+    fraction.
     """
     jobs = [
         job
@@ -120,7 +123,7 @@ def _task(trial: TrialPlayer, trials: Trials, index: int, evaluations: int) -> S
 def _kept(
     trial: TrialPlayer, trials: Trials, index: int, worst: SearchResult, commands: Commands
 ) -> WorstCase:
-    """Played once more, so that what is said of it is what its scenario gives."""
+    """Run the worst point again and return it, so that its values are those of its scenario."""
     metric, unit = trials.metrics[index], np.array(worst.unit)
     again = trial.played(unit, worst.noise)
     values = trial.space.values(unit[None, :])[0]

@@ -1,1 +1,1 @@
-"""Findings for people, pages and programs."""
+"""Findings of a campaign as text, page, figures, JSON, YAML and CSV."""

@@ -1,7 +1,6 @@
-"""The figures of a campaign: pass rates, each metric against its limit, failures over the range of
-a factor and in the plane of two.
+"""Figures of a campaign: pass rates, metrics against limits, and failures over the factors.
 
-Whatever the number of trials, a figure has some hundred elements: what is many is counted in bins.
+Large numbers of trials are binned, so that a figure has a few hundred elements at most.
 """
 
 from __future__ import annotations
@@ -38,15 +37,17 @@ from frictool.presentation.svg import INK, MUTED, render_compact
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-POINTS = 240  # of a distribution's curve
-FACTORS = 6  # of which the failures over the range are drawn
-ROW = 0.3  # inches of a row of rates
+POINTS = 240  # number of points of a distribution curve
+FACTORS = 6  # largest number of factors with a figure of failures over their range
+ROW = 0.3  # inches, height of a row of rates
 
 
 @dataclass(frozen=True)
 class CampaignFigure:
-    """title and caption are texts of the page, which escapes them; svg is an `<svg>` element of
-    ours."""
+    """Figure for the page: `title` and `caption` are plain text, `svg` is an `<svg>` element.
+
+    The page escapes the texts.
+    """
 
     title: str
     svg: str
@@ -54,7 +55,7 @@ class CampaignFigure:
 
 
 def rates(found: Findings) -> CampaignFigure:
-    """The share that passes as a whole and requirement by requirement, each with its interval."""
+    """Return the figure of the pass rate as a whole and for each requirement, with intervals."""
     rate = found.rate
     rows = [("all of them", rate.passed, rate.undecided)]
     rows += [
@@ -103,12 +104,13 @@ def rates(found: Findings) -> CampaignFigure:
     return CampaignFigure(
         "What passes",
         svg,
-        f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{asked} What cannot be told counts on neither side.",
+        f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{asked} What "
+        "cannot be told counts on neither side.",
     )
 
 
 def metric(found: Findings, one: Distribution) -> CampaignFigure | None:
-    """Histogram and distribution against the limit; None where no two finite values differ."""
+    """Return the histogram and distribution of a metric; None if it does not vary."""
     if not one.varies:
         return None
     name, unit = one.metric.name.replace("_", " "), unit_shown(one.metric.unit)
@@ -141,7 +143,7 @@ def metric(found: Findings, one: Distribution) -> CampaignFigure | None:
 
 
 def causes(found: Findings) -> list[CampaignFigure]:
-    """The share that fails over the range of each factor that the failures come from."""
+    """Return a figure of the failing share over the range of each factor that causes failures."""
     questions = found.sensitivity.questions
     if not questions or questions[0].name != "":
         return []
@@ -149,8 +151,10 @@ def causes(found: Findings) -> list[CampaignFigure]:
 
 
 def failing_plane(found: Findings) -> CampaignFigure | None:
-    """Where in the plane of the two leading factors the trials fail; None without failures or a
-    second factor."""
+    """Return the figure of failures in the plane of the two leading factors.
+
+    None without failures or without a second factor.
+    """
     pair = found.sensitivity.pair
     if pair is None:
         return None
@@ -192,14 +196,13 @@ def _bars(axes: Axes, one: Distribution) -> None:
 
 
 def _curve(axes: Axes, found: Findings, one: Distribution) -> None:
-    """The share of trials with at most each value, of all that have one, those beyond any included;
-    and its band."""
+    """Draw the cumulative distribution of all trials with a value, and its confidence band."""
     index = found.trials.metrics.index(one.metric)
     known = np.sort(found.trials.found[~np.isnan(found.trials.found[:, index]), index])
     finite = known[np.isfinite(known)]
     kept = np.unique(np.round(np.linspace(0.0, finite.size - 1.0, POINTS)).astype(int))
     values, shares = finite[kept], (kept + 1.0) / known.size
-    if not found.rate.whole:  # of the whole curve at once: Dvoretzky, Kiefer and Wolfowitz
+    if not found.rate.whole:  # simultaneous band of Dvoretzky, Kiefer and Wolfowitz
         half = np.sqrt(
             np.log(2.0 / (1.0 - found.rate.confidence))
             / (2.0 * max(1, known.size - (found.rate.method == "latin")))
@@ -221,7 +224,10 @@ def _metric_caption(found: Findings, one: Distribution, drawn: bool) -> str:
     said = [f"{share} the limit {relation} {quantity(one.metric.limit, unit)}"]
     said[0] += " (dashed)." if drawn else ", which lies outside of the picture."
     if one.bound is not None:
-        bound = f"{relation} {quantity(one.bound, unit)} (dotted; {percent_text(found.rate.confidence)} confidence)"
+        bound = (
+            f"{relation} {quantity(one.bound, unit)} (dotted; "
+            f"{percent_text(found.rate.confidence)} confidence)"
+        )
         said.append(f"{percent_text(COVERED)} of all plants are {bound}.")
     if one.histogram.outside:
         said.append(f"{one.histogram.outside} with finite values lie outside of the picture.")

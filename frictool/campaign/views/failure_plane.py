@@ -1,4 +1,4 @@
-"""Trials in the plane of two factors: few as points, many as the share that fails in each cell."""
+"""Plot of trials in the plane of two factors: points, or failing share per cell for many trials."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 MOST_POINTS = 1500
-CELLS = 24  # a side
-STEPS = 16  # of the shading
+CELLS = 24  # number of cells per side
+STEPS = 16  # number of shades
 SCALE = LinearSegmentedColormap.from_list("failing", ["#f2f4f7", "#f0c3a8", "#d9694a", "#8c1d18"])
 
 
 def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
-    """Draws them on empty axes; returns what the caption has to say."""
+    """Draw the trials on empty axes; return text for the caption."""
     x, y = edges(trials, first), edges(trials, second)
     axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     for axis, factor, ends in ((axes.xaxis, first, x), (axes.yaxis, second, y)):
@@ -33,15 +33,17 @@ def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
             axis.set_ticks(np.unique(trials.values[:, factor]))
     few = (
         trials.count <= MOST_POINTS and min(x.size, y.size) > CELLS
-    )  # where a factor has few values, points would hide each other
+    )  # if a factor has few values, points would hide one another
     return (
         _points(axes, trials, first, second) if few else _cells(axes, trials, first, second, x, y)
     )
 
 
 def edges(trials: Trials, factor: int) -> Vector:
-    """Ends of the cells of a factor: CELLS over its range, or one around each value where it has
-    fewer."""
+    """Return the cell edges of a factor: CELLS cells over its range, or one cell around each value.
+
+    There is one cell around each value if the factor has at most CELLS / 2 values.
+    """
     one, levels = trials.space.factors[factor], np.unique(trials.values[:, factor])
     if 1 < levels.size <= CELLS // 2:
         middles = 0.5 * (levels[:-1] + levels[1:])
@@ -62,12 +64,11 @@ def _points(axes: Axes, trials: Trials, first: int, second: int) -> str:
 
 
 def _dots(axes: Axes, x: Vector, y: Vector, colour: str, size: float, opacity: float) -> None:
-    """One path of round ends and no length in place of a marker an element: a fifth of the
-    bytes."""
+    """Draw points as one path of round line ends; it takes a fifth of the bytes of markers."""
     corners = np.repeat(np.stack([x, y], axis=1), 2, axis=0)
     codes = np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=Path.code_type), x.size)
     path = Path(corners, codes)
-    path.should_simplify = False  # it would take pieces without a length for nothing
+    path.should_simplify = False  # simplification would remove segments without length
     axes.add_patch(
         PathPatch(
             path, fill=False, edgecolor=colour, linewidth=size, capstyle="round", alpha=opacity
@@ -85,7 +86,7 @@ def _cells(axes: Axes, trials: Trials, first: int, second: int, x: Vector, y: Ve
     share = np.divide(
         failing, everything, out=np.full_like(failing, np.nan), where=everything > 0.0
     )
-    for step in range(STEPS + 1):  # a path a colour, and not an element a cell
+    for step in range(STEPS + 1):  # one path per colour instead of one element per cell
         chosen = np.argwhere(np.rint(share * STEPS) == step)
         if chosen.size:
             axes.add_patch(
@@ -101,7 +102,7 @@ def _cells(axes: Axes, trials: Trials, first: int, second: int, x: Vector, y: Ve
 
 
 def _boxes(x: Vector, y: Vector, cells: NDArray[np.int64]) -> Path:
-    """The outlines of cells (k, 2), numbered along x and y."""
+    """Return the outlines of cells (k, 2), given by their indices along x and y."""
     i, j = cells.T
     corners = np.stack([x[[i, i + 1, i + 1, i, i]], y[[j, j, j + 1, j + 1, j]]], axis=-1)
     codes = np.tile(

@@ -1,4 +1,4 @@
-"""What the figures of a campaign's page have in common: style, margins, colours."""
+"""Common style of a campaign's figures: settings, margins and colours."""
 
 from __future__ import annotations
 
@@ -24,20 +24,22 @@ STYLE: dict[str, Any] = {
 
 
 def drawing(name: str) -> AbstractContextManager[None]:
-    """The settings under which the figure `name` is drawn and rendered."""
+    """Return the context of settings in which the figure `name` is drawn and rendered."""
     return svg.drawing(name, STYLE)
 
 
 def new_figure(
     rows: int = 1, height: float = HEIGHT, left: float = MARGINS.left
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with `rows` axes over one abscissa."""
+    """Return a figure with `rows` axes over a common abscissa."""
     return svg.panels((WIDTH, height), MARGINS._replace(left=left), rows)
 
 
 def axis_label(name: str, unit: str, number: int) -> str:
-    """A factor's name on an axis, if the figures' font has its letters for certain; else its
-    number. The page's headings have it in full.
+    """Return an axis label with the factor's name, or with its number.
+
+    The number replaces a name that is long or that the figures' font may not have the letters for.
+    The headings of the page show the full name.
     """
     shown = (
         name

@@ -1,5 +1,7 @@
-"""A campaign for programs: what `frictool campaign --json` prints. A value that does not exist, or
-is beyond any, is null."""
+"""JSON view of a campaign for `frictool campaign --json`.
+
+A value that is absent or infinite is null.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,7 @@ from frictool.campaign.statistics.sensitivity import FailureComparison, MetricIn
 from frictool.campaign.trials.trials import Trials
 from frictool.campaign.views.messages import caveat, headline
 
-FORMAT = "campaign/2"  # 2: the verdict has three states
+FORMAT = "campaign/2"  # since version 2 the verdict has three states
 VERDICTS: dict[Outcome, str] = {
     "PASS": "pass",
     "FAIL": "fail",
@@ -23,10 +25,10 @@ VERDICTS: dict[Outcome, str] = {
 
 
 def as_json(found: Findings) -> dict[str, Any]:
-    """Return counts, rate, metrics, and the sources of failures and variance; `verdict` is `pass`,
-    `fail` or `undecided`.
+    """Return counts, pass rate, metrics and sensitivities as JSON values.
 
-    If a requested rate is not shown, `verdict` is `fail` and `outcome` is NOT SHOWN.
+    `verdict` is `pass`, `fail` or `undecided`. If a requested rate is not shown, `verdict` is
+    `fail` and `outcome` is NOT SHOWN.
     """
     rate, pair, factors = found.rate, found.sensitivity.pair, found.trials.space.factors
     return {

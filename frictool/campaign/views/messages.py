@@ -1,4 +1,4 @@
-"""Numbers and sentences of a campaign as people read them; text and page share them."""
+"""Numbers and sentences of a campaign, common to text and page."""
 
 from __future__ import annotations
 
@@ -10,26 +10,28 @@ from frictool.campaign.statistics.pass_rate import PassRate
 
 
 def number(value: float | None) -> str:
-    """Four digits; "never" of what is beyond any value, a dash of none."""
+    """Return the number with four digits, "never" for infinity, a dash for an absent value."""
     if value is None or math.isnan(value):
         return "–"
     return "never" if math.isinf(value) else f"{value + 0.0:.4g}"
 
 
 def unit_shown(unit: str) -> str:
-    """`A^2` with its exponent, nothing of a pure number."""
+    """Return the unit with superscript exponent; empty for a pure number."""
     return "" if unit == "1" else unit.replace("^2", "²")
 
 
 def quantity(value: float | None, unit: str) -> str:
-    """A number with its unit."""
+    """Return a number with its unit."""
     text, unit = number(value), unit_shown(unit)
     return f"{text} {unit}" if unit and text not in ("–", "never") else text
 
 
 def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
-    """A share in % with a decimal, with two digits of what it lacks of 0 or of 100 where that is
-    less than 1 %; a bound is rounded to its side.
+    """Return a share in % with one decimal, or more near 0 and 100 %.
+
+    A difference from 0 or 100 % below 1 % is shown with two digits. `toward` is the direction of
+    rounding, so that a bound stays a bound.
     """
     if share in (0.0, 1.0):
         return f"{100.0 * share:.0f} %"
@@ -44,19 +46,19 @@ def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") 
 
 
 def percent_text(share: float) -> str:
-    """A share that somebody chose, as it was written."""
+    """Return a share that the user chose, with all its digits."""
     return f"{100.0 * share:.12g} %"
 
 
 def chance_text(chance: float | None) -> str:
-    """That it is chance; nothing where nothing is random."""
+    """Return the p-value as text; empty if nothing is random."""
     if chance is None:
         return ""
     return "chance below 1e-6" if chance < 1e-6 else f"chance {chance:.1g}"
 
 
 def headline(found: Findings) -> str:
-    """One sentence that begins with the outcome."""
+    """Return one sentence that begins with the outcome."""
     rate = found.rate
     undecided_requirements = [name.replace("_", " ") for name in found.undecided_requirements]
     return f"{found.outcome}: {_counted(rate)}{_rated(rate)}{_asked(found)}" + (
@@ -79,13 +81,16 @@ def _counted(rate: PassRate) -> str:
 
 
 def _rated(rate: PassRate) -> str:
-    """What the count says of all plants."""
+    """Return the conclusion on all plants; empty without an interval."""
     if rate.at_least is None or rate.low is None or rate.high is None:
         return ""
     population = "of all vertices " if rate.method == "vertices" else ""
     confidence = percent_text(rate.confidence)
     if rate.passed == rate.count:
-        return f"; at most {percent(1.0 - rate.at_least, 'up')} {population}fail ({confidence} confidence)"
+        return (
+            f"; at most {percent(1.0 - rate.at_least, 'up')} {population}fail ({confidence} "
+            "confidence)"
+        )
     if rate.failed == rate.count:
         return f"; at most {percent(rate.high, 'up')} {population}pass ({confidence} interval)"
     share = (
@@ -109,7 +114,10 @@ def _asked(found: Findings) -> str:
         return f"; that is {percent(rate.share)} of them, asked are {percent_text(asked)}"
     shown = f"; shown are {percent(rate.at_least, 'down')}, asked {percent_text(asked)}"
     if asked == 1.0:
-        return f"{shown}, which no number of draws shows; ask for less, or for no rate, so that every draw has to pass"
+        return (
+            f"{shown}, which no number of draws shows; ask for less, or for no rate, so "
+            "that every draw has to pass"
+        )
     needed = found.draws_needed
     return (
         shown if needed is None else f"{shown}: {needed} draws would do if as many of them passed"
@@ -117,12 +125,12 @@ def _asked(found: Findings) -> str:
 
 
 def caveat(found: Findings) -> str:
-    """What the pass rate is of, and what it is not."""
+    """Return a sentence on the population that the pass rate refers to."""
     rate = found.rate
     if rate.whole:
         return (
-            "Every combination of the factors' ends was played once: these are no draws, so that they have no pass rate, and nothing is "
-            "told of what lies between."
+            "Every combination of the factors' ends was played once: these are no "
+            "draws, so that they have no pass rate, and nothing is told of what lies between."
         )
     if rate.method == "vertices":
         return (
@@ -137,6 +145,7 @@ def caveat(found: Findings) -> str:
         else "its range"
     )
     return (
-        f"The factors were drawn {drawn}, each uniformly over {over}: the rate is of plants that are spread like that, and "
+        f"The factors were drawn {drawn}, each uniformly over {over}: the rate is of "
+        "plants that are spread like that, and "
         "no probability of the field unless the product is."
     )

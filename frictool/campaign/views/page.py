@@ -1,5 +1,4 @@
-"""The campaign as one HTML file: the answer, what passes, where failures come from, each metric,
-worst cases. No script, no request."""
+"""Campaign report as one HTML file without scripts and requests."""
 
 from __future__ import annotations
 
@@ -32,12 +31,13 @@ from frictool.documents.provenance import Provenance
 from frictool.presentation.page import render_page
 
 TONES = {"PASS": "met", "FAIL": "broken", "UNDECIDED": "open", "NOT SHOWN": "open"}
-FACTORS, MORE = 12, 40  # columns of the table of shares; rows of a table of factors or of reasons
+# number of columns of the table of shares; number of rows of tables of factors or reasons
+FACTORS, MORE = 12, 40
 
 
 @dataclass(frozen=True)
 class ShareCell:
-    """A share in the table: its text, how dark 0..1, and what a pointer over it tells."""
+    """Cell of the table of shares: text, shading 0 to 1, and tooltip."""
 
     text: str
     weight: float
@@ -45,8 +45,10 @@ class ShareCell:
 
 
 def page(found: Findings, provenance: Provenance) -> str:
-    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the
-    template."""
+    """Return the HTML text; the same inputs give the same bytes.
+
+    The template escapes every text from a file.
+    """
     metrics = [
         picture for one in found.distributions if (picture := metric(found, one)) is not None
     ]
@@ -87,13 +89,12 @@ def page(found: Findings, provenance: Provenance) -> str:
 
 
 def _embedded(picture: CampaignFigure) -> dict[str, str]:
-    """The picture for the template: the SVG is ours and goes in as it is, the texts are escaped
-    like any other."""
+    """Return the figure for the template: the SVG is inserted as it is, the texts are escaped."""
     return {"title": picture.title, "svg": Markup(picture.svg), "caption": picture.caption}
 
 
 def _reasons(found: Findings) -> list[tuple[str, int, int]]:
-    """Why trials could not be simulated, how many, and the first draw; the commonest first."""
+    """Return (reason, number of trials, first draw) of failed runs, most frequent first."""
     counts: dict[str, list[int]] = {}
     for draw, reason in found.trials.failed.items():
         counts.setdefault(reason, []).append(draw)
@@ -104,7 +105,7 @@ def _reasons(found: Findings) -> list[tuple[str, int, int]]:
 
 
 def _rows(found: Findings, question: FailureComparison) -> list[tuple[str, str, str, str]]:
-    """Of the factors that are told apart: label, where, how many fail, chance."""
+    """Return (label, direction, failing shares, p-value) of each named factor."""
     factors = found.trials.space.factors
     return [
         (
@@ -119,8 +120,10 @@ def _rows(found: Findings, question: FailureComparison) -> list[tuple[str, str, 
 
 
 def _columns(found: Findings) -> list[int]:
-    """The factors of the table of shares: those that are told apart anywhere, of these the ones
-    with the largest shares, in their order."""
+    """Return the factors of the table of shares, in order.
+
+    They are the named factors with the largest shares in any metric.
+    """
     influences = found.sensitivity.influences
     named = {i for one in influences for i in one.named}
     largest = {
@@ -131,8 +134,10 @@ def _columns(found: Findings) -> list[int]:
 
 
 def _table(found: Findings) -> list[tuple[str, str, list[ShareCell], float | None]]:
-    """A row a metric: name, why there are no shares, shares, rest; and one of its ranks, where
-    these tell more."""
+    """Return rows (name, reason without shares, shares, rest), one for each metric.
+
+    A second row shows the shares of the ranks if these reveal more.
+    """
     rows = []
     for one, influence in zip(found.distributions, found.sensitivity.influences, strict=True):
         name = one.metric.name.replace("_", " ")
@@ -150,7 +155,7 @@ def _table(found: Findings) -> list[tuple[str, str, list[ShareCell], float | Non
 
 
 def _cells(found: Findings, influence: MetricInfluence, ranks: bool) -> list[ShareCell]:
-    """One for each column."""
+    """Return one cell for each column."""
     cells = []
     for i in _columns(found) if influence.shares else []:
         one, named = influence.shares[i], i in influence.named
@@ -165,7 +170,7 @@ def _cells(found: Findings, influence: MetricInfluence, ranks: bool) -> list[Sha
 
 
 def _values(found: Findings, one: WorstCaseView) -> str:
-    """A worst case's factors: "Coulomb friction 0.14 N m, ..."."""
+    """Return a worst case's factor values as text, such as "Coulomb friction 0.14 N m, ..."."""
     known = {factor.name: factor for factor in found.trials.space.factors}
     return ", ".join(
         f"{known[name].label} {quantity(value, known[name].unit)}"

@@ -1,5 +1,4 @@
-"""What `campaign` tells people at a terminal: a row a requirement, where failures come from, what
-the metrics depend on, worst cases."""
+"""Text view of a campaign for the terminal: requirements, sensitivities and worst cases."""
 
 from __future__ import annotations
 
@@ -22,12 +21,12 @@ from frictool.campaign.views.messages import (
 )
 
 COLOURS = {"PASS": "green", "FAIL": "red", "UNDECIDED": "yellow", "NOT SHOWN": "yellow"}
-REASONS = 5  # told why trials could not be simulated
-MOST = 8  # factors told of one question
+REASONS = 5  # largest number of reasons shown
+MOST = 8  # largest number of factors shown per comparison
 
 
 def lines(found: Findings, colour: bool = False) -> list[str]:
-    """The whole account; the answer is the last line."""
+    """Return the text lines of the findings; the outcome is the last line."""
     answer = printable(headline(found))
     told = [
         *_requirements(found),
@@ -44,13 +43,15 @@ def lines(found: Findings, colour: bool = False) -> list[str]:
 
 
 def printable(text: str) -> str:
-    """Without control characters, which a terminal would obey; names come from files."""
+    """Return the text without control characters, which a terminal would obey.
+
+    Names come from files.
+    """
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def aligned(rows: Sequence[Sequence[str]], words: int = 1) -> list[str]:
-    """Rows of one length as lines; the first columns, which are words, to the left, numbers to the
-    right."""
+    """Return rows as aligned lines: the first `words` columns left, the others right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     cells = [
         [
@@ -63,8 +64,10 @@ def aligned(rows: Sequence[Sequence[str]], words: int = 1) -> list[str]:
 
 
 def fails_where(found: Findings, factor: int, place: FailureRegion) -> str:
-    """Around which values of a factor most and fewest fail: "fails 40 % around 0.14 N m, 0 % around
-    0.11 N m"."""
+    """Return the factor values with the largest and the smallest failing share.
+
+    Example: "fails 40 % around 0.14 N m, 0 % around 0.11 N m".
+    """
     one, shares = found.trials.space.factors[factor], place.failing
     near = "at" if found.rate.whole or one.whole else "around"
 
@@ -77,8 +80,10 @@ def fails_where(found: Findings, factor: int, place: FailureRegion) -> str:
 
 
 def influence_told(found: Findings, influence: MetricInfluence) -> list[str]:
-    """The factors with an influence and their shares, in a line; in a second one those of the
-    ranks, where these tell more."""
+    """Return a line with the named factors and their shares of the variance.
+
+    A second line shows the shares of the ranks if these reveal more.
+    """
     if influence.reason:
         return [influence.reason]
     if not influence.named:
@@ -99,7 +104,7 @@ def _shares_told(
     shares: Sequence[tuple[float, float]],
     rest: float | None,
 ) -> str:
-    """The largest first, each with its error; those that round to nothing together at the end."""
+    """Return the shares with errors, the largest first; shares below 0.5 % are listed together."""
     order = sorted(influence.named, key=lambda i: -shares[i][0])
     factors = found.trials.space.factors
     alone = [
@@ -118,7 +123,7 @@ def _shares_told(
 
 
 def share_text(share: float, error: float) -> str:
-    """A share with its standard deviation; without one where nothing is random."""
+    """Return a share with its standard deviation, or without one if the error is 0."""
     digits = 0 if error >= 0.0095 else 1
     return (
         _whole(share)
@@ -198,7 +203,7 @@ def _failures(found: Findings) -> list[str]:
 
 
 def pair_told(found: Findings) -> list[str]:
-    """What the two leading factors do together, where that is more than chance."""
+    """Return a line on the interaction of the two leading factors; none if it is within noise."""
     pair = found.sensitivity.pair
     if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
         return []
@@ -210,7 +215,7 @@ def pair_told(found: Findings) -> list[str]:
 
 
 def question_text(question: FailureComparison) -> str:
-    """What is compared, in words."""
+    """Return the name of a comparison."""
     return {"": "what fails", "not simulated": "what could not be simulated"}.get(
         question.name, f"what breaks {question.name.replace('_', ' ')}"
     )
@@ -271,7 +276,8 @@ def _worst(found: Findings) -> list[str]:
         )
         limit = f"{one.relation} {number(one.limit)} {unit_shown(one.unit)}".rstrip()
         told += [
-            f"  {one.requirement.replace('_', ' ')} {quantity(one.value, one.unit)} where {limit} is asked: {values}",
+            f"  {one.requirement.replace('_', ' ')} {quantity(one.value, one.unit)} "
+            f"where {limit} is asked: {values}",
             f"    {one.typed}",
         ]
     return ["", "worst cases found by search", *told] if told else []

@@ -1,4 +1,4 @@
-"""All trials as a table, a row a draw, for whoever wants to look at them with other tools."""
+"""CSV table of all trials, one row per draw, for other tools."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ MARKS = {MET: "met", BROKEN: "broken"}
 
 
 def as_csv(trials: Trials) -> str:
-    """draw, passed, why it was not simulated, each factor [SI], each metric [SI] and whether it is
-    met; empty where there is nothing."""
+    """Return the CSV text; an absent value is empty.
+
+    Columns are draw, passed, reason if not simulated, each factor [SI], each metric [SI] and its
+    outcome.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     units = [_headed(factor.name, factor.unit) for factor in trials.space.factors]

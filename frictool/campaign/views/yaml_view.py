@@ -1,4 +1,4 @@
-"""A campaign as YAML: what `--json` prints, with where it comes from."""
+"""YAML view of a campaign: the JSON view with provenance."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from frictool.documents.writing import tree_to_yaml
 
 
 def as_document(found: Findings, provenance: Provenance) -> str:
-    """The text; the same inputs give the same bytes. What has no value, or is beyond any, is
-    null."""
+    """Return the YAML text; the same inputs give the same bytes.
+
+    An absent or infinite value is null.
+    """
     tree = {**as_json(found), "provenance": msgspec.to_builtins(provenance)}
     return tree_to_yaml(_finite(tree))
 
