@@ -52,7 +52,8 @@ _Dumper.add_representer(float, _float)
 _Dumper.add_representer(str, _text)
 _Dumper.add_representer(dict, _mapping)
 _Dumper.add_representer(list, _sequence)
-_Dumper.ignore_aliases = lambda self, data: True  # no anchors in documents for people
+# no anchors in documents for people
+_Dumper.ignore_aliases = lambda self, data: True  # type: ignore[method-assign]
 
 
 def to_yaml(document: msgspec.Struct) -> str:

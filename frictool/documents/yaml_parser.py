@@ -17,7 +17,8 @@ from frictool.documents.yaml_scalars import Loader
 try:
     from yaml._yaml import CParser
 except ImportError:  # PyYAML built without libyaml
-    CParser = None  # the parser in Python replaces it
+    # the parser in Python replaces it
+    CParser = None  # type: ignore[assignment, misc]
 
 MAX_DEPTH = 100
 MAX_NODES = 200_000  # the largest document takes some seconds; an alias counts on each use

@@ -26,7 +26,6 @@ class LossList(list[DataLoss]):
         self._kinds: dict[
             tuple[tuple[str, ...], str], tuple[int, int]
         ] = {}  # (channels, reason) -> count, index of the last
-        self.settled = 0  # number of losses whose span is set
 
     def append(self, loss: DataLoss) -> None:
         kind = (loss.channels, loss.reason if len(self) < MOST else "")

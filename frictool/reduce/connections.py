@@ -94,7 +94,6 @@ def _coupling(name: str, couplings: Couplings, k: int) -> Connection:
         float(couplings.ratio[k]), float(couplings.offset[k]), float(couplings.gap[k]),
         float(couplings.drive_loss[k]), float(couplings.back_loss[k]),
         True, float(couplings.stiffness[k]), float(couplings.damping[k]),
-        bool(couplings.curve[k] >= 0),
     )  # fmt: skip
 
 

@@ -17,8 +17,6 @@ from frictool.plant.mechanism.linearisation import linearise
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.compliance import compliant_links
 
-# relative to the fastest pole; the two poles of the rigid-body motion are below it
-STILL = 1e-5
 FAR = 1e4  # relative to the fastest pole: larger zeros are at infinity
 HIDDEN = 1e-6  # relative distance of a pole and a zero that cancel
 

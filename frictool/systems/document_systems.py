@@ -126,8 +126,8 @@ def loop_system(controller: Controller, vertex: str) -> Lti:
     _require(controller, Controller)
     if controller.linear.input != "eta":
         raise FrictoolError(
-            f"{controller.name}: its linear controller sees the speed and not eta; its loops "
-            "are those of verify/effective.py"
+            f"{controller.name}: its linear controller takes a speed and not eta; loop_system "
+            "needs a controller of eta"
         )
     blocks = {
         "controller": DiagramBlock(controller_system(controller), (ETA,), (ASKED,)),

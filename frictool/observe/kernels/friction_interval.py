@@ -35,7 +35,6 @@ FORGET = 1.0 / 256.0  # weight of a new sample at rest in the mean square of the
 VALUE, LOW, HIGH = 0, 1, 2
 ROUNDING = 1e-9  # relative tolerance of half a backlash
 ZONE_SIZE = 5  # from, to, wear, low, high
-AXES = 3  # rows: the model's axis, and that with least and with most viscous friction
 
 
 @kernel
