@@ -31,6 +31,7 @@ FRAMED = (
     Opcode.CHUNK,
     Opcode.MESSAGE_INDEX,
 )  # records with inner lengths, which confirm the record's length
+FOOTER_LENGTH = 20  # bytes
 CHECKED = (Opcode.DATA_END, Opcode.FOOTER)  # records with a CRC of the bytes before them
 _HEAD = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
@@ -147,7 +148,13 @@ class FileRecords:
             length <= RECORD_BYTES or opcode == Opcode.ATTACHMENT
         )
         fits &= opcode != Opcode.MESSAGE or length >= MESSAGE_HEAD
+        fits &= opcode != Opcode.FOOTER or self._is_last(length)
         return known and fits
+
+    def _is_last(self, length: int) -> bool:
+        """Return whether a footer of this length ends the file, but for the closing magic."""
+        after = self._bytes.peek(FOOTER_LENGTH + len(MAGIC))[FOOTER_LENGTH:]
+        return length == FOOTER_LENGTH and after == MAGIC[: len(after)]
 
     def _wrong_crc(self, opcode: int, head: bytes, body: bytes, before: int | None) -> str | None:
         """Return a text if the CRC of the data section or the summary is wrong, else None.
@@ -254,4 +261,4 @@ def _coherent(opcode: int, length: int, body: bytes) -> bool:
         return 4 + 4 + int.from_bytes(body[4:8], "little") <= length
     if opcode == Opcode.MESSAGE and length >= MESSAGE_HEAD:
         return body[13] < 0x80 and body[21] < 0x80  # times fit 63 bits
-    return (opcode, length) in ((Opcode.DATA_END, 4), (Opcode.FOOTER, 20))
+    return (opcode, length) in ((Opcode.DATA_END, 4), (Opcode.FOOTER, FOOTER_LENGTH))
