@@ -154,7 +154,7 @@ def command(
     **servo: Any,
 ) -> None:
     if events is not None and (not is_mechanism(model) or excitation is not None):
-        raise click.UsageError("--events is of a mechanism that plays a scenario.")
+        raise click.UsageError("--events works with a mechanism and a scenario only.")
     inputs = [
         path for path in (model, controller, scenario, observer, excitation) if path is not None
     ]
