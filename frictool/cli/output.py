@@ -263,8 +263,7 @@ class FiniteRange(click.FloatRange):
             self.fail(f"{number} is not a finite number.", param, ctx)
         if number and not self.LEAST <= abs(number) <= self.LARGEST:
             self.fail(
-                f"found: {number:g}; allowed: 0, or {self.LEAST:g} to "
-                f"{self.LARGEST:g} in size.",
+                f"found: {number:g}; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in size.",
                 param,
                 ctx,
             )
