@@ -137,9 +137,9 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """Yield a `map` over processes, or over this one.
+    """Yield a function like `map` that runs in `workers` processes, or in this process for one.
 
-    Processes start without inherited state; an interrupt ends them with the block.
+    The processes start without inherited state. An interrupt of this process ends them.
     """
     if workers <= 1:
         yield map

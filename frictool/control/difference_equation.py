@@ -5,7 +5,7 @@
 Sums are formed in this order: d e, then c x; b e, l times the excess, then a x. Terms whose
 coefficient is 0 are left out.
 
-An integrator is a state whose row of `a` is that of the identity. It may be held: while the drive
+An integrator is a state whose row of `a` equals the row of the identity matrix. It may be held: while the drive
 is released (5.2.2), and with `conditional` also at rest and while the drive is limited and the
 input would move it further. At rest every other state is set to 0.
 
@@ -31,7 +31,10 @@ DIED = 1e-9  # relative size of the remainder at which the sum ends
 
 @dataclass(frozen=True)
 class DifferenceEquation:
-    """Matrices a (n, n), b (n,), c (n,), d and the anti-windup gains l (n,)."""
+    """Linear controller x+ = a x + b e, u = c x + d e, and its anti-windup gains (n,).
+
+    a: (n, n). b, c: (n,).
+    """
 
     a: Matrix
     b: Matrix
@@ -41,7 +44,7 @@ class DifferenceEquation:
 
     @property
     def integrators(self) -> list[int]:
-        """Indices of the states whose row of `a` is that of the identity."""
+        """Indices of the integrator states: their row of `a` equals the identity matrix's row."""
         return [i for i, row in enumerate(self.a) if row[i] == 1.0 and np.count_nonzero(row) == 1]
 
 

@@ -9,7 +9,7 @@ KEY = "bench_values_only"
 
 
 def _unseen(path: str, reason: str) -> None:
-    """Ignore the reason: a library prints nothing."""
+    """Do nothing; the default of `notify`, because code used as a library must not print."""
 
 
 notify: Callable[[str, str], None] = (
@@ -18,5 +18,5 @@ notify: Callable[[str, str], None] = (
 
 
 def bench_values_words(model: str, reason: str) -> str:
-    """Return a sentence on a model of this name or path."""
+    """Return the warning that `model` (name or path) holds the bench's values only."""
     return f"{model} holds the bench's values only, since nothing was identified ({reason})"

@@ -207,7 +207,7 @@ def _sample(
 
 @kernel
 def _factor(error: float) -> float:
-    """Return the ratio of the next step length to this one, for an error in tolerances."""
+    """Return the next step length relative to the last, for an error relative to the tolerance."""
     if not math.isfinite(error):
         return SHRINKAGE
     return GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.25))

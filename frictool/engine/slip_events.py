@@ -46,7 +46,7 @@ SHORTEST_FLIGHT = 1e-9  # shortest flight of a rebound, relative to the run
 
 @kernel
 def region(body: Vector, speed: float) -> float:
-    """Return the region of a slip at this speed."""
+    """Return the friction region at a slip speed: IN_LAYER, STRAIGHT or BEYOND_KNEE."""
     if speed < body[LAYER]:
         return IN_LAYER
     return STRAIGHT if speed < body[KNEE] else BEYOND_KNEE
@@ -56,9 +56,10 @@ def region(body: Vector, speed: float) -> float:
 def sooner(
     piece: Vector, terms: int, row: int, sign: float, level: float, longest: float, probe: Vector
 ) -> float:
-    """Return the first t within `longest` at which a row of a piece reaches `level`, or NEVER.
+    """Return the first time [s] up to `longest` at which a polynomial reaches `level`, or NEVER.
 
-    It is the time at which sign (piece[row] - level) falls to zero.
+    `row` of the piece holds the polynomial's coefficients: row 0 the position, row 1 the velocity.
+    At the returned time, sign * (polynomial - level) falls to zero. `probe` is workspace.
     """
     for k in range(terms):
         probe[k] = sign * piece[row, k]
@@ -68,7 +69,10 @@ def sooner(
 
 @bare_kernel
 def _swing(piece: Vector, terms: int, h: float) -> float:
-    """Return a bound of the change of speed within h."""
+    """Return an upper bound of |v(t) - v(0)| of the body for 0 <= t <= h [s] on a piece of slip.
+
+    piece[1, :terms] are the coefficients of the velocity polynomial in t, lowest power first.
+    """
     total = 0.0
     for k in range(terms - 1, 0, -1):
         total = (total + abs(piece[1, k])) * h
@@ -79,7 +83,11 @@ def _swing(piece: Vector, terms: int, h: float) -> float:
 def slip_event(
     state: Vector, body: Vector, piece: Vector, terms: int, longest: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return kind and time of the first event on a piece of slip: stop, layer, knee or end stop."""
+    """Return time [s] and kind of the first event on a piece of slip, at most `longest` [s] away.
+
+    Events are a stop of the body, the layer's speed, the knee's speed, and an end stop. Without an
+    event the result is (longest, NO_EVENT).
+    """
     direction, here, spent, kind = state[DIRECTION], state[REGION], longest, NO_EVENT
     upwards, upper = math.inf, NO_EVENT
     downwards, lower = 0.0, STOPS
@@ -130,10 +138,10 @@ def _bounce(state: Vector, body: Vector, drive: Vector, t: float, span: float) -
 def arrive(
     state: Vector, body: Vector, drive: Vector, t: float, kind: int, towards: float, span: float
 ) -> int:
-    """Change direction, region and speed by an event; return the event.
+    """Update the body's direction, region and speed after an event; return the event.
 
-    The returned event differs if a rebound comes to rest. towards: direction of a breakaway. span
-    [s]: length of the run.
+    For BOUNCES, the returned event is RESTS_AT_STOP if the rebound is too slow to leave the stop.
+    `kind` is the event, `towards` the direction of a breakaway, `span` [s] the length of the run.
     """
     direction = state[DIRECTION]
     if kind == BREAKS_AWAY:

@@ -104,7 +104,10 @@ def _whole(block: Any) -> Any:
 
 
 def _observer(observer: Observer) -> dict[str, Any]:
-    """Return the running part of an observer; its bench is that of the controller."""
+    """Return the part of an observer document that its program uses, without the bench.
+
+    The bench is left out because it is the controller's.
+    """
     found = {
         key: _whole(getattr(observer, key)) for key in ("sample_period_s", "inertia", "friction")
     }

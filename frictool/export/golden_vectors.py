@@ -76,7 +76,7 @@ class GoldenVectors:
 
     @property
     def start(self) -> float:
-        """Return the position at which the controller starts, that of the first row."""
+        """Return the position in the first row, at which the controller starts [rad | m]."""
         return self.rows[0][self.columns.index("position")]
 
     @property

@@ -12,7 +12,7 @@ MULTIPLIER_BITS = 31
 
 
 def proof_lines(names: CNames, scaled: FixedProgram) -> list[str]:
-    """Return a line for each value: name, fraction, range of words, and range in SI."""
+    """Return a line for each value: name, fraction bits, range of its words, and range in SI."""
     lines = []
     for node in names.program.nodes:
         if (
@@ -37,7 +37,7 @@ def proof_lines(names: CNames, scaled: FixedProgram) -> list[str]:
 
 
 def field_note(table: NamedArray, scaled: FixedProgram) -> str:
-    """Return fraction and range of a state's elements; equal ones are combined."""
+    """Return resolution and range [SI] of a state's elements as text; equal ones appear once."""
     told = []
     for node in table.nodes.values():
         low, high = (
@@ -50,7 +50,14 @@ def field_note(table: NamedArray, scaled: FixedProgram) -> str:
 def conversion_macros(
     prefix: str, scaled: FixedProgram, step: float, drive: ProgramNode
 ) -> list[str]:
-    """Return the macros of inputs and output; `step`: position per encoder count [rad | m]."""
+    """Return lines of C macros that convert inputs and drive to and from fixed-point words.
+
+    Every input and the drive get macros for the number of fraction bits and for the lowest and the
+    highest word; an input also gets one that converts a constant in SI. Two further macros convert
+    encoder counts to the position's word, and the drive's word to thousandths of its unit.
+
+    `prefix` begins each macro's name. `step` [rad | m] is the position per encoder count.
+    """
     lines: list[str] = []
     program = scaled.program
     for name, node in [*program.inputs.items(), ("drive", drive)]:
@@ -90,9 +97,10 @@ def conversion_macros(
 
 
 def multiplier(step: float, fraction: int) -> tuple[int, int]:
-    """Return (m, n) such that counts times m 2^-n is the position's word.
+    """Return integers (m, n) such that encoder counts times m 2^-n is the position's word.
 
-    m has MULTIPLIER_BITS bits if n > 0.
+    `step` [rad | m] is the position per count, `fraction` the word's number of fraction bits. m has
+    MULTIPLIER_BITS bits if n > 0.
     """
     n = max(MULTIPLIER_BITS - math.frexp(step)[1] - fraction, 0)
     return round(math.ldexp(step, fraction + n)), n
@@ -104,7 +112,7 @@ def _from_counts(step: float, fraction: int) -> str:
 
 
 def _rounded_quotient(product: str, sign: str, n: int) -> str:
-    """Return product 2^-n, rounded to the nearest, halves away from zero."""
+    """Return a C expression for product 2^-n, rounded to the nearest, halves away from zero."""
     if n <= 0:
         return f"((int32_t)({product} * {2**-n}))"
     half = f"INT64_C({2 ** (n - 1)})"

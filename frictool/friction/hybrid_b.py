@@ -42,13 +42,13 @@ LIMIT = 7
 
 @kernel
 def presliding_stiffness(p: Vector) -> float:
-    """Return k1 [N/m | N m/rad], (3.35)."""
+    """Return the stiffness k1 in presliding [N/m | N m/rad], (3.35)."""
     return float(p[BREAKAWAY] / p[LIMIT])
 
 
 @kernel
 def presliding_damping(p: Vector) -> float:
-    """Return k2 [N s/m | N m s/rad], (3.35)."""
+    """Return the damping k2 in presliding [N s/m | N m s/rad], (3.35)."""
     return 2.0 * math.sqrt(p[MASS] * p[BREAKAWAY] / p[LIMIT])
 
 
@@ -79,7 +79,7 @@ def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Return the friction [N | N m], (3.32), (3.33)."""
+    """Return the friction at velocity v and effort u [N | N m], (3.32), (3.33)."""
     if mode == STUCK:
         return float(presliding_stiffness(p) * z[0] + presliding_damping(p) * v)
     return sliding_force(v, u, p)
@@ -87,7 +87,7 @@ def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Return v' [m/s^2 | rad/s^2]."""
+    """Return the acceleration v' of the body under effort u [m/s^2 | rad/s^2]."""
     return float((u - force(mode, v, u, z, p)) / p[MASS])
 
 

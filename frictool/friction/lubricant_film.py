@@ -36,16 +36,19 @@ STATIC, BOUNDARY, PARTIAL, FULL = 1, 2, 3, 4
 
 @kernel
 def film_force(at_film: float, v: float, film: float, viscous: float) -> float:
-    """Return the friction [N | N m] at v from the law's force `at_film` at the film's velocity.
+    """Return the friction [N | N m] of a body with velocity v on a film with velocity `film`.
 
-    `viscous` is the law's sigma_v.
+    `at_film` is the force of the friction law at the film's velocity, `viscous` its sigma_v.
     """
     return at_film + viscous * (v - film)
 
 
 @kernel
 def boundary_film(v: float, boundary: float) -> float:
-    """Return the film velocity above boundary lubrication [m/s | rad/s]."""
+    """Return the film velocity w [m/s | rad/s] of a body with velocity v.
+
+    w is 0 up to |v| = `boundary`, in boundary lubrication; above it, |w| = |v| - boundary.
+    """
     return math.copysign(max(0.0, abs(v) - boundary), v)
 
 
@@ -63,7 +66,7 @@ def lagged_film(film: float, v_start: float, v_end: float, lag: float, step: flo
 
 @kernel
 def delayed_film(history: Vector, v: float) -> float:
-    """Return the film velocity of n samples ago and store v in history (n + 1,), in place.
+    """Return the velocity n samples ago as the film velocity, and store v in history (n + 1,).
 
     history is [index of the oldest velocity, the last n velocities]; with n = 0 there is no delay.
     """
@@ -104,7 +107,11 @@ def full_film_velocity(p: Vector) -> float:
 
 @kernel
 def regime(v: float, boundary: float, p: Vector) -> int:
-    """Return the lubrication regime at v, as numbered in the table above."""
+    """Return the lubrication regime (STATIC to FULL) at velocity v, as in the module's table.
+
+    `boundary` is v_b, the speed below which no film forms. p holds the parameters of Stribeck's
+    curve.
+    """
     if v == 0.0:
         return STATIC
     if abs(v) <= boundary:

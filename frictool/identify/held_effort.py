@@ -104,9 +104,10 @@ def slow_effort_warnings(
 
 
 def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
-    """Return the samples between two updates of an effort (n,), and the indices of the updates.
+    """Return the number of samples between updates of a held effort (n,), and the updates' indices.
 
-    The result is None if the effort is not held.
+    An update is a sample whose value differs from the previous one. The result is None if the
+    effort is not held between updates.
     """
     change = np.diff(effort)
     updates = np.flatnonzero(change) + 1
@@ -122,7 +123,7 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
 def held_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> HeldEffort | None:
-    """Return the effect of a held effort, or None if it is not held or cannot be assessed."""
+    """Return the effect of a record's held effort; None if it is not held or cannot be assessed."""
     record = record.part(slice(0, MOST_SAMPLES))
     held = hold_of(record.effort)
     if held is None:
@@ -166,16 +167,17 @@ def held_effort(
 def interpolated(effort: Vector, hold: int, updates: NDArray[np.int64]) -> Vector:
     """Return the effort (n,) interpolated linearly between its updates.
 
-    Each value counts as measured at the first row that shows it.
+    Each value counts as measured at the first sample that has it.
     """
     at = np.flatnonzero(_updated(effort.size, hold, updates))
     return np.asarray(np.interp(np.arange(effort.size), at, effort[at]))
 
 
 def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the rows that are updates.
+    """Return a mask (size,) of the samples at which the effort was read.
 
-    A value that stays for longer than a hold counts as read again one hold before it changes.
+    If a value stays for longer than `hold` samples, it was read again without a change. The sample
+    `hold` samples before the next change counts as such a reading.
     """
     out = np.zeros(size, dtype=np.bool_)
     out[[0, *updates.tolist()]] = True
@@ -185,7 +187,7 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
 
 
 def _columns(rows: RegressionSamples) -> Vector:
-    """Return the regressors (n, p); the offset is left out if the motion is in one direction."""
+    """Return the regressors (n, p) of the effort, without offset if all motion is one way."""
     constant = () if rows.one_direction else (np.ones(rows.sign.size),)
     return np.column_stack(
         (rows.acceleration, rows.velocity, rows.sign, *constant, *rows.loads.values())
@@ -195,7 +197,7 @@ def _columns(rows: RegressionSamples) -> Vector:
 def _needed(
     record: MotionRecord, bench: Bench, window: int, values: Vector, one_direction: bool
 ) -> Vector:
-    """Return the effort (n,) that the motion needs, by the values of `_columns`."""
+    """Return the effort (n,) that the motion needs, with coefficients `values` (p,)."""
     acceleration, velocity, _ = smoothed(record, window)
     sign = find_strokes(record).sign
     constant = () if one_direction else (np.ones(sign.size),)

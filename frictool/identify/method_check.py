@@ -87,7 +87,7 @@ def method_warnings(
 
 
 def _warning(fit: SlidingFit, how: str, lines: list[str]) -> list[str]:
-    """Return the warning that holds these lines, or none without lines."""
+    """Return a list of one warning that contains `lines`; empty if there are no lines."""
     return (
         [
             f"{fit.method} predicts {how} worse than {REFERENCE}: {', and '.join(lines)}; use "
@@ -99,7 +99,7 @@ def _warning(fit: SlidingFit, how: str, lines: list[str]) -> list[str]:
 
 
 def _force_line(requested: float | None, reference: float | None) -> list[str]:
-    """Return the line on the force errors if that of the requested method is too large."""
+    """Return a line on both force errors if the requested method's is too large, else no line."""
     if requested is None or reference is None or requested <= max(WORSE * reference, NEGLIGIBLE):
         return []
     return [f"the force error is {100 * requested:.3g} %, not {100 * reference:.3g} %"]

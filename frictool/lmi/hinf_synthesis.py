@@ -157,7 +157,10 @@ def vertex_controllers(
 
 
 def scale_level(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
-    """Return the plant whose norm is that of `plant` over `level`, with the same R and S."""
+    """Return `plant` scaled so that its closed-loop norm is divided by `level`.
+
+    The same R and S solve the scaled inequalities.
+    """
     root = np.sqrt(level)
     return replace(
         plant,

@@ -170,7 +170,7 @@ class _ArcCover:
         )
 
     def held(self, left: float, right: float, level: float) -> bool:
-        """Return True if scalings were found that hold from one angle to the other."""
+        """Return True if scalings were found that satisfy the inequality between two angles."""
         loop, performance = self.scaled_loop(level)
         x = self.scalings(loop, np.array([left, 0.5 * (left + right), right]), performance)
         return x is not None and is_negative_on(loop, self.form.at(x, performance), left, right)

@@ -65,7 +65,8 @@ class VelocityEstimation(Protocol):
 class EstimateBlock:
     """Estimates at the samples of a block.
 
-    velocity, friction, wear: value, low, high (3, n). beside: output of the second observer.
+    piece: samples of the log. velocity, friction, wear: (3, n), rows value, lower and upper bound.
+    beside: output of the second observer; None without one.
     """
 
     piece: MotionBlock
@@ -99,7 +100,10 @@ def estimate_along(
     confidence: float,
     beside: SecondObserver | None = None,
 ) -> Iterator[EstimateBlock]:
-    """Yield the estimates of each block; beside: second observer."""
+    """Yield the estimates of friction, velocity and wear for each block of samples.
+
+    `beside` is a second observer that runs along; its output is part of the estimates.
+    """
     friction = FrictionTracker(model, confidence)
     for piece in pieces:
         before = wear.estimate

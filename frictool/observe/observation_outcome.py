@@ -28,8 +28,9 @@ KINDS = {
 class ObservationOutcome:
     """Outcome of observing one log.
 
-    duration, period: s. figures: velocity errors by name, SI. ratio: wear relative to that at
-    commissioning, which is from the file `reference`. observer: results of the second observer.
+    duration, period: s. figures: velocity errors by name, SI. ratio: wear relative to the wear at
+    commissioning, which is read from the file `reference`. observer: results of the second
+    observer.
     doubts: reasons why the log may not be of this rig.
     """
 
@@ -87,7 +88,7 @@ class ObservationOutcome:
 
 
 def ratio_to(reference: Commissioning | None, estimate: WearEstimate) -> EstimateRange | None:
-    """Return the wear relative to that at commissioning; None if either is unknown."""
+    """Return the wear relative to the wear at commissioning; None if either wear is unknown."""
     told = reference is not None and estimate.moves > 0 and estimate.wear.value > 0.0
     return reference.ratio(estimate) if reference is not None and told else None
 
@@ -128,7 +129,7 @@ def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
 
 
 def facts(outcome: ObservationOutcome, model: Model) -> list[tuple[str, str]]:
-    """Return (name, text) of each result."""
+    """Return name and text of each result in the outcome."""
     found, effort, position = (
         outcome.estimate,
         si_unit("effort", model.axis),

@@ -1,7 +1,7 @@
-"""Observer along a log, block by block: position and effort in, estimates at each sample out.
+"""Run of an observer along a log, block by block, from position and effort to estimates.
 
-It runs the program that is simulated and exported as C. After a gap the observer forgets the axis's
-position and speed, and keeps the wear that it has learned.
+The run executes the same program as the simulation and the exported C code. After a gap the
+observer forgets the axis's position and speed, and keeps the wear that it has learned.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from frictool.documents.observer import Observer
 from frictool.observe.motion_block import MotionBlock
 
 Vector = NDArray[np.float64]
-MISS = "miss"  # name of the miss in control/tracking_observer.py
+MISS = "miss"  # name of the innovation in control/tracking_observer.py
 
 
 @dataclass(frozen=True)
 class ObserverOutput:
-    """Output of an observer along a block, each (n,).
+    """Estimates of an observer at the n samples of a block, each (n,).
 
     time: s. position: rad | m. velocity: rad/s | m/s. friction: N m | N, with the sign of the
     velocity. wear: 1 (N m | N for an additive observer); None if the observer has none. miss: rad |
@@ -40,7 +40,10 @@ class ObserverOutput:
 
 
 class ObserverRun:
-    """Observer that goes from block to block."""
+    """Observer with its state, run on successive blocks of a log's samples.
+
+    `take` runs it on a block. The state is kept for the next block if that follows without a gap.
+    """
 
     def __init__(self, observer: Observer) -> None:
         self.program, self.found = observer_program(observer)
@@ -62,7 +65,10 @@ class ObserverRun:
         self.is_begun = False
 
     def take(self, piece: MotionBlock) -> ObserverOutput:
-        """Return the output at the samples (n,) of a block that is not empty."""
+        """Return the estimates at the samples (n,) of a block, which must not be empty.
+
+        At the first block and after a gap the observer starts at rest at the first position.
+        """
         if not (self.is_begun and piece.follows):
             self._start(float(piece.position[0]))
         given = np.column_stack([piece.position, piece.effort])
@@ -80,7 +86,7 @@ class ObserverRun:
         )
 
     def _start(self, position: float) -> None:
-        """Start at rest at `position`; the learned wear stays."""
+        """Set the observer to rest at `position` [rad | m]; a wear already learned is kept."""
         for state in self.program.states.values():
             if not (
                 self.is_begun

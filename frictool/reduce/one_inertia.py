@@ -171,7 +171,7 @@ def one_inertia(
     at_rest = sum(one.drop for one in found.falling)
 
     def sides(load: Vector) -> tuple[DirectionFriction, DirectionFriction]:
-        """Return friction forward and backward beside this load."""
+        """Return forward and backward friction after the load is subtracted from the efforts."""
         return (
             _side(
                 x,

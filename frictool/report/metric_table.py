@@ -1,6 +1,6 @@
 """Table of all metrics: title, dimension and definition.
 
-The JSON view, the page and the documentation show exactly these.
+A report's JSON view, its page and the documentation show exactly the metrics of this table.
 """
 
 from __future__ import annotations

@@ -97,7 +97,7 @@ class KernelStore(FunctionCache):
             return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep code if its sources are known and the disk can be written."""
+        """Store compiled code if its sources are known and its folder is writable."""
         try:
             if self._place(signature) and self._reaches_known_sources():
                 # code that cannot be written is compiled again next time
@@ -108,7 +108,7 @@ class KernelStore(FunctionCache):
             self.release()
 
     def release(self) -> None:
-        """Release the locks, so that other processes can compile what this one does not."""
+        """Release all locks of this process, so that other processes can compile the kernels."""
         for byte in self._claims.values():
             _unlock(self._folder, byte)
         self._claims.clear()

@@ -50,7 +50,7 @@ def _usable(folder: Path) -> bool:
 
 
 def cache_places() -> list[Path]:
-    """Return the candidate parents of the kernel folder; the first trusted, writable one counts."""
+    """Return candidate parents of the kernel folder; the first trusted and writable one is used."""
     user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "frictool")
     first = (
         Path(settings.CACHE_DIR).absolute()
@@ -140,27 +140,27 @@ def _inner_options(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def inner_kernel(function: F) -> F:
-    """Compile as `kernel` and inline into callers, for inner loops.
+    """Compile as `kernel` does, and inline the function into its callers; for inner loops.
 
-    A call with many arrays would otherwise pass every word of each array descriptor.
+    Inlining avoids calls that pass every word of each array descriptor.
     """
     return cast(F, _declared(function, _inner_options(function)))
 
 
 def bare_kernel(function: F) -> F:
-    """Compile as `inner_kernel`, without numba's runtime and its reference counting.
+    """Compile as `inner_kernel` does, but without numba's runtime and its reference counting.
 
-    Counting costs an atomic instruction at each use of an array. The function works on its caller's
-    arrays. numba refuses one that creates an array; it must not return an array either, nor call a
-    function that does.
+    Reference counting costs an atomic instruction at each use of an array. The function may only
+    use the arrays of its caller: numba refuses a function that creates an array, and the function
+    must neither return an array nor call a function that returns one.
     """
     return cast(F, _declared(function, {**_inner_options(function), "_nrt": False}))
 
 
 def part_kernel(function: F) -> F:
-    """Compile as `bare_kernel`, but call instead of inline; only kernels may call it.
+    """Compile as `inset_kernel` does, but do not inline the function into its callers.
 
-    For a long part that several kernels share.
+    This suits a long function that several kernels share. Only kernels can call it.
     """
     return cast(
         F,
@@ -177,7 +177,10 @@ def part_kernel(function: F) -> F:
 
 
 def inset_kernel(function: F) -> F:
-    """Compile as `bare_kernel`, without a Python entry; only kernels may call it."""
+    """Compile as `bare_kernel` does, but without the wrapper that Python code needs to call it.
+
+    Only other kernels can call the function. Leaving out the wrapper shortens the compilation.
+    """
     return cast(
         F,
         _declared(
@@ -187,9 +190,10 @@ def inset_kernel(function: F) -> F:
 
 
 def parallel_kernel(function: F) -> F:
-    """Compile as `kernel`, with `prange` loops spread over all cores.
+    """Compile as `kernel` does, with `prange` loops spread over all cores.
 
-    The result does not depend on the number of threads if no iteration writes what another reads.
+    The result does not depend on the number of threads if no iteration writes a value that another
+    iteration reads.
     """
     return cast(F, _declared(function, {"parallel": True}))
 

@@ -53,7 +53,7 @@ DOCUMENTS = DocumentNames()
 
 
 def untold(done: int, total: int) -> None:
-    """Ignore the progress."""
+    """Ignore the progress; the default of `progress`."""
 
 
 def simulate_closed_loop(
@@ -85,7 +85,7 @@ def simulate_closed_loop(
 
 
 class StepTest(Generic[V]):
-    """Plant and controller for several scenarios, with their common data prepared once.
+    """Closed loop of one plant and one controller, prepared once and run with several scenarios.
 
     The arguments are those of `simulate_closed_loop`.
     """
@@ -191,7 +191,7 @@ class StepTest(Generic[V]):
         return reference, start
 
     def _linear(self, variants: Sequence[V], conditions: Vector) -> dict[str, dict[str, str]]:
-        """Return the log records from which `report` computes the margins of the loops."""
+        """Return the log records from which `frictool report` computes the stability margins."""
         linear = {
             variant.topic: found.to_text()
             for variant in variants
@@ -209,7 +209,7 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _outside(self) -> list[str]:
-        """Warning if the plant or its rig differs from that of the verification."""
+        """List of one warning if plant or rig differ from those the controller was verified for."""
         found = differences(self.controller, self.plant.rig.facts, self.plant.intervals())
         return (
             [f"{self.names.model} {outside_message(self.names.controller, found)}"] if found else []
@@ -247,7 +247,10 @@ class StepTest(Generic[V]):
 def _told(
     plant: SimulatedPlant[V], variants: Sequence[V], places: Mapping[str, int]
 ) -> list[dict[int, float]]:
-    """Return the scheduled parameters of each variant by state index; empty if none is known."""
+    """Return, for each variant, the values of scheduled parameters by index of their state.
+
+    The list is empty if no value is known. `places` maps names of parameters to state indices.
+    """
     known = [plant.known(variant) for variant in variants] if places else []
     told = [{place: of[name] for name, place in places.items() if name in of} for of in known]
     return told if any(told) else []

@@ -1,4 +1,8 @@
-"""Plant of `variants: given`, with the names and units of `SimulatedPlant.ranges`."""
+"""Parameter values under `given` of a scenario: check against the plant, conversion to SI.
+
+A scenario with `variants: given` simulates one plant, whose parameters have these values. Names and
+units of the parameters are those of `SimulatedPlant.ranges`.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +21,10 @@ GIVEN = "given"  # the plant's name, as in `/axis/given`
 def check_given(
     scenario: Scenario, ranges: Mapping[str, VariedParameter], names: DocumentNames
 ) -> None:
-    """Raise DocumentError if `given` does not fit the plant.
+    """Raise DocumentError if the scenario's values under `given` do not fit the plant.
 
-    It does not fit if a name or a unit is wrong, or a breakaway is below its Coulomb friction.
+    They do not fit if a parameter's name or unit is wrong, or if a breakaway friction is below the
+    Coulomb friction. `ranges` has the plant's parameters by name.
     """
     for name, quantity in scenario.given.items():
         if name not in ranges:
@@ -39,7 +44,7 @@ def check_given(
 
 
 def given_values(scenario: Scenario, ranges: Mapping[str, VariedParameter]) -> dict[str, float]:
-    """Return the values by name [SI] of a scenario that passed `check_given`."""
+    """Return the values [SI] under `given`, by parameter name, after `check_given` has passed."""
     return {
         name: factor_between(quantity.unit, ranges[name].unit) * quantity.value
         for name, quantity in scenario.given.items()

@@ -53,10 +53,12 @@ def simulate_open_loop(
     progress: Callable[[int, int], None] = lambda done, total: None,
     watch: Callable[[MechanismOutcome], None] = lambda moved: None,
 ) -> Log:
-    """Return the log of the scenario, with warnings.
+    """Return the log of the scenario, with one group of streams per variant, and warnings.
 
-    `watch` is called with each variant after its run. Raises DocumentError if the scenario does not
-    fit the mechanism, NoSolutionError if a mechanism cannot be simulated.
+    `progress(done, total)` is called as the runs proceed. `watch(outcome)` is called after the run
+    of each variant with its outcome (final state, initial energy balance, record). `names` are the
+    names of the documents in messages. Raises DocumentError if the scenario does not fit
+    the mechanism, NoSolutionError if a variant cannot be simulated.
     """
     seen = _controlled(document, assembled)
     _check(document, assembled, scenario, names, seen)
@@ -108,7 +110,7 @@ def simulate_open_loop(
 def _controlled(
     document: Mechanism, assembled: AssembledMechanism
 ) -> tuple[Rig, ControlledAxis] | None:
-    """Return the rig of a controller, or None if source and sensor are not determined."""
+    """Return rig and axis of a controller; None if its source or sensor is not determined."""
     try:
         return rig_of_mechanism(document, assembled)
     except ElementError:
@@ -188,7 +190,7 @@ def _check(
 
 
 def _check_undetermined(scenario: Scenario, names: DocumentNames) -> None:
-    """Raise DocumentError if the scenario uses a controlled axis that is not determined."""
+    """Raise DocumentError if the scenario needs a controlled axis, which is not determined."""
     told = (
         f"{names.model} does not say which source and sensor are a controller's (control: "
         f"{{source: .., sensor: ..}})"

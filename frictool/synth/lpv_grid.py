@@ -136,7 +136,10 @@ def _refuse(problem: SynthesisProblem) -> None:
 
 
 def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) -> PlantPoint:
-    """Return the plant at normalised scheduled parameters; the others are those of `others`."""
+    """Return the plant with scheduled parameters at normalised `values`, the rest from `others`.
+
+    The values are in -1 to 1, the ends of the parameters' intervals in `box`.
+    """
     found = {name: getattr(others, name) for name in DYNAMIC}
     for name, value in zip(names, values, strict=True):
         low, high = box[name]
@@ -145,7 +148,10 @@ def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) ->
 
 
 def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
-    """Return the normalised values of a plant; raise NoSolutionError if it is outside the box."""
+    """Return a plant's scheduled parameters, normalised to -1 to 1 over their intervals.
+
+    Raises NoSolutionError if one of them is outside its interval.
+    """
     found = tuple(
         (2.0 * getattr(point, name) - sum(box[name])) / (box[name][1] - box[name][0])
         for name in names

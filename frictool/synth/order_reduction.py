@@ -1,11 +1,11 @@
-"""Order reduction of a controller by one state at a time; the caller verifies each step.
+"""Order reduction of a controller by one state at a time; a check of the caller verifies each step.
 
 Balanced truncation drops the states that the input reaches least and the output sees least. Its
 error is at most twice the sum of the dropped Hankel singular values (Enns 1984; Glover 1984), and
 it keeps the direct gain. Residualisation (singular perturbation) has the same bound and keeps the
-steady state instead. The bound holds for the controller alone. Its effect on the loop is known only
-after verification, so a failed check is an error and not a warning. An integrator is split off
-first and kept.
+steady state instead. The bound limits the change of the controller, but not the change of the
+closed loop. Each reduced controller is therefore verified in the loop by the check that the caller
+passes, and a failed check raises NoSolutionError. An integrator is split off first and kept.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Kept = Literal[
 class ReducedController:
     """Controller that passed the check.
 
-    `bound` limits the norm of its difference from the original controller.
+    `bound` limits the H-infinity norm of the difference between it and the original controller.
     """
 
     controller: Lti
@@ -39,11 +39,11 @@ class ReducedController:
 
 
 def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[ReducedController]:
-    """Return `k` with one state less at a time down to `order`; each passes `check`.
+    """Return controllers of falling order, from one state less than `k` to `order`, all checked.
 
-    `check` raises NoSolutionError if a controller fails; the error then names the order. Raises
-    NoSolutionError also if the controller, apart from an integrator, is unstable, or if `order` is
-    below that of the integrator.
+    `check` is called with each reduced controller and raises NoSolutionError if it fails; the error
+    that is passed on names the order. Raises NoSolutionError also if `k` without its integrator is
+    unstable, or if `order` is 0 and `k` has an integrator.
     """
     integrator, rest = split_integrator(k)
     held = 0 if integrator is None else 1
@@ -70,12 +70,12 @@ def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[
 
 
 def truncated(k: Lti, order: int) -> Lti:
-    """Return the first `order` states of a balanced system."""
+    """Return a balanced system truncated to its first `order` states."""
     return Lti(k.a[:order, :order], k.b[:order], k.c[:, :order], k.d, k.period)
 
 
 def residualised(k: Lti, order: int) -> Lti:
-    """Return the first `order` states of a balanced system; the others take their steady state."""
+    """Return a balanced system reduced to `order` states; the others take their steady state."""
     kept, gone = slice(0, order), slice(order, k.order)
     settled = (
         np.eye(k.order - order) * (1.0 if k.period else 0.0) - k.a[gone, gone]

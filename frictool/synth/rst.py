@@ -50,9 +50,10 @@ SETTLED = 0.05  # share of the step: error within which the response has settled
 
 @dataclass(frozen=True)
 class PlacementRule:
-    """Tuning numbers: frequency [rad/s] and damping of the dominant pair, ratio of the other poles.
+    """Closed-loop poles to place: a dominant pair, and auxiliary poles at a higher frequency.
 
-    `ratio` is the auxiliary poles' frequency over that of the dominant pair.
+    `frequency` [rad/s] and `damping` describe the dominant pair. `ratio` is the frequency of the
+    auxiliary poles divided by `frequency`.
     """
 
     frequency: float
@@ -64,7 +65,7 @@ class PlacementRule:
 class PlacementTrial:
     """Controller with its nominal response time [s], overshoot [%] and modulus margin.
 
-    The margin is that of the worst vertex.
+    `margin` is the smallest modulus margin of all vertices.
     """
 
     rule: PlacementRule

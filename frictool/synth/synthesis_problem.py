@@ -57,9 +57,10 @@ class SynthesisProblem:
 
     @property
     def weighs(self) -> bool:
-        """True if a norm of the weighted loop is claimed.
+        """True if the design claims a bound on the norm of the weighted loop.
 
-        A loop that is fed by the speed and not by eta claims a norm of the sensitivity instead.
+        A PID speed cascade is fed by the speed and not by eta; it claims a bound on the norm of the
+        sensitivity instead.
         """
         return not (self.design.method == "pid" and self.design.structure == "speed_cascade")
 
@@ -113,12 +114,13 @@ class SynthesisProblem:
         return self.weights.error.zero
 
     def posed_with_constant_input(self) -> SynthesisProblem:
-        """Return the problem with the same input matrix B2 for all plants.
+        """Return the problem, changed so that all its plants have the same input matrix B2.
 
-        Inequalities over several plants need that (5.61): the command must enter through the
-        drive's lag or through a delay register. A sampled plant without delay gets a register,
-        which later becomes part of the controller (`with_register`). Raises NoSolutionError in
-        continuous time without a lag.
+        Synthesis inequalities over several plants require a common B2 (5.61). B2 is common if the
+        command enters each plant through the drive's lag or through a delay register. A sampled
+        plant without delay therefore gets a delay register, which later becomes part of the
+        controller (`with_register`). Raises NoSolutionError for a design in continuous time if the
+        drive has no lag.
         """
         if self.sampled:
             return replace(self, delay=max(self.delay, 1))
@@ -193,7 +195,7 @@ class SynthesisProblem:
                 )
 
     def discretised(self, k: Lti) -> Lti:
-        """Return the controller as it will run; one at the bench's period is returned unchanged."""
+        """Return `k` discretised at the bench's period, or unchanged if it is discrete already."""
         return k if k.period else tustin(k, self.period, self.design.prewarp_rad_s or 0.0)
 
 

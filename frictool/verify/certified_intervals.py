@@ -32,12 +32,12 @@ def differences(
 
 
 def model_differences(controller: Controller, model: Model) -> tuple[str, ...]:
-    """Return the differences of a model and its bench."""
+    """Return the differences between `model` and the plant that the controller was verified for."""
     return differences(controller, facts_of(model.bench, model), intervals(model))
 
 
 def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
-    """Return the differences of a bench without a model."""
+    """Return the differences between `bench` and the bench that the controller was verified for."""
     ours, theirs = controller.bench.actuator.drive, bench.actuator.drive
     if ours != theirs:
         return (f"drive {theirs}, verified {ours}",)
@@ -45,10 +45,10 @@ def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
 
 
 def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -> tuple[str, ...]:
-    """Return a phrase for each parameter whose interval [SI] exceeds that of the controller.
+    """Return a phrase for each parameter whose interval [SI] is not inside the controller's.
 
-    NaN counts as outside. An example is `inertia 4.9e-06 to 1.53e-05 kg m^2, certified 1.11e-05 to
-    1.53e-05`.
+    NaN counts as outside. An example of a phrase is `inertia 4.9e-06 to 1.53e-05
+    kg m^2, certified 1.11e-05 to 1.53e-05`.
     """
     known = controller.certificate is not None or bool(controller.verified.vertices)
     box, units = box_of(controller) if known else {}, plant_units(controller.bench)
@@ -66,9 +66,9 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
 
 
 def outside_message(controller: str, found: Iterable[str]) -> str:
-    """Return the predicate of a warning about these differences.
+    """Return a warning about the differences `found`, as a predicate without a subject.
 
-    Its subject is the model, the mechanism or the bench.
+    The caller puts the subject before it: the model, the mechanism or the bench.
     """
     return (
         f"is not what {controller} was verified for, so that its margins are not proved for it: "

@@ -78,7 +78,7 @@ def _is_settled(k: Places, state: MechanismState) -> bool:
 
 @inset_kernel
 def _change(error: float) -> float:
-    """Return the ratio of the next step length to this one."""
+    """Return the next step length relative to the last, for an error relative to the tolerance."""
     if error == 0.0:
         return GROWTH
     return (
@@ -88,7 +88,7 @@ def _change(error: float) -> float:
 
 @inset_kernel
 def _dip(k: Places, p: Vector, state: MechanismState, h: float, seen: float) -> float:
-    """Return the step length, shortened to where a guard may be passed temporarily."""
+    """Return a step length shortened so that it ends where a guard may be passed temporarily."""
     room = state.room
     guard, end = room.lines[GUARD], room.lines[END]
     return min(

@@ -113,7 +113,10 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
 
 @inset_kernel
 def _has_rate(k: Places, modes: Places, index: int) -> bool:
-    """Return True if a guard has a known rate: that of a speed, position or compliant flank."""
+    """Return True if the rate of the guard at `index` is known.
+
+    It is for guards of a speed, a position, or a flank of a compliant coupling.
+    """
     return not is_forced(k, modes, index) or index >= k[BLOCKS] + 2 * k[JOINTS]
 
 

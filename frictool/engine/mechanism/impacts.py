@@ -61,7 +61,7 @@ TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of positi
 
 @inset_kernel
 def _approach(k: Places, p: Vector, joint: int, side: int, y: Vector) -> float:
-    """Return the speed at which the flanks of a side approach, in the coordinate of b."""
+    """Return the approach speed of a joint's flanks on side +-1, in the coordinate of block b."""
     n, row = k[BLOCKS], joint_row(k, joint)
     a, b = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1]
     return float(side * (y[n + b] - p[row + RATIO] * y[n + a]))
@@ -69,7 +69,7 @@ def _approach(k: Places, p: Vector, joint: int, side: int, y: Vector) -> float:
 
 @inset_kernel
 def _set_group(k: Places, p: Vector, group: int, speed: float, y: Vector) -> float:
-    """Set the speed of a group by that of its first block; return the kinetic energy lost [J]."""
+    """Set a group's speed, `speed` for its first block; return the kinetic energy lost [J]."""
     n = k[BLOCKS]
     before = y[n + group]
     for i in range(n):
@@ -80,10 +80,10 @@ def _set_group(k: Places, p: Vector, group: int, speed: float, y: Vector) -> flo
 
 @inset_kernel
 def _until(s: float, rate: float, goal: float, given: float) -> float:
-    """Return the impulse at which the approach speed s reaches `goal`.
+    """Return the impulse at which the approach speed s of two flanks reaches `goal`.
 
-    It is smaller if the parting flanks return all the energy that they took, `given`, before that.
-    rate: change of s per unit of impulse.
+    The impulse is limited to the one at which the separating flanks have returned all the energy
+    `given` that they absorbed. `rate` is the change of s per unit of impulse.
     """
     if rate >= 0.0:
         return math.inf
@@ -158,7 +158,7 @@ def _strike(k: Places, p: Vector, stop: int, side: int, y: Vector, w: Vector, wo
 
 @inset_kernel
 def _mark(k: Places, p: Vector, y: Vector, modes: Places) -> None:
-    """Mark the flanks and stops that touch."""
+    """Set the modes of open joints and stops that touch to the side (+-1) of their contact."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     for joint in range(k[JOINTS]):
         if modes[n + joint] == OPEN:
@@ -200,9 +200,11 @@ def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 
 @inset_kernel
 def _fastest(k: Places, p: Vector, y: Vector, modes: Places, soft: bool) -> tuple[float, int]:
-    """Return the largest approach, relative to the speed scale, and its index; -1 if there is none.
+    """Return the largest approach speed over all contacts, and the index of its contact.
 
-    Stops are numbered after the joints. soft: separations of flanks count as approaches.
+    Approach speeds are relative to the block's speed scale. The index is that of the joint, or the
+    number of joints plus the index of the stop; it is -1 if no contact approaches. If `soft` is
+    True, the separation speed of touching flanks counts as an approach speed.
     """
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     worst, which = TOGETHER, -1
@@ -224,11 +226,12 @@ def _fastest(k: Places, p: Vector, y: Vector, modes: Places, soft: bool) -> tupl
 
 @part_kernel
 def impacts(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, work: Vector) -> int:
-    """Mark what touches, resolve all approaches, and open contacts that separate.
+    """Mark touching contacts, resolve impacts until none approaches, and open separating contacts.
 
-    The energy lost is added to `work`. Returns a status of engine/status.py. If all approaches are
-    below BOUNCE, touching parts get the same speed, and the forces decide which contacts stay.
-    Otherwise two parts that alternately push a third could hit it without end.
+    The energy lost in each contact is added to `work`. Returns a status of engine/status.py. If all
+    approach speeds are below BOUNCE, touching parts get the same speed, and the forces then decide
+    which contacts stay closed. Without this rule, two parts that alternately push a third could
+    cause an endless series of impacts.
     """
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     _mark(k, p, y, modes)

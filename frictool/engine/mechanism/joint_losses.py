@@ -1,4 +1,6 @@
-"""Force of a lossy joint at its driving end a for a force lambda at b; inverse; ranges at rest.
+"""Force g(lambda) of a lossy joint at its driving end a, for a force lambda at its load end b.
+
+The module also has the inverse of g, and the ranges of both forces at rest.
 
     g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
 
@@ -32,7 +34,7 @@ Places = NDArray[np.int64]
 
 @inset_kernel
 def joint_row(k: Places, joint: int) -> int:
-    """Return the index of a joint's first number."""
+    """Return the index in p of a joint's first parameter."""
     return int(k[JOINT] + joint * JOINT_WIDTH)
 
 
@@ -44,13 +46,16 @@ def is_lossy(p: Vector, row: int) -> bool:
 
 @inset_kernel
 def is_self_locking(p: Vector, row: int) -> bool:
-    """Return True if b cannot drive a: g falls on one side of its kink."""
+    """Return True if end b cannot drive end a, because g falls on one side of its kink."""
     return bool(max(p[row + BACK_LOSS], p[row + THREAD]) > abs(p[row + RATIO]))
 
 
 @inset_kernel
 def kink_of(p: Vector, row: int, driven: float) -> float:
-    """Return the lambda at which the slope of g changes; `driven`: the sources' effort on a."""
+    """Return the force at end b at which the slope of g changes.
+
+    `driven` is the effort of the sources on block a.
+    """
     return p[row + THESIS_SCREW] * driven / p[row + THREAD] if p[row + THREAD] > 0.0 else 0.0
 
 
@@ -67,7 +72,7 @@ def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
 
 @inset_kernel
 def transmitted(p: Vector, row: int, kink: float, direction: float, force: float) -> float:
-    """Return g(force)."""
+    """Return the force g(force) at end a for a force at end b, while a moves in `direction`."""
     slope = slope_of(p, row, direction, force > kink)
     if force == kink or slope == 0.0:
         return float(p[row + RATIO] * kink)
@@ -76,7 +81,7 @@ def transmitted(p: Vector, row: int, kink: float, direction: float, force: float
 
 @inset_kernel
 def received(p: Vector, row: int, kink: float, direction: float, effort: float) -> float:
-    """Return the inverse of g at `effort`."""
+    """Return the force at end b for a force `effort` at end a; the inverse of `transmitted`."""
     ratio = p[row + RATIO]
     beyond = effort - ratio * kink
     if beyond == 0.0:
@@ -88,12 +93,12 @@ def received(p: Vector, row: int, kink: float, direction: float, effort: float) 
 def range_at_driver(
     p: Vector, row: int, kink: float, low: float, high: float
 ) -> tuple[float, float]:
-    """Return the range of forces at a that a joint at rest can hold.
+    """Return the range of forces at end a at which a joint at rest stays at rest.
 
-    low, high: range of the force at b.
+    low, high: range of the force at end b.
 
-    The force of an end stop is unbounded on one side. There g = ratio lambda is used, so that a
-    stop does not wedge a self-locking link.
+    The force of an end stop is unbounded on one side. For an infinite force, g = ratio lambda is
+    used, so that a stop does not wedge a self-locking link.
     """
     least, most = math.inf, -math.inf
     for side in range(2):
@@ -112,9 +117,9 @@ def range_at_driver(
 
 @inset_kernel
 def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
-    """Return the range of forces at b that a joint at rest can hold.
+    """Return the range of forces at end b at which a joint at rest stays at rest.
 
-    low, high: range of the force at a.
+    low, high: range of the force at end a.
 
     Unbounded forces are treated as in `range_at_driver`.
     """

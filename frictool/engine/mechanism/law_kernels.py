@@ -46,12 +46,15 @@ def _by_address(kind: Any) -> Callable[..., Any]:
 
 
 def call_by_address(kind: Any) -> Any:
-    """Return signature and code of an intrinsic that calls a function of a type at an address."""
+    """Return signature and code of an intrinsic that calls a function of type `kind` by address."""
     return kind.signature.return_type(types.int64, *kind.signature.args), _by_address(kind)
 
 
 def by_address(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function of an address and arguments, for kernels; `function` selects its type."""
+    """Return an intrinsic for kernels that calls the function at its first argument, an address.
+
+    `function` returns the signature and code for the type of the called function.
+    """
     return cast(Callable[..., Any], intrinsic(function))
 
 
@@ -86,7 +89,7 @@ def commit(_: Any, address: Any, z: Any, v: Any, p: Any) -> Any:
 
 
 def kind_of(law: Law, p: Vector) -> int:
-    """Return the kind of a law with these parameters."""
+    """Return the kind (EXACT to BANDED) of a law with the parameters p."""
     if isinstance(law.kernels, DynamicKernels):
         return DYNAMIC
     if isinstance(law.kernels, HybridKernels):
@@ -97,10 +100,10 @@ def kind_of(law: Law, p: Vector) -> int:
 
 
 def straight_of(law: Law, p: Vector) -> int:
-    """Return the index of the viscous coefficient in p if slip is Coulomb and viscous, else 0.
+    """Return the index in p of the viscous coefficient if slip friction is a straight line, else 0.
 
-    The Coulomb friction is p[0]. Such a force is a sum, which is quicker than a call. The kernels
-    read p at each evaluation, because its values may drift.
+    The line is p[0] + viscous * speed. Kernels then compute this sum instead of calling the law,
+    which is slower. They read p at each evaluation, because its values may drift.
     """
     names = [parameter.name for parameter in law.parameters]
     if (
@@ -115,7 +118,7 @@ def straight_of(law: Law, p: Vector) -> int:
 
 
 def rest_of(law: Law, p: Vector) -> Vector:
-    """Return the inner state of a contact that never moved; empty for a static law."""
+    """Return a law's inner state (z,) for a contact that never moved; empty for a static law."""
     return (
         np.zeros(0)
         if isinstance(law.kernels, StaticKernels)
@@ -124,7 +127,12 @@ def rest_of(law: Law, p: Vector) -> Vector:
 
 
 def sizes_of(law: Law, p: Vector) -> Vector:
-    """Return the change of each inner state up to the Coulomb force p[0]; inf for memory."""
+    """Return the scale (z,) of each inner state of a law, for error tolerances.
+
+    The scale is the change of the state, from a contact that never moved, at which the force
+    reaches the Coulomb force p[0] if it grows linearly. It is inf for states that do not change at
+    the start of motion, such as memory, and for all states of laws that are not dynamic.
+    """
     z = rest_of(law, p)
     if not isinstance(law.kernels, DynamicKernels):
         return np.full(z.size, np.inf)

@@ -70,8 +70,8 @@ def _need(
 ) -> None:
     """Fill VALUE and SLOPE of the group's first block for a speed change x per unit of impulse.
 
-    VALUE is the further impulse that it needs, under `impulse` on `block`; SLOPE is its derivative
-    by x.
+    VALUE is the impulse that the first block needs in addition to `impulse` on `block`. SLOPE is
+    the derivative of VALUE by x.
     """
     n = k[BLOCKS]
     for i in range(n):
@@ -107,7 +107,7 @@ def _search(
     start: float,
     w: Vector,
 ) -> float:
-    """Return the x at which the needed impulse is 0; NaN if the graph does not rise there."""
+    """Return the speed change x at which VALUE of `_need` is 0; NaN if it does not rise there."""
     low, high, x = -math.inf, math.inf, start
     for _ in range(MAX_PIECES):
         _need(k, p, group, block, impulse, towards, x, w)

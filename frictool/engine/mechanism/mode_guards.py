@@ -60,7 +60,7 @@ def forces_hold(k: Places, modes: Places, guard: Vector) -> bool:
 
 @inset_kernel
 def is_forced(k: Places, modes: Places, index: int) -> bool:
-    """Return True if a guard is that of a force, False if of a speed or a position."""
+    """Return True if the guard at `index` watches a force, False if a speed or a position."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     if index < n:
         return bool(modes[index] == STUCK)

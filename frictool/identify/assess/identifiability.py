@@ -123,7 +123,7 @@ def up_to(bound: float) -> str:
 
 
 def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
-    """Return the worst-case relative error: (4.3) of the inertia, (4.4) of the others."""
+    """Return the worst-case relative error of a parameter, (4.3) for the inertia, else (4.4)."""
     if parameter == "inertia":
         return inertia_error(
             facts.axis.inertia, facts.sensing.step, facts.sensing.period, facts.effort

@@ -63,9 +63,10 @@ class BreakawayPositions:
         )
 
     def design(self, structure: PolynomialOrders) -> Matrix:
-        """Return the regressors (n, p): forward, then backward.
+        """Return the regressors (n, p) of the friction: those of forward, then those of backward.
 
-        A common structure has its polynomial, then the sign for the offset.
+        With a common polynomial they are those of the polynomial, then the direction, whose
+        coefficient is the offset.
         """
         if structure.common:
             return np.column_stack((legvander(self.scaled, structure.orders[0]), self.direction))
@@ -76,16 +77,18 @@ class BreakawayPositions:
         return np.column_stack(sides)
 
     def powers(self, coefficients: Vector) -> tuple[float, ...]:
-        """Return the polynomial coefficients (SI, lowest power first) of a Legendre series."""
+        """Return the power coefficients (SI, constant first) of a Legendre series in xi."""
         series = Legendre(coefficients, domain=[self.low, self.high])
         return tuple(
             float(c) for c in series.convert(kind=Polynomial, domain=[-1, 1], window=[-1, 1]).coef
         )
 
     def power_weights(self, rows: Matrix) -> Matrix:
-        """Return the matrix (m, p) from the coefficients to the powers of the position.
+        """Return the matrix (m, p) that maps fitted to power coefficients of one polynomial.
 
-        The powers are in ascending order. rows (m, p) selects the m Legendre coefficients.
+        The fitted coefficients (p,) are those of all polynomials and of the offset, in the order of
+        `design`. `rows` (m, p) selects the m Legendre coefficients of the polynomial in question.
+        Row i of the result gives its coefficient of position^i, SI.
         """
         convert = np.zeros((rows.shape[0], rows.shape[0]))
         for k, unit in enumerate(np.eye(rows.shape[0])):
@@ -97,10 +100,10 @@ class BreakawayPositions:
 def fit_polynomials(
     places: BreakawayPositions, friction: Vector, structure: PolynomialOrders
 ) -> LeastSquaresSolution:
-    """Return the coefficients of `structure`, in the order of `design`.
+    """Return the least-squares coefficients of friction over position, in the order of `design`.
 
-    Successive breakaways are not independent, since the rest position within its count changes
-    slowly. Several of them count as one.
+    Successive breakaways are not independent, because the rest position within an encoder count
+    changes slowly. FOLLOWING of them therefore count as one.
     """
     together = FOLLOWING if friction.size >= FOLLOWING * FEWEST_GROUPS else 1
     return solve(
@@ -112,9 +115,10 @@ def fit_polynomials(
 
 
 def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector]:
-    """Return the coefficients forward and backward without the offset.
+    """Return the Legendre coefficients of the forward and the backward polynomial.
 
-    They are empty for a direction without data.
+    `value` has all coefficients in the order of `design`; the offset is left out. The result is
+    empty for a direction without data.
     """
     if structure.common:
         return value[:-1], value[:-1]
@@ -123,7 +127,7 @@ def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector
 
 
 def choose_structure(places: BreakawayPositions, friction: Vector) -> PolynomialOrders:
-    """Return the structure that the frictions (n,), N m | N, at `places` support."""
+    """Return the polynomial orders that the data support: frictions (n,), N m | N, at `places`."""
     forward = places.direction > 0.0
     present = (bool(np.any(forward)), bool(np.any(~forward)))
     own = [
@@ -161,13 +165,13 @@ def _smallest_as_good(errors: list[Vector]) -> int:
 
 
 def as_good(simple: Vector, best: Vector) -> bool:
-    """Return whether errors (n,) are as good as the best ones within SURE standard errors."""
+    """Return True if errors (n,) of a simple fit are within SURE standard errors of the best's."""
     more = simple**2 - best**2
     return bool(np.mean(more) <= SURE * np.std(more) / np.sqrt(more.size))
 
 
 def left_out(rows: Matrix, friction: Vector) -> Vector:
-    """Return the leave-one-out error (n,) at each breakaway."""
+    """Return the leave-one-out errors (n,) of a fit with regressors `rows` (n, p)."""
     q, _ = np.linalg.qr(rows)
     residual = friction - q @ (q.T @ friction)
     return np.asarray(residual / np.maximum(1.0 - np.sum(q**2, axis=1), 1e-6))

@@ -228,7 +228,7 @@ def regression_scores(
 
 
 def _simulations(sides: Sides, rows: Rows, given: ComparedData) -> list[PredictionScore]:
-    """Return the score of output error, and those of the regressions with the same load terms."""
+    """Return the scores of output error and of regressions with the load terms that it chose."""
     known = start_values(given.fits[0], given.bench)
     try:
         found = choose_structure(sides, given.bench, known, given.settings.confidence)
@@ -264,12 +264,12 @@ def _name(method: str, terms: tuple[str, ...]) -> str:
 
 
 def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> SegmentSimulation:
-    """Return a simulation of the half with the load terms of a fit."""
+    """Return a simulation of the records of one half, with the load terms of `fit`."""
     return SegmentSimulation(comparison_segments(side), bench, terms_of(fit.laws))
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the rms force error of both halves, each predicted with the values of the other."""
+    """Return the rms force error over both halves, each predicted by the fit to the other half."""
     errors = [
         force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
     ]
@@ -277,5 +277,5 @@ def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Law
 
 
 def _laws(values: Mapping[str, float], bench: Bench) -> Laws | None:
-    """Return the load laws that these values describe."""
+    """Return the load laws with these parameter values."""
     return laws_of({name: Interval(value, value, value) for name, value in values.items()}, bench)

@@ -213,7 +213,7 @@ def _widened(
     half: dict[str, float],
     fixed: Mapping[str, Interval],
 ) -> dict[str, float]:
-    """Return the half widths of the intervals, widened by those of the fixed parameters."""
+    """Return the half widths `half`, with the uncertainty of fixed parameters added as squares."""
     squares = np.array(list(half.values())) ** 2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)

@@ -45,7 +45,7 @@ def recursive(
 
 
 def row_forgetting(samples: RegressionSamples, of_stroke: float) -> float:
-    """Return the forgetting factor of one row from that of a median stroke."""
+    """Return the forgetting factor per row, given the factor `of_stroke` per median stroke."""
     lengths = np.bincount(samples.stroke)
     return float(of_stroke ** (1.0 / np.median(lengths[lengths > 0])))
 

@@ -65,7 +65,7 @@ class ConstantSpeedRuns:
         )
 
     def squares(self, velocity: float, exponent: float) -> float:
-        """Return the weighted sum of squares of the best curve."""
+        """Return the weighted residual squares of the best curve with this v_s and exponent."""
         weight = np.sqrt(self.samples)
         rows, right = self.design(velocity, exponent) * weight[:, None], self.effort * weight
         return float(np.sum((right - rows @ np.linalg.lstsq(rows, right, rcond=None)[0]) ** 2))
@@ -74,11 +74,12 @@ class ConstantSpeedRuns:
 def stribeck_curve(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return Coulomb, viscous and offset; if friction falls, also breakaway and Stribeck velocity.
+    """Return the fit of a Stribeck curve, or of a straight line, to runs at constant speed.
 
-    If the runs do not determine breakaway and Stribeck velocity, both are refused and a straight
-    line is fitted. Raises UnusableLogs if there are fewer than six runs at constant speed in each
-    direction, or if all have one speed.
+    Both have Coulomb friction, viscous friction and offset; the curve also has breakaway friction
+    and Stribeck velocity. The line is fitted if friction does not fall with speed, or if the runs
+    do not determine breakaway and Stribeck velocity; both are then refused. Raises UnusableLogs if
+    a direction has fewer than six runs at constant speed, or if all runs have one speed.
     """
     runs = find_runs(records)
     velocity, exponent = _choice(runs)
@@ -102,7 +103,7 @@ def stribeck_curve(
 def _fitted(
     runs: ConstantSpeedRuns, velocity: float, exponent: float, confidence: float
 ) -> SlidingFit:
-    """Return the fit of a curve with this Stribeck velocity and exponent; a line for velocity 0."""
+    """Return the fit of a curve with this Stribeck velocity and exponent; a line if it is 0."""
     design, names = (
         runs.design(velocity, exponent),
         [name for name in NAMES if velocity > 0.0 or name != "fall"],

@@ -66,7 +66,7 @@ def choose_structure(
 def with_structure(
     samples: RegressionSamples, parts: Sequence[FrictionRows], structure: FrictionStructure
 ) -> RegressionSamples:
-    """Return the samples with the four sliding columns and those of a structure, and no others."""
+    """Return the samples with only the four sliding columns and the columns of `structure`."""
     loads = {name: samples.loads[name] for name in names_to(structure.order)}
     bends = {
         f"bend_{j}": bend_column(parts, knee) for j, knee in enumerate(structure.knees, start=1)
@@ -75,7 +75,11 @@ def with_structure(
 
 
 def better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:
-    """Return whether the squares (s,) of the strokes are smaller beyond chance and by WORTH."""
+    """Return True if the richer fit's squares (s,) are clearly smaller than the simpler fit's.
+
+    The squares are the prediction errors of s strokes. Their sum must be below WORTH^2 times the simpler fit's, and the difference
+    beyond chance. The result is False if one of the fits is None.
+    """
     if richer is None or simpler is None:
         return False
     return bool(np.sum(richer) < WORTH**2 * np.sum(simpler)) and beyond_chance(

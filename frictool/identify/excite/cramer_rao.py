@@ -101,7 +101,10 @@ class PlannedStroke:
 
 
 def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
-    """Return M (p, p) of all strokes in both directions; the columns are those of `regressors`."""
+    """Return the information matrix M (p, p) of all strokes, each in both directions.
+
+    Rows and columns are in the order of the columns of `regressors`.
+    """
     total: Vector | None = None
     for stroke in strokes:
         for side in (1.0, -1.0):
@@ -116,7 +119,7 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
 
 
 def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
-    """Return the values (4,) of SLIDING among those (p,) of all columns; 0 for an absent offset."""
+    """Return the four values of SLIDING from `values` (p,) of all columns; an absent offset is 0."""
     return np.asarray([*values[:3], values[3] if axis.beside.offset else 0.0])
 
 

@@ -38,7 +38,7 @@ def condition(speed: float) -> float:
 
 
 def longest_distance(limits: BenchLimits) -> float:
-    """Return the longest distance of a stroke: the travel, or that of 1 Hz at the top speed."""
+    """Return the longest stroke [rad | m]: the travel, if finite, or a 1 Hz sine at top speed."""
     return limits.travel if math.isfinite(limits.travel) else limits.speed / math.pi
 
 

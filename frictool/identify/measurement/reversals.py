@@ -131,9 +131,9 @@ def reversals(
 
 
 def _tried(estimate: Callable[[int], Interval], windows: list[int]) -> Interval | UnusableLogs:
-    """Return the first window's value, and an interval that spans those of all windows.
+    """Return the estimate with the first window; its interval covers those with all windows.
 
-    The effect of the encoder's noise differs between windows.
+    The windows are lengths in samples. The effect of the encoder's noise differs between them.
     """
     try:
         found = [estimate(window) for window in windows]
@@ -143,9 +143,9 @@ def _tried(estimate: Callable[[int], Interval], windows: list[int]) -> Interval 
 
 
 def _delay(records: list[MotionRecord], gap: float, window: int, confidence: float) -> Interval:
-    """Return the delay from the rows past the backlash `gap` [rad | m].
+    """Return the delay [s] of the position, from rows in which the backlash `gap` is taken up.
 
-    Raises UnusableLogs if they do not determine it.
+    `gap` is in rad | m. Raises UnusableLogs if these rows do not determine the delay.
     """
     delay = 0.0
     for _ in range(ROUNDS):

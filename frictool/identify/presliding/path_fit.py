@@ -120,7 +120,7 @@ def _minimum(
 
 
 def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
-    """Return the derivative (n,) of the force by the logarithm of each parameter."""
+    """Return, for each parameter, the derivative (n,) of the force by the parameter's logarithm."""
     step, out = 1e-4, []
     for k in range(value.size):
         up, down = (
@@ -131,9 +131,9 @@ def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
 
 
 def _held_out(loops: PreslidingLoops, path: Path, start: Vector) -> Vector:
-    """Return the error of each row, predicted by a fit to the other half of the branches.
+    """Return the force error of each row, predicted by a fit to the other half of the branches.
 
-    The halves consist of alternate pairs of branches.
+    The two halves consist of alternate pairs of branches.
     """
     half, errors = (loops.branch // 2) % 2, []
     for side in (0, 1):

@@ -19,11 +19,11 @@ from frictool.identify.regression.tsqr import Numbers, Tensor
 def held_out_squares(
     plain: Tensor, weighted: Tensor, half: Numbers, columns: list[int]
 ) -> Vector | None:
-    """Return the squared residuals (g,) of each run, predicted by a fit to the other half.
+    """Return the squared prediction error (g,) of each run of rows, by a fit to the other half.
 
     - plain, weighted: (g, q, q), triangles of runs of rows with q - 1 regressors and the target
-    - half: (g,), 0 or 1
-    - columns: regressors of the fit
+    - half: (g,), 0 or 1, the half to which each run belongs
+    - columns: indices of the regressors used
 
     The result is None if a half does not determine the fit.
     """
@@ -42,7 +42,7 @@ def held_out_squares(
 def held_out_norm(
     plain: Tensor, weighted: Tensor, half: Numbers, columns: list[int]
 ) -> float | None:
-    """Return the norm of all held-out residuals, or None as `held_out_squares`."""
+    """Return the root of the sum of `held_out_squares`, or None if that returns None."""
     squares = held_out_squares(plain, weighted, half, columns)
     return None if squares is None else float(np.sqrt(np.sum(squares)))
 

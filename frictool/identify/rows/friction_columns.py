@@ -71,7 +71,7 @@ def rows_of(
 def position_columns(
     record: MotionRecord, rows: FrictionRows, low: float, high: float
 ) -> dict[str, Vector]:
-    """Return the columns (m,) of each polynomial up to HIGHEST over [low, high], rad | m."""
+    """Return the columns (m,) friction_k and load_k up to HIGHEST; low, high [rad | m] scale xi."""
     xi = 2.0 * (record.position - low) / (high - low) - 1.0
     powers, out = np.asarray(legvander(xi, HIGHEST), dtype=np.float64), dict[str, Vector]()
     for k in range(1, HIGHEST + 1):
@@ -83,17 +83,17 @@ def position_columns(
 
 
 def names_to(order: int) -> list[str]:
-    """Return the names of the columns of polynomials up to an order."""
+    """Return the names friction_k and load_k of the polynomial columns for k = 1 to `order`."""
     return [f"{kind}_{k}" for k in range(1, order + 1) for kind in ("friction", "load")]
 
 
 def bend_column(parts: Sequence[FrictionRows], knee: float) -> Vector:
-    """Return the column of unit viscous friction above the knee (rad/s | m/s)."""
+    """Return the column of a viscous friction of 1 above the speed `knee` [rad/s | m/s]."""
     return np.concatenate(
         [rows.under_bell(rows.sign * np.maximum(rows.speed - knee, 0.0)) for rows in parts]
     )
 
 
 def knee_column(parts: Sequence[FrictionRows], knee: float) -> Vector:
-    """Return the derivative of `bend_column` by the knee."""
+    """Return the derivative of `bend_column` by the knee's speed."""
     return np.concatenate([rows.under_bell(-rows.sign * (rows.speed > knee)) for rows in parts])

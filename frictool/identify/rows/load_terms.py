@@ -88,7 +88,7 @@ def wave_number(term: str, bench: Bench) -> float:
 
 
 def start_of(name: str, known: Mapping[str, float]) -> float:
-    """Return the start value of a parameter: the known one, that of forward motion, or 0."""
+    """Return the start value of a parameter: its known value, else its forward one, else 0."""
     return known.get(name, known.get(name.removesuffix("_backward"), 0.0))
 
 

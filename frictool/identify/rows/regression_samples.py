@@ -384,9 +384,10 @@ def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vec
 def spread_as(
     plain: Mapping[str, Interval], found: dict[str, Interval], samples: RegressionSamples
 ) -> dict[str, Interval]:
-    """Return the intervals widened to those of least squares if parameters are fixed.
+    """Return the intervals `found`, at least as wide as those of least squares, `plain`.
 
-    The intervals of least squares include the uncertainty of the fixed parameters.
+    They are widened only if some parameters are fixed, because the intervals of least squares
+    include the uncertainty of fixed parameters.
     """
     if not samples.fixed:
         return found

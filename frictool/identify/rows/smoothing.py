@@ -1,4 +1,4 @@
-"""Zero-phase smoothing that filters all signals alike (4.2.2).
+"""Zero-phase smoothing with the same kernel for acceleration, velocity and effort (4.2.2).
 
 The Savitzky-Golay second derivative c (a cubic over W samples) annihilates straight lines. It
 therefore is the second difference of a kernel g with sum 1. Convolving the equation of motion with
@@ -17,10 +17,10 @@ The smoothing therefore adds no bias for any W: J, viscous, coulomb and offset a
 unsmoothed equation. (Straight lines between the samples of a lagging current would change the
 clutch's inertia by -0.07 %.)
 
-Window: the smallest odd W for which the noise of the position contributes at most a given share of
+Window: the smallest odd W for which the noise of the position contributes at most a share s of
 the acceleration (rms), between 11 samples and a sixth of the median stroke. The noise of the
 position is its quantisation noise, step/sqrt(12), or the estimate from its fourth differences,
-whichever is larger. A share s attenuates the inertia by s^2; `slip_fit` chooses s.
+whichever is larger. The noise attenuates the estimated inertia by s^2; `slip_fit` chooses s.
 """
 
 from __future__ import annotations
@@ -48,14 +48,14 @@ FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # root of the sum of squares of (1, -4
 
 
 def acceleration_filter(window: int, period: float) -> Vector:
-    """Return c (window,) in 1/s^2; its correlation with the position is the acceleration."""
+    """Return the Savitzky-Golay filter c (window,), 1/s^2, from position to acceleration."""
     return np.asarray(
         savgol_coeffs(window, DEGREE, deriv=2, delta=period, use="dot"), dtype=np.float64
     )
 
 
 def bump(window: int, period: float) -> Vector:
-    """Return g (window - 2,), dimensionless with sum 1, whose second difference is c."""
+    """Return the smoothing kernel g (window - 2,), with sum 1, whose second difference is c."""
     once = np.cumsum(acceleration_filter(window, period)) * period
     return np.asarray(np.cumsum(once[:-1])[:-1] * period, dtype=np.float64)
 
@@ -86,7 +86,7 @@ def position_noise(record: MotionRecord) -> float:
 
 
 def measurement_noise(record: MotionRecord) -> float:
-    """Return the noise (standard deviation) of the measured position, or velocity, rad/s | m/s."""
+    """Return the noise (rms, SI) of the velocity if it is measured, else of the position."""
     if record.velocity is None:
         return position_noise(record)
     return max(
@@ -121,7 +121,7 @@ def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> 
 
 
 def _rms_acceleration(record: MotionRecord, window: int) -> float:
-    """Return the rms acceleration smoothed over `window` samples at evenly spaced samples."""
+    """Return the rms of the acceleration, smoothed over `window`, from evenly spaced samples."""
     every = max(1, record.position.size // PLACES)
     windows = sliding_window_view(record.position, window)[::every]
     acceleration = (windows - windows[:, :1]) @ acceleration_filter(window, record.period)
@@ -136,12 +136,26 @@ def _odd(length: float) -> int:
 def filter_blocks(
     position: Vector, effort: Vector, c: Vector, g: Vector, held: Vector, period: float, out: Matrix
 ) -> None:
-    """Fill `out` (3, n) with smoothed acceleration, velocity and effort.
+    """Fill `out` (3, n) with smoothed acceleration, velocity and effort, SI.
 
-    Samples within half a window of either end are left as they are. c (w,) and g (w - 2,) are
-    symmetric; held (3,) are the weights of the efforts before, at and after a sample. Each tap is
-    applied to a whole block of samples, so that all samples have the same additions in the same
-    order.
+    The first and last (w - 1)/2 columns of `out` are not written, because the window of w samples
+    does not fit there. Each filter coefficient is applied to a whole block of samples, so that all
+    samples have the same additions in the same order.
+
+    Parameters
+    ----------
+    position, effort
+        Measured position (n,) [rad | m] and effort (n,) [N m | N].
+    c
+        Second-derivative filter (w,) [1/s^2], symmetric, from position to acceleration.
+    g
+        Smoothing kernel (w - 2,), symmetric with sum 1, for velocity and effort.
+    held
+        Weights (3,) of the efforts before, at and after a sample (`effort_weights`).
+    period
+        Sample period [s].
+    out
+        Result (3, n): acceleration, velocity, effort.
     """
     n, window = position.shape[0], c.shape[0]
     reach = (window - 1) // 2
@@ -178,9 +192,9 @@ def filter_blocks(
 
 
 def smoothed(record: MotionRecord, window: int) -> tuple[Vector, Vector, Vector]:
-    """Return acceleration, velocity and effort (n,) of a record in SI units, smoothed.
+    """Return smoothed acceleration, velocity and effort (n,) of a record in SI units.
 
-    They are NaN within half a window of either end.
+    The first and the last (window - 1)/2 values of each signal are NaN.
     """
     return smoothed_by(record, bump(window, record.period))
 

@@ -195,7 +195,10 @@ class MdfTable:
         self.size = Path(self.source).stat().st_size
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column (see RawTable.find); GuardedTable refuses other channels."""
+        """Return the name of a column (see RawTable.find); None if it is no channel of numbers.
+
+        `GuardedTable.find` raises LogError for channels that hold no real numbers.
+        """
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
@@ -233,9 +236,9 @@ class MdfTable:
             losses.append(DataLoss((), cut, samples=self.rows - readable))
 
     def _read(self, name: str, first: int, n: int, losses: list[DataLoss] | None) -> Vector:
-        """Return samples of a channel, NaN if they are marked invalid.
+        """Return n samples of a channel from sample `first` on, NaN if marked as invalid.
 
-        Raises LogError at an invalid sample if losses are not allowed.
+        Raises LogError at an invalid sample if `losses` is None.
         """
         values, invalid = self._samples(name, first, n)
         if invalid is None or not invalid.any():

@@ -42,12 +42,12 @@ HEADS = {
 
 @dataclass(frozen=True)
 class NpyArray:
-    """Array of a file.
+    """Array in an `.npy` or `.npz` file, as its header describes it.
 
-    open: function that opens its bytes.
-    start: offset of its numbers in these bytes.
-    by_columns: True for column order.
-    shape, dtype: as declared in its head.
+    open: function that returns a stream of the array's bytes, header included.
+    start: offset of the first number in that stream, in bytes.
+    by_columns: True if the numbers are stored column by column (Fortran order).
+    shape, dtype: as declared in the header.
     """
 
     name: str
@@ -90,7 +90,7 @@ class NpyArray:
         return ArrayColumn(self.open, self.start + first * size, self.dtype, rows, stride * size)
 
     def _fields(self) -> Iterator[tuple[str, ArrayColumn]]:
-        """Yield the vector itself, or the fields of a structured one."""
+        """Yield name and column of the vector, or of each scalar field of a structured vector."""
         rows = math.prod(self.shape)
         if self.dtype.names is None or self.dtype.fields is None:
             yield (
@@ -117,9 +117,10 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the one table of the file.
+    """Return the file's columns as one table.
 
-    Raises LogError if it holds no vector, or if the directory of its archive cannot be read.
+    Raises LogError if the file holds no vector of real numbers, or if the directory of its
+    archive cannot be read.
     """
     with open_log(path) as stream:
         is_array = stream.read(len(NPY)) == NPY
@@ -172,7 +173,10 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
 
 
 def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
-    """Return the bytes of one array of an archive."""
+    """Return a stream of the bytes of one member of a zip archive.
+
+    If it cannot be opened, the stream is empty and its `damage` has the reason.
+    """
     try:
         with zipfile.ZipFile(path) as archive:
             return ArchiveBytes(archive.open(member), member.file_size)
@@ -185,7 +189,10 @@ def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
 def _member(
     name: str, opened: Callable[[], ByteStream], size: int, damage: list[str]
 ) -> Iterator[NpyArray]:
-    """Yield the array in `size` bytes; nothing if its head cannot be read."""
+    """Yield the array in a stream of `size` bytes; nothing if its header cannot be read.
+
+    `opened` opens the stream. The reason of a failure is appended to `damage`.
+    """
     with opened() as stream, warnings.catch_warnings():
         file = cast(IO[bytes], stream)
         warnings.simplefilter("ignore")  # warnings about Python 2's long integers and type aliases

@@ -121,7 +121,7 @@ class RepeatedJumps:
         self._judge(self._position.size - 1)
 
     def found(self) -> RepeatedJump | None:
-        """Return the jump of the steps judged so far; None if no jump repeats as a wrap does."""
+        """Return the repeated jump found so far; None if no jump repeats as a wrap does."""
         crossing = self._crossings()
         steps = (self._ends[:, 3] - self._ends[:, 2])[crossing]
         size, around = np.abs(steps), -np.sign(steps)[:, None] * self._around[crossing]
@@ -169,9 +169,10 @@ class RepeatedJumps:
         )
 
     def _crossings(self) -> NDArray[np.intp]:
-        """Return the index of the first step of each odd group of alternating long steps.
+        """Return the index of the first long step of each group with an odd number of them.
 
-        An even group leads back, as a glitch does.
+        Long steps of alternating signs that follow each other closely form a group. A group with an
+        even number of steps returns to where it began, as a glitch does, and is left out.
         """
         sign, place = np.sign(self._ends[:, 3] - self._ends[:, 2]), self._ends[:, 4]
         starts = np.flatnonzero(
@@ -185,7 +186,7 @@ class RepeatedJumps:
         return LONG * (self._high - self._low)
 
     def _judge(self, end: int) -> None:
-        """Keep the new long steps before `end`, and the samples that later steps need."""
+        """Store the long steps among the steps before `end`; drop samples no longer needed."""
         start = self._judged
         if end <= start:
             return
@@ -213,7 +214,11 @@ class RepeatedJumps:
         self._first += dropped
 
     def _extend(self, steps: Vector, start: int, end: int) -> None:
-        """Widen the range by the samples after the judged steps, without outliers."""
+        """Extend the position's range by the samples at the ends of steps start to end - 1.
+
+        steps[k] leads from sample k to sample k + 1. Sample k + 1 is an outlier, and left out, if
+        the next step returns nearly to sample k.
+        """
         after = np.append(steps[start + 1 :], 0.0)[: end - start]
         back = np.abs(steps[start:end] + after) < BACK * np.abs(steps[start:end])
         inside = self._position[start + 1 : end + 1][~back]
@@ -225,7 +230,10 @@ class RepeatedJumps:
         )
 
     def _can_move(self, ends: Matrix) -> bool:
-        """Return whether the axis can cover a step with equal speeds before and after it."""
+        """Return whether the drive can move the axis by any of these jumps in one sample.
+
+        ends: (m, 5), as in `_ends`. The speed is the same before and after the jump.
+        """
         interval, size = ends[:, 1] - ends[:, 0], np.abs(ends[:, 3] - ends[:, 2])
         return bool(
             (
@@ -235,9 +243,9 @@ class RepeatedJumps:
 
 
 def _directions(around: Matrix) -> tuple[int, int]:
-    """Return the numbers of forward and of backward motions.
+    """Return the numbers of long steps with forward and with backward motion around them.
 
-    around: (m, 2 WINDOW) steps around each long step, positive against it.
+    around: (m, 2 WINDOW) steps around each long step, positive against its direction.
     """
     change = np.abs(np.diff(around, axis=1))
     noise = np.nansum(change, axis=1) / np.maximum(np.isfinite(change).sum(axis=1), 1)
@@ -255,9 +263,9 @@ def _directions(around: Matrix) -> tuple[int, int]:
 
 
 def _most_covered(low: Vector, high: Vector) -> tuple[float, float]:
-    """Return the bounds of the region that the most intervals cover.
+    """Return the bounds of the range of values that lie in the largest number of intervals.
 
-    Adjoining values count as well if at least MOSTLY times that number of intervals covers them.
+    Adjoining values that lie in at least MOSTLY times that number of intervals are included.
 
     low, high: (n,) bounds of the intervals.
     """

@@ -224,9 +224,9 @@ class _CdrReader:
 
 @dataclass
 class MessageDecoder:
-    """Decoder of the messages of one type.
+    """Decoder of serialised messages of one type into numbers.
 
-    aligned: True for CDR, False for ROS 1.
+    aligned: True for CDR, whose numbers are aligned; False for ROS 1.
     """
 
     message: MessageType
@@ -234,9 +234,9 @@ class MessageDecoder:
     _layouts: list[MessageLayout] = field(default_factory=list)
 
     def names(self, data: bytes) -> list[str]:
-        """Return the paths of the numbers of one message.
+        """Return the paths of all numbers in one message.
 
-        Raises ValueError if the message is not of the type.
+        Raises ValueError if `data` is not a message of the decoder's type.
         """
         return [path for leaf in self._walked(data).leaves for path in leaf.paths()]
 
@@ -278,7 +278,10 @@ class MessageDecoder:
         values: Vector,
         present: NDArray[np.bool_],
     ) -> NDArray[np.intp]:
-        """Fill in the messages of this layout, and return the indices of the others."""
+        """Fill in the values of the messages `left` that have this layout; return the others.
+
+        `left` and the result are indices of messages.
+        """
         if not left.size:
             return left
         fits = layout.fits(messages.at(left))

@@ -1,8 +1,12 @@
-"""Bank of low-passes on the encoder's difference (control/speed_filter.py), and their errors.
+"""Velocity errors of low-passes on the difference quotient of the encoder's position.
 
-column 0            the difference itself
-columns 1 .. b      first order at each bandwidth      v = a v' + b (u + u')
-columns b+1 .. 2b   the same twice: (5.70)
+The bank has m bandwidths (control/speed_filter.py), and 2 m + 1 errors:
+
+entry 0             difference quotient u, not filtered
+entries 1 .. m      first-order low-pass of each bandwidth, v = a v' + b (u + u')
+entries m+1 .. 2m   the same low-pass applied twice, (5.70)
+
+Primes mark values at the previous sample.
 """
 
 from __future__ import annotations
@@ -25,10 +29,21 @@ def low_pass_bank(
     state: Matrix,
     squares: Vector,
 ) -> None:
-    """Add the squared errors (filtered - reference)^2 of the samples (n,) to squares (2 b + 1,).
+    """Add the squared velocity errors of each low-pass, summed over n samples, to `squares`.
 
-    pole, gain: a and b (b,). state: (3, b), updated in place: difference, first and second stage at
-    the sample before.
+    Parameters
+    ----------
+    difference
+        Difference quotient (n,) of the encoder's position [rad/s | m/s], the filters' input.
+    reference
+        Velocity (n,) from which the errors are computed [rad/s | m/s].
+    pole, gain
+        Coefficients a (m,) and b (m,) of the low-passes.
+    state
+        (3, m): input, output of the first stage and output of the second stage at the previous
+        sample; updated in place.
+    squares
+        (2 m + 1,): sums of (filtered - reference)^2, in the order of the module's table.
     """
     bank = pole.shape[0]
     before, once, twice = state[0], state[1], state[2]

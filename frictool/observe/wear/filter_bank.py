@@ -194,7 +194,7 @@ class FilterBank:
         return noise
 
     def _learn(self, left: Vector, rows: int) -> None:
-        """Update the residual's variance with that of a move."""
+        """Add a move's residual squares `left` and its number of rows to the variance estimate."""
         self._squares, self._rows = self._squares + np.maximum(left, 0.0), self._rows + rows
         if self._rows > MEMORY_ROWS:
             self._squares, self._rows = self._squares * MEMORY_ROWS / self._rows, MEMORY_ROWS

@@ -1,4 +1,8 @@
-"""Restriction of a row's columns to a few parameters, with their prior mean and deviation.
+"""Linear map from a few parameters to the coefficients of a weak-form row, with their prior.
+
+A weak-form row has p columns (`WeakFormLayout.names`), and each column has a coefficient. A kind of
+wear restricts the p coefficients to r parameters. The prior is a mean and a standard deviation of
+each parameter.
 
     multiplicative   dry_d,z = wear            additive   dry_d,z = 1, level_d = d added
     directional      dry_d,z = wear_d          zones      dry_d,z = wear_z
@@ -49,9 +53,10 @@ class UnmodelledFriction:
 
 @dataclass(frozen=True)
 class ParameterRestriction:
-    """Linear map columns = fixed + matrix parameters, with the parameters' prior.
+    """Linear map coefficients = fixed + matrix @ parameters, with the parameters' prior.
 
-    names: (r,). matrix: (p, r). fixed: (p,). mean, deviation: (r,), prior of each parameter.
+    names: (r,), of the parameters. matrix: (p, r). fixed: (p,), part of the coefficients that does
+    not depend on the parameters. mean, deviation: (r,), prior of each parameter.
     """
 
     names: tuple[str, ...]
@@ -61,7 +66,7 @@ class ParameterRestriction:
     deviation: Vector
 
     def place(self, name: str) -> int:
-        """Return the index of a parameter."""
+        """Return the index of the parameter `name` in `names`."""
         return self.names.index(name)
 
 
@@ -75,10 +80,25 @@ def restriction(
     fixed: Vector | None = None,
     beside: UnmodelledFriction = PLAIN,
 ) -> ParameterRestriction:
-    """Return the restriction with the common parameters and those of `wear`.
+    """Return the map from friction and wear parameters to the coefficients of a weak-form row.
 
-    wear: columns (p,), prior mean and prior deviation of each wear parameter. fixed: (p,), default
-    0. beside: friction over speed that the model lacks.
+    The first parameters are common to all kinds of wear: inertia, viscous friction, its asymmetry
+    and its bends. Those of `wear` follow.
+
+    Parameters
+    ----------
+    model
+        Axis whose parameters are the prior mean of the common parameters.
+    layout
+        Names of the p columns of a row.
+    wear
+        For each further parameter, by name: the coefficients (p,) for one unit of it, and its prior
+        mean and standard deviation.
+    fixed
+        Part (p,) of the coefficients that does not depend on the parameters; None for 0.
+    beside
+        Bounds of friction over speed that the model lacks; they widen the prior of the viscous
+        friction and its bends.
     """
     known = _known(model, layout, beside)
     columns = [np.eye(len(layout.names))[:, layout.names.index(name)] for name in known]
@@ -97,9 +117,10 @@ def restriction(
 
 
 def dry_columns(layout: WeakFormLayout, side: str | None = None, zone: int | None = None) -> Vector:
-    """Return 1 at the columns (p,) of the dry friction, else 0.
+    """Return a vector (p,) with 1 at the columns of the dry friction and 0 at the others.
 
-    side: `forward` or `backward`; None: both. zone: None for all.
+    side: `forward` or `backward`; None for both directions. zone: index of a zone of the travel;
+    None for all zones.
     """
     chosen = np.zeros(len(layout.names))
     for place, name in enumerate(layout.names):
@@ -110,7 +131,7 @@ def dry_columns(layout: WeakFormLayout, side: str | None = None, zone: int | Non
 
 
 def level_columns(layout: WeakFormLayout, backward: float, forward: float) -> Vector:
-    """Return the entries (p,) of the level columns for one unit of effort in each direction."""
+    """Return coefficients (p,): `backward` and `forward` at the level columns, 0 at the others."""
     given = {"level_backward": backward, "level_forward": forward}
     return np.array([given.get(name, 0.0) for name in layout.names])
 
@@ -118,7 +139,7 @@ def level_columns(layout: WeakFormLayout, backward: float, forward: float) -> Ve
 def offset_of(
     model: Model, layout: WeakFormLayout, share: float = OFFSET_SPREAD
 ) -> tuple[Vector, float, float]:
-    """Return columns (p,), mean and deviation [N m | N] of the drive's offset.
+    """Return coefficients (p,) per unit, prior mean and deviation [N m | N] of the drive's offset.
 
     The offset is in addition to the model's; if positive, it opposes a positive effort. Its
     deviation combines `share` of the dry friction and the wider of the model's and the bench's
@@ -139,7 +160,7 @@ def offset_of(
 def multiplicative(
     model: Model, layout: WeakFormLayout, beside: UnmodelledFriction = PLAIN
 ) -> ParameterRestriction:
-    """Return the restriction with one factor `wear` on all dry friction."""
+    """Return the map for wear that multiplies all dry friction by one factor, `wear`."""
     return restriction(
         model,
         layout,
@@ -151,7 +172,7 @@ def multiplicative(
 def _known(
     model: Model, layout: WeakFormLayout, beside: UnmodelledFriction
 ) -> dict[str, tuple[float, float]]:
-    """Return (mean, deviation) of inertia, viscous friction, its asymmetry and its bends.
+    """Return the prior (mean, deviation) of inertia, viscous friction, its asymmetry and bends.
 
     The bench's range of the viscous friction is that of the steepest slope
     (plant/friction_levels.py), thus of the last bend if the model has bends.
@@ -204,5 +225,8 @@ def _half(quantity: Quantity) -> float:
 
 
 def _spread(viscous: Quantity) -> float:
-    """Return the deviation of a viscous friction [N m s/rad | N s/m]; it depends on temperature."""
+    """Return the prior deviation of a viscous friction [N m s/rad | N s/m].
+
+    It is wide because viscous friction depends on temperature.
+    """
     return float(np.hypot(VISCOUS_SPREAD * viscous.value, _half(viscous) / QUANTILE))

@@ -323,7 +323,7 @@ def _tells(columns: Vector, gram: Vector) -> bool:
 
 
 def _spread(layout: WeakFormLayout, kind: Kind) -> Vector:
-    """Return the covariance (p, p) that a kind adds to that of the columns' parameters."""
+    """Return the covariance (p, p) that a kind of wear adds to the prior of the coefficients."""
     if kind == "multiplicative":
         worn = [WEAR * dry_columns(layout)]
     elif kind == "additive":

@@ -42,7 +42,7 @@ FAR: dict[Axis, float] = {
 
 
 class ElementArrays:
-    """Rows of every array except that of the rigid links.
+    """Rows of all arrays of a packed mechanism, except the array of rigid links.
 
     grounded: blocks that an element ties to the frame.
     """
