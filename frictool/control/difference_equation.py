@@ -5,9 +5,9 @@
 Sums are formed in this order: d e, then c x; b e, l times the excess, then a x. Terms whose
 coefficient is 0 are left out.
 
-An integrator is a state whose row of `a` equals the row of the identity matrix. It may be held: while the drive
-is released (5.2.2), and with `conditional` also at rest and while the drive is limited and the
-input would move it further. At rest every other state is set to 0.
+An integrator is a state whose row of `a` equals the row of the identity matrix. It is
+held while the drive is released (5.2.2). With `conditional` it is also held at rest, and while the
+drive is limited and the input would move it further. At rest every other state is set to 0.
 
 Property: the state obeys x+ = (a - l c) x + (b - l d) e + l (limited u) for any u. If a - l c is
 stable, sums of its impulse responses bound every state. Fixed point takes its scaling from these

@@ -21,8 +21,8 @@ def next_eta(
 ) -> ProgramNode:
     """Return eta [rad | m] at this sample; it restarts at 0 after a rest.
 
-    increment: T omega_c. motion: the position's difference since the last sample. limited: the
-    bound that the last drive met, -1, 0 or +1.
+    increment: T omega_c, reference speed over one sample. motion: change of the position since the
+    last sample. limited: -1 or +1 if the last drive was at its lower or upper limit, else 0.
     """
     program.block(
         "eta = integral(speed reference) - position, held while it would push a limited "

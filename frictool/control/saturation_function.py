@@ -16,7 +16,7 @@ CUBIC = 4.0 / 27.0
 
 
 def saturating(program: Program, x: ProgramNode) -> ProgramNode:
-    """Return s(x), in [-1, 1]."""
+    """Return the node of the smooth saturation s(x), which lies in [-1, 1]."""
     corner = program.constant(CORNER, "saturating_corner")
     t = program.named("inside_corner", program.smaller(program.larger(x, -corner), corner))
     return t - program.constant(CUBIC, "saturating_cubic") * (t * (t * t))

@@ -113,6 +113,6 @@ def effort(t: float, x: float, v: float, q: float, drive: Vector) -> float:
 
 @kernel
 def reference(t: float, drive: Vector) -> float:
-    """Return r [m | rad] at time t [s] of the run."""
+    """Return the position reference r [m | rad] at time t [s] of the run."""
     r: float = drive[TARGET] + drive[TARGET_SPEED] * t
     return r

@@ -113,7 +113,7 @@ def _hybrid_acceleration(
     laws: Laws,
     w: float,
 ) -> float:
-    """Return v' in either mode."""
+    """Return the body's acceleration v' in stick or slip [m/s^2 | rad/s^2]."""
     if mode == STUCK or laws[2].shape[0] == 0:
         return acceleration(mode, v, u, z, laws[3])
     gained: float = (u - _hybrid_friction(force, mode, v, u, z, laws, w)) / laws[3][MASS]

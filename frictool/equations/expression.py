@@ -49,11 +49,11 @@ class Term:
         return replace(self, factors=tuple((atom, -power) for atom, power in self.factors))
 
     def negative(self) -> Term:
-        """Return the term with the other sign."""
+        """Return the term with its sign reversed."""
         return replace(self, sign=-self.sign)
 
     def of(self, element: str) -> Term:
-        """Return the term with another element."""
+        """Return the term, attributed to `element` instead of its present element."""
         return replace(self, element=element)
 
     @property

@@ -95,12 +95,12 @@ class Notation:
         return self.parameter(letter, latex, name, Quantity(value, unit=""), key)
 
     def effort(self, letter: str, name: str, kind: Axis) -> Term:
-        """Return an unknown effort on a block of this kind."""
+        """Return the symbol of an unknown effort on a block of this kind (rotary or linear)."""
         latex = {"lambda": r"\lambda"}.get(letter, letter)
         return _named(letter, latex, name, si_unit("effort", kind))
 
     def stretch(self, letter: str, name: str, kind: Axis) -> tuple[Term, Term]:
-        """Return a difference of positions and its rate."""
+        """Return the symbols of a difference of two positions and of its rate of change."""
         place, rate, _ = RATES[kind]
         still = _named(letter, letter, name, place)
         return still, symbol(f"{letter}_{name}'", indexed_latex(rf"\dot{{{letter}}}", name), rate)

@@ -187,7 +187,7 @@ def _integer(word: int) -> str:
 
 
 def _long(text: str) -> str:
-    """Return the operand in 64 bits."""
+    """Return a C operand, cast to 64 bits unless its expression has 64 bits already."""
     return text if text.startswith(("shifted(", "raised(")) else f"(int64_t){text}"
 
 

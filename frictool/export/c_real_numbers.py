@@ -58,11 +58,11 @@ class RealNumbers:
         return value.hex() + self.suffix
 
     def constant(self, node: ProgramNode) -> str:
-        """Return a coefficient for its declaration."""
+        """Return the C literal of a coefficient, for its declaration."""
         return self.literal(node.value)
 
     def number(self, node: ProgramNode) -> str:
-        """Return an unnamed number."""
+        """Return the C literal of an unnamed number, for use in an expression."""
         text = self.literal(node.value)
         return f"({text})" if text.startswith("-") else text
 
@@ -86,15 +86,15 @@ class RealNumbers:
         return f"is_valid({text})"
 
     def started(self, state: ProgramNode, source: ProgramNode | None) -> str:
-        """Return the initial value of a state: a number, or the caller's position."""
+        """Return the C text of a state's initial value: a number, or the caller's position."""
         return "position" if source is not None else self.literal(state.value)
 
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
-        """Return the new value of a state."""
+        """Return `text`, the C expression of a state's new value, unchanged."""
         return text
 
     def fractions(self, table: NamedArray) -> str:
-        """Return no comment: real numbers have no fraction."""
+        """Return an empty comment, because real numbers have no fraction bits."""
         return ""
 
     def expression(self, node: ProgramNode, of: list[str]) -> str:

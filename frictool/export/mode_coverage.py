@@ -11,10 +11,10 @@ from frictool.control.target_band import BRAKE, REST, RUN
 
 @dataclass(frozen=True)
 class VisitCondition:
-    """Condition of a visit: the value at `place` equals `value`, or differs if `differs` is set.
+    """Condition that is met if the value at `place` equals `value`, or differs if `differs` is set.
 
-    If `where` is present, the condition at this index must hold too. `text`: description after a
-    number of samples.
+    If `where` is present, the condition at index `where` must be met too. `text`: description
+    after a number of samples.
     """
 
     place: int

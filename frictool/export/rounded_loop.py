@@ -151,7 +151,7 @@ def _margin(
     point: PlantPoint,
     delays: tuple[int, ...],
 ) -> float:
-    """Return the modulus margin with the bench's delay."""
+    """Return the modulus margin of the loop with rounded coefficients, one plant and `delays`."""
     hold, lag = coefficient_rounder(number), controller.bench.actuator.loop_time_constant_s
     loops = feedbacks(
         controller.structure,

@@ -48,5 +48,5 @@ def no_band(p: Vector) -> float:
 
 @kernel
 def true_velocity(v: float, p: Vector) -> float:
-    """Return v: the law does not modify the velocity."""
+    """Return v, because an exact law does not modify the velocity."""
     return v

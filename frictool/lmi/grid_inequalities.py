@@ -58,7 +58,7 @@ class ParameterBasis:
         )
 
     def along(self, values: Sequence[float], motion: Sequence[float]) -> Vector:
-        """Return their derivatives (terms,) along a motion."""
+        """Return the derivatives (terms,) of the basis functions at r = values for r' = motion."""
         found = []
         for term in self.terms:
             others = [

@@ -245,7 +245,7 @@ def _optimum(problem: GridInequalities) -> float:
 
 
 def _mean(problem: GridInequalities, x: Matrix, y: Matrix) -> tuple[Matrix, Matrix]:
-    """Return X and Y averaged over the grid."""
+    """Return the means over the grid of X and Y, whose basis coefficients are x and y."""
     weights = [
         np.mean([basis.at(cell.values) for cell in problem.cells], axis=0)
         for basis in problem.bases

@@ -223,7 +223,7 @@ class _BoundProblem:
         return np.asarray(np.mean(found, axis=0))
 
     def drift(self, x: Matrix, corner: int, motion: Matrix) -> Matrix:
-        """Return sum r_j' dP/dr_j at a corner."""
+        """Return the rate of change of P at a corner, sum r_j' dP/dr_j, for r' = motion."""
         return sum(
             (speed * self.slope(x, corner, axis) for axis, speed in enumerate(motion) if speed),
             start=np.zeros((len(x), self.n, self.n)),

@@ -220,7 +220,7 @@ class _ArcCover:
 
 
 def _responses(loop: Lti, angles: NDArray[np.float64]) -> Complex:
-    """Return [M; I] at the angles [rad]."""
+    """Return the loop's frequency response M, stacked on the identity, at each angle [rad]."""
     m = replace(loop, period=1.0).response(angles)
     return np.concatenate(
         [m, np.broadcast_to(np.eye(m.shape[2]), (len(m), m.shape[2], m.shape[2]))], axis=1

@@ -21,7 +21,7 @@ from frictool.logs.table import RawTable
 
 
 class Format(NamedTuple):
-    """A format: its name in messages, and its module."""
+    """Log file format: its name in messages, and the module that reads it."""
 
     name: str
     module: str

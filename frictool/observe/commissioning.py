@@ -18,13 +18,13 @@ from frictool.observe.estimate import EstimateRange, WearEstimate
 
 @dataclass(frozen=True)
 class Commissioning:
-    """Wear of a unit at commissioning, and the file that it is from."""
+    """Wear of a unit at commissioning, and the name of the file that contains the wear."""
 
     wear: EstimateRange
     source: str
 
     def ratio(self, estimate: WearEstimate) -> EstimateRange:
-        """Return the wear relative to that at commissioning."""
+        """Return the wear of `estimate` relative to the wear at commissioning."""
         return estimate.wear.over(self.wear)
 
 

@@ -37,7 +37,7 @@ class EstimateRange:
 
 @dataclass(frozen=True)
 class WearZone:
-    """Wear between two positions [rad | m]."""
+    """Estimated wear in one zone of the travel, from position low to high [rad | m]."""
 
     low: float
     high: float

@@ -109,7 +109,7 @@ class AxisParameters(NamedTuple):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """The fields without the laws."""
+        """All fields that are numbers, thus all but the last one, `laws`."""
         return self[:PLAIN_SIZE]  # type: ignore[return-value]  # the laws are the last field
 
 

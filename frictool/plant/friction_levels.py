@@ -101,5 +101,8 @@ def _mean_factors(model: Model) -> Ends:
 def _mean_factor(
     powers: tuple[float, ...], low: float, high: float, first: float, last: float
 ) -> float:
-    """Return the mean factor, cached: it is the same for every plant sampled from a model."""
+    """Return the mean of the normalised friction polynomial over positions first to last.
+
+    It is cached, because all plants sampled from one model have the same mean.
+    """
     return mean_over(normalised_coefficients(powers, low, high), low, high, first, last)

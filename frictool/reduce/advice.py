@@ -50,7 +50,7 @@ def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
 
 
 def rounded_down(value: float) -> float:
-    """Round down to three digits."""
+    """Return `value` rounded down to three significant digits."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return math.floor(value / step) * step
 

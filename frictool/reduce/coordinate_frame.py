@@ -46,28 +46,28 @@ class CoordinateFrame:
     own: Axis
 
     def position(self, q: Quantity) -> Quantity:
-        """Return p for a position q."""
+        """Return a position q, converted to the coordinate p."""
         way = Quantity(q.value - self.offset, _less(q.low, self.offset), _less(q.high, self.offset))
         return scaled(way, 1.0 / self.ratio, self._unit("position"))
 
     def width(self, q: Quantity) -> Quantity:
-        """Return the unsigned distance in p for one in q."""
+        """Return an unsigned distance along q, converted to the coordinate p."""
         return scaled(q, 1.0 / abs(self.ratio), self._unit("position"))
 
     def effort(self, f: Quantity) -> Quantity:
-        """Return an effort on q as one on p."""
+        """Return an effort that acts along q, converted to the coordinate p."""
         return scaled(f, self.ratio, self._unit("effort"))
 
     def stiffness(self, k: Quantity) -> Quantity:
-        """Return a stiffness along q as one along p."""
+        """Return a stiffness along q, converted to the coordinate p."""
         return scaled(k, self.ratio**2, self._unit("stiffness"))
 
     def damping(self, d: Quantity) -> Quantity:
-        """Return a damping along q as one along p."""
+        """Return a damping along q, converted to the coordinate p."""
         return scaled(d, self.ratio**2, self._unit("viscous"))
 
     def inertia(self, m: Quantity) -> Quantity:
-        """Return an inertia or mass along q as one along p."""
+        """Return an inertia or mass along q, converted to the coordinate p."""
         return scaled(m, self.ratio**2, self._unit("inertia"))
 
     def curve(self, curve: Curve, factor: float, unit: str | None = None) -> Curve:

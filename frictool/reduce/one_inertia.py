@@ -104,7 +104,7 @@ class OneInertia:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """First and last position."""
+        """First and last position of the travel."""
         return float(self.positions[0]), float(self.positions[-1])
 
     def scalars(self) -> dict[str, float]:

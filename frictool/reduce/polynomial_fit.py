@@ -27,9 +27,9 @@ class PolynomialFit(NamedTuple):
 def fit_polynomial(x: Vector, values: Vector, over: tuple[float, float]) -> PolynomialFit:
     """Fit a polynomial to the curve (x, values), both (n,), and keep it non-negative.
 
-    It is raised by a constant if it would be negative within `over`, a range that contains x. Least
-    squares at Chebyshev nodes keeps the largest error near the minimum. The error is that of the
-    written coefficients.
+    The polynomial is raised by a constant if it would be negative within `over`, a range that
+    contains x. Least squares at Chebyshev nodes keeps the largest error near its minimum. The
+    reported error is the error of the coefficients as they are written.
     """
     low, high = float(x[0]), float(x[-1])
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(

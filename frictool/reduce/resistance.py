@@ -87,12 +87,12 @@ class DirectedResistance:
 
     @property
     def mean(self) -> Vector:
-        """Mean of the two directions: the load."""
+        """Load: the mean of the resistance in the two directions of motion."""
         return 0.5 * (self.forward + self.backward)
 
     @property
     def half(self) -> Vector:
-        """Half the difference of the two directions: friction."""
+        """Friction: half the difference of the resistance in the two directions of motion."""
         return 0.5 * (self.forward - self.backward)
 
 

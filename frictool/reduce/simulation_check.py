@@ -51,7 +51,7 @@ class SimulationCheck:
 
     @property
     def verdict(self) -> str:
-        """Verdict in one line."""
+        """One line that says if the mechanism was reduced, and within which error."""
         last = self.told[-1].measured
         assert last is not None
         if self.refused is not None:

@@ -117,7 +117,7 @@ class StreamEvidence:
 
     @property
     def name(self) -> str:
-        """Return the log's name and the topic."""
+        """Return the log's name and the stream's topic, by which messages name the evidence."""
         return f"{self.source} {self.stream.topic}"
 
 

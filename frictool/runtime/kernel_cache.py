@@ -167,7 +167,7 @@ def _take(folder: Path) -> int | None:
 
 
 def remove(folder: Path, now: float | None = None) -> bool:
-    """Remove a folder that is unused now and for the last hour; return False if it stays."""
+    """Remove a kernel folder not in use now or in the last hour; return False if it is kept."""
     now = time.time() if now is None else now
     try:
         rested = now - _last_used(folder) > REST_S

@@ -102,7 +102,7 @@ def rst(problem: SynthesisProblem) -> ControllerCandidate:
 
 
 class _PlacementSearch:
-    """Search for the best numbers of the tuning rule."""
+    """Search for the pole placement (`PlacementRule`) with the best controller."""
 
     def __init__(self, problem: SynthesisProblem) -> None:
         self.problem = problem
@@ -165,7 +165,10 @@ class _PlacementSearch:
         )
 
     def improved(self, here: PlacementTrial, step: float) -> PlacementTrial:
-        """Move to the best neighbour until none is better."""
+        """Return the local optimum, reached by moving to the best neighbouring rule repeatedly.
+
+        `step` is the relative distance between neighbouring rules.
+        """
         factors = np.exp(step * np.array([-1.0, 0.0, 1.0]))
         while True:
             rule = here.rule

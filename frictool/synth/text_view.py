@@ -244,7 +244,7 @@ def _level(value: float | None) -> str:
 
 
 def _disturbance(found: LoadDisturbance, unit: str) -> list[str]:
-    """Describe the load, which the loop must hold although its plants do not contain it."""
+    """Describe the load that the loop must compensate, although its plants do not contain it."""
     if found.total == 0.0:
         return []
     parts = [

@@ -247,7 +247,10 @@ class _WeightRules:
         )
 
     def _command_of_noise(self, noise: float) -> float:
-        """Return W_u W4; raise FrictoolError if there is no noise to derive it from."""
+        """Return the product W_u W4, derived from the encoder's noise.
+
+        Raises FrictoolError if the noise weight is 0, so that nothing can be derived from it.
+        """
         if noise <= 0.0:
             raise FrictoolError(
                 "weights.command: missing in the design, and weights.noise is 0; give command (0 "

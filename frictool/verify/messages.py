@@ -9,7 +9,7 @@ from frictool.documents.quantity import si_unit
 
 
 class PlantParameters(Protocol):
-    """Plant by its four parameters, in SI units."""
+    """Object with the four parameters of a plant, in SI units."""
 
     @property
     def inertia(self) -> float: ...

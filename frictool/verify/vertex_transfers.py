@@ -172,7 +172,7 @@ def _velocity(velocity: Velocity, period: float, sees: str) -> DiagramBlock:
 def _templates(
     weights: CertifiedWeights, gamma: float, frequencies: Vector, period: float
 ) -> dict[Name, Vector]:
-    """Return gamma over each weight that is not 0."""
+    """Return gamma divided by the magnitude of each nonzero weight, at the frequencies (n,)."""
     w2 = np.abs(first_order(weights.error).system(period).response(frequencies)[:, 0, 0])
     found: dict[Name, Vector] = {"error": gamma / w2}
     if weights.drive > 0.0:

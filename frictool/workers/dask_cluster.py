@@ -312,7 +312,7 @@ class ClusterRun:
         return ClusterError(f"{self._address}: the scheduler is gone; what was done before is kept")
 
     def _hear(self, event: tuple[float, str]) -> None:
-        """Remark once per machine that it compiles."""
+        """Notify the user, once per machine, that the machine compiles its kernels."""
         host = event[1]
         if host not in self._told:
             self._told.add(host)

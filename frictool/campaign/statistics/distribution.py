@@ -86,12 +86,12 @@ class Distribution:
 
     @property
     def has_values(self) -> bool:
-        """Return True if any trial has a finite value."""
+        """Return True if the metric has a finite value in any trial."""
         return self.histogram.counts.size > 0
 
     @property
     def varies(self) -> bool:
-        """Return True if the finite values differ between trials."""
+        """Return True if the metric's finite values differ between trials."""
         return self.histogram.counts.size > 1
 
 

@@ -102,7 +102,7 @@ class JointForest(NamedTuple):
 
 
 class _SectionWriter:
-    """Collector of the sections."""
+    """Writer of a mechanism's sections into one array of integers and one of floats."""
 
     def __init__(self) -> None:
         self.header = np.zeros(HEADER, dtype=np.int64)
@@ -112,14 +112,14 @@ class _SectionWriter:
         self.size = 1
 
     def put_whole(self, section: int, *columns: Any) -> None:
-        """Append a section of integers with these columns."""
+        """Append a section with `columns` to the integers; note its start in the header."""
         table = np.column_stack([np.asarray(column, dtype=np.int64) for column in columns]).ravel()
         self.header[section] = self.places
         self.whole.append(table)
         self.places += table.size
 
     def put(self, section: int, *columns: Any) -> None:
-        """Append a section of floats with these columns."""
+        """Append a section with `columns` to the floats; note its start in the header."""
         table = np.column_stack(
             [np.asarray(column, dtype=np.float64) for column in columns]
         ).ravel()
@@ -247,7 +247,7 @@ def _spans(forest: JointForest) -> Places:
 
 
 def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
-    """Return the size of each inner state of the frictions, to which its error is relative."""
+    """Return the scale of each inner state of the friction laws, for relative errors."""
     found = [sizes_of(ROWS[row], p) for row, p in zip(rows, values, strict=True)]
     return np.concatenate(found) if found else np.zeros(0)
 

@@ -139,7 +139,7 @@ def _at_flank(
     guard: Vector,
     index: int,
 ) -> tuple[float, bool]:
-    """Return the strain of a flank and whether it is pressed; set its guard."""
+    """Return the strain of a compliant coupling's flank, and True if pressed; set its guard."""
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
         side = float(mode)
@@ -257,7 +257,7 @@ def _frictions(
 def _pressings(
     k: Places, p: Vector, y: Vector, modes: Places, found: RateEvaluation, whole: bool
 ) -> None:
-    """Add the friction of each pressing."""
+    """Add the friction that each pressing causes on its block."""
     w, power = found.w, found.power
     n, at = k[BLOCKS], k[SOURCES] + k[BLOCKS] + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS]
     for s in range(k[PRESSINGS]):

@@ -81,7 +81,7 @@ def _held(k: Places, p: Vector, y: Vector, modes: Places) -> tuple[float, float]
 
 
 def balance(machine: CompiledMechanism, state: MechanismState) -> EnergyBalance:
-    """Return the energies now, and the work so far."""
+    """Return kinetic and stored energy in `state`, and work put in and lost so far [J]."""
     kinetic, stored = _held(machine.whole, machine.numbers, state.y, state.modes)
     work: WorkByElement = work_by_element(machine, state)
     put_in = float(work.sources.sum() + work.external.sum())

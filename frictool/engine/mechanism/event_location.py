@@ -157,13 +157,13 @@ def _keep(
 
 @inset_kernel
 def _keep_low(count: int, y: Vector, rates: Vector, guard: Vector, room: Workspace) -> None:
-    """Store a point as the lower end of the search."""
+    """Store a point's state, rates and guards as the lower end of the search for an event."""
     _keep(count, y, rates, guard, room.lines[Y_LOW], room.lines[RATES_LOW], room.lines[AT_LOW])
 
 
 @inset_kernel
 def _keep_high(count: int, room: Workspace) -> None:
-    """Store the current end of the step as the upper end of the search."""
+    """Store the current end of the step as the upper end of the search for an event."""
     kept = room.lines[Y_HIGH], room.lines[RATES_HIGH], room.lines[AT_HIGH]
     _keep(count, room.lines[END], room.slopes[AFTER], room.lines[TRIAL], kept[0], kept[1], kept[2])
 

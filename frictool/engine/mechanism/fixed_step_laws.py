@@ -86,9 +86,10 @@ def _first_mode(k: Places) -> int:
 def timed_frictions(
     machine: CompiledMechanism, y: Vector, modes: Places, found: RateEvaluation, whole: bool
 ) -> int:
-    """Subtract the frictions of these laws from FORCE, after the needs were gathered without them.
+    """Subtract the friction of the laws with a fixed step from FORCE, and fill their states' rates.
 
-    Fills the rates of their inner states. Returns a status of friction/status.py.
+    It is called after the needed forces (NEED) were gathered without these frictions. Returns a
+    status of friction/status.py.
     """
     k, p, laws = machine
     out, w, power = found.rates, found.w, found.power

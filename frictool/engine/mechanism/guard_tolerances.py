@@ -50,7 +50,10 @@ def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
 
 @inset_kernel
 def joint_gap(k: Places, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
-    """Return e, e' of a joint, and the tolerance of e."""
+    """Return the position difference e of a joint's flanks, its rate e', and the tolerance of e.
+
+    e is in the coordinate of block b, and 0 in the middle of the gap.
+    """
     n, row = k[BLOCKS], joint_row(k, joint)
     a, b, ratio = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1], p[row + RATIO]
     e = y[b] - ratio * y[a] - p[row + OFFSET]

@@ -64,10 +64,10 @@ def friction_map(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> IdentifiedFrictionMap:
-    """Return the map for ramps whose breakaway `first` varies with position; `axis` as `breakaway`.
+    """Return the friction map for ramps whose breakaway friction `first` varies with position.
 
-    The offset is the bench's. The ramps are evaluated again with the Coulomb friction of the map.
-    Raises UnusableLogs as `sines` does.
+    `axis` has the same meaning as in `breakaway`; its offset is the bench's. The ramps are
+    evaluated again with the Coulomb friction of the map. Raises UnusableLogs as `sines` does.
     """
     rows, offset = gated_rows(records, bench), axis["offset"].value
     law = first.by_position

@@ -94,13 +94,13 @@ def _weak(
 def inertia_over_position(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit | None:
-    """Return the weak form if it detects friction over position and still gives the inertia."""
+    """Return the weak-form fit if it has friction over position and an inertia, else None."""
     fit = _weak(records, bench, settings)
     return fit if fit is not None and fit.details["position_order"] > 0 else None
 
 
 def with_inertia(bench: Bench, found: Interval) -> Bench:
-    """Return the bench with an identified inertia in place of its own."""
+    """Return the bench with its inertia replaced by the identified inertia `found`."""
     inertia = Quantity(found.value, found.low, found.high, bench.mechanics.inertia.unit)
     return msgspec.structs.replace(
         bench, mechanics=msgspec.structs.replace(bench.mechanics, inertia=inertia)

@@ -87,7 +87,7 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
 
 
 def with_breakaway(loops: PreslidingLoops, value: float) -> PreslidingLoops:
-    """Return the loops with another breakaway."""
+    """Return the loops with `value` as their known breakaway friction."""
     return replace(loops, breakaway=Interval(value, value, value))
 
 
@@ -96,7 +96,7 @@ def _minimum(
 ) -> tuple[Vector, Vector]:
     """Return the parameters (p,) fitted to `rows`, and the force (n,) of offset and damping.
 
-    Offset and damping are linear, and eliminated.
+    The force is linear in offset and damping; the search eliminates them.
     """
     columns = np.column_stack((np.ones(loops.speed.size), loops.speed))
     q, r = np.linalg.qr(columns[rows])

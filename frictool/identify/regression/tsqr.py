@@ -74,7 +74,7 @@ def triangles(columns: tuple[Vector, ...], weight: Vector, starts: Numbers) -> T
 
 
 def _pieces(starts: Numbers) -> Iterator[tuple[int, Numbers]]:
-    """Yield runs in pieces of at most PIECE rows: the first run, and the bounds of its runs."""
+    """Yield each piece of at most PIECE rows: index of its first run, bounds of its runs."""
     run, row = 0, int(starts[0])
     while run < starts.size - 1:
         # cut at a whole number of blocks, so that the blocks do not change

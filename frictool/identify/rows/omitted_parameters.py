@@ -29,7 +29,7 @@ DIRECTIONS = 90  # directions tried in the plane of a harmonic's sine and cosine
 
 
 class OmittedParameters:
-    """Half widths that parameters outside the regression add to those inside it.
+    """Half widths that parameters left out of a regression add to those of its parameters.
 
     `names` are the columns of `weighted` (g, q, q), the triangles of runs of rows, before any
     column is removed.

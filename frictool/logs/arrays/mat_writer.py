@@ -52,7 +52,7 @@ def pieces(values: Mapping[str, Value]) -> Iterator[bytes]:
 
 
 def _matrix(name: str, value: Value) -> bytes:
-    """Return a variable, or a field if `name` is empty."""
+    """Return the bytes of a variable, or of a structure's field if `name` is empty."""
     if isinstance(value, Mapping):
         fields = {_field(key): inner for key, inner in value.items()}
         width = max(map(len, fields), default=0) + 1

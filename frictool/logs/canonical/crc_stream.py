@@ -65,7 +65,7 @@ class CountedBytes:
         self._end += self._stream.readinto(more)  # type: ignore[attr-defined]
 
     def _taken_at_once(self, length: int) -> bytes:
-        """Return more bytes than the buffer holds."""
+        """Return the next `length` bytes, which are more than the buffer contains."""
         self._count(self._end)
         left = self._held[self._place : self._end]
         more = self._stream.read(length - len(left))

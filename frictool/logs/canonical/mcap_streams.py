@@ -26,7 +26,7 @@ _WORDS = ["front", "back", "cdr"]  # parts of a message's head that are constant
 
 @dataclass
 class DeclaredStream:
-    """One stream as its channel declares it.
+    """Stream of an MCAP file, as the file's channel declares it.
 
     samples: number of samples read so far.
     last: time in ns of the last sample, as stored; None before the first.

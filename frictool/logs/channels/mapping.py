@@ -269,7 +269,7 @@ class ChannelMapper:
         )
 
     def _mapped(self, block: RowBlock, rows: Rows, time: Nanoseconds) -> SampleBlock:
-        """Return the rows in SI."""
+        """Return the channels' values in the selected rows, in SI units."""
         every = rows.size == next(iter(block.columns.values())).size
         values: dict[str, Vector] = {}
         for one in self._sources:

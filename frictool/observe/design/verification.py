@@ -175,7 +175,7 @@ def _simulated(
 
 
 def _norm(signal: Matrix) -> Matrix:
-    """Return the norms (k,) of signals (samples, k, m)."""
+    """Return the 2-norms (k,), over samples and components, of k signals (samples, k, m)."""
     return np.asarray(np.sqrt(np.sum(signal**2, axis=(0, 2))))
 
 

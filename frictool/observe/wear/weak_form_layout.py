@@ -102,7 +102,7 @@ class WeakFormLayout:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of a row's columns; the effort follows them."""
+        """Names of a row's p columns; the column of the effort, after them, has no name."""
         zones = range(self.zones)
         bends = [f"bend_{k}" for k in range(self.knees.size)]
         dry = [f"dry_{side}_{zone}" for side in ("backward", "forward") for zone in zones]

@@ -204,7 +204,7 @@ def _piece(curves: Curves, curve: int, x: float) -> tuple[int, float, bool]:
 
 
 def curve_value(curves: Curves, curve: int, x: float) -> float:
-    """Return a packed curve at x."""
+    """Return the value of a packed curve at x."""
     piece, way, _ = _piece(curves, curve, x)
     c0, c1, c2, c3 = curves.cubic[piece].tolist()
     return float(((c3 * way + c2) * way + c1) * way + c0)
