@@ -13,7 +13,7 @@ demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
 
 test: lint
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 # the tests of one package: make test-identify runs tests/identify
 test-%: $(VENV)/.dev

@@ -119,11 +119,7 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
 
 
 def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
-<<<<<<< HEAD
-    """Return the four values of SLIDING from `values` (p,) of all columns; an absent offset is 0."""
-=======
     """Return the values (4,) of SLIDING from `values` (p,) of all columns; no offset gives 0."""
->>>>>>> w/q1
     return np.asarray([*values[:3], values[3] if axis.beside.offset else 0.0])
 
 

@@ -111,6 +111,7 @@ class FileRecords:
                 yield LooseMessages(head + take(length) + self._following(), start)
                 continue
             body = take(length) if fits else b""
+            fits &= opcode != Opcode.HEADER or _is_header(body)
             if not fits or (opcode in FRAMED and not _coherent(opcode, length, body[:PEEKED])):
                 yield self._stepped_over(start, opcode, length)
                 if self.offset == self._size:
@@ -236,6 +237,13 @@ class FileRecords:
             if opcode == Opcode.FOOTER
             else following[0] in _KINDS or following[0] >= 0x80
         )
+
+
+def _is_header(body: bytes) -> bool:
+    """Return whether two strings, profile and library, fill the body of a header."""
+    profile = int.from_bytes(body[:4], "little")
+    library = int.from_bytes(body[4 + profile : 8 + profile], "little")
+    return len(body) == 8 + profile + library
 
 
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
