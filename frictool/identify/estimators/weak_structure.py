@@ -77,14 +77,9 @@ def with_structure(
 def better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:
     """Return True if the richer fit's squares (s,) are clearly smaller than the simpler fit's.
 
-    <<<<<<< HEAD
-        The squares are the prediction errors of s strokes. Their sum must be below WORTH^2 times the simpler fit's, and the difference
-        beyond chance. The result is False if one of the fits is None.
-    =======
-        The squares are the prediction errors of s strokes. Their sum must be below WORTH^2 times that
-        of the simpler fit, and the difference beyond chance. The result is False if one of the fits is
-        None.
-    >>>>>>> w/q1
+    The squares are the prediction errors of s strokes. Their sum must be below WORTH^2 times that
+    of the simpler fit, and the difference beyond chance. The result is False if one of the fits is
+    None.
     """
     if richer is None or simpler is None:
         return False
