@@ -95,8 +95,7 @@ def encode(kind: Any) -> Any:
         ]
     if isinstance(kind, types.BaseTuple):
         cls = getattr(kind, "instance_class", tuple)
-        # a uniform tuple has `dtype` and `count`
-        parts = list(getattr(kind, "types", None) or [kind.dtype] * kind.count)  # type: ignore[attr-defined]
+        parts = list(getattr(kind, "types", None) or _uniform(kind))
         return ["tuple", f"{cls.__module__}:{cls.__qualname__}", [encode(one) for one in parts]]
     if isinstance(kind, types.Omitted):
         return ["omitted", kind.value]
@@ -128,7 +127,12 @@ def decode(encoded: Any) -> Any:
     cls = getattr(importlib.import_module(module), name)
     return types.BaseTuple.from_types(
         [decode(one) for one in rest[1]], None if cls is tuple else cls
-    )  # type: ignore[no-untyped-call]  # as above
+    )  # type: ignore[no-untyped-call]  # numba has no types
+
+
+def _uniform(kind: Any) -> list[Any]:
+    """Return the element types of a uniform tuple, of which numba keeps one and their number."""
+    return [kind.dtype] * kind.count
 
 
 def kept(folder: Path) -> Iterator[list[Any]]:

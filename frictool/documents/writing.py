@@ -52,8 +52,7 @@ _Dumper.add_representer(float, _float)
 _Dumper.add_representer(str, _text)
 _Dumper.add_representer(dict, _mapping)
 _Dumper.add_representer(list, _sequence)
-# no anchors in documents for people
-_Dumper.ignore_aliases = lambda self, data: True  # type: ignore[method-assign]
+_Dumper.ignore_aliases = lambda self, data: True  # type: ignore[method-assign]  # no anchors
 
 
 def to_yaml(document: msgspec.Struct) -> str:

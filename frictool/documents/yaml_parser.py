@@ -17,8 +17,7 @@ from frictool.documents.yaml_scalars import Loader
 try:
     from yaml._yaml import CParser
 except ImportError:  # PyYAML built without libyaml
-    # the parser in Python replaces it
-    CParser = None  # type: ignore[assignment, misc]
+    CParser = None  # type: ignore[assignment, misc]  # the parser in Python replaces it
 
 MAX_DEPTH = 100
 MAX_NODES = 200_000  # the largest document takes some seconds; an alias counts on each use

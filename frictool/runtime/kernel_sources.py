@@ -20,7 +20,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from frictool.runtime.module_source import ANALYSIS, Source, analyse
+from frictool.runtime.module_source import ANALYSIS, ModuleSource, analyse
 
 PACKAGE = Path(__file__).resolve().parents[1]
 # module that imports by computed name, from literal tables that are read here
@@ -61,12 +61,12 @@ class Sources:
     package: Path = PACKAGE
     only: str = ""
     _paths: dict[str, Path | None] = field(default_factory=dict)
-    _sources: dict[str, Source] = field(default_factory=dict)
+    _sources: dict[str, ModuleSource] = field(default_factory=dict)
     _edges: dict[str, frozenset[str]] = field(default_factory=dict)
     _states: dict[frozenset[str], State] = field(default_factory=dict)
     _stamps: dict[str, tuple[int, ...]] = field(default_factory=dict)
     _declared: dict[Path, tuple[int, ...]] = field(default_factory=dict)
-    _known: dict[str, Source] | None = None
+    _known: dict[str, ModuleSource] | None = None
     _is_new: bool = False
 
     def declare(self, path: Path) -> None:
@@ -196,7 +196,7 @@ class Sources:
         """
         return self.everything(name) if self._is_package(name) else frozenset({name})
 
-    def _source(self, name: str) -> Source:
+    def _source(self, name: str) -> ModuleSource:
         if name not in self._sources:
             path = self._path(name)
             assert path is not None
@@ -217,7 +217,7 @@ class Sources:
             return self._declared[path] == stamp
         return name not in sys.modules or max(stamp[:2]) < _START * 1e9
 
-    def _analysed(self, content: bytes) -> Source:
+    def _analysed(self, content: bytes) -> ModuleSource:
         key = hashlib.sha256(content).hexdigest()[:32]
         known = self._load()
         if key not in known:
@@ -228,13 +228,13 @@ class Sources:
             self._is_new = True
         return known[key]
 
-    def _load(self) -> dict[str, Source]:
+    def _load(self) -> dict[str, ModuleSource]:
         if self._known is None:
             self._known = {}
             with suppress(OSError, ValueError, TypeError, KeyError):
                 read = json.loads((self.memo / MEMO).read_bytes()) if self.memo else {}
                 self._known = {
-                    key: Source(
+                    key: ModuleSource(
                         digest,
                         tuple((i[0], i[1], i[2]) for i in imports),
                         frozenset(names),

@@ -19,7 +19,7 @@ ANALYSIS = (
 
 
 @dataclass(frozen=True)
-class Source:
+class ModuleSource:
     """Digest of a module's syntax tree, its imports, and the names that it binds.
 
     table: lazy exports, name -> module. is_open: the module imports by a computed name.
@@ -32,7 +32,7 @@ class Source:
     is_open: bool
 
 
-def analyse(content: bytes) -> Source:
+def analyse(content: bytes) -> ModuleSource:
     """Return digest, imports and names of a module; raise SyntaxError or ValueError if invalid."""
     tree = ast.parse(content)
     names, table = frozenset(_bound(tree)), _table(tree)
@@ -54,7 +54,7 @@ def analyse(content: bytes) -> Source:
         if isinstance(node, (ast.Import, ast.ImportFrom)) and id(node) not in skipped:
             imports.update(_imports(node))
     _strip(tree)
-    return Source(
+    return ModuleSource(
         hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:32],
         tuple(sorted(imports)),
         names,
