@@ -185,8 +185,7 @@ def synth_states() -> dict[str, Any]:
 
 
 def synth_plain_states() -> dict[str, Any]:
-    """How far the plain form comes on the family as it is; each order's gamma over SLICOT's or
-    ours."""
+    """Compare the plain form's gamma at each order with SLICOT's, or ours, on the family as it is."""
     plants = {order: mixed_sensitivity(order) for order in (4, 6, 8, 10, 12)}
     seconds = pair(
         lambda: minimise([plants[12]], RECENTRING), quietly(lambda: plain([plants[12]])), 1

@@ -1,5 +1,7 @@
-"""What is built: the last commit of a clone, or an unpacked source distribution, without what was
-made in it; and its date."""
+"""Source of a release: the last commit of a clone or an unpacked distribution, and its date.
+
+Generated files are left out.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,8 @@
-"""What is true of a loop beyond its vertices, at full count: the bounds of two controllers beside
-what is required, the real structured singular value against random plants, and the gridded
-synthesis between the polytope and LTI problems."""
+"""Checks of a loop beyond its vertices, at full count.
+
+The bounds of two controllers are compared with the required ones, the real structured singular
+value with random plants, and the gridded synthesis with the polytope and LTI problems.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""What a campaign says, at full count: dummies that are named, bounds that hold, shares that are
-known.
+"""Checks of a campaign's statistics at full count: dummy factors, bounds, known shares.
 
 python -m tests.accept build/accept.json "campaign: dummies" "campaign: bounds of a Latin hypercube"
 "campaign: known shares" ...
@@ -106,8 +105,7 @@ FAILURES = {
 
 
 def bounds_hold() -> dict[str, Any]:
-    """How often the interval of the pass rate misses it (5 % at most), and how often its lower
-    bound is above it (5 %)."""
+    """Count how often interval and lower bound miss the pass rate; 5 % of each is allowed."""
     runs, found, passed = 10_000, {}, True
     for method in METHODS:
         for name, (d, fails, share) in FAILURES.items():
@@ -140,8 +138,10 @@ def bounds_hold() -> dict[str, Any]:
 
 
 def _parity_missed(n: int) -> float:
-    """How often the interval misses 1/2 of the parity of two factors, by the hypergeometric
-    distribution of its counts."""
+    """Return the rate at which the interval misses 1/2 for the parity of two factors.
+
+    Its counts have a hypergeometric distribution.
+    """
     both = np.arange(n // 2 + 1)
     chances = stats.hypergeom.pmf(both, n, n // 2, n // 2)
     seen = chances > 1e-9
@@ -152,8 +152,10 @@ def _parity_missed(n: int) -> float:
 
 
 def tolerance_bounds_hold() -> dict[str, Any]:
-    """How often less than 95 % of the plants keep the bound, 5 % at most: of a function of three
-    factors whose distribution is known."""
+    """Count how often less than 95 % of the plants keep the bound; 5 % is allowed.
+
+    The metric is a function of three factors with a known distribution.
+    """
     runs, found, passed = 3000, {}, True
     for method in METHODS:
         for n in (60, 200, 1000):

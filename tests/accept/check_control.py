@@ -1,5 +1,4 @@
-"""What runs on the target is what is simulated: compiled C against the simulation over a million
-samples in each number format, every bit.
+"""Compiled C against the simulation over a million samples in each number format, every bit.
 
 Twenty controllers of every composition on inputs that wander; each is compiled by gcc and by clang,
 at -O0 and at -O3, without a warning.

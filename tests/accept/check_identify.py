@@ -58,7 +58,7 @@ def experiment(seed: int, encoder_step: float = TRUTH.encoder_step) -> tuple[Axi
 
 
 def covered(seed: int, encoder_step: float = TRUTH.encoder_step) -> dict[str, bool]:
-    """Whether the interval of each identified parameter holds the truth."""
+    """Return, for each identified parameter, if its interval holds the truth."""
     truth, bench = experiment(seed, encoder_step)
     logs = [
         record(make(seed, truth), truth, name) for name, make in (("sines", sines), ("ramp", ramp))
@@ -126,8 +126,7 @@ def clutch_repeated() -> dict[str, Any]:
 
 
 def linear_covered(seed: int) -> dict[str, bool]:
-    """Whether the interval of each parameter that the published pipeline identifies on a linear
-    axis holds the truth."""
+    """Return, for each parameter of the published pipeline, if its interval holds the truth."""
     truth, log = linear_axis(seed)
     found = inverse_dynamic([log], linear_bench(), IdentificationSettings(RATE)).parameters
     return {

@@ -136,7 +136,7 @@ def estimates(fit: SlidingFit) -> dict[str, Known]:
 
 
 def covered(seed: int, kind: str, method: str) -> dict[str, bool]:
-    """Whether the interval of each parameter that `method` gives holds the truth."""
+    """Return, for each parameter of `method`, if its interval holds the truth."""
     axis = loaded_axis(seed, kind)
     found = estimates(run(method, [axis.record], axis.bench, IdentificationSettings(0.95)))
     return {name: bool(one.low <= axis.truth[name] <= one.high) for name, one in found.items()}
