@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.timing import pair
 from frictool.friction.masing import masing_move
@@ -18,8 +17,8 @@ from frictool.friction.preisach import preisach_force, preisach_move
 from frictool.friction.preisach_cycles import cell_weights, masing_everett
 from frictool.friction.reversal_memory import FORCE, new_memory
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 POINTS, ROUNDS = 50_000, 7
 
 

@@ -15,16 +15,14 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from benchmarks.timing import pair
 from frictool.engine.mechanism.open_loop_run import MechanismRun, run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
+from frictool.typing import Vector
 from tests.engine.mechanism.build import Builder
-
-Vector = NDArray[np.float64]
 
 MASS, COULOMB, BREAKAWAY, VISCOUS, HIGHEST, DAMPING, GAP = 0.1, 0.1, 0.13, 0.05, 100.0, 0.02, 1e-3
 STIFFNESS = (

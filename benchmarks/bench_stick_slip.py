@@ -17,7 +17,6 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -38,12 +37,11 @@ from frictool.friction.kernel_signatures import SLIP_FORCE
 from frictool.friction.law_registry import LAWS
 from frictool.plant.axis import rest
 from frictool.runtime.kernels import function_pointer, kernel
+from frictool.typing import Vector
 from tests.control.example import clutch_controller
 from tests.engine.extended_reference import Slow
 from tests.engine.reference import TIGHT
 from tests.engine.table31 import reference_breakaways
-
-Vector = NDArray[np.float64]
 
 MASS, COULOMB, BREAKAWAY, STRIBECK, VISCOUS = 1.0, 1.0, 1.5, 1e-3, 0.4
 STIFFNESS, SPEED, SECONDS, SLIPS = 2.0, 0.1, 60.0, 9

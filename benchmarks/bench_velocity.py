@@ -17,7 +17,6 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.timing import pair
 from frictool.documents.observer import FrictionMap, Observer
@@ -26,9 +25,9 @@ from frictool.observe.design.tracking import design_tracking
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverRun
 from frictool.observe.velocity import VelocityEstimator
+from frictool.typing import Vector
 from tests.observe.fleet import believed, run, spread, steps
 
-Vector = NDArray[np.float64]
 SECONDS, ROUNDS, PEER_SAMPLES = 20.0, 5, 2000
 START = (
     500  # samples: at rest the disturbance is not corrected, which the filter has forgotten by then

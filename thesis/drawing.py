@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, NullFormatter
-from numpy.typing import NDArray
 
 from frictool.presentation.decimation import decimated_indices
 from frictool.presentation.svg import PAGE, FigureMargins, drawing, panels, render
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 COLOURS, DASHES = (
     ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f"),
     ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1, 1, 1))),

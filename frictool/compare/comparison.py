@@ -19,7 +19,8 @@ from frictool.compare import (
 )
 from frictool.compare.comparison_setting import ComparisonSetting
 from frictool.compare.thesis_tables import TableDifference, table_differences
-from frictool.compare.trajectory import LawTrajectory, Vector
+from frictool.compare.trajectory import LawTrajectory
+from frictool.typing import Vector
 
 # rigid stick and Stribeck curve, event-exact; LuGre is compared with it like the others
 REFERENCE = "stribeck"

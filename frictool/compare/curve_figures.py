@@ -6,9 +6,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from frictool.compare.trajectory import LawTrajectory, Vector
+from frictool.compare.trajectory import LawTrajectory
 from frictool.presentation.decimation import decimated_indices
 from frictool.presentation.svg import PAGE, drawing, render
+from frictool.typing import Vector
 
 # distinguishable with deficient colour vision and in grey; the second is dashed, as in the thesis
 COLOURS, DASHES = ("#1f5fa8", "#c4620a", "#2f7d4f"), ("-", (0, (5, 2)), (0, (1, 1.2)))

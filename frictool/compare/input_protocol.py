@@ -20,8 +20,8 @@ from itertools import pairwise
 import numpy as np
 
 from frictool.compare.comparison_setting import UnitScales
-from frictool.compare.trajectory import Vector
 from frictool.engine.drive import EffortFunction, held, pid, ramped, spring
+from frictool.typing import Vector
 
 Segment = tuple[
     float, EffortFunction

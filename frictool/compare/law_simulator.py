@@ -8,7 +8,7 @@ import numpy as np
 
 from frictool.compare import input_protocol, prescribed_motion, probes
 from frictool.compare.comparison_setting import ComparisonSetting
-from frictool.compare.trajectory import LawTrajectory, Phases, Vector, slow_phases
+from frictool.compare.trajectory import LawTrajectory, Phases, slow_phases
 from frictool.engine.body import BREAKS_AWAY, SLIPS_BACK, STOPS
 from frictool.engine.drive import held, ramped
 from frictool.engine.law_simulation import run_law
@@ -19,6 +19,7 @@ from frictool.friction.hybrid_time_step import violations as broken_rules
 from frictool.friction.law import DynamicKernels
 from frictool.friction.law_registry import LAWS
 from frictool.friction.preisach_cycles import everett_tail, masing_cycles
+from frictool.typing import Vector
 
 # parameters of the simulation or of the bench, which are not identified with the friction (3.7.6)
 NOT_FRICTION = (

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.compare.trajectory import LawTrajectory, Vector
+from frictool.compare.trajectory import LawTrajectory
+from frictool.typing import Vector
 
 LASTING_NEEDED = 0.9
 PERIOD_TOLERANCE = 0.05

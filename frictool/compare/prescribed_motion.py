@@ -10,11 +10,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from frictool.compare.trajectory import Vector
 from frictool.errors import NoSolutionError
 from frictool.friction.hybrid_kernels import STUCK
 from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
 from frictool.friction.static_kernels import sticking_force
+from frictool.typing import Vector
 
 
 def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vector:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.compare.trajectory import Vector
+from frictool.typing import Vector
 
 INNER_START, INNER_END = 3, 5  # turning points at the start and the end of the inner loop
 OUTER_START, OUTER_END = 7, 9  # turning points at the start and the end of the last outer loop

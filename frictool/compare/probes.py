@@ -17,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 
 from frictool.compare.comparison_setting import ComparisonSetting
-from frictool.compare.trajectory import Vector
+from frictool.typing import Vector
 
 Follow = Callable[
     [Vector, Vector], Vector

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
+
 Phases = tuple[tuple[float, float], ...]
 
 

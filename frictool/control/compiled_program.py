@@ -53,9 +53,8 @@ from frictool.control.operation_codes import (
 )
 from frictool.control.program import Program
 from frictool.runtime.kernels import bare_kernel, kernel
+from frictool.typing import IntVector, Vector
 
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
 Rows = NDArray[np.uint32]  # unsigned: a signed index costs a comparison at each access
 Values = NDArray[np.float64] | NDArray[np.float32]
 
@@ -91,12 +90,12 @@ class CompiledProgram(NamedTuple):
     code: Rows
     terms: Rows
     writes: Rows
-    ports: Places
-    starts: Places
+    ports: IntVector
+    starts: IntVector
     real: Vector
     single: NDArray[np.float32]
-    word: Places
-    formats: Places
+    word: IntVector
+    formats: IntVector
 
 
 def compile_program(program: Program, *, single: bool = False) -> CompiledProgram:
@@ -130,7 +129,7 @@ def compile_program(program: Program, *, single: bool = False) -> CompiledProgra
     )
 
 
-def ports(program: Program) -> Places:
+def ports(program: Program) -> IntVector:
     """Return `CompiledProgram.ports` of a program; raise ValueError if it has no output."""
     if program.output is None:
         raise ValueError("the program has no output")
@@ -252,7 +251,7 @@ def read(machine: CompiledProgram, place: int) -> float:
 
 
 @bare_kernel
-def _give(v: Values, ports: Places, reference: float, position: float, velocity: float) -> bool:
+def _give(v: Values, ports: IntVector, reference: float, position: float, velocity: float) -> bool:
     """Set the inputs; return True if each of them is a finite number."""
     valid = True
     if ports[0] >= 0:
@@ -268,7 +267,7 @@ def _give(v: Values, ports: Places, reference: float, position: float, velocity:
 
 
 @bare_kernel
-def _first_row(v: Values | Places, ports: Places, valid: bool) -> int:
+def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
     """Return the first row of `code` to run: 0, or the row behind the guard.
 
     If this sample and the last one are valid, the guard's results do not change, except the inputs

@@ -20,11 +20,10 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.control.program import Program, ProgramNode
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 SUMMED = 2**20  # largest number of samples of an impulse response
 DIED = 1e-9  # relative size of the remainder at which the sum ends
 

@@ -41,8 +41,8 @@ from frictool.control.operation_codes import (
     VALID,
 )
 from frictool.runtime.kernels import bare_kernel, kernel
+from frictool.typing import IntVector
 
-Places = NDArray[np.int64]
 Rows = NDArray[np.uint32]
 INVALID = -(2**31)  # word of a value that is not finite; every other word is above it
 
@@ -73,7 +73,7 @@ def whole_root(value: int) -> int:
 
 
 @kernel
-def from_real(form: Places, value: float) -> int:
+def from_real(form: IntVector, value: float) -> int:
     """Return the word of a value: nearest, halves to even, saturated; INVALID if not finite."""
     if not math.isfinite(value):
         return INVALID
@@ -86,14 +86,14 @@ def from_real(form: Places, value: float) -> int:
 
 
 @kernel
-def to_real(form: Places, word: int) -> float:
+def to_real(form: IntVector, word: int) -> float:
     """Return the exact value of a word; NaN for INVALID."""
     return math.nan if word == INVALID else math.ldexp(float(word), -form[FRACTION])
 
 
 @bare_kernel
 def run_words(
-    code: Rows, terms: Rows, writes: Rows, formats: Places, w: Places, first: int
+    code: Rows, terms: Rows, writes: Rows, formats: IntVector, w: IntVector, first: int
 ) -> None:
     """Run one sample on words: control/compiled_program.py `run_values` in integers."""
     for k in range(first, code.shape[0]):

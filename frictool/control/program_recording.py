@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.control.compiled_program import CompiledProgram, control_step, read, run_values
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 @kernel
 def record_along(
     machine: CompiledProgram,
-    inputs: Places,
+    inputs: IntVector,
     given: Vector,
-    states: Places,
-    others: Places,
+    states: IntVector,
+    others: IntVector,
     found: Vector,
 ) -> None:
     """Run a program in double, in place, over given (n, i), one column per index in `inputs`.

@@ -12,11 +12,10 @@ each pair of poles separately.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.control.program import Program, ProgramNode
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 Chain = tuple[tuple[float, ...], ...]
 
 

@@ -9,9 +9,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.position_polynomial import polynomial
 from frictool.friction.rising_breakaway import dwell_factor
 from frictool.plant.axis import (
@@ -45,8 +42,8 @@ from frictool.plant.axis_friction_laws import (
     VISCOUS_PAIR,
 )
 from frictool.runtime.kernels import inner_kernel, kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 # parameters of an axis with laws, None if it has none; numba compiles both cases separately
 Laws = Vector | None
 

@@ -19,9 +19,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.axis_friction import (
     MAP_EDGE,
     Laws,
@@ -85,8 +82,8 @@ from frictool.plant.axis_friction_laws import (
 )
 from frictool.plant.position_load import is_loaded, opposing_effort
 from frictool.runtime.kernels import inner_kernel, kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 ROUNDING = 2.0**-50  # largest effort that counts as zero, relative to its terms
 MAX_EVENTS = 100  # events per call; a held command causes only a few, since its effort is monotone
 MAX_REBOUNDS = 10_000  # events per call of an axis with end stops, which may rebound

@@ -19,8 +19,7 @@ from frictool.engine.status import OK
 from frictool.engine.stick_slip import run as run_body
 from frictool.plant.axis import ENCODER_STEP
 from frictool.runtime.kernels import parallel_kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @parallel_kernel

@@ -14,7 +14,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.axis_motion import advance, drive_from_now
 from frictool.engine.closed_loop import measure
@@ -23,9 +22,7 @@ from frictool.engine.status import OK
 from frictool.plant.axis import CONSTANT, ENCODER_STEP, POSITION
 from frictool.plant.position_load import with_load
 from frictool.runtime.kernels import inner_kernel, kernel
-
-Vector = NDArray[np.float64]
-Rows = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 class ServoMemory(NamedTuple):
@@ -67,8 +64,8 @@ def next_place(
     place: RampProgress,
     rows: int,
     segment: Vector,
-    following: Rows,
-    turning: Rows,
+    following: IntVector,
+    turning: IntVector,
     rules: Vector,
     measured: float,
 ) -> RampProgress:
@@ -124,14 +121,14 @@ def play_ramps(
     state: Vector,
     rows: Vector,
     segment: Vector,
-    following: Rows,
-    turning: Rows,
+    following: IntVector,
+    turning: IntVector,
     rules: Vector,
     period: float,
     delay: int,
     position: Vector,
     drive: Vector,
-    played: Rows,
+    played: IntVector,
 ) -> int:
     """Play `rows` (n,) of the drive by the rules of a ramp test, and fill position and drive (n,).
 

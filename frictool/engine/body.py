@@ -15,11 +15,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.extension import DELAY, PackedExtension
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 # parameters; pairs are (backward, forward), at index base + (direction > 0)
 MASS, BREAKAWAY, COULOMB, VISCOUS, VISCOUS_BEYOND = 0, 1, 3, 5, 7

@@ -20,7 +20,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.control.compiled_program import CompiledProgram, control_step
 from frictool.engine.axis_motion import advance, drive_from_now
@@ -37,8 +36,7 @@ from frictool.plant.axis import (
 )
 from frictool.plant.position_load import with_load
 from frictool.runtime.kernels import inner_kernel, kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 # columns of the record, one row per sample, with the values at that sample
 MEASURED, TRUE_POSITION, TRUE_VELOCITY, LOAD, COMMAND, TRUE_DRIVE, TRUE_MODE = 0, 1, 2, 3, 4, 5, 6

@@ -25,7 +25,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.plant.axis import (
     BACKLASH_BREAKAWAY,
@@ -48,8 +47,7 @@ from frictool.plant.axis_friction_laws import (
     VISCOUS_PAIR,
 )
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 (
     DISTURBANCE,

@@ -9,12 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.drive import effort, reference
 from frictool.runtime.kernels import bare_kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Force = Callable[[float, float, Vector], float]
 
 STAGES = 7

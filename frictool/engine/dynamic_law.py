@@ -18,7 +18,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.body import (
     SAMPLE_EFFORT,
@@ -44,8 +43,8 @@ from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL
 from frictool.friction.extension import levels, regime_table
 from frictool.friction.speed_regimes import knee_force, knee_slope
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Rate = Callable[[Vector, float, Vector, Vector], int]
 Force = Callable[[Vector, Vector, float, Vector], float]
 Commit = Callable[[Vector, float, Vector], int]

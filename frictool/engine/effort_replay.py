@@ -21,7 +21,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.axis_motion import advance
 from frictool.engine.exponentials import convolved, convolved_integral, phi1, phi2
@@ -53,8 +52,8 @@ from frictool.plant.axis_friction_laws import (
 )
 from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import inner_kernel, kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 FREE = np.zeros(2)  # gains without correction
 
 

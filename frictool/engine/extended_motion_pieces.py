@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.body import (
     BREAKAWAY,
@@ -56,8 +55,8 @@ from frictool.friction.extension import BOUNDARY, LAG, VISCOUS_INDEX, levels, re
 from frictool.friction.lubricant_film import boundary_film, film_force
 from frictool.friction.speed_regimes import regime_force
 from frictool.runtime.kernels import inner_kernel, kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 # forward and backward parameters, the extension's table, workspace for the current parameters
 Laws = tuple[Vector, Vector, Vector, Vector]
 

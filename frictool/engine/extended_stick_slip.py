@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.body import (
     BOUNCES,
@@ -67,8 +66,7 @@ from frictool.friction.extension import BOUNDARY, LAG, levels, regime_table
 from frictool.friction.lubricant_film import boundary_film
 from frictool.friction.speed_regimes import count_passed_knees
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @kernel

@@ -16,7 +16,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.body import (
     BREAKS_AWAY,
@@ -36,8 +35,8 @@ from frictool.friction.speed_regimes import knee_force
 from frictool.friction.static_kernels import sticking_force
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 ModeAfter = Callable[[int, float, float, Vector, Vector], int]
 Enter = Callable[[int, float, float, Vector, Vector], int]
 Valued = Callable[[int, float, float, Vector, Vector], float]

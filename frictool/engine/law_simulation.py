@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from frictool.engine.body import EVENT_SIZE, SAMPLE_SIZE, FrictionBody
 from frictool.engine.drive import EffortFunction
@@ -32,8 +32,8 @@ from frictool.friction.extension import FrictionExtension, pack_plain_law
 from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
 from frictool.friction.stribeck import straight_from
 from frictool.runtime.kernels import function_pointer
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Segments = Sequence[tuple[float, EffortFunction]]
 
 STEP_TOLERANCE = 1e-7  # relative tolerance of the dynamic laws

@@ -8,9 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.body import (
     BEYOND_KNEE,
     BREAKAWAY,
@@ -48,8 +45,7 @@ from frictool.engine.polynomial_events import NEVER, first_fall
 from frictool.engine.power_series import TERMS, motion, reach
 from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL
 from frictool.runtime.kernels import bare_kernel, kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 ROUNDING = 2.0**-48  # largest effort that counts as zero, relative to its terms
 TRACE = 2.0**-40  # excess over a refused breakaway, relative to the terms of the effort

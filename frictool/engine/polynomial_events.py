@@ -9,13 +9,9 @@ The coefficients bound the curvature, so that no crossing is missed between two 
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.safeguarded_newton import MAX_ITERATIONS, bracket_step
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 NEVER = -1.0
 # shortest distance of two crossings that are both seen, relative to the piece

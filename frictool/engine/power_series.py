@@ -11,9 +11,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.drive import (
     AMPLITUDE,
     DERIVATIVE,
@@ -27,8 +24,7 @@ from frictool.engine.drive import (
     TARGET_SPEED,
 )
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 TERMS = 24
 EXACT = 2.0**-54  # largest magnitude of the last terms, relative to the size of the quantity

@@ -14,11 +14,9 @@ of an arrow:
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 CONTACT = 3  # index of the first z in y
 STAGES, GAMMA = 6, 0.25

@@ -16,7 +16,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.axis_motion import advance
 from frictool.engine.drive_lag import lagged_drive
@@ -25,8 +24,8 @@ from frictool.engine.status import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, LAG, POSITION, VELOCITY
 from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 PROPORTIONAL, INTEGRAL, DERIVATIVE, REFERENCE_RATE = 0, 1, 2, 3
 
 

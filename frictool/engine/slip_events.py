@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.body import (
     BEYOND_KNEE,
     BOUNCES,
@@ -35,8 +32,7 @@ from frictool.engine.drive import effort
 from frictool.engine.motion_pieces import friction_line
 from frictool.engine.polynomial_events import NEVER, first_fall
 from frictool.runtime.kernels import bare_kernel, kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 BELOW = 0.98  # speed at which a slowing slip enters the layer again, relative to the layer's speed
 # speed at which a slowing slip passes the knee, relative to the knee's speed

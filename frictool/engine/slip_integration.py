@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.axis_friction import (
     breakaway_at,
@@ -77,8 +76,7 @@ from frictool.plant.axis import (
 from frictool.plant.axis_friction_laws import LAYER, STRIBECK_EXPONENT, STRIBECK_VELOCITY
 from frictool.plant.position_load import load_size, opposing_effort
 from frictool.runtime.kernels import inner_kernel, kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 # end of a piece of slip
 HELD, SLOWER, FASTER, PLACE, FAILED, CONTACT = 0, 1, 2, 3, 4, 5

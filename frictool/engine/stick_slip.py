@@ -29,7 +29,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.body import (
     BREAKS_AWAY,
@@ -61,8 +60,7 @@ from frictool.engine.power_series import TERMS
 from frictool.engine.slip_events import arrive, region, slip_event
 from frictool.engine.status import EVENTS_FULL, NOT_FINITE, OK, TOO_MANY_EVENTS
 from frictool.runtime.kernels import bare_kernel, kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 DENSE_TERMS = 5
 STEPS_PER_EVENT = 1000.0

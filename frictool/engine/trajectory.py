@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from frictool.engine.body import (
     BREAKS_AWAY,
@@ -29,8 +29,7 @@ from frictool.engine.status import OK
 from frictool.engine.stick_slip import run
 from frictool.friction.kernel_signatures import SLIP_FORCE
 from frictool.runtime.kernels import function_pointer
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 Segments = Sequence[tuple[float, EffortFunction]]
 

@@ -7,16 +7,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.coulomb_tanh import SMOOTHING_VELOCITY
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import COULOMB
 from frictool.friction.static_kernels import never_sticks, no_band, true_velocity
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @kernel

@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import COULOMB, LawParameter
 from frictool.friction.static_kernels import never_sticks, no_band, true_velocity
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 SMOOTHING_VELOCITY = LawParameter("smoothing_velocity", "m/s", "rad/s", exclusive=True)  # v_r
 
 

@@ -10,16 +10,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.dynamic_kernels import no_memory, scalar_reset
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import POSITIVE_COULOMB, STIFFNESS, LawParameter
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 EXPONENT = LawParameter("exponent", "", "", exclusive=True, maximum=100.0, default=1.0)  # i
 
 

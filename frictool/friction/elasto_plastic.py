@@ -14,9 +14,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.dynamic_kernels import no_memory, scalar_reset
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.lugre import SIGMA_0, force
@@ -24,8 +21,8 @@ from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, STIFFNESS, A
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, curve
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 ELASTIC_LIMIT = LawParameter("elastic_limit", "m", "rad")  # z_ba
 Z_BA = 7
 

@@ -18,7 +18,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import Axis
@@ -27,8 +26,8 @@ from frictool.friction.position_polynomial import position_factor
 from frictool.friction.rising_breakaway import dwell_factor
 from frictool.friction.speed_regimes import regimes_from
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 CONSTANT: tuple[float, ...] = (1.0,)
 
 # indices in the table; the coefficients of both polynomials and the (knee, slope) pairs follow

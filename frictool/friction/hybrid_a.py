@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.hybrid_kernels import (
     HYBRID,
@@ -29,8 +28,8 @@ from frictool.friction.parameter import LawParameter
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 CONVERGENCE_RATE = LawParameter("convergence_rate", "1/s", "1/s", exclusive=True)  # p0
 HOLD_TIME = LawParameter("hold_time", "s", "s", default=0.0)  # T_0
 RATE, HOLD = 7, 8

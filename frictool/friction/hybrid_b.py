@@ -18,9 +18,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.dynamic_kernels import scalar_reset
 from frictool.friction.hybrid_kernels import (
     HYBRID,
@@ -35,8 +32,8 @@ from frictool.friction.parameter import PRESLIDING_LIMIT
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 LIMIT = 7
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction import hybrid_b
 from frictool.friction.hybrid_b import LIMIT, mode_after, presliding_damping, rate
@@ -25,8 +24,8 @@ from frictool.friction.reversal_memory import COUNT, DEPTH, FIRST, FORCE, POSITI
 from frictool.friction.status import OK
 from frictool.friction.stribeck import BREAKAWAY
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 MEMORY, FIXED = 1, 8
 
 

@@ -17,14 +17,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.parameter import STRIBECK, LawParameter
 from frictool.friction.stribeck import COULOMB, slip_force
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 STUCK, SLIPPING = 0, 1
 
 INERTIA = LawParameter("inertia", "kg", "kg m^2", exclusive=True)  # m

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction import coulomb_viscous
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import COULOMB
 from frictool.friction.static_kernels import coulomb_breakaway, no_band, true_velocity
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @kernel

@@ -8,17 +8,13 @@ v, which would drive the body.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS
 from frictool.friction.static_kernels import breakaway_level
 from frictool.friction.svc import slip_force, slip_slope
 from frictool.friction.svc_band import BAND, band
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @kernel

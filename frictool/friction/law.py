@@ -21,11 +21,10 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.parameter import Axis, LawParameter
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Kernel = Callable[..., Any]
 
 

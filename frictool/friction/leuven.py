@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.maxwell_bank import bank_force, bank_move, parabolic_bank
@@ -20,8 +19,8 @@ from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, PRESLIDING_L
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 EXPONENT = LawParameter("exponent", "", "", exclusive=True, maximum=100.0, default=1.0)  # i
 LIMIT, SIGMA_1, POWER, FIXED = 5, 6, 7, 8
 Z, ACCEPTED, DEFLECTIONS = 0, 1, 2

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.leuven import EXPONENT, LIMIT, SIGMA_1, presliding_rate
@@ -19,8 +18,8 @@ from frictool.friction.reversal_memory import DEPTH, FIRST
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Z, MEMORY = 0, 1
 
 

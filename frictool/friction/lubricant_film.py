@@ -24,13 +24,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.stribeck import STRIBECK_EXPONENT, STRIBECK_VELOCITY, VISCOUS, slip_slope
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 STATIC, BOUNDARY, PARTIAL, FULL = 1, 2, 3, 4
 
 

@@ -10,17 +10,14 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.dynamic_kernels import no_memory, scalar_reset
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, STIFFNESS
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import VISCOUS, curve
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 SIGMA_0, SIGMA_1 = 5, 6
 
 

@@ -8,14 +8,10 @@ The memory is that of friction/reversal_memory.py. An inner loop closes at its s
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.reversal_memory import branch_start, remember
 from frictool.friction.virgin_curve import virgin_force
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @kernel

@@ -11,12 +11,11 @@ deflections cannot overflow, unlike a list of reversals, but is less precise.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.virgin_curve import virgin_force
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 ELEMENTS = 10
 
 

@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.maxwell_bank import parabolic_bank
@@ -26,8 +25,8 @@ from frictool.friction.parameter import POSITIVE_STRIBECK, PRESLIDING_LIMIT, Law
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 ATTRACTION = LawParameter("attraction", "N/s", "N m/s", exclusive=True)  # C
 LIMIT, PULL, FIXED = 5, 6, 7
 

@@ -13,10 +13,8 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-import numpy as np
-from numpy.typing import NDArray
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 # largest number of Newton steps, bisecting outside the bracket; about six suffice, but at a zero of
 # the sixth order four steps gain one bit
 STEPS = 200

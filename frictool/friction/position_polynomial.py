@@ -13,12 +13,10 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.polynomial_minimum import minimum
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @kernel

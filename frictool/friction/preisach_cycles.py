@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.friction.virgin_curve import virgin_force
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 CELLS = 20  # n of 3.7.1
 PLACED = 1e-6  # relative tolerance of a cycle's ends
 

@@ -25,12 +25,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.status import MEMORY_FULL, NOT_FINITE, OK
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 POSITION, FORCE, COUNT, FORGOTTEN, FIRST = 0, 1, 2, 3, 4
 FEWEST = 4  # least number of reversals that contain an inner pair to remove

@@ -10,11 +10,9 @@ law.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @kernel

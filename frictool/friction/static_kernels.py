@@ -5,12 +5,8 @@ At rest F = u, limited to [-F_s(-), F_s(+)]: first lines of (2.30)-(2.35).
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @kernel

@@ -11,15 +11,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import STRIBECK
 from frictool.friction.static_kernels import breakaway_level, no_band, true_velocity
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 # indices of the curve's parameters in p, the same in every law that uses the curve
 COULOMB, BREAKAWAY, STRIBECK_VELOCITY, STRIBECK_EXPONENT, VISCOUS = 0, 1, 2, 3, 4

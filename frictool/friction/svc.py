@@ -5,16 +5,12 @@ In slip F = F_c sign(v) + sigma_v v, at rest F = u up to F_s.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction import coulomb_viscous
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS
 from frictool.friction.static_kernels import breakaway_level, no_band, true_velocity
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @kernel

@@ -5,16 +5,13 @@ Inside the band the body drifts at up to dv.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS, LawParameter
 from frictool.friction.static_kernels import breakaway_level, true_velocity
 from frictool.friction.svc import slip_force, slip_slope
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 BAND = LawParameter("band", "m/s", "rad/s", exclusive=True)  # dv
 
 

@@ -27,8 +27,9 @@ from numpy.polynomial.legendre import legfit
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import Vector
 
 ENDS = 0.05  # share of a stroke's travel excluded at either end, since the axis may rest there
 SHORTEST = 20  # samples, shortest motion of a stroke that is examined

@@ -24,12 +24,13 @@ from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Polynomial
 from frictool.documents.quantity import Quantity
 from frictool.friction.position_polynomial import normalised_coefficients
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, full_backlash, stroke_samples
 from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.smoothing import SHORTEST, bump, choose_window, smoothed
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.axis_model import load_law
+from frictool.typing import Vector
 
 # largest number of samples evaluated; number of evenly spaced parts taken of longer logs
 MOST_SAMPLES, PARTS = 500_000, 20

@@ -26,7 +26,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.load_columns import load_columns
@@ -34,6 +34,7 @@ from frictool.identify.rows.regression_samples import RegressionSamples, paramet
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import Vector
 
 FEWEST_UPDATES = 20
 SHORTEST_HOLD = 3  # samples, shortest time between two updates; shorter ones change little

@@ -12,10 +12,11 @@ from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.identify.identification import SLIDING_LOG, Identification
 from frictool.identify.measurement.bench_measurement import measurement
-from frictool.identify.motion_record import MotionRecord, Vector, record_of
+from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
 from frictool.logs.reading import read_log
+from frictool.typing import Vector
 
 Currents = tuple[Vector, Vector, float]  # commanded and measured current (n,), A, and the period, s
 

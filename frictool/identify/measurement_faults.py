@@ -16,8 +16,9 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.logs.quality.saturation import FlatTopDetector
+from frictool.typing import Vector
 
 LARGEST_SATURATED_SHARE = 0.01  # largest share of samples at a flat top
 # share of the actuator's limit above which a flat top is the limit itself, and not a saturated

@@ -24,8 +24,8 @@ from frictool.documents.bench import Bench
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
 from frictool.logs.quality.time_base import encoder_step
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 JITTER = 0.1  # relative deviation of an interval from the period above which the record is split
 SMALLEST_COUNT = 1e-9  # least count relative to the range of a velocity; finer ones are rounding
 MOST_BROKEN = 0.2  # share of broken intervals above which the clock does not count as uniform

@@ -29,13 +29,14 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.regression_samples import FEWEST_STROKES, parameters_of
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 from frictool.identify.rows.strokes import find_strokes
 from frictool.logs.quality.sign_check import CLEAR, net_work
+from frictool.typing import Vector
 
 
 def reversed_sign(

@@ -28,8 +28,9 @@ from frictool.identify.breakaway.friction_map import shape_along
 from frictool.identify.estimators.sines import StrokeRows, stroke_rows
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import Identification, without_load
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.presentation.svg import drawing, render
+from frictool.typing import Vector
 
 FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
 SIDES = ((1.0, FORWARD, "forward"), (-1.0, BACKWARD, "backward"))

@@ -25,8 +25,8 @@ from scipy.stats import chi2, norm
 from scipy.stats import t as student
 
 from frictool.identify.fit_result import Interval
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 DAY_S = 86400.0
 
 

@@ -12,16 +12,15 @@ that part of the axis.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.plant.lti import Lti
+from frictool.typing import ComplexVector
 
-Complex = NDArray[np.complex128]
 # relative real part below which an eigenvalue counts as a crossing, which refuses the arc
 ON_AXIS = 1e-8
 
 
-def is_negative_on(system: Lti, pi: Complex, start: float, stop: float) -> bool:
+def is_negative_on(system: Lti, pi: ComplexVector, start: float, stop: float) -> bool:
     """Return True if Phi < 0 for every angle from `start` to `stop` [rad].
 
     The system is sampled and stable, `pi` is Hermitian.

@@ -34,9 +34,8 @@ from scipy.linalg import block_diag, null_space
 
 from frictool.lmi.sdp import AffineConstraint, symmetric, upper_triangle
 from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.typing import Matrix, Vector
 
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
 ROUNDING = 1e-14
 
 

@@ -12,11 +12,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.lmi.sdp import Affine, solve, symmetric
-
-Matrix = NDArray[np.float64]
+from frictool.typing import Matrix
 
 
 def lyapunov_ends(

@@ -21,12 +21,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.plant.uncertain_axis import RealBlock, Uncertain
-
-Complex = NDArray[np.complex128]
-Vector = NDArray[np.float64]
+from frictool.typing import ComplexVector, Vector
 
 
 @dataclass(frozen=True)
@@ -38,7 +35,7 @@ class ScalingForm:
     belong to the uncertainty.
     """
 
-    basis: Complex
+    basis: ComplexVector
     blocks: tuple[tuple[slice, slice, bool], ...]
     z_uncertain: int
     w_uncertain: int
@@ -49,18 +46,18 @@ class ScalingForm:
     def count(self) -> int:
         return len(self.basis)
 
-    def fixed(self, level: float) -> Complex:
+    def fixed(self, level: float) -> ComplexVector:
         """Return the term of the performance: z* z/level - level w* w."""
         diagonal = np.zeros(self.z + self.w)
         diagonal[self.z_uncertain : self.z] = 1.0 / level
         diagonal[self.z + self.w_uncertain :] = -level
         return np.diag(diagonal).astype(np.complex128)
 
-    def at(self, x: Vector, level: float) -> Complex:
+    def at(self, x: Vector, level: float) -> ComplexVector:
         """Return Pi for the unknowns x (count,)."""
         return np.asarray(self.fixed(level) + np.tensordot(x, self.basis, 1))
 
-    def scales(self, x: Vector) -> list[Complex]:
+    def scales(self, x: Vector) -> list[ComplexVector]:
         """Return the matrices D of the blocks, which must be positive."""
         whole = np.tensordot(x, self.basis, 1)
         return [
@@ -84,7 +81,7 @@ def form(blocks: Sequence[Uncertain], z: int, w: int) -> ScalingForm:
     return ScalingForm(np.array(found).reshape(-1, z + w, z + w), tuple(placed), z_at, w_at, z, w)
 
 
-def _real(block: RealBlock, z: slice, w: slice, size: int) -> list[Complex]:
+def _real(block: RealBlock, z: slice, w: slice, size: int) -> list[ComplexVector]:
     """Return one matrix for each real unknown of D and of G."""
     found = []
     for part in _hermitian(block.size):
@@ -95,7 +92,7 @@ def _real(block: RealBlock, z: slice, w: slice, size: int) -> list[Complex]:
     return found
 
 
-def _hermitian(size: int) -> list[Complex]:
+def _hermitian(size: int) -> list[ComplexVector]:
     """Return a basis of the Hermitian matrices over the real numbers."""
     found = []
     for row in range(size):
@@ -107,7 +104,7 @@ def _hermitian(size: int) -> list[Complex]:
     return found
 
 
-def _full(z: slice, w: slice, size: int) -> Complex:
+def _full(z: slice, w: slice, size: int) -> ComplexVector:
     diagonal = np.zeros(size)
     diagonal[z], diagonal[w] = 1.0, -1.0
     return np.diag(diagonal).astype(np.complex128)

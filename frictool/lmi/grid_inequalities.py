@@ -24,15 +24,13 @@ from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from frictool.lmi.bounded_real import ProjectedInequality
 from frictool.lmi.sdp import AffineConstraint, symmetric, upper_triangle
 from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.typing import Matrix, Vector
 
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
 Values = tuple[float, ...]
 
 

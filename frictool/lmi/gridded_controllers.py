@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from frictool.errors import NoSolutionError
@@ -28,8 +27,8 @@ from frictool.lmi.gridded_synthesis import GriddedSolution
 from frictool.lmi.parrott_reconstruction import parrott
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 WEIGHTS = (
     0.0,
     *np.geomspace(1.0, 1e-10, 21).tolist(),

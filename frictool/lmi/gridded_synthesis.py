@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.grid_inequalities import GridInequalities, GridPlants, ParameterBasis, Values
@@ -37,9 +36,8 @@ from frictool.lmi.sdp import AffineConstraint, solve, upper_triangle
 from frictool.lmi.state_balancing import balancing, even_out
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
+from frictool.typing import Matrix, Vector
 
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
 # scheduled values -> plants at these values
 Family = Callable[[Values], Sequence[GeneralisedPlant]]
 PASSES = 6  # largest number of balancing passes

@@ -18,7 +18,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.bounded_real import BoundedRealInequalities
@@ -31,10 +30,11 @@ from frictool.lmi.pole_regions import (
     frame,
     refuse_fixed_modes,
 )
-from frictool.lmi.sdp import AffineConstraint, Vector, solve, upper_triangle
+from frictool.lmi.sdp import AffineConstraint, solve, upper_triangle
 from frictool.lmi.state_balancing import balancing, even_out
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
+from frictool.typing import Matrix, Vector
 
 __all__ = [
     "LyapunovPair",
@@ -45,7 +45,6 @@ __all__ = [
     "vertex_controllers",
 ]
 
-Matrix = NDArray[np.float64]
 PASSES = 8  # largest number of balancing passes
 DIVERGED = 1e3  # ratio of gamma to that of the previous pass above which the problem diverges
 SETTLED = 1e-3  # relative change of gamma below which the passes end, if the inequalities hold

@@ -31,14 +31,14 @@ from functools import partial
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import cholesky
 
 from frictool.lmi.sdp import Affine, solve, symmetric
 from frictool.lmi.state_balancing import osborne
 from frictool.plant.lti import Lti
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 PASSES = 3  # balancing passes, each in coordinates in which the last mean P is the unit matrix
 
 

@@ -16,14 +16,13 @@ controller together for constant B2, C2, D12 and D21.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 CAYLEY_STEPS = (
     1.0,
     0.7,

@@ -16,13 +16,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
 
-Matrix = NDArray[np.float64]
 # relative smallest singular value of [A - pole, B2] below which feedback does not move a pole
 UNREACHED = 1e-9
 

@@ -43,9 +43,8 @@ from frictool.lmi.switched_observer_gains import (
     refuse_undetectable,
     state_units,
 )
+from frictool.typing import Matrix, Vector
 
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
 PASSES = 3  # balancing passes
 INSIDE, FASTER = (
     0.995,

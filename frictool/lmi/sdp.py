@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
+from frictool.typing import Matrix, Vector
+
 Affine = Callable[[Matrix], Matrix]  # decision vectors (k, count) -> symmetric matrices (k, m, m)
 
 TOLERANCE = 1e-7  # relative to a constraint's own scale

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import svd
 
 from frictool.plant.generalised_plant import GeneralisedPlant
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 SMALLEST = 1e-12  # smallest eigenvalue of R and S that balancing uses, relative to their largest
 
 

@@ -27,12 +27,12 @@ from numpy.typing import NDArray
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.arc_negativity import is_negative_on
-from frictool.lmi.dg_scalings import Complex, ScalingForm, Vector, form
+from frictool.lmi.dg_scalings import ScalingForm, form
 from frictool.lmi.sdp import Affine, solve
 from frictool.plant.lti import Lti, tustin
 from frictool.plant.uncertain_axis import Uncertain
+from frictool.typing import ComplexVector, Matrix, Vector
 
-Matrix = NDArray[np.float64]
 TOLERANCE = 2e-3  # relative distance of a level above the optimum at its worst frequency
 SHORTEST = 1e-7  # rad, shortest arc
 SMALLEST = 1e-3  # level at which a search begins
@@ -219,7 +219,7 @@ class _ArcCover:
         return x if worst < 0.0 else None
 
 
-def _responses(loop: Lti, angles: NDArray[np.float64]) -> Complex:
+def _responses(loop: Lti, angles: NDArray[np.float64]) -> ComplexVector:
     """Return the loop's frequency response M, stacked on the identity, at each angle [rad]."""
     m = replace(loop, period=1.0).response(angles)
     return np.concatenate(
@@ -227,16 +227,16 @@ def _responses(loop: Lti, angles: NDArray[np.float64]) -> Complex:
     )
 
 
-def _congruence(stack: Complex, part: Complex) -> Complex:
+def _congruence(stack: ComplexVector, part: ComplexVector) -> ComplexVector:
     return np.asarray(stack.conj().T @ part @ stack)
 
 
-def _real(matrices: Complex) -> Matrix:
+def _real(matrices: ComplexVector) -> Matrix:
     """Return real symmetric images of Hermitian matrices (..., m, m); eigenvalues occur twice."""
     return np.block([[matrices.real, -matrices.imag], [matrices.imag, matrices.real]])
 
 
-def _below(terms: Complex) -> Affine:
+def _below(terms: ComplexVector) -> Affine:
     """Return the constraint -Phi - t >= 0, t the last unknown."""
     fixed, parts = _real(terms[0]), _real(terms[1:])
     identity = np.eye(len(fixed))

@@ -32,8 +32,8 @@ from scipy.linalg import cholesky
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.sdp import AffineConstraint, assemble, solve, symmetric, upper_triangle
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 Switches = Sequence[tuple[int, int]]
 PASSES = 2  # balancing passes
 ROOM, MOST_ROOM = (

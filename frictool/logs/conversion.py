@@ -19,10 +19,10 @@ from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import NS, StreamHeader
 from frictool.logs.canonical.mcap_writer import Notes
 from frictool.logs.canonical.sample_chunks import join_blocks
-from frictool.logs.log import Vector
 from frictool.logs.optional_libraries import library
 from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import BLOCK_ROWS
+from frictool.typing import Vector
 
 TIME_NAME, TIME_UNIT = "time", "s"
 

@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.errors import LogError
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 MAIN_TOPIC = "/axis"
 MECHANISM_TOPIC = "/mechanism"  # stream of all blocks of a simulated mechanism
 EXCITATION = "excitation"  # metadata record of a `frictool excite` test: kind, rule, figures

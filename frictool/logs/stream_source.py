@@ -11,9 +11,9 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple, Protocol
 
 from frictool.logs.canonical.mcap_layout import StreamHeader
-from frictool.logs.log import Vector
 from frictool.logs.losses import LossList
 from frictool.logs.table import Nanoseconds
+from frictool.typing import Vector
 
 
 class SampleBlock(NamedTuple):

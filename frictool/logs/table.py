@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.errors import LogError
-from frictool.logs.log import Vector
+from frictool.typing import Vector
 
 BLOCK_ROWS = (
     1 << 16

@@ -13,10 +13,10 @@ import numpy as np
 
 from frictool.documents.quantity import Axis, si_unit
 from frictool.observe.estimation import EstimateBlock
-from frictool.observe.motion_block import Vector
 from frictool.observe.streamed_decimation import DecimatedTrace, zigzag
 from frictool.presentation import svg
 from frictool.presentation.svg import PAGE, FigureMargins, panels, render
+from frictool.typing import Vector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
@@ -23,11 +22,11 @@ from frictool.logs.log import MAIN_TOPIC
 from frictool.logs.stream_source import SampleBlock
 from frictool.observe.estimate import WearEstimate
 from frictool.observe.friction_tracker import UNBOUNDED, FrictionTracker, estimate_starts
-from frictool.observe.motion_block import MotionBlock, Vector
+from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverOutput
 from frictool.observe.second_observer import SecondObserver
+from frictool.typing import Matrix, Vector
 
-Matrix = NDArray[np.float64]
 ESTIMATED = ("velocity", "friction", "wear")
 FIELDS = ("position", *(name + end for name in ESTIMATED for end in ("", "_low", "_high")))
 

@@ -13,7 +13,6 @@ from typing import TypeVar
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
@@ -25,10 +24,10 @@ from frictool.observe.kernels.friction_interval import (
     ZONE_SIZE,
     friction_along,
 )
-from frictool.observe.motion_block import MotionBlock, Vector
+from frictool.observe.motion_block import MotionBlock
 from frictool.plant.axis_model import axis_of, load_of
+from frictool.typing import Matrix, Vector
 
-Matrix = NDArray[np.float64]
 S = TypeVar("S", bound=msgspec.Struct)
 # rad | m: end stops that no axis reaches, so that all axes have the same array layout
 NEVER = 1e30

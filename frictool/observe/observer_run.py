@@ -10,15 +10,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.control.compiled_program import compile_program, start_at
 from frictool.control.observer_composition import observer_program
 from frictool.control.program_recording import record_along
 from frictool.documents.observer import Observer
 from frictool.observe.motion_block import MotionBlock
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 MISS = "miss"  # name of the innovation in control/tracking_observer.py
 
 

@@ -37,7 +37,8 @@ from frictool.logs.quality.sign_check import sign_of
 from frictool.logs.quality.time_base import time_base
 from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import DataLoss, pick
-from frictool.observe.motion_block import MotionBlock, Vector
+from frictool.observe.motion_block import MotionBlock
+from frictool.typing import Vector
 
 JITTER = 0.1  # relative deviation of an interval from the period that counts as a gap
 MOST_BROKEN = 0.2  # largest fraction of gaps among the intervals of a uniform clock

@@ -6,11 +6,9 @@ The columns widen as the log grows.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from frictool.observe.motion_block import Vector
+from frictool.typing import Matrix, Vector
 
-Matrix = NDArray[np.float64]
 MOST = 1200  # columns of a plot, about two per printed point; at most twice as many are held
 
 

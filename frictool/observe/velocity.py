@@ -17,7 +17,6 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool import __version__
 from frictool.documents.model import Model
@@ -30,11 +29,11 @@ from frictool.observe.kernels.velocity_interval import (
     VelocityIntervalConstants,
     velocity_interval,
 )
-from frictool.observe.motion_block import MotionBlock, Vector
+from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverOutput, ObserverRun
 from frictool.observe.velocity_errors import VelocityErrors
+from frictool.typing import Matrix, Vector
 
-Matrix = NDArray[np.float64]
 # quantile for which kernels/velocity_interval.py is calibrated
 CALIBRATED = NormalDist().inv_cdf(0.975)
 

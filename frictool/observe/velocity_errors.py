@@ -20,8 +20,8 @@ from scipy.signal import butter, sosfiltfilt
 
 from frictool.control.speed_filter import first_order
 from frictool.observe.kernels.low_pass_bank import low_pass_bank
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 ORDER = 4  # order of the Butterworth filter, which runs forwards and backwards
 REMEMBERED = 10.0  # periods of the cut-off, after which the filter's response is below 1e-9
 BLOCK = 1 << 14  # samples

@@ -18,13 +18,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.polynomial_minimum import minimum
 from frictool.friction.position_polynomial import least_factor, normalised_coefficients
 from frictool.friction.stribeck import straight_from
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Coefficients = tuple[float, ...]  # lowest power first
 Sides = tuple[Coefficients, Coefficients]  # forward, backward
 

@@ -17,12 +17,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from frictool.plant.lti import Lti
-
-Matrix = NDArray[np.float64]
+from frictool.typing import Matrix
 
 
 @dataclass(frozen=True)

@@ -19,13 +19,12 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.plant.block_diagram import DiagramBlock, connect
 from frictool.plant.linear_axis import INPUTS, OUTPUTS, AxisRates, linear_axis
 from frictool.plant.lti import Lti, delay, gain, tustin
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 Controlled = Literal["position", "speed"]
 
 

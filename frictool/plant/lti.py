@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import block_diag, expm
 
 from frictool.documents.controller import StateSpace
-
-Matrix = NDArray[np.float64]
+from frictool.typing import Matrix
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.plant.axis import BREAKAWAY, COULOMB, OFFSET, VISCOUS
 from frictool.plant.axis_friction_laws import (
@@ -32,8 +31,8 @@ from frictool.plant.axis_friction_laws import (
     VISCOUS_PAIR,
 )
 from frictool.runtime.kernels import inner_kernel, kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 TERM_SIZE = 3
 
 

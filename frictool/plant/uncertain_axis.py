@@ -25,7 +25,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from frictool.plant.block_diagram import DiagramBlock
@@ -38,8 +37,8 @@ from frictool.plant.generalised_plant import (
 from frictool.plant.linear_axis import INPUTS, OUTPUTS, AxisRates
 from frictool.plant.lti import Lti
 from frictool.plant.parameter_box import DYNAMIC, Box, largest_coulomb
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 # number of moments of one period; for the clutch at 1 ms the replaced part is below 1e-4 of every
 # coefficient
 LEVELS = 2

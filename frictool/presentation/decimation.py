@@ -7,7 +7,8 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
+
 COLUMNS = 500  # columns of a plot, about one per printed point of its width
 
 

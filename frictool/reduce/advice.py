@@ -11,11 +11,11 @@ from frictool.documents.mechanism import Mechanism
 from frictool.plant.mechanism.linearisation import linearise
 from frictool.plant.mechanism.sources_and_sensors import controlled_names
 from frictool.reduce.assembly_cache import assemble_cached
-from frictool.reduce.block_resistance import Vector
 from frictool.reduce.compliance import middle, rigid, swings
 from frictool.reduce.coordinate_change import from_source
 from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.step_report import StepReport
+from frictool.typing import Vector
 
 MOST_TOLERANCE = 1.0  # largest value of --tolerance
 # lowest bandwidth relative to the slowest resonance; number of bandwidths

@@ -13,13 +13,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.law_registry import ROWS
 from frictool.plant.mechanism.assembly import AssembledMechanism
 from frictool.plant.mechanism.packed_mechanism import FRAME, Curves, PackedMechanism
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @dataclass(frozen=True)

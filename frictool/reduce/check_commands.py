@@ -16,11 +16,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.reduce.one_inertia import OneInertia
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 PLACES = (0.15, 0.325, 0.5, 0.675, 0.85)  # relative to the travel
 PART = 0.125  # distance of a step relative to the travel

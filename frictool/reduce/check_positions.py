@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.engine.axis_motion import advance as advance_axis
@@ -17,8 +16,7 @@ from frictool.plant.axis import rest as axis_rest
 from frictool.plant.axis_model import axis_of, load_of
 from frictool.plant.position_load import with_load
 from frictool.reduce.coordinate_change import MechanismView
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 # steps per period, in each of which a winding's bound is constant (engine/closed_loop.py)
 PARTS = 4

@@ -12,12 +12,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.logs.log import Stream
 from frictool.metrics.response_time import response_time_95
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @dataclass(frozen=True)

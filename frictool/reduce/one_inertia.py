@@ -21,7 +21,7 @@ from frictool.documents.mechanism import Coupling, Gear, Mechanism, Stop
 from frictool.documents.resonances import Resonances
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.backlash import BacklashChain, play
-from frictool.reduce.block_resistance import Vector, resisting
+from frictool.reduce.block_resistance import resisting
 from frictool.reduce.polynomial_fit import PolynomialFit, fit_polynomial, mean_of
 from frictool.reduce.reflected_inertia import ReflectedInertia
 from frictool.reduce.residual_load import LoadUnits, ResidualLoad, load_beside
@@ -29,6 +29,7 @@ from frictool.reduce.resisting_curves import in_contact
 from frictool.reduce.resonances import resonances
 from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.travel_grid import POINTS, positions
+from frictool.typing import Vector
 
 SAME = 1e-9  # relative to the travel: closer ends are equal
 FLAT = 1e-9  # relative to the mean: a curve that varies less is a constant

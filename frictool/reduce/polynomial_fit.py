@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.laws import MOST_COEFFICIENTS
 from frictool.friction.polynomial_minimum import minimum
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 GOOD = 0.005  # sufficient error relative to the mean
 NODES = 400  # Chebyshev nodes

@@ -18,8 +18,8 @@ from scipy.optimize import minimize_scalar
 
 from frictool.errors import NoSolutionError
 from frictool.reduce.advice import parts_of_travel
-from frictool.reduce.block_resistance import Vector
 from frictool.reduce.resistance import DirectedResistance
+from frictool.typing import Vector
 
 NOTHING = 1e-12  # relative to the largest load: smaller terms are omitted
 HELD = 1e-9  # allowed excess of the remaining load over friction, relative to the largest load

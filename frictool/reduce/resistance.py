@@ -16,12 +16,8 @@ from frictool.documents.mechanism import GROUND, Cam, Curve, FrictionOf, Link, M
 from frictool.documents.quantity import Axis, Quantity, Series, si_unit
 from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.assembly import AssembledMechanism
-from frictool.reduce.block_resistance import (
-    BlockResistance,
-    SpeedDependentFriction,
-    Vector,
-    resisting,
-)
+from frictool.reduce.block_resistance import BlockResistance, SpeedDependentFriction, resisting
+from frictool.typing import Vector
 
 NOTHING = 1e-12  # relative to the largest effort: a smaller curve is omitted
 

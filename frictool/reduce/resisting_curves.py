@@ -16,7 +16,7 @@ import numpy as np
 from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring
 from frictool.friction.law_registry import LAWS
 from frictool.reduce.assembly_cache import assemble_cached
-from frictool.reduce.block_resistance import Vector, resisting
+from frictool.reduce.block_resistance import resisting
 from frictool.reduce.resistance import (
     NO_LOSS,
     NOTHING,
@@ -27,6 +27,7 @@ from frictool.reduce.resistance import (
 )
 from frictool.reduce.step_report import StepFigure, StepReport
 from frictool.reduce.travel_grid import positions
+from frictool.typing import Vector
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
@@ -25,8 +24,8 @@ from frictool.reduce.check_commands import CheckRun, runs
 from frictool.reduce.check_positions import mechanism_positions, model_positions
 from frictool.reduce.coordinate_change import from_reference, sensor_frame, view
 from frictool.reduce.step_report import MeasuredError, StepReport
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 ROOM = 1e-9  # rad | m, tolerance of a block that rests on an end stop

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.mechanism import GROUND, Cam, Curve, FrictionOf, Mechanism, Spring, Stop
 from frictool.documents.quantity import Series
 from frictool.errors import NoSolutionError
 from frictool.reduce.assembly_cache import assemble_cached
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 POINTS = 241  # even positions over the travel; the points of every curve are added
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
-from frictool.logs.log import Vector
 from frictool.presentation.decimation import decimated_indices, decimated_path_indices
 from frictool.presentation.svg import INK, render_compact
 from frictool.report.evidence import StreamEvidence
 from frictool.report.figure_style import LOG_COLOURS, drawing, new_figure
 from frictool.report.plotted_velocity import used_velocity
+from frictool.typing import Vector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,7 +15,7 @@ import numpy as np
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.errors import LogError
-from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
+from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from frictool.logs.quality.time_base import encoder_step
 from frictool.metrics.load_position import load_bounds
 from frictool.metrics.reference_holds import Hold, find_holds
@@ -23,6 +23,7 @@ from frictool.metrics.white_noise import noise_deviation
 from frictool.presentation.decimation import finite_or_nan
 from frictool.report.plotted_velocity import shown_velocity
 from frictool.report.rig_facts import RigFacts
+from frictool.typing import Vector
 
 if TYPE_CHECKING:
     from frictool.report.judged_loop import JudgedLoop

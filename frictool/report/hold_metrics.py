@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass, field
 
 from frictool.documents.spec import Spec
-from frictool.logs.log import Vector
 from frictool.metrics import rest_motion
 from frictool.metrics.drive_peak import command_peak, drive_peak
 from frictool.metrics.drive_rms import drive_rms
@@ -25,6 +24,7 @@ from frictool.metrics.rise_time import rise_time
 from frictool.metrics.saturation_time import commanded_saturation, measured_saturation
 from frictool.metrics.static_error import static_error
 from frictool.report.evidence import StreamEvidence
+from frictool.typing import Vector
 
 NO_STEP = "no step leads to this hold"
 OF_A_STEP = (

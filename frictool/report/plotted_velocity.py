@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.logs.log import Stream, Vector
+from frictool.logs.log import Stream
 from frictool.presentation.decimation import finite_or_nan
+from frictool.typing import Vector
 
 LEAST_LEVELS = 40  # sensor steps at top speed, smallest number
 MOST_SAMPLES = 40

@@ -23,7 +23,6 @@ disturbance                   mean external effort over the sample, if there is 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
@@ -39,8 +38,8 @@ from frictool.engine.conditions import (
 from frictool.logs.log import Stream
 from frictool.simulate.rig import Rig
 from frictool.simulate.scenario_conditions import on_axis
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 NO_UNIT = "1"
 
 

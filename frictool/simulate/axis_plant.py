@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
@@ -28,9 +27,8 @@ from frictool.simulate.document_agreement import DocumentNames, disturbances_of,
 from frictool.simulate.given_plant import check_given
 from frictool.simulate.rig import rig_of
 from frictool.simulate.simulated_plant import SimulatedLoop, VariantRun, VariedParameter
+from frictool.typing import Vector
 from frictool.verify.logged_plant import LoggedPlant
-
-Vector = NDArray[np.float64]
 
 
 class AxisPlant:

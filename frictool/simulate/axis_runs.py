@@ -19,8 +19,8 @@ from frictool.errors import NoSolutionError
 from frictool.plant.axis import ENCODER_STEP, POSITION, rest
 from frictool.plant.position_load import PositionLoad
 from frictool.simulate.axis_variants import AxisVariant
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 AT_ONCE, LEAST = 500_000, 4  # samples of all runs of a batch; least number of runs in a batch
 
 

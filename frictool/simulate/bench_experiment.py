@@ -31,9 +31,8 @@ from frictool.logs.provenance import with_provenance
 from frictool.plant.axis import rest
 from frictool.plant.axis_model import axis_of, load_of
 from frictool.simulate.rig import Rig, rig_of
+from frictool.typing import IntVector, Vector
 
-Vector = NDArray[np.float64]
-Rows = NDArray[np.int64]
 SAME_PERIOD = 1e-6  # relative tolerance of the sample period
 
 
@@ -42,8 +41,8 @@ class RampRows(NamedTuple):
 
     rows: Vector
     segment: Vector
-    following: Rows
-    turning: Rows
+    following: IntVector
+    turning: IntVector
     rules: Vector
 
 
@@ -83,7 +82,7 @@ class BenchPlant(Protocol):
         """Follow a reference (n,) under the bench's own loop, from rest at `start` [rad | m]."""
 
     def ramp(
-        self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: Rows
+        self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: IntVector
     ) -> int:
         """Apply rows of the drive by their rules.
 
@@ -109,7 +108,7 @@ class AxisBenchPlant:
         )
 
     def ramp(
-        self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: Rows
+        self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: IntVector
     ) -> int:
         timing = self.rig.sample_period_s, self.rig.delay_samples
         return int(

@@ -16,7 +16,6 @@ from typing import Generic, get_args
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from frictool.control.compiled_program import CompiledProgram
 from frictool.control.controller_composition import controller_program, uses_speed
@@ -41,13 +40,13 @@ from frictool.simulate.reference import parts_of
 from frictool.simulate.scenario_conditions import conditions_of, loop_conditions
 from frictool.simulate.scenario_limits import check_instants, check_length, check_path, check_steps
 from frictool.simulate.simulated_plant import SimulatedLoop, SimulatedPlant, V
+from frictool.typing import Vector
 from frictool.verify.certified_intervals import differences, outside_message
 from frictool.verify.logged_plant import INTERVALS, intervals_to_text
 from frictool.verify.logged_plant import RECORD as PLAYED
 from frictool.verify.rig_facts import RECORD as FACTS
 from frictool.verify.rig_facts import facts_to_text
 
-Vector = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 DOCUMENTS = DocumentNames()
 

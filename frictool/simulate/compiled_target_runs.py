@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.controller import Controller
 from frictool.engine.closed_loop import RECORD_SIZE, advance_sample, encoder_reading, measure
@@ -15,8 +14,7 @@ from frictool.plant.axis import ENCODER_STEP, POSITION, VELOCITY, rest
 from frictool.plant.position_load import PositionLoad, with_load
 from frictool.simulate.axis_variants import AxisVariant
 from frictool.simulate.compiled_target import CompiledTarget
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 def play_target(

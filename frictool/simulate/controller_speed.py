@@ -10,13 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.control.compiled_program import CompiledProgram, copy_program, hold, start_at
 from frictool.control.program_recording import value_along
 from frictool.engine.closed_loop import MEASURED, TRUE_POSITION, TRUE_VELOCITY, measure
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 def controller_speed(

@@ -15,7 +15,6 @@ The held channels are those that frictool holds whenever it resamples: reference
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.quantity import Axis, si_unit
 from frictool.documents.scenario import Replay
@@ -23,8 +22,8 @@ from frictool.errors import LogError
 from frictool.logs.clocks.resampling import HELD
 from frictool.logs.log import Log
 from frictool.simulate.reference import samples_of
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 JITTER = 0.5  # share of the controller's period
 GAP = 1.5  # periods of the log
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.closed_loop import RECORD_SIZE
 from frictool.engine.conditions import NO_CONDITIONS
@@ -25,9 +24,7 @@ from frictool.simulate.bench_experiment import RampRows
 from frictool.simulate.mechanism_inputs import inputs_of
 from frictool.simulate.mechanism_plant import MechanismPlant, sight_of
 from frictool.simulate.mechanism_rig import block_positions
-
-Vector = NDArray[np.float64]
-Rows = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 class PreparedBenchRun(NamedTuple):
@@ -75,7 +72,7 @@ class MechanismBenchPlant:
         )
 
     def ramp(
-        self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: Rows
+        self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: IntVector
     ) -> int:
         at, delay = self._ready(start, ramps.rows.size), self.rig.delay_samples
         return int(

@@ -27,8 +27,8 @@ from frictool.logs.log import Stream
 from frictool.simulate.axis_channels import NO_UNIT
 from frictool.simulate.mechanism_rig import resolution_of
 from frictool.simulate.mechanism_variants import MechanismVariant
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Modes = NDArray[np.int8]
 DRIVE_UNITS = {"current": "A", "voltage": "V"}
 

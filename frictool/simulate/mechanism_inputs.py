@@ -15,13 +15,11 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.conditions import Disturbance, Signal
 from frictool.engine.mechanism.closed_loop import MechanismInputs
+from frictool.typing import IntVector, Vector
 
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
 SAME_INSTANT = 1e-9  # share of a sample: instants that differ only by rounding
 
 
@@ -57,7 +55,7 @@ def inputs_of(
 
 def _cut(
     courses: Iterable[Signal | Disturbance], samples: int, period: float
-) -> tuple[Vector, Places]:
+) -> tuple[Vector, IntVector]:
     """Return the edges (m + 1,) of the parts, in samples, and `MechanismInputs.first`."""
     instants = {
         instant / period

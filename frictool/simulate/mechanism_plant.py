@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.controller import Controller
 from frictool.documents.mechanism import Mechanism
@@ -26,8 +25,8 @@ from frictool.simulate.mechanism_runs import MechanismOutcome, MechanismTask, pl
 from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants
 from frictool.simulate.parameter_order import check_least
 from frictool.simulate.simulated_plant import SimulatedLoop, VariantRun, VariedParameter
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 FASTEST = 1e4  # times the sampling rate: a faster link should be rigid
 # rad, limit of the fastest link's oscillation; each rad takes some microseconds for a few blocks
 MOST_TURNS = 1e8

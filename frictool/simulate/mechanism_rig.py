@@ -17,7 +17,6 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Mechanism, Sensor, Source, Spring
 from frictool.documents.quantity import si_unit
@@ -25,8 +24,8 @@ from frictool.plant.mechanism.assembly import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.plant.mechanism.packed_mechanism import FRAME
 from frictool.simulate.rig import Rig
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 FULL_TURN = 2.0 * np.pi
 SAME_PLACE = 1e-12  # relative tolerance of a stop's position
 

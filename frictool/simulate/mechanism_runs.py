@@ -11,7 +11,6 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.control.compiled_program import CompiledProgram as Controller
 from frictool.control.compiled_program import copy_program, start_at
@@ -48,9 +47,7 @@ from frictool.friction.law_registry import ROWS
 from frictool.plant.mechanism.packed_mechanism import PackedMechanism
 from frictool.simulate.compiled_target import CompiledTarget
 from frictool.simulate.mechanism_variants import MechanismVariant
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import Vector
 
 AT_ONCE = 500_000  # samples of all runs of a batch
 PIECE = 5000  # samples between two checks of the clock and the keyboard

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.reading import DocumentReader, compose
@@ -26,8 +25,7 @@ from frictool.simulate.axis_variants import PLANTS_STREAM
 from frictool.simulate.given_plant import GIVEN, given_values
 from frictool.simulate.mechanism_quantities import quantities_of, ranges, with_quantities
 from frictool.simulate.simulated_plant import VariedParameter
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.provenance import Provenance
@@ -40,8 +39,7 @@ from frictool.simulate.reference import samples_of
 from frictool.simulate.rig import Rig
 from frictool.simulate.scenario_conditions import conditions_of, loop_conditions
 from frictool.simulate.scenario_limits import check_instants, check_length
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 def simulate_open_loop(

@@ -11,11 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.scenario import Scenario, Sine, Step
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 def samples_of(seconds: float, period: float) -> int:

@@ -13,7 +13,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.conditions import Disturbance, Drifts, SensorFault
 from frictool.documents.scenario import Scenario
@@ -32,8 +31,8 @@ from frictool.engine.conditions import (
     neutral,
 )
 from frictool.simulate.rig import Rig
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 SAME_INSTANT = 9  # decimals of a sample: instants that differ only by rounding
 
 

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.documents.conditions import Disturbance, Signal
 from frictool.documents.quantity import Span
 from frictool.documents.scenario import Scenario
 from frictool.simulate.document_agreement import refuse
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 MAX_SAMPLES = 20_000_000  # samples of all variants together: about 2 GB in memory, 0.6 GB as a log
 SAME_INSTANT = 1e-9  # relative to the whole duration
 

@@ -11,9 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple, Protocol, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.control.compiled_program import CompiledProgram
 from frictool.documents.controller import Controller
 from frictool.documents.scenario import Scenario
@@ -21,9 +18,8 @@ from frictool.logs.log import Stream
 from frictool.simulate.compiled_target import CompiledTarget
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.rig import Rig
+from frictool.typing import Vector
 from frictool.verify.logged_plant import LoggedPlant
-
-Vector = NDArray[np.float64]
 
 
 class PlantVariant(Protocol):

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from frictool.plant.lti import Lti
-
-Matrix = NDArray[np.float64]
+from frictool.typing import Matrix
 
 
 def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.float64]]:

@@ -18,7 +18,6 @@ from fractions import Fraction
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
 from frictool.documents.certificate import Bound, Box, Cell, Certificate, CertifiedWeights, Filter
@@ -28,6 +27,7 @@ from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, gen
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.presentation.ties import largest
+from frictool.typing import Matrix
 from frictool.verify.certificate_box import Interval, inverse_inertia, surroundings
 from frictool.verify.certificate_loop import CertificateLoop
 from frictool.verify.certificate_proof import (
@@ -43,7 +43,6 @@ from frictool.verify.interval_arithmetic import ONE, Enclosure
 from frictool.verify.loop_figures import weights_of
 from frictool.verify.speed_loop import performance
 
-Matrix = NDArray[np.float64]
 Rectangle = tuple[Interval, Interval]
 SLACKS = (0.01, 0.03, 0.10)
 MOST_CELLS = 64

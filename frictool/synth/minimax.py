@@ -16,7 +16,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised_plant import GeneralisedPlant
@@ -25,8 +24,8 @@ from frictool.synth.minimax_descent import DescentPoint, MinimaxDescent
 from frictool.synth.structured_controller import StructuredController
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
 from frictool.synth.worst_norm import OpenLoopResponses, true_norms
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 ORDER = {"position": 4, "speed": 3}  # order if the design does not state one

@@ -15,15 +15,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
 from frictool.synth.structured_controller import StructuredController
 from frictool.synth.worst_norm import OpenLoopResponses, all_stable, sensitivity_plant, true_norms
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 GRID = 100  # frequencies of the grid
 ACTIVE = 0.6  # share of the worst gain; smaller gains cannot become the worst one within a step

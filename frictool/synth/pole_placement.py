@@ -15,12 +15,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.plant.lti import Lti, parallel_sum
 from frictool.synth.structured_controller import chain
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,10 @@ from frictool.documents.controller import LinearController
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, inverse_tustin, parallel_sum
 from frictool.synth.balancing import balanced_form
+from frictool.typing import ComplexVector, Matrix
 from frictool.verify.feedback_loops import running_form
 from frictool.verify.hinf_norm import spectral_radius
 
-Matrix = NDArray[np.float64]
-Roots = NDArray[np.complex128]
 # share of the largest Hankel singular value, below the resolution of a solver (the delayed command
 # is known exactly)
 NEGLIGIBLE = 1e-8
@@ -165,7 +164,9 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
     return np.vstack([first, sections])
 
 
-def _integrator_section(zeros: Roots, poles: Roots) -> tuple[Matrix, Roots, Roots]:
+def _integrator_section(
+    zeros: ComplexVector, poles: ComplexVector
+) -> tuple[Matrix, ComplexVector, ComplexVector]:
     """Return the integrator's section, and the zeros and poles that remain.
 
     The section takes the real zero nearest to z = 1, or none. If all zeros are complex and none is

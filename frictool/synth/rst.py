@@ -25,7 +25,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
 from frictool.errors import NoSolutionError
@@ -34,10 +33,9 @@ from frictool.plant.lti import Lti, gain
 from frictool.synth.pole_placement import PlacementVariable, place_poles, polynomial
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
 from frictool.synth.worst_norm import OpenLoopResponses, all_stable, sensitivity_plant, true_norms
+from frictool.typing import Vector
 from frictool.verify.hinf_norm import spectral_radius
 from frictool.verify.margins import open_loop
-
-Vector = NDArray[np.float64]
 
 ORDER = 5
 DAMPINGS = (0.6, 0.7, 0.8, 0.9, 1.0)

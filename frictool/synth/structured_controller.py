@@ -27,9 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.plant.lti import Lti, parallel_sum, tustin
-
-Vector = NDArray[np.float64]
-Responses = NDArray[np.complex128]
+from frictool.typing import ComplexVector, Vector
 
 SLOWEST = 1e-5  # smallest free pole, as a share of the bound b
 LEAST_DAMPING = 0.1  # m_lo
@@ -95,7 +93,7 @@ class StructuredController:
         y = (np.log(np.cosh(apart)) - np.log(LEAST_DAMPING)) / widest
         return np.concatenate([[middle, min(1.0, y)], parameters[1 : self.free], above])
 
-    def points(self, frequencies: Vector) -> Responses:
+    def points(self, frequencies: Vector) -> ComplexVector:
         """Return the complex frequencies s of angular frequencies [rad/s] in the domain."""
         w = frequencies
         return np.asarray(
@@ -103,7 +101,9 @@ class StructuredController:
             dtype=np.complex128,
         )
 
-    def response(self, parameters: Vector, points: Responses) -> tuple[Responses, Responses]:
+    def response(
+        self, parameters: Vector, points: ComplexVector
+    ) -> tuple[ComplexVector, ComplexVector]:
         """Return K (k,) and its derivatives (k, size) at the complex frequencies s (k,)."""
         x = points / self.around
         factors, slopes = self._denominator(parameters, points)
@@ -121,7 +121,9 @@ class StructuredController:
         odd = self.free % 2
         return np.array([0] * odd + [odd + j // 2 for j in range(self.free - odd)], dtype=np.intp)
 
-    def _denominator(self, parameters: Vector, s: Responses) -> tuple[Responses, Responses]:
+    def _denominator(
+        self, parameters: Vector, s: ComplexVector
+    ) -> tuple[ComplexVector, ComplexVector]:
         """Return the factors (k, factors) and their derivatives by the pole parameters.
 
         The derivatives have the shape (k, free).

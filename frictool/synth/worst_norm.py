@@ -14,14 +14,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
+from frictool.typing import ComplexVector, Vector
 from frictool.verify.hinf_norm import norm
-
-Vector = NDArray[np.float64]
-Responses = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -31,10 +28,10 @@ class OpenLoopResponses:
     p11 (k, z, w), p12 (k, z), p21 (k, w), p22 (k,).
     """
 
-    p11: Responses
-    p12: Responses
-    p21: Responses
-    p22: Responses
+    p11: ComplexVector
+    p12: ComplexVector
+    p21: ComplexVector
+    p22: ComplexVector
 
     @staticmethod
     def of(plant: GeneralisedPlant, frequencies: Vector) -> OpenLoopResponses:
@@ -66,19 +63,19 @@ class OpenLoopResponses:
         one = np.ones_like(self.p22)
         return OpenLoopResponses(one[:, None, None], self.p22[:, None], one[:, None], self.p22)
 
-    def gains(self, k: Responses) -> Vector:
+    def gains(self, k: ComplexVector) -> Vector:
         """Return the largest singular values (k,) of the closed loop."""
         _, gram = self._gram(k)
         return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, -1], 0.0)))
 
-    def bounds(self, k: Responses) -> Vector:
+    def bounds(self, k: ComplexVector) -> Vector:
         """Return the Frobenius norms (k,): upper bounds of the gains that are much cheaper.
 
         They exceed the gains by at most sqrt(min(z, w)).
         """
         return np.asarray(np.linalg.norm(self._closed(k), "fro", axis=(1, 2)))
 
-    def slopes(self, k: Responses, derivatives: Responses) -> Vector:
+    def slopes(self, k: ComplexVector, derivatives: ComplexVector) -> Vector:
         """Return the derivatives (k, n) of the gains by the controller's parameters.
 
         `derivatives` (k, n) are those of the controller's response.
@@ -94,7 +91,7 @@ class OpenLoopResponses:
             np.real((left * right / (1.0 - self.p22 * k) ** 2)[:, None] * derivatives)
         )
 
-    def _gram(self, k: Responses) -> tuple[Responses, Responses]:
+    def _gram(self, k: ComplexVector) -> tuple[ComplexVector, ComplexVector]:
         """Return T and T^H T (k, w, w), whose largest eigenvalue is the squared gain.
 
         This takes a third of the time of a singular value decomposition of T.
@@ -102,7 +99,7 @@ class OpenLoopResponses:
         closed = self._closed(k)
         return closed, closed.conj().transpose(0, 2, 1) @ closed
 
-    def _closed(self, k: Responses) -> Responses:
+    def _closed(self, k: ComplexVector) -> ComplexVector:
         through = k / (1.0 - self.p22 * k)
         return np.asarray(
             self.p11 + through[:, None, None] * self.p12[:, :, None] * self.p21[:, None, :]

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictool.plant.lti import Lti
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 LEVELS = 100  # largest number of levels of the bisection; a few are usual
 # relative real part below which an eigenvalue counts as imaginary; an extra one costs an evaluation
 ON_AXIS = 1e-8

@@ -20,16 +20,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigvals
 from scipy.optimize import brentq
 
 from frictool.plant.block_diagram import DiagramBlock, connect
 from frictool.plant.linear_axis import AxisRates, linear_axis
 from frictool.plant.lti import Lti, delay
+from frictool.typing import Vector
 from frictool.verify.hinf_norm import norm
-
-Vector = NDArray[np.float64]
 
 NEAR_CIRCLE = 1e-3  # distance from the unit circle within which an eigenvalue is examined
 LOOKS = 1500  # points of the grid, over six decades below half the sampling frequency

@@ -26,10 +26,10 @@ from frictool.documents.observer import Observer
 from frictool.errors import NoSolutionError
 from frictool.plant.block_diagram import DiagramBlock, connect
 from frictool.plant.lti import Lti, delay
+from frictool.typing import Matrix
 from frictool.verify.coefficient_rounding import Held
 from frictool.verify.hinf_norm import spectral_radius
 
-Matrix = NDArray[np.float64]
 SHOWN, MOVED, DRIVEN = "shown", "motion", "u"
 
 

@@ -9,19 +9,16 @@ frequencies at once.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.controller import Controller
 from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti, delay
 from frictool.plant.polytope import PlantPoint
+from frictool.typing import ComplexVector, Vector
 from frictool.verify.feedback_loops import FeedbackLoop, feedbacks_of, measured_axis
 from frictool.verify.hinf_norm import gains, norm
 from frictool.verify.logged_plant import LoggedPlant
 from frictool.verify.scheduled_loop import interpolate_controller, weights
-
-Vector = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 # frequencies of the search besides those of the modes, over six decades below half the sampling
 # frequency
@@ -104,7 +101,7 @@ class PlantMargins:
         b[n : n + d], b[n + d :] = wait.b, push @ wait.d
         return Lti(a + b @ rows, b, rows, np.eye(1), self._period)
 
-    def _peak(self, closed: Lti, poles: Complex, vectors: Complex) -> float:
+    def _peak(self, closed: Lti, poles: ComplexVector, vectors: ComplexVector) -> float:
         """Return the largest gain of a stable loop.
 
         The modes locate its frequency, and the matrices give its value.
@@ -116,7 +113,7 @@ class PlantMargins:
         except np.linalg.LinAlgError:  # the matrix is defective: the modes are no basis
             return norm(closed)[0]
 
-        def by_modes(circle: Complex) -> Vector:
+        def by_modes(circle: ComplexVector) -> Vector:
             return np.asarray(
                 np.abs(closed.d[0, 0] + (residues / (circle[:, None] - poles)).sum(axis=1))
             )

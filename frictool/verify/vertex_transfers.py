@@ -32,12 +32,12 @@ from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti, delay, gain, zero_order_hold
 from frictool.plant.polytope import PlantPoint
 from frictool.presentation.ties import largest
+from frictool.typing import Vector
 from frictool.verify.feedback_loops import DIFFERENCE, SPEED, low_pass, measured_axis, running_form
 from frictool.verify.hinf_norm import norm
 from frictool.verify.loop_figures import first_order
 from frictool.verify.observer_loop import shown_speeds
 
-Vector = NDArray[np.float64]
 Name = Literal["error", "drive", "disturbance", "output"]
 POINTS = 240
 # decades below half the sampling frequency, or down to a tenth of the pole of W2 if that is lower

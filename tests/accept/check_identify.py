@@ -25,10 +25,10 @@ from frictool.identify.estimators.power_balance import by_speed
 from frictool.identify.fit_result import SLIDING
 from frictool.identify.identification import identify
 from frictool.identify.methods import DEFAULT, IdentificationSettings, run
-from frictool.identify.motion_record import Vector
 from frictool.identify.rows.differences import differenced
 from frictool.identify.rows.regression_samples import fit
 from frictool.plant.axis import AxisParameters
+from frictool.typing import Vector
 from sample_logs.make import TRUTH, ramp, sines
 from tests.identify.benches import MASS, clutch, mass_bench, mass_sine, record
 from tests.identify.linear_axis import linear_axis, linear_bench

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from frictool.observe.friction_tracker import FrictionTracker, estimate_starts
-from frictool.observe.motion_block import Vector
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.estimator import WearEstimator
+from frictool.typing import Vector
 from tests.cli.peak_memory import peak_mb
 from tests.observe.files import long_log, model_file
 from tests.observe.fleet import NOISE, Loop, Unit, believed, clutch, run, spread, steps

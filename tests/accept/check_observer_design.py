@@ -11,7 +11,6 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.laws import FrictionOverPosition, Laws, Polynomial
 from frictool.documents.model import Model
@@ -23,8 +22,8 @@ from frictool.errors import NoSolutionError
 from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.matrices import subsystems
 from frictool.observe.design.settings import SwitchedObserverSettings
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 MODEL = Path(__file__).parents[2] / "configs/clutch/nonlinear.yaml"
 SEED, COUNT, TRAVEL = 61, 60, 2.0
 LEAST_DESIGNED = 0.95

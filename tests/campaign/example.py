@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.campaign.draws.space import Factor, FactorSpace
 from frictool.campaign.trials.trials import (
@@ -17,8 +16,8 @@ from frictool.campaign.trials.trials import (
     Trials,
     collect_trials,
 )
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Function = Callable[[Vector], Vector]  # values (n, d) -> a metric (n,)
 
 

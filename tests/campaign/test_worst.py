@@ -7,11 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from frictool.campaign.trials.differential_evolution import search_worst
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 PEAK = np.array([0.31, 0.87, 0.52])
 
 

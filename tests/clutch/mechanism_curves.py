@@ -27,9 +27,8 @@ import sys
 import textwrap
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 RATIO = 2.0414e-4  # r, m/rad, table 4.8
 TRAVEL = 63.0  # rad

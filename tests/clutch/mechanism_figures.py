@@ -19,7 +19,6 @@ from typing import TypeVar
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from frictool.documents.mechanism import (
     Cam,
@@ -34,9 +33,9 @@ from frictool.documents.mechanism import (
 from frictool.documents.registry import load
 from frictool.plant.mechanism.curves import monotone_cubic
 from frictool.presentation.svg import drawing, render
+from frictool.typing import Vector
 from tests.clutch.mechanism_curves import rotor_torque
 
-Vector = NDArray[np.float64]
 Element = TypeVar("Element", bound=Link)
 Line = tuple[Vector, str, str]  # values, colour, label
 Points = tuple[Vector, str]

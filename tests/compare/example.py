@@ -10,8 +10,9 @@ import numpy as np
 
 from frictool.compare.input_protocol import Segment
 from frictool.compare.thesis_tables import PROPERTIES, TABLE_2_1
-from frictool.compare.trajectory import LawTrajectory, Vector
+from frictool.compare.trajectory import LawTrajectory
 from frictool.errors import NoSolutionError
+from frictool.typing import Vector
 
 Z_MAX = 1e-5
 

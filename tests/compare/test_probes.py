@@ -9,7 +9,7 @@ import pytest
 
 from frictool.compare import probes
 from frictool.compare.comparison_setting import scaled_setting, table_3_1
-from frictool.compare.trajectory import Vector
+from frictool.typing import Vector
 
 TABLE = table_3_1()
 

@@ -6,12 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.control.compiled_program import compile_program, run_values
 from frictool.control.program import Program, ProgramNode
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 WIDE = 1e9
 
 

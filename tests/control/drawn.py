@@ -9,7 +9,6 @@ import math
 import msgspec
 import numpy as np
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.documents.bench import Winding
 from frictool.documents.controller import (
@@ -24,9 +23,9 @@ from frictool.documents.controller import (
     StateSpace,
     Velocity,
 )
+from frictool.typing import Matrix
 from tests.control.example import clutch_controller
 
-Matrix = NDArray[np.float64]
 STEP = 2 * math.pi / 56
 TRAVEL = 63.0
 seeds = st.integers(0, 2**32 - 1)

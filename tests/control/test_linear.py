@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy import signal
 
 from frictool.control import difference_equation, second_order_sections
@@ -24,12 +23,11 @@ from frictool.control.drive_limit import limit
 from frictool.control.gain_schedule import corner_weights, weighted_coefficients
 from frictool.control.program import Program, ProgramNode
 from frictool.plant.lti import Lti
+from frictool.typing import Matrix
 from frictool.verify import scheduled_loop as synthesised
 from tests.control.block import Block
 from tests.control.block import given as input_of
 from tests.control.drawn import seeds, stable
-
-Matrix = NDArray[np.float64]
 
 
 def _equation(

@@ -7,15 +7,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from frictool.engine.drive import EffortFunction, effort, reference
 from frictool.friction.extension import FrictionExtension
+from frictool.typing import Vector
 from tests.friction.sets import STRIBECK
 
-Vector = NDArray[np.float64]
 MASS = 1.0
 
 

@@ -8,11 +8,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictool.typing import Vector
 from tests.engine.table51 import LIMITER, PERIOD, SMOOTH, cascade_step, pid_step
-
-Vector = NDArray[np.float64]
 
 ZONE, TOLERANCE = 0.05, 0.02
 FIGURES = ("overshoot_percent", "response_95_s", "static_error_m", "amplitude_m", "period_s")

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.controller import Controller, Number
 from frictool.documents.design import Design
@@ -26,10 +25,9 @@ from frictool.documents.spec import Spec
 from frictool.logs.reading import read_log
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.design import design_controller
+from frictool.typing import Vector
 from tests.engine.loops51 import FIGURES, LOOPS, figures, missed
 from tests.engine.table51 import printed_step
-
-Vector = NDArray[np.float64]
 
 RIG = Path(__file__).parents[2] / "configs/mass"
 HERE = Provenance("a test", "0")

@@ -12,13 +12,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from frictool.plant.axis import AxisParameters
 from frictool.plant.position_load import PositionLoad
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 def limited(p: AxisParameters, command: float) -> float:

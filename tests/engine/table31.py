@@ -7,15 +7,13 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from frictool.engine.body import FrictionBody
 from frictool.engine.drive import EffortFunction
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 MASS, COULOMB, BREAKAWAY, STRIBECK_SPEED, EXPONENT, VISCOUS = 1.0, 1.0, 1.5, 1e-3, 2.0, 0.4
 LAYER = 6.4 * STRIBECK_SPEED  # exp(-(0.98 * 6.4)^2) = 8e-18

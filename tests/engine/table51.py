@@ -15,14 +15,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.axis_motion import advance
 from frictool.engine.status import OK
 from frictool.plant.axis import POSITION, STATE_SIZE, VELOCITY, AxisParameters
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 DRY = AxisParameters(inertia=1.0, viscous=0.0, coulomb=1.0, breakaway=1.5)
 SMOOTH = AxisParameters(inertia=1.0, viscous=0.0, coulomb=0.1, breakaway=0.15)  # 5.2.5

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.control.compiled_program import control_step
 from frictool.control.controller_composition import controller_program
@@ -43,10 +42,10 @@ from frictool.plant.axis import DRIVE, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.axis_model import axis_of
 from frictool.plant.position_load import PositionLoad
+from frictool.typing import Vector
 from tests.control.example import ROOT, started
 from tests.engine.test_closed_loop import CONTROLLER, ENCODED, PERIOD
 
-Vector = NDArray[np.float64]
 PUBLISHED = axis_of(load(ROOT / "configs/clutch/nonlinear.yaml", Model))
 SPRING = PositionLoad(stiffness=5e-4)
 CURVED = ENCODED._replace(laws=AxisLaws(stribeck_velocity=5.0, fresh=0.95, rise_time=0.1))

@@ -8,7 +8,6 @@ from typing import Any
 import msgspec
 import numpy as np
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.documents.bench import Winding
 from frictool.documents.controller import (
@@ -23,9 +22,9 @@ from frictool.documents.controller import (
     StateSpace,
     Velocity,
 )
+from frictool.typing import Matrix
 from tests.control.example import clutch_controller
 
-Matrix = NDArray[np.float64]
 Draw = Any
 
 

@@ -4,13 +4,12 @@ follow, jump, shake and stand still."""
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.control.program import Program
 from frictool.documents.controller import Controller
+from frictool.typing import Matrix
 
 HELD = 250  # samples of a reference
-Matrix = NDArray[np.float64]
 
 
 def rows_for(controller: Controller, program: Program, samples: int, seed: int) -> Matrix:

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy import signal
 
 from frictool.documents.controller import Controller, Number
@@ -22,12 +21,12 @@ from frictool.errors import NoSolutionError
 from frictool.export.biquads import Biquads, fixed_biquads, float_biquads, response_sum
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
 from frictool.export.export_result import export
+from frictool.typing import Vector
 from tests.control.example import clutch_controller
 from tests.export.compiled import COMPILERS, ORIGIN, STRICT, needs_compiler
 from tests.export.controllers import scheduled
 from tests.verify.truthful import truthful
 
-Vector = NDArray[np.float64]
 BITS = {"q31": 31, "q15": 15}
 ENTERING = 3.0
 poles = st.tuples(st.floats(0.0, 0.97), st.floats(0.0, math.pi))

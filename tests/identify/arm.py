@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from frictool.identify.motion_record import Vector
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
 PERIOD = 1e-3  # s
 SUBSTEPS = 10

@@ -13,9 +13,10 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.engine.axis_motion import advance
-from frictool.identify.motion_record import MotionRecord, Vector, make_record
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 from sample_logs.make import TRUTH, Recording
 
 ROOT = Path(__file__).parents[2]

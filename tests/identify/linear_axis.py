@@ -10,9 +10,10 @@ import numpy as np
 from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
 from frictool.documents.quantity import Quantity
 from frictool.engine.axis_motion import advance
-from frictool.identify.motion_record import MotionRecord, Vector, make_record
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
 PERIOD, SAMPLES = 1e-3, 20_000
 ENCODER_STEP = 1e-6  # m

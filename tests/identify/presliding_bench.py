@@ -12,8 +12,9 @@ import math
 
 import numpy as np
 
-from frictool.identify.motion_record import MotionRecord, Vector, make_record
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
 INERTIA, DAMPING = (
     1e-5,

@@ -12,8 +12,9 @@ import numpy as np
 from frictool.engine.axis_motion import advance
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway
 from frictool.identify.fit_result import SLIDING, Interval
-from frictool.identify.motion_record import Vector, make_record
+from frictool.identify.motion_record import make_record
 from frictool.plant.axis import AxisParameters, rest
+from frictool.typing import Vector
 from tests.identify.arm import PERIOD
 from tests.identify.benches import mass_bench
 

@@ -13,7 +13,8 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.identify.constant_effort import constant_stretches
-from frictool.identify.motion_record import MotionRecord, Vector, make_record
+from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.typing import Vector
 from tests.cli.run import run
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
 from tests.identify.benches import data

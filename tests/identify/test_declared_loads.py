@@ -17,10 +17,11 @@ from frictool.documents.registry import load as load_document
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.methods import run as fit_by
-from frictool.identify.motion_record import MotionRecord, Vector, make_record
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
+from frictool.typing import Vector
 from tests.cli.run import Result
 from tests.cli.run import run as command
 from tests.identify.linear_axis import PERIOD

@@ -12,7 +12,8 @@ from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.identify.held_effort import LEAST_EFFECT, SLOW, held_effort, hold_of, interpolated
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector, make_record
+from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.typing import Vector
 from tests.cli.run import refused, run
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
 

@@ -17,7 +17,7 @@ from frictool.documents.registry import load
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.measurement.loop_lag import loop_lag
 from frictool.identify.measurement.reversals import reversals
-from frictool.identify.motion_record import Vector
+from frictool.typing import Vector
 from sample_logs.make import PERIOD, TRUTH, sines
 from tests.accept.check_identify import FINE_STEP
 from tests.cli.run import run

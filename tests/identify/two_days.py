@@ -9,9 +9,10 @@ import numpy as np
 
 from frictool.engine.effort_replay import replay_parameters
 from frictool.engine.servo import PositionServo, follow_reference
-from frictool.identify.motion_record import MotionRecord, Vector, make_record
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
+from frictool.typing import Vector
 
 PERIOD, SAMPLES, STEP, NOISE = 1e-3, 24_000, 5e-8, 1.0  # s, m, N
 CONSTANT = 35.15065  # N/V

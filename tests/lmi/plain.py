@@ -20,12 +20,10 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
-
-Matrix = NDArray[np.float64]
+from frictool.typing import Matrix
 
 
 @dataclass(frozen=True)

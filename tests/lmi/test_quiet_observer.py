@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.quiet_observer_gains import quiet_gains
 from frictool.lmi.switched_observer_gains import ObserverMode, proved_gamma, switched_gains
 
-Matrix = NDArray[np.float64]
 NOISE = {0: np.array([1.0]), 1: np.array([1.0])}
 ALL = [(0, 0), (0, 1), (1, 0), (1, 1)]
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from frictool.errors import NoSolutionError
@@ -21,9 +20,9 @@ from frictool.lmi.switched_observer_gains import (
     switched_gains,
 )
 from frictool.plant.lti import Lti
+from frictool.typing import Matrix
 from frictool.verify.hinf_norm import norm
 
-Matrix = NDArray[np.float64]
 ALL = [(0, 0), (0, 1), (1, 0), (1, 1)]
 
 

@@ -19,10 +19,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from frictool.typing import ComplexVector, Vector
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,7 @@ class Belt:
     stiffness: float
     damping: float
 
-    def transfer(self, s: Complex) -> Complex:
+    def transfer(self, s: ComplexVector) -> ComplexVector:
         """theta_B/u [rad/(N m)], (2.7) as it follows."""
         link = self.damping * s + self.stiffness
         return np.asarray(
@@ -48,7 +46,7 @@ class Belt:
             )
         )
 
-    def undamped(self, s: Complex) -> Complex:
+    def undamped(self, s: ComplexVector) -> ComplexVector:
         """(2.8)"""
         return np.asarray(
             1.0
@@ -58,7 +56,7 @@ class Belt:
             )
         )
 
-    def rigid(self, s: Complex) -> Complex:
+    def rigid(self, s: ComplexVector) -> ComplexVector:
         """(2.9)"""
         return np.asarray(1.0 / ((self.inertia_a + self.inertia_b) * s**2))
 

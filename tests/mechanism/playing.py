@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
 from frictool.plant.mechanism.assembly import AssembledMechanism, assemble
+from frictool.typing import Vector
 from tests.mechanism.writing import mechanism
 
-Vector = NDArray[np.float64]
 HEAD = "format: mechanism/1\nname: test\n"
 
 

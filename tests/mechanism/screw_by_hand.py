@@ -25,10 +25,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
+
 Torque = Callable[[float], float]
 
 

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from frictool.plant.mechanism.assembly import assemble
 from frictool.plant.mechanism.linearisation import linearise
-from tests.mechanism.belt_by_hand import Belt, Complex
+from frictool.typing import ComplexVector
+from tests.mechanism.belt_by_hand import Belt
 from tests.mechanism.playing import moved
 from tests.mechanism.writing import mechanism
 
@@ -53,7 +54,7 @@ def belt(
     )
 
 
-def response(assembled, s: Complex) -> Complex:
+def response(assembled, s: ComplexVector) -> ComplexVector:
     """theta_B/u of the linearised mechanism."""
     found = linearise(assembled).transfer("torque", "out")
     return np.array(

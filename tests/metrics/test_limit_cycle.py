@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.metrics.limit_cycle import LEAST_HOLD, limit_cycle
-from tests.metrics.responses import Vector, second_order
+from frictool.typing import Vector
+from tests.metrics.responses import second_order
 
 PERIOD = 1e-3
 

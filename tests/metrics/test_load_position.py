@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.metrics.load_position import load_bounds
-from tests.metrics.responses import Vector
+from frictool.typing import Vector
 
 
 def plain_load(position: list[float], half: float, gap: float) -> Vector:

@@ -33,9 +33,9 @@ from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverOutput, run_along
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.estimator import WearEstimator
+from frictool.typing import Vector
 from tests.observe.fleet import Loop, Run, Unit, believed, clutch, run, steps
 
-Vector = NDArray[np.float64]
 Found = tuple[float, float, float]  # wear, error of the velocity [rad/s], of the friction [%]
 SEEDS, WEARS = 20, (1.0, 1.2, 1.5)
 LOOPS: tuple[Loop, ...] = ("speed", "linear")

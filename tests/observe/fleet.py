@@ -24,7 +24,6 @@ from typing import Literal
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.control.compiled_program import (
     CompiledProgram,
@@ -63,8 +62,8 @@ from frictool.plant.axis import (
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, FrictionPositionShape
 from frictool.plant.axis_model import axis_of
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Loop = Literal["speed", "linear"]
 CLUTCH, CONTROLLERS = Path("configs/clutch/nonlinear.yaml"), Path(__file__).parent / "controllers"
 ROOT = Path(__file__).parents[2]

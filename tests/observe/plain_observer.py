@@ -4,11 +4,9 @@ to the program bit by bit."""
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.observer import Mode, Observer
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 class PlainObserver:

@@ -6,11 +6,9 @@ The reference for frictool/observe/wear/weak_form_rows.py.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 def carried(position: Vector, gap: float) -> list[int]:

@@ -6,11 +6,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.control.tracking_observer import LEAST_EDGE, LEAST_SPEED, TrackingParameters
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 class PlainTracking:

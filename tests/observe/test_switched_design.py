@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
@@ -31,7 +30,6 @@ from frictool.plant.lti import Lti
 from frictool.verify.hinf_norm import norm
 from tests.synth.example import ROOT
 
-Matrix = NDArray[np.float64]
 NOWHERE = Provenance("drawn", "0")
 CLUTCH, EMPS = ROOT / "configs/clutch/nonlinear.yaml", ROOT / "configs/emps/published.yaml"
 FEW = SwitchedObserverSettings(intervals=4)

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.observer import FrictionMap
@@ -26,8 +25,6 @@ from frictool.observe.design.transitions import switches
 from frictool.plant.axis_model import axis_of
 from tests.accept.check_observer_design import drawn, seen
 from tests.synth.example import ROOT
-
-Matrix = NDArray[np.float64]
 
 
 @lru_cache

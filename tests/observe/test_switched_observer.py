@@ -10,18 +10,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.control.compiled_program import compile_program, run_values
 from frictool.control.observer_composition import observer_program, switched_facts
 from frictool.documents.observer import Observer
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverOutput, ObserverRun, run_along
+from frictool.typing import Vector
 from tests.control.interpreted import InFloat
 from tests.observe.observers import drawn_observer
 from tests.observe.plain_observer import PlainObserver
 
-Vector = NDArray[np.float64]
 PERIOD = 1e-3
 observers = st.builds(
     drawn_observer,

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.control.compiled_program import compile_program, control_step, start_at
 from frictool.control.number_format import machine_in
@@ -26,10 +25,10 @@ from frictool.observe.design.friction_map import friction_at
 from frictool.observe.design.tracking import bandwidth_of, design_tracking, gains, spread
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverRun
+from frictool.typing import Vector
 from tests.observe.fleet import believed, clutch
 from tests.observe.plain_tracking import PlainTracking
 
-Vector = NDArray[np.float64]
 FROM = Provenance("drawn", "0.1.0")
 PERIOD = 1e-3
 EMPS = load(Path(__file__).parents[2] / "configs/emps/published.yaml", Model)

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfiltfilt
 
 from frictool.errors import NoSolutionError
@@ -24,6 +23,7 @@ from frictool.observe.design.tracking import gains
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.velocity_errors import ORDER, VelocityErrors
+from frictool.typing import Matrix
 from tests.observe.fleet import (
     Loop,
     Run,
@@ -37,8 +37,6 @@ from tests.observe.fleet import (
     with_encoder,
 )
 
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 PERIOD = 1e-3
 SECONDS = 6.0
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate as Known
@@ -17,11 +16,11 @@ from frictool.observe.estimate import WearEstimate
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.estimator import WearEstimator, prior
 from frictool.plant.axis_model import load_of
+from frictool.typing import Vector
 from tests.accept.check_wear import LOOPS, WEARS, Runs, drawn, estimates
 from tests.observe.fleet import Loop, Unit, believed, clutch, run, steps, targets
 
 ROOT = Path(__file__).parents[2]
-Vector = NDArray[np.float64]
 SEEDS = range(300, 304)
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
 from frictool.observe.wear.change_detection import MEMORIES, SURPRISE, ChangeDetector
@@ -23,9 +22,9 @@ from frictool.observe.wear.filter_bank import (
 from frictool.observe.wear.moves import Move
 from frictool.observe.wear.restriction import ParameterRestriction, multiplicative
 from frictool.observe.wear.weak_form_layout import layout_of
+from frictool.typing import Vector
 from tests.observe.fleet import clutch
 
-Vector = NDArray[np.float64]
 NAMES = ("a", "b", "wear")
 COUNT = len(BEFOREHAND)
 

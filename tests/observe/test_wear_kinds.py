@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
 from frictool.documents.model import Model
@@ -27,11 +26,11 @@ from frictool.observe.wear.restriction import dry_columns, level_columns
 from frictool.observe.wear.weak_form_layout import layout_of
 from frictool.observe.wear.wear_kinds import KINDS, WearClassifier
 from frictool.observe.wear.zone_weights import friction_share
+from frictool.typing import Vector
 from tests.identify.benches import data
 from tests.observe.fleet import EDGE, Loop, Unit, believed, clutch, run, spread, steps, targets
 
 ROOT = Path(__file__).parents[2]
-Vector = NDArray[np.float64]
 
 
 def estimated(unit: Unit, reference: Vector, seed: int, loop: Loop) -> WearEstimate:

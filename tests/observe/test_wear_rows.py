@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.documents.laws import Gravity, Laws, Load
 from frictool.documents.model import Model
@@ -22,11 +21,11 @@ from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.moves import Move, MoveCollector
 from frictool.observe.wear.weak_form_layout import WeakFormLayout, layout_of
 from frictool.observe.wear.weak_form_rows import MOST_ROWS, REST
+from frictool.typing import Vector
 from tests.observe import plain_rows
 from tests.observe.fleet import Unit, believed, clutch, run, steps
 
 ROOT = Path(__file__).parents[2]
-Vector = NDArray[np.float64]
 
 
 def stroked(layout: WeakFormLayout, seed: int, seconds: float = 2.0) -> tuple[Vector, Vector]:

@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
@@ -33,9 +32,8 @@ from frictool.logs.reading import read_log
 from frictool.observe.design.friction_map import friction_at, friction_map
 from frictool.observe.observer_run import ObserverOutput
 from frictool.observe.second_observer import TOPIC
+from frictool.typing import BoolVector, Vector
 
-Vector = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 ONSET, WORN, WITHIN = 5.0, 1.5, 0.05  # s; friction over the model's from then on; relative
 PERIOD = 0.5  # s, of the sine
 SETTLED_AFTER = 2.0  # s, of the second test, from which on alpha is looked at
@@ -90,11 +88,11 @@ def truth(model: Model, main: Stream) -> Truth:
     return Truth(main.time, velocity, np.sign(velocity) * np.where(velocity > 0.0, *sides) * factor)
 
 
-def slipping(known: Truth, found: ObserverOutput, observer: Observer) -> Mask:
+def slipping(known: Truth, found: ObserverOutput, observer: Observer) -> BoolVector:
     """Where axis and observer both slip."""
     assert observer.switched is not None
     sigma = observer.switched.switch_speed.value
-    both: Mask = (np.abs(known.velocity) >= sigma) & (np.abs(found.velocity) >= sigma)
+    both: BoolVector = (np.abs(known.velocity) >= sigma) & (np.abs(found.velocity) >= sigma)
     return both
 
 
@@ -134,7 +132,7 @@ def second(known: Truth, found: ObserverOutput, observer: Observer) -> Second:
     )
 
 
-def _over_a_period(known: Truth, error: Vector, both: Mask) -> Vector:
+def _over_a_period(known: Truth, error: Vector, both: BoolVector) -> Vector:
     """Friction's error over what of the period that ends at a sample is in `both` (n,),
     relative."""
     samples = round(PERIOD / float(known.time[1] - known.time[0]))
@@ -149,7 +147,7 @@ def _over_a_period(known: Truth, error: Vector, both: Mask) -> Vector:
     )
 
 
-def _settled(time: Vector, inside: Mask) -> float:
+def _settled(time: Vector, inside: BoolVector) -> float:
     """After the onset, from when on it is inside for good."""
     after = time >= ONSET
     outside = np.flatnonzero(~inside[after])

@@ -17,7 +17,6 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from frictool.documents.model import Model
@@ -28,9 +27,9 @@ from frictool.observe.design.tracking import CELL, bandwidth_of, design_tracking
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.sample_stream import open_stream
 from frictool.observe.velocity import VelocityEstimator
+from frictool.typing import Vector
 from tests.observe.fleet import Run, believed, runs, spread, steps, targets
 
-Vector = NDArray[np.float64]
 Change = Callable[[Observer], Observer]
 FROM = Provenance("tests.observe.velocity_methods", "0")
 SEEDS, WINDOW = range(10), 15

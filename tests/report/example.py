@@ -21,7 +21,8 @@ from frictool.documents.controller import (
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
-from frictool.logs.log import Log, Stream, Vector
+from frictool.logs.log import Log, Stream
+from frictool.typing import Vector
 from tests.metrics.responses import second_order
 
 ROOT = Path(__file__).parents[2]

@@ -10,13 +10,13 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from frictool.documents.controller import Controller
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.simulate.compiled_target import COMPILERS
+from frictool.typing import Vector
 from frictool.verify.document_check import check_feedback
 from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.logged_plant import RECORD, LoggedPlant
@@ -25,8 +25,6 @@ from tests.cli.run import Result, refused, run
 from tests.control.example import clutch_controller
 from tests.simulate.example import scenario
 from tests.verify.observed import CLUTCH, by_speed, tracking
-
-Vector = NDArray[np.float64]
 
 
 @pytest.fixture

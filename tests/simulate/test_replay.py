@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
@@ -20,9 +19,9 @@ from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
 from frictool.logs.reading import read_log
 from frictool.simulate.logged_reference import gaps_of, reference_from_log
+from frictool.typing import Vector
 
 T = 1e-3
-Vector = NDArray[np.float64]
 
 
 def logged(time: Vector, values: Vector, channel: str = "reference", unit: str = "rad") -> Log:

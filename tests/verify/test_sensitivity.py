@@ -8,7 +8,6 @@ from functools import lru_cache
 import msgspec
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.signal import cont2discrete
 
 from frictool.documents.controller import Controller, LinearController, StateSpace, Velocity, Vertex
@@ -18,11 +17,11 @@ from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.plant.generalised_plant import FirstOrderWeight
 from frictool.synth.design import design_controller
+from frictool.typing import Vector
 from frictool.verify.vertex_transfers import VertexTransfers, sensitivities
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
-Vector = NDArray[np.float64]
 
 
 @lru_cache

@@ -6,7 +6,6 @@ from __future__ import annotations
 from statistics import mean
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import step
 from scipy.stats import beta
 
@@ -16,7 +15,6 @@ from thesis.clutch import controller, played, spec
 from thesis.drawing import Curve, Row, draw
 from thesis.found import Found, Part
 
-Vector = NDArray[np.float64]
 DESIGNS = {
     "rst": "RST of order 5",
     "position": "position (5.4.3)",

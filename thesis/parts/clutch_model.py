@@ -7,7 +7,6 @@ import math
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.documents.mechanism import Mechanism
@@ -39,7 +38,6 @@ from thesis.clutch import FILTER, HERE, RIG, controller
 from thesis.drawing import Curve, Row, draw
 from thesis.found import Found, Part
 
-Vector = NDArray[np.float64]
 RATE, SEED = 0.95, 1  # of the intervals; of the logs
 FULL_EFFORT, TOP_SPEED = 1.0, 400.0  # N m, rad/s, table 4.5
 DURATION = 30.0  # s, of the tests that `assess` plans with, its default

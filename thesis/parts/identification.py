@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from frictool.engine.axis_motion import advance
@@ -22,11 +21,11 @@ from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.rows.differences import differenced
 from frictool.identify.rows.regression_samples import RegressionSamples, fit
 from frictool.plant.axis import rest
+from frictool.typing import Vector
 from tests.identify.benches import MASS, MASS_PERIOD, MASS_SPEED, mass_bench, mass_sine
 from thesis.drawing import Curve, draw
 from thesis.found import Found, Part
 
-Vector = NDArray[np.float64]
 NAMES = {"inertia": "m", "viscous": "sigma_v", "coulomb": "F_c"}
 TRUTH = np.array([MASS.inertia, MASS.viscous, MASS.coulomb])
 SEEDS, FAST_SEEDS, RECURSIVE_SEEDS, RATE = 400, 100, 4, 0.95

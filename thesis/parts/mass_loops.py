@@ -8,7 +8,6 @@ from functools import cache
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
@@ -19,7 +18,6 @@ from tests.engine.product51 import HERE, RIG, controller, model
 from thesis.drawing import Curve, Row, draw
 from thesis.found import Part
 
-Vector = NDArray[np.float64]
 SECONDS = 600.0  # of the hold: a cycle of 36 s has to show
 TITLES = {
     "pid": "PID",

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
@@ -18,6 +17,7 @@ from frictool.documents.writing import to_yaml
 from frictool.logs.reading import read_log
 from frictool.observe.design.friction_map import friction_at, friction_map
 from frictool.observe.observer_run import ObserverOutput
+from frictool.typing import Vector
 from tests.accept.check_observers import DESIGNS, OPTIONS, PLANTS
 from tests.observe.thesis_tests import (
     First,
@@ -33,7 +33,6 @@ from thesis.clutch import RIG, controller, done
 from thesis.drawing import Curve, Row, draw
 from thesis.found import Part
 
-Vector = NDArray[np.float64]
 LOOPS = {"first": "rst", "second": "linear"}
 KINDS = ("multiplicative", "additive")
 SLOWER = 2.0  # the second test's error of the speed over the first's, at least, to be "larger"

@@ -30,6 +30,7 @@ from frictool.plant.lti import Lti, tustin
 from frictool.plant.polytope import PlantPoint, Polytope, polytope
 from frictool.plant.uncertainty_channel import uncertain_polytope
 from frictool.synth.slow_pole import with_integrator
+from frictool.typing import Vector
 from frictool.verify.speed_loop import check_loop
 from tests.synth.annex import COULOMB, annex_model
 from tests.synth.example import clutch_model
@@ -37,7 +38,6 @@ from tests.synth.published import LAG, READINGS, W2, annex_lft, annex_mixed, pos
 from thesis.drawing import Curve, Row, draw
 from thesis.found import Found, Part
 
-Vector = NDArray[np.float64]
 RECENTRING, DEFAULT_RECENTRING = 1.05, 1.1
 RECENTRINGS = (1.01, 1.02, 1.05, 1.1, 1.3)
 BANDWIDTH, MARGIN, STATIC = 20.0, 0.5, 2.0 / 63.0  # z2 [rad/s], M_mod, e_stat of 5.4.3.1

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import msgspec
 
 from frictool.campaign.draws.sampling import noise_seed
-from frictool.campaign.draws.space import FactorSpace, Vector
+from frictool.campaign.draws.space import FactorSpace
 from frictool.campaign.draws.spread_factors import (
     START,
     TEMPERATURE,
@@ -21,6 +21,7 @@ from frictool.documents.conditions import Disturbance, DriftPoint, Drifts, Senso
 from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import Spread
+from frictool.typing import Vector
 
 Values = Mapping[str, float]
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
+
 Method = Literal["random", "latin", "vertices"]
 MOST_VERTICES = 4096
 RANDOM_STREAM, LATIN_STREAM, VERTICES_STREAM, NOISE_STREAM = (

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.quantity import Quantity, Span, factor_between
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 # `plant`: parameters of the model or mechanism; other kinds: from the scenario's `spread`
 Kind = Literal["plant", "wear", "temperature", "drive", "start", "sensor", "load"]
 

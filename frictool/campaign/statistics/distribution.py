@@ -14,15 +14,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.campaign.draws.sampling import Method
 from frictool.campaign.statistics.clopper_pearson import CONFIDENCE, lower
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, MetricLimit, Trials
 from frictool.presentation.ties import largest, smallest
+from frictool.typing import IntVector, Vector
 
-Vector = NDArray[np.float64]
-Counts = NDArray[np.int64]
 QUANTILES = (0.05, 0.5, 0.95)
 COVERED = 0.95  # share of all plants within the bound
 BINS = 40  # number of histogram bins
@@ -53,7 +51,7 @@ class Histogram:
     """
 
     edges: Vector
-    counts: Counts
+    counts: IntVector
     outside: int = 0
 
 

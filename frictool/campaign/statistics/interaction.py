@@ -14,12 +14,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.campaign.statistics.slices import Slices, cross_slices
 from frictool.campaign.statistics.sobol_indices import variance_share
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 class JointShare(NamedTuple):

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from scipy.stats import ks_2samp, kstwo
 
 from frictool.campaign.statistics.slices import Slices
+from frictool.typing import BoolVector, Vector
 
-Vector = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 # largest product of failing and passing trials for the exact p-value; the asymptotic one above
 EXACT = 4_000_000
 
@@ -59,7 +58,7 @@ class FailureRegion:
 
 
 def region(
-    units: Vector, values: Vector, failing: Mask, slices: Slices, drawn: bool
+    units: Vector, values: Vector, failing: BoolVector, slices: Slices, drawn: bool
 ) -> FailureRegion:
     """Compare failing and passing trials along a factor.
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.campaign.statistics.holm_correction import holm_corrected
 from frictool.campaign.statistics.interaction import joint_share
@@ -29,8 +28,8 @@ from frictool.campaign.statistics.sobol_indices import (
 )
 from frictool.campaign.trials.trials import BROKEN, MET, Trials
 from frictool.presentation.ties import largest
+from frictool.typing import BoolVector
 
-Mask = NDArray[np.bool_]
 LEVEL = 0.05  # level of a table: probability of naming any factor without influence
 LEAST_DISTANCE, LEAST_SHARE = (
     0.1,
@@ -167,7 +166,7 @@ def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
     )
 
 
-def masks(trials: Trials) -> list[tuple[str, Mask, Mask]]:
+def masks(trials: Trials) -> list[tuple[str, BoolVector, BoolVector]]:
     """Return (name, failing, passing) of each comparison; repeated comparisons are left out."""
     asked = [("", trials.passed == BROKEN, trials.passed == MET)]
     asked += [
@@ -176,7 +175,7 @@ def masks(trials: Trials) -> list[tuple[str, Mask, Mask]]:
     ]
     not_run = np.isin(np.arange(trials.count), list(trials.failed))
     asked.append(("not simulated", not_run, ~not_run))
-    kept: list[tuple[str, Mask, Mask]] = []
+    kept: list[tuple[str, BoolVector, BoolVector]] = []
     for name, failing, passing in asked:
         same = any(
             np.array_equal(failing, other) and np.array_equal(passing, good)

@@ -14,9 +14,8 @@ them, is farther from the projection than from the estimates, because the set is
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 def within_whole(shares: Vector, errors: Vector) -> Vector:

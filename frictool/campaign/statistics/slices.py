@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.campaign.trials.trials import Trials
+from frictool.typing import IntVector, Vector
 
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
 FEWEST, TENTHS, MOST = 3, 10, 60
 
 
@@ -21,7 +20,7 @@ class Slices:
     `of` (n,): index of each draw's slice, 0 to count - 1; no slice is empty.
     """
 
-    of: Places
+    of: IntVector
     count: int
 
     def sums(self, values: Vector) -> Vector:
@@ -29,7 +28,7 @@ class Slices:
         return np.asarray(np.bincount(self.of, weights=values, minlength=self.count), dtype=float)
 
     @property
-    def sizes(self) -> Places:
+    def sizes(self) -> IntVector:
         """Return the number of draws in each slice (count,)."""
         return np.bincount(self.of, minlength=self.count)
 

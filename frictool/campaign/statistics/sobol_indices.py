@@ -23,13 +23,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import gammaincc
 from scipy.stats import rankdata
 
 from frictool.campaign.statistics.slices import Slices
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 SLOPE = 0.1  # smallest rank correlation that counts as rising or falling
 
 

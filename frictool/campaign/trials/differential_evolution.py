@@ -18,9 +18,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
+
 Badness = Callable[
     [Vector], float
 ]  # badness of a point of the cube: larger is worse, -inf without a value

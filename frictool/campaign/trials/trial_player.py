@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictool.campaign.draws.drawn_scenario import nominal_of, scenario_of
-from frictool.campaign.draws.space import FactorSpace, Vector
+from frictool.campaign.draws.space import FactorSpace
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, MetricLimit, TrialResult
 from frictool.documents.controller import Controller, Number
 from frictool.documents.mechanism import Mechanism
@@ -27,6 +27,7 @@ from frictool.simulate.closed_loop import StepTest
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.mechanism_plant import MechanismPlant
 from frictool.simulate.simulated_plant import SimulatedPlant
+from frictool.typing import Vector
 
 
 class CampaignSetting(NamedTuple):

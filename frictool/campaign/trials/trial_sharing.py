@@ -16,8 +16,8 @@ from frictool.campaign.draws.space import FactorSpace
 from frictool.campaign.trials.differential_evolution import SearchResult
 from frictool.campaign.trials.trial_store import SearchKey, TrialStore
 from frictool.campaign.trials.trials import MetricLimit, TrialResult, Trials, collect_trials
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Job = tuple[int, tuple[float, ...]]  # index of the draw, point in the cube
 ProgressCallback = Callable[[float], None]
 TOGETHER_S, MOST_TOGETHER = 0.3, 500  # s, duration of a batch of jobs; largest number of jobs in it

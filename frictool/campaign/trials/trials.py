@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.campaign.draws.space import FactorSpace
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 Marks = NDArray[np.int8]
 MET, BROKEN, UNDECIDED = 1, 0, -1
 

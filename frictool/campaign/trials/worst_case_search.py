@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from frictool.campaign.draws.drawn_scenario import scenario_of
-from frictool.campaign.draws.space import Vector
 from frictool.campaign.trials.differential_evolution import SearchResult, search_worst
 from frictool.campaign.trials.trial_player import TrialPlayer
 from frictool.campaign.trials.trial_sharing import (
@@ -22,6 +21,7 @@ from frictool.campaign.trials.trial_sharing import (
 from frictool.campaign.trials.trial_store import TrialStore
 from frictool.campaign.trials.trials import BROKEN, MET, Trials
 from frictool.campaign.trials.worst_case import Commands, WorstCase, file_name
+from frictool.typing import Vector
 
 STARTS = 5  # number of worst draws from which a search starts
 ProgressContext = Callable[[str], AbstractContextManager[ProgressCallback]]

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
 from frictool.campaign.views.figure_style import BAD, OPEN
 from frictool.presentation.svg import MUTED
+from frictool.typing import Vector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Vector = NDArray[np.float64]
 MOST_POINTS = 1500
 CELLS = 24  # number of cells per side
 STEPS = 16  # number of shades

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     MASS,
@@ -37,9 +34,7 @@ from frictool.engine.mechanism.workspace_rows import (
     VALUE,
 )
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 MAX_PIECES = 200  # pieces of the graph that a search may visit
 FOUND = 1e-13  # tolerance of a zero, relative to the efforts
@@ -48,10 +43,10 @@ PASSED = 1e-9  # relative overshoot of a search beyond the end of a piece
 
 @part_kernel
 def evaluate(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    modes: Places,
-    found: Places,
+    modes: IntVector,
+    found: IntVector,
     count: int,
     x: float,
     towards: float,
@@ -111,10 +106,10 @@ def evaluate(
 
 @inset_kernel
 def solve(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    modes: Places,
-    found: Places,
+    modes: IntVector,
+    found: IntVector,
     count: int,
     towards: float,
     gross: float,
@@ -158,10 +153,10 @@ def solve(
 
 @inset_kernel
 def next_piece(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    modes: Places,
-    found: Places,
+    modes: IntVector,
+    found: IntVector,
     count: int,
     x: float,
     towards: float,
@@ -195,7 +190,7 @@ def next_piece(
 
 
 @inset_kernel
-def total_inertia(k: Places, p: Vector, found: Places, count: int, w: Vector) -> float:
+def total_inertia(k: IntVector, p: Vector, found: IntVector, count: int, w: Vector) -> float:
     """Return the inertia of all members, reflected to the root without losses."""
     inertia = 0.0
     for m in range(count):
@@ -206,10 +201,10 @@ def total_inertia(k: Places, p: Vector, found: Places, count: int, w: Vector) ->
 
 @inset_kernel
 def follow(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    modes: Places,
-    found: Places,
+    modes: IntVector,
+    found: IntVector,
     count: int,
     start: float,
     towards: float,

@@ -16,9 +16,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.compiled_mechanism import (
@@ -51,9 +49,7 @@ from frictool.engine.mechanism.state import (
 from frictool.engine.mechanism.weighted_sums import gained
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
 from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 TOLERANCE = (
     1e-8  # relative tolerance of a speed; its reference is at least a tenth of the speed scale
@@ -65,7 +61,7 @@ SHORTEST = 1e-15  # shortest step, relative to the time reached, or in s
 
 
 @inset_kernel
-def _is_settled(k: Places, state: MechanismState) -> bool:
+def _is_settled(k: IntVector, state: MechanismState) -> bool:
     """Return True if nothing moves and nothing will move until the command changes."""
     n = k[BLOCKS]
     if k[INNER] > 0 or k[TIMED] > 0 or not is_steady(k, state.room.lines[INPUTS]):
@@ -87,7 +83,7 @@ def _change(error: float) -> float:
 
 
 @inset_kernel
-def _dip(k: Places, p: Vector, state: MechanismState, h: float, seen: float) -> float:
+def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
     """Return a step length shortened so that it ends where a guard may be passed temporarily."""
     room = state.room
     guard, end = room.lines[GUARD], room.lines[END]
@@ -195,25 +191,25 @@ def _in_law_steps(
 
 @kernel
 def held_command(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    laws: Places,
+    laws: IntVector,
     y: Vector,
     drive: Vector,
-    modes: Places,
+    modes: IntVector,
     work: Vector,
     pace: Vector,
     w: Vector,
     slopes: Vector,
     powers: Vector,
     lines: Vector,
-    places: Places,
+    places: IntVector,
     command: Vector,
     external: Vector,
     duration: float,
     tolerance: float,
     rows: Vector,
-    count: Places,
+    count: IntVector,
 ) -> int:
     """Advance as `advance`, with arguments one by one, as a call by address needs them."""
     machine, told = CompiledMechanism(k, p, laws), EventRows(rows, count)

@@ -19,9 +19,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
@@ -66,13 +64,11 @@ from frictool.engine.mechanism.workspace_rows import (
     NEED_HIGH,
 )
 from frictool.runtime.kernels import inset_kernel, kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
-def _begin(k: Places, p: Vector, modes: Places, w: Vector) -> None:
+def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
     """Fill the rows with inertia and needed force of each block alone."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     mass = k[MASS]
@@ -92,7 +88,7 @@ def _begin(k: Places, p: Vector, modes: Places, w: Vector) -> None:
 
 @inset_kernel
 def _hand_over_rest(
-    k: Places, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool
+    k: IntVector, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool
 ) -> None:
     """Add to the parent the force interval that a block at rest needs through their joint."""
     n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
@@ -126,7 +122,7 @@ def _hand_over_rest(
 
 
 @inset_kernel
-def direction_of(modes: Places, y: Vector, n: int, block: int) -> float:
+def direction_of(modes: IntVector, y: Vector, n: int, block: int) -> float:
     """Return the direction of motion of a block."""
     if modes[block] == FREE:
         return math.copysign(1.0, y[n + block])
@@ -135,7 +131,7 @@ def direction_of(modes: Places, y: Vector, n: int, block: int) -> float:
 
 @inset_kernel
 def _hand_over(
-    k: Places, p: Vector, i: int, y: Vector, modes: Places, w: Vector, whole: bool
+    k: IntVector, p: Vector, i: int, y: Vector, modes: IntVector, w: Vector, whole: bool
 ) -> None:
     """Add to the parent the force that a moving block needs through their joint.
 
@@ -164,7 +160,7 @@ def _hand_over(
 
 @inset_kernel
 def _gather(
-    k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, whole: bool
+    k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, whole: bool
 ) -> bool:
     """Sweep from the leaves to the roots; return False if a tree has no effective inertia left."""
     n, sound = k[BLOCKS], True
@@ -191,7 +187,7 @@ def _gather(
 
 @inset_kernel
 def _hand_out(
-    k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, power: Vector
+    k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, power: Vector
 ) -> None:
     """Sweep from the roots to the leaves: accelerations, forces and losses of the joints."""
     n, j = k[BLOCKS], k[JOINTS]
@@ -240,7 +236,7 @@ def _rates(
     machine: CompiledMechanism,
     t: float,
     y: Vector,
-    modes: Places,
+    modes: IntVector,
     inputs: Vector,
     found: RateEvaluation,
     whole: bool,
@@ -272,12 +268,12 @@ def _rates(
 
 @kernel
 def rates_of_state(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    laws: Places,
+    laws: IntVector,
     t: float,
     y: Vector,
-    modes: Places,
+    modes: IntVector,
     inputs: Vector,
     rates: Vector,
     w: Vector,
@@ -301,7 +297,7 @@ def field_within(
     machine: CompiledMechanism,
     t: float,
     y: Vector,
-    modes: Places,
+    modes: IntVector,
     inputs: Vector,
     found: RateEvaluation,
 ) -> int:
@@ -340,7 +336,7 @@ def field(
     machine: CompiledMechanism,
     t: float,
     y: Vector,
-    modes: Places,
+    modes: IntVector,
     inputs: Vector,
     found: RateEvaluation,
 ) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.bench_experiment import RampProgress, ServoMemory, next_place, servo_effort
 from frictool.engine.closed_loop import MEASURED, TRUE_DRIVE, measure
@@ -23,9 +22,7 @@ from frictool.engine.mechanism.compiled_mechanism import (
 from frictool.engine.mechanism.state import MechanismState
 from frictool.engine.status import OK
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
-Rows = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 @kernel
@@ -72,8 +69,8 @@ def play_ramps(
     sight: ControlPorts,
     rows: Vector,
     segment: Vector,
-    following: Rows,
-    turning: Rows,
+    following: IntVector,
+    turning: IntVector,
     rules: Vector,
     delay: int,
     inputs: MechanismInputs,
@@ -81,7 +78,7 @@ def play_ramps(
     out: MechanismRecord,
     position: Vector,
     drive: Vector,
-    played: Rows,
+    played: IntVector,
 ) -> int:
     """Play `rows` (n,) of the drive by the rules of engine/bench_experiment.py.
 

@@ -45,9 +45,8 @@ from frictool.engine.mechanism.sources import source_limits
 from frictool.engine.mechanism.state import MechanismState
 from frictool.engine.status import OK
 from frictool.runtime.kernels import kernel
+from frictool.typing import IntVector, Vector
 
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
 Modes = NDArray[np.int8]
 
 NOBODY = -1  # index for no controlled source
@@ -77,10 +76,10 @@ class MechanismInputs(NamedTuple):
     [N m | N] on the blocks (d,); (0, d) if there are none.
     """
 
-    first: Places
+    first: IntVector
     durations: Vector
     drives: Vector
-    blocks: Places
+    blocks: IntVector
     efforts: Vector
 
 
@@ -93,8 +92,8 @@ class DriftedNumbers(NamedTuple):
     """
 
     conditions: Vector
-    places: Places
-    columns: Places
+    places: IntVector
+    columns: IntVector
     values: Vector
     limit: float
 
@@ -110,7 +109,7 @@ class MechanismRecord(NamedTuple):
     motion: Vector
     modes: Modes
     events: Vector
-    happened: Places
+    happened: IntVector
 
 
 @kernel

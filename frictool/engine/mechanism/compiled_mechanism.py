@@ -30,9 +30,7 @@ from frictool.engine.mechanism.law_kernels import (
 )
 from frictool.friction.law_registry import ROWS
 from frictool.plant.mechanism.packed_mechanism import PackedMechanism
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 # indices of the counts
 BLOCKS, JOINTS, COUPLINGS, FRICTIONS, PRESSINGS, PUSHES, STOPS, SOURCES, INNER = range(9)
@@ -83,9 +81,9 @@ CONSTANT, LIMIT, LAG, RESISTANCE, SUPPLY, SOURCE_WIDTH = range(6)
 class CompiledMechanism(NamedTuple):
     """Input of `advance`, made from a `PackedMechanism` by engine/mechanism/preparation.py."""
 
-    whole: Places
+    whole: IntVector
     numbers: Vector
-    laws: Places
+    laws: IntVector
 
 
 class JointForest(NamedTuple):
@@ -106,7 +104,7 @@ class _SectionWriter:
 
     def __init__(self) -> None:
         self.header = np.zeros(HEADER, dtype=np.int64)
-        self.whole: list[Places] = [self.header]
+        self.whole: list[IntVector] = [self.header]
         self.numbers: list[Vector] = [np.zeros(1)]
         self.places = HEADER
         self.size = 1
@@ -205,7 +203,7 @@ def _roots(
     return [first, *drivers]
 
 
-def _dry(packed: PackedMechanism, kinds: list[int]) -> Places:
+def _dry(packed: PackedMechanism, kinds: list[int]) -> IntVector:
     """Return 1 for each block that can stick by its own elements, else 0 (n,)."""
     dry = np.zeros(packed.inertia.size, dtype=np.int64)
     for block, kind in zip(packed.frictions.block, kinds, strict=True):
@@ -219,7 +217,7 @@ def _dry(packed: PackedMechanism, kinds: list[int]) -> Places:
     return dry
 
 
-def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[Places, Vector, Vector]:
+def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Vector, Vector]:
     """Return group, speed and group mass of each block (n,).
 
     The speed is per unit of that of the group's first block. The mass of the whole group is
@@ -237,7 +235,7 @@ def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[Places, Vecto
     return group, ratio, mass
 
 
-def _spans(forest: JointForest) -> Places:
+def _spans(forest: JointForest) -> IntVector:
     """Return the number of blocks in the subtree of each block (n,), contiguous in the order."""
     span = np.ones(len(forest.order), dtype=np.int64)
     for block in reversed(forest.order):

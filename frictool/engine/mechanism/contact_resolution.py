@@ -5,9 +5,6 @@ The solver of a tree is tree_solver.py.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCK,
     BLOCKS,
@@ -58,9 +55,7 @@ from frictool.engine.mechanism.workspace_rows import (
 )
 from frictool.engine.status import LAW_FAILED, OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
@@ -94,7 +89,9 @@ def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None
 
 
 @inset_kernel
-def _flanks(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, work: Vector) -> None:
+def _flanks(
+    k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector, work: Vector
+) -> None:
     """Change the modes of compliant flanks that have met or separated.
 
     A flank that separates while still strained relaxes by itself: its damping takes the energy of
@@ -116,7 +113,7 @@ def _flanks(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, work:
 
 
 @inset_kernel
-def _ready(k: Places, y: Vector, modes: Places, w: Vector) -> None:
+def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
     """Set the motions for which the efforts are evaluated, and mark blocks at their stops."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     for i in range(n):

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import BREAKS, CUBIC, CURVE_START
 from frictool.runtime.kernels import inset_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
-def _piece(k: Places, p: Vector, curve: int, x: float) -> tuple[int, float]:
+def _piece(k: IntVector, p: Vector, curve: int, x: float) -> tuple[int, float]:
     """Return the piece of a curve that contains x, and x limited to the curve's range."""
     first, last = k[k[CURVE_START] + curve], k[k[CURVE_START] + curve + 1]
     breaks = k[BREAKS] + curve
@@ -29,7 +24,7 @@ def _piece(k: Places, p: Vector, curve: int, x: float) -> tuple[int, float]:
 
 
 @inset_kernel
-def curve_value(k: Places, p: Vector, curve: int, x: float) -> float:
+def curve_value(k: IntVector, p: Vector, curve: int, x: float) -> float:
     """Return the value of a curve at x."""
     piece, at = _piece(k, p, curve, x)
     s, c = at - p[k[BREAKS] + curve + piece], k[CUBIC] + 4 * piece
@@ -37,7 +32,7 @@ def curve_value(k: Places, p: Vector, curve: int, x: float) -> float:
 
 
 @inset_kernel
-def curve_integral(k: Places, p: Vector, curve: int, x: float) -> float:
+def curve_integral(k: IntVector, p: Vector, curve: int, x: float) -> float:
     """Return the integral of a curve from its first break to x."""
     first, breaks = k[k[CURVE_START] + curve], k[BREAKS] + curve
     piece, at = _piece(k, p, curve, x)

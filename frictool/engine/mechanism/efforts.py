@@ -14,9 +14,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BACK_LOSS,
     BLOCK,
@@ -73,16 +70,14 @@ from frictool.engine.mechanism.state import OPEN, STUCK, RateEvaluation
 from frictool.engine.mechanism.workspace_rows import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW
 from frictool.friction.status import OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 STIFF_MARGIN = 1e-10  # distance beyond a flank at which it counts as passed, relative to the gap
 
 
 @inset_kernel
 def _driving(
-    k: Places, p: Vector, t: float, y: Vector, inputs: Vector, found: RateEvaluation, whole: bool
+    k: IntVector, p: Vector, t: float, y: Vector, inputs: Vector, found: RateEvaluation, whole: bool
 ) -> None:
     """Set the rows to the efforts of sources, pushes and held efforts."""
     w, power = found.w, found.power
@@ -113,7 +108,7 @@ def _driving(
 
 
 @inset_kernel
-def coupling_stretch(k: Places, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
+def coupling_stretch(k: IntVector, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
     """Return e = q_b - ratio q_a - offset, and e'."""
     n, row, ends = (
         k[BLOCKS],
@@ -155,7 +150,7 @@ def _at_flank(
 
 @inset_kernel
 def _couplings(
-    k: Places, p: Vector, y: Vector, modes: Places, found: RateEvaluation, whole: bool
+    k: IntVector, p: Vector, y: Vector, modes: IntVector, found: RateEvaluation, whole: bool
 ) -> None:
     """Add the efforts of compliant links.
 
@@ -212,7 +207,7 @@ def _couplings(
 
 @inset_kernel
 def _frictions(
-    machine: CompiledMechanism, y: Vector, modes: Places, found: RateEvaluation, whole: bool
+    machine: CompiledMechanism, y: Vector, modes: IntVector, found: RateEvaluation, whole: bool
 ) -> int:
     """Add the friction of each law; fill the rates of inner states; return friction/status.py."""
     k, p, laws = machine
@@ -255,7 +250,7 @@ def _frictions(
 
 @inset_kernel
 def _pressings(
-    k: Places, p: Vector, y: Vector, modes: Places, found: RateEvaluation, whole: bool
+    k: IntVector, p: Vector, y: Vector, modes: IntVector, found: RateEvaluation, whole: bool
 ) -> None:
     """Add the friction that each pressing causes on its block."""
     w, power = found.w, found.power
@@ -282,7 +277,7 @@ def efforts(
     machine: CompiledMechanism,
     t: float,
     y: Vector,
-    modes: Places,
+    modes: IntVector,
     inputs: Vector,
     found: RateEvaluation,
     whole: bool,
@@ -303,7 +298,7 @@ def all_efforts(
     machine: CompiledMechanism,
     t: float,
     y: Vector,
-    modes: Places,
+    modes: IntVector,
     inputs: Vector,
     found: RateEvaluation,
 ) -> int:

@@ -10,9 +10,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLING,
@@ -32,9 +29,7 @@ from frictool.engine.mechanism.curves import curve_integral
 from frictool.engine.mechanism.efforts import coupling_stretch
 from frictool.engine.mechanism.state import OPEN, MechanismState, WorkByElement, work_by_element
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 class EnergyBalance(NamedTuple):
@@ -55,7 +50,7 @@ class EnergyBalance(NamedTuple):
 
 
 @kernel
-def _held(k: Places, p: Vector, y: Vector, modes: Places) -> tuple[float, float]:
+def _held(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> tuple[float, float]:
     """Return kinetic and stored energy [J]."""
     n, kinetic, stored = k[BLOCKS], 0.0, 0.0
     for i in range(n):

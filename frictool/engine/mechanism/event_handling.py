@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
@@ -38,15 +35,13 @@ from frictool.engine.mechanism.state import (
 )
 from frictool.engine.status import LAW_FAILED, OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 FIRST_STEP = 1e-5  # s, first step of a state
 
 
 @inset_kernel
-def _note(k: Places, state: MechanismState) -> None:
+def _note(k: IntVector, state: MechanismState) -> None:
     """Store modes and speeds before an event, to record its changes."""
     for i in range(state.modes.shape[0]):
         state.room.places[BEFORE, i] = state.modes[i]
@@ -125,7 +120,9 @@ def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> in
 
 
 @inset_kernel
-def _meet_or_halt(k: Places, p: Vector, now: float, state: MechanismState, told: EventRows) -> bool:
+def _meet_or_halt(
+    k: IntVector, p: Vector, now: float, state: MechanismState, told: EventRows
+) -> bool:
     """Stop all trees whose root has reached speed 0; return True if flanks or stops collide."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     y, modes, guard, meet = state.y, state.modes, state.room.lines[GUARD], False

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLINGS,
@@ -40,9 +37,7 @@ from frictool.engine.mechanism.state import (
 )
 from frictool.engine.mechanism.weighted_sums import on_path
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 ROUNDS = 200  # iterations of the search
 # iterations for the zero of a cubic, and its last change relative to the step
@@ -56,10 +51,10 @@ NEAREST = 4e-16  # distance below which instants count as one, relative to the t
 
 @inset_kernel
 def _is_there(
-    k: Places,
+    k: IntVector,
     p: Vector,
     y: Vector,
-    modes: Places,
+    modes: IntVector,
     guard: Vector,
     begin: Vector,
     index: int,
@@ -112,7 +107,7 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
 
 
 @inset_kernel
-def _has_rate(k: Places, modes: Places, index: int) -> bool:
+def _has_rate(k: IntVector, modes: IntVector, index: int) -> bool:
     """Return True if the rate of the guard at `index` is known.
 
     It is for guards of a speed, a position, or a flank of a compliant coupling.
@@ -122,11 +117,11 @@ def _has_rate(k: Places, modes: Places, index: int) -> bool:
 
 @inset_kernel
 def _smooth_crossing(
-    k: Places,
+    k: IntVector,
     p: Vector,
     index: int,
     aim: float,
-    modes: Places,
+    modes: IntVector,
     room: Workspace,
     low: float,
     high: float,
@@ -170,9 +165,9 @@ def _keep_high(count: int, room: Workspace) -> None:
 
 @inset_kernel
 def _first(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    modes: Places,
+    modes: IntVector,
     room: Workspace,
     low: float,
     high: float,

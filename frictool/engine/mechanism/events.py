@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLINGS,
@@ -18,9 +15,7 @@ from frictool.engine.mechanism.compiled_mechanism import (
 from frictool.engine.mechanism.joint_losses import is_lossy, joint_row
 from frictool.engine.mechanism.state import OPEN, STUCK
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 (
     STICKS,
@@ -68,7 +63,7 @@ class EventRows(NamedTuple):
     """Arrays to which events are written."""
 
     rows: Vector  # (m, EVENT_SIZE)
-    happened: Places  # (1,): number of all events, including those beyond the last row
+    happened: IntVector  # (1,): number of all events, including those beyond the last row
 
 
 @inset_kernel
@@ -90,8 +85,8 @@ def write_changes(
     machine: CompiledMechanism,
     t: float,
     speeds: Vector,
-    before: Places,
-    modes: Places,
+    before: IntVector,
+    modes: IntVector,
     told: EventRows,
 ) -> None:
     """Add a row for each mode that has changed, for a rigid group only for its first block.

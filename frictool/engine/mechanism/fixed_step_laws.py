@@ -11,9 +11,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCK,
     BLOCKS,
@@ -58,15 +55,13 @@ from frictool.engine.mechanism.workspace_rows import FORCE, GROSS, INERTIA, NEED
 from frictool.friction.static_kernels import sticking_force
 from frictool.friction.status import OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 HELD, SLIPS = 0, 1  # modes of a law
 
 
 @inset_kernel
-def _root_of(k: Places, p: Vector, modes: Places, block: int) -> tuple[int, float]:
+def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int, float]:
     """Return the root of the tree that moves with a block, and the block's relative speed."""
     n, i, along = k[BLOCKS], block, 1.0
     while k[k[PARENT_JOINT] + i] >= 0 and modes[n + k[k[PARENT_JOINT] + i]] != OPEN:
@@ -77,14 +72,14 @@ def _root_of(k: Places, p: Vector, modes: Places, block: int) -> tuple[int, floa
 
 
 @inset_kernel
-def _first_mode(k: Places) -> int:
+def _first_mode(k: IntVector) -> int:
     """Return the index of the first law's mode."""
     return int(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS])
 
 
 @part_kernel
 def timed_frictions(
-    machine: CompiledMechanism, y: Vector, modes: Places, found: RateEvaluation, whole: bool
+    machine: CompiledMechanism, y: Vector, modes: IntVector, found: RateEvaluation, whole: bool
 ) -> int:
     """Subtract the friction of the laws with a fixed step from FORCE, and fill their states' rates.
 
@@ -135,7 +130,7 @@ def timed_frictions(
 
 
 @part_kernel
-def seen_speeds(machine: CompiledMechanism, y: Vector, modes: Places, rates: Vector) -> None:
+def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: Vector) -> None:
     """Set the rates of positions to 0 if a banded law reports velocity 0 (Karnopp's band).
 
     This applies to all blocks of the tree that moves with the law's block.

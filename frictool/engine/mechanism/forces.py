@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.compiled_mechanism import (
@@ -47,9 +46,7 @@ from frictool.engine.mechanism.workspace_rows import (
     REST,
 )
 from frictool.runtime.kernels import inset_kernel, kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 class RestForces(NamedTuple):
@@ -64,7 +61,7 @@ class RestForces(NamedTuple):
 
 
 @inset_kernel
-def _range_of(k: Places, p: Vector, i: int, contact: int, w: Vector) -> tuple[float, float]:
+def _range_of(k: IntVector, p: Vector, i: int, contact: int, w: Vector) -> tuple[float, float]:
     """Return the range of lambda of the joint between a block at rest and its parent.
 
     It leaves out what the joint's own friction could add.
@@ -83,7 +80,9 @@ def _range_of(k: Places, p: Vector, i: int, contact: int, w: Vector) -> tuple[fl
 
 
 @kernel
-def _at_rest(k: Places, p: Vector, modes: Places, w: Vector, links: Vector, holds: Vector) -> None:
+def _at_rest(
+    k: IntVector, p: Vector, modes: IntVector, w: Vector, links: Vector, holds: Vector
+) -> None:
     """Fill links and holds of all blocks at rest."""
     n = k[BLOCKS]
     for i in range(n):

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLINGS,
@@ -28,9 +25,7 @@ from frictool.engine.mechanism.joint_losses import joint_row
 from frictool.engine.mechanism.state import OPEN
 from frictool.engine.mechanism.workspace_rows import GROSS
 from frictool.runtime.kernels import inset_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 SLACK = 1e-11  # tolerance of an effort, relative to the efforts on its block
 LEAST_RATE = 1e-9  # 1/s, tolerance of an acceleration, relative to the speed scale
@@ -40,7 +35,7 @@ ROUNDING = 1e-15  # rounding error of a position, relative to its terms
 
 
 @inset_kernel
-def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
+def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
     """Return the force at a block below which a force counts as zero [N | N m]."""
     least = 1e-300  # N | N m, for a block without mass and without efforts
     return float(
@@ -49,7 +44,7 @@ def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
 
 
 @inset_kernel
-def joint_gap(k: Places, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
+def joint_gap(k: IntVector, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
     """Return the position difference e of a joint's flanks, its rate e', and the tolerance of e.
 
     e is in the coordinate of block b, and 0 in the middle of the gap.
@@ -72,7 +67,7 @@ def stop_slack(p: Vector, row: int) -> float:
 
 
 @inset_kernel
-def place_guards(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector) -> None:
+def place_guards(k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector) -> None:
     """Set the guards of open flanks and stops: their distances in units of the tolerance."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     for joint in range(j):

@@ -5,9 +5,6 @@ The memory has to register each reversal.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCK,
     BLOCKS,
@@ -26,15 +23,13 @@ from frictool.engine.mechanism.compiled_mechanism import (
 from frictool.engine.mechanism.law_kernels import DYNAMIC, commit
 from frictool.friction.status import OK
 from frictool.runtime.kernels import part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 AT_REVERSAL = 1e-3  # speed below which a step may pass 0, relative to the speed scale
 
 
 @part_kernel
-def first_reversal(k: Places, p: Vector, h: float, y: Vector, end: Vector) -> float:
+def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) -> float:
     """Return the step length, shortened to the first reversal of a block with a dynamic law."""
     n, shortest = k[BLOCKS], h
     for f in range(k[FRICTIONS]):

@@ -15,9 +15,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLINGS,
@@ -47,9 +44,7 @@ from frictool.engine.mechanism.lossy_impulses import is_group_lossy, yielding
 from frictool.engine.mechanism.state import OPEN, RIGID
 from frictool.engine.status import OK, UNRESOLVED
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 BOUNCE = 1e-6  # slowest approach with a rebound, relative to the speed scale
 TOGETHER = 1e-12  # largest speed difference of parts that move together, by the speed scale
@@ -60,7 +55,7 @@ TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of positi
 
 
 @inset_kernel
-def _approach(k: Places, p: Vector, joint: int, side: int, y: Vector) -> float:
+def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> float:
     """Return the approach speed of a joint's flanks on side +-1, in the coordinate of block b."""
     n, row = k[BLOCKS], joint_row(k, joint)
     a, b = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1]
@@ -68,7 +63,7 @@ def _approach(k: Places, p: Vector, joint: int, side: int, y: Vector) -> float:
 
 
 @inset_kernel
-def _set_group(k: Places, p: Vector, group: int, speed: float, y: Vector) -> float:
+def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> float:
     """Set a group's speed, `speed` for its first block; return the kinetic energy lost [J]."""
     n = k[BLOCKS]
     before = y[n + group]
@@ -94,7 +89,9 @@ def _until(s: float, rate: float, goal: float, given: float) -> float:
 
 
 @part_kernel
-def _meet(k: Places, p: Vector, joint: int, side: int, y: Vector, w: Vector, work: Vector) -> None:
+def _meet(
+    k: IntVector, p: Vector, joint: int, side: int, y: Vector, w: Vector, work: Vector
+) -> None:
     """Resolve one impact of two groups.
 
     The impulse grows in pieces, between the instants at which one of the groups comes to rest.
@@ -142,7 +139,9 @@ def _meet(k: Places, p: Vector, joint: int, side: int, y: Vector, w: Vector, wor
 
 
 @inset_kernel
-def _strike(k: Places, p: Vector, stop: int, side: int, y: Vector, w: Vector, work: Vector) -> None:
+def _strike(
+    k: IntVector, p: Vector, stop: int, side: int, y: Vector, w: Vector, work: Vector
+) -> None:
     """Resolve one impact of a group at an end stop."""
     n, row, block = k[BLOCKS], k[STOP] + stop * STOP_WIDTH, k[k[STOP_BLOCKS] + stop]
     group, speed = k[k[GROUP] + block], side * y[n + block]
@@ -157,7 +156,7 @@ def _strike(k: Places, p: Vector, stop: int, side: int, y: Vector, w: Vector, wo
 
 
 @inset_kernel
-def _mark(k: Places, p: Vector, y: Vector, modes: Places) -> None:
+def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Set the modes of open joints and stops that touch to the side (+-1) of their contact."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     for joint in range(k[JOINTS]):
@@ -177,7 +176,7 @@ def _mark(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 
 
 @inset_kernel
-def _let_go(k: Places, p: Vector, y: Vector, modes: Places, speed: float) -> None:
+def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) -> None:
     """Open the joint contacts that separate faster than `speed`, relative to the speed scale."""
     n = k[BLOCKS]
     for joint in range(k[JOINTS]):
@@ -188,7 +187,7 @@ def _let_go(k: Places, p: Vector, y: Vector, modes: Places, speed: float) -> Non
 
 
 @inset_kernel
-def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
+def _part(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Open the contacts that separate, and the stops whose block moves."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     _let_go(k, p, y, modes, TOGETHER)
@@ -199,7 +198,7 @@ def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 
 
 @inset_kernel
-def _fastest(k: Places, p: Vector, y: Vector, modes: Places, soft: bool) -> tuple[float, int]:
+def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -> tuple[float, int]:
     """Return the largest approach speed over all contacts, and the index of its contact.
 
     Approach speeds are relative to the block's speed scale. The index is that of the joint, or the
@@ -225,7 +224,7 @@ def _fastest(k: Places, p: Vector, y: Vector, modes: Places, soft: bool) -> tupl
 
 
 @part_kernel
-def impacts(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, work: Vector) -> int:
+def impacts(k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, work: Vector) -> int:
     """Mark touching contacts, resolve impacts until none approaches, and open separating contacts.
 
     The energy lost in each contact is added to `work`. Returns a status of engine/status.py. If all

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
@@ -36,16 +33,14 @@ from frictool.engine.mechanism.state import (
 from frictool.engine.mechanism.step_stages import stages
 from frictool.engine.mechanism.weighted_sums import on_path, path_of, stage_point, step_errors
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 SLOW = 0.1  # least reference speed of the tolerance, relative to the speed scale
 PLACE_TIME = 1e-2  # s, ratio of the tolerances of position and speed
 
 
 @inset_kernel
-def _watch(k: Places, modes: Places, guard: Vector, watched: Places) -> int:
+def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) -> int:
     """List the active guards of forces; return their number."""
     count = 0
     for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]):
@@ -56,7 +51,7 @@ def _watch(k: Places, modes: Places, guard: Vector, watched: Places) -> int:
 
 
 @inset_kernel
-def _error(k: Places, p: Vector, h: float, modes: Places, room: Workspace) -> float:
+def _error(k: IntVector, p: Vector, h: float, modes: IntVector, room: Workspace) -> float:
     """Return the largest error of a state, relative to the state's size."""
     n, worst, errors, end = k[BLOCKS], 0.0, room.lines[ERRORS], room.lines[END]
     step_errors(h, room.slopes, errors, room.lines[THIRD])

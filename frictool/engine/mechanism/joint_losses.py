@@ -14,9 +14,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BACK_LOSS,
     DRIVE_LOSS,
@@ -27,13 +24,11 @@ from frictool.engine.mechanism.compiled_mechanism import (
     THREAD,
 )
 from frictool.runtime.kernels import inset_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
-def joint_row(k: Places, joint: int) -> int:
+def joint_row(k: IntVector, joint: int) -> int:
     """Return the index in p of a joint's first parameter."""
     return int(k[JOINT] + joint * JOINT_WIDTH)
 

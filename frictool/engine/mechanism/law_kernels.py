@@ -23,14 +23,12 @@ from typing import Any, cast
 import numpy as np
 from numba import types
 from numba.extending import intrinsic
-from numpy.typing import NDArray
 
 from frictool.friction import kernel_signatures as s
 from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
 from frictool.runtime.kernels import function_pointer
+from frictool.typing import IntVector, Vector
 
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
 EXACT, SMOOTH, DYNAMIC, HYBRID, BANDED = range(5)
 PROBES = (0.0, 1e-6, 1e-3, 1.0, 1e3)  # speeds at which a law is tested for being a straight line
 
@@ -218,7 +216,7 @@ FUNCTIONS: dict[int, tuple[tuple[str, Any], ...]] = {
 WIDTH = 6
 
 
-def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> Places:
+def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> IntVector:
     """Return the addresses (n + 1, WIDTH) of the kernels of each friction's law.
 
     Columns are in the order of FUNCTIONS; the last row is for the engine's own kernels.

@@ -12,9 +12,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     GROUP,
@@ -37,16 +34,14 @@ from frictool.engine.mechanism.joint_losses import (
 )
 from frictool.engine.mechanism.workspace_rows import SLOPE, VALUE
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 MAX_PIECES = 200  # pieces of the graph that a search may visit
 FOUND = 1e-14  # tolerance of a zero, relative to the impulse
 
 
 @inset_kernel
-def is_group_lossy(k: Places, p: Vector, group: int) -> bool:
+def is_group_lossy(k: IntVector, p: Vector, group: int) -> bool:
     """Return True if a rigid joint inside the group has losses."""
     for joint in range(k[JOINTS]):
         row = joint_row(k, joint)
@@ -59,7 +54,7 @@ def is_group_lossy(k: Places, p: Vector, group: int) -> bool:
 
 @part_kernel
 def _need(
-    k: Places,
+    k: IntVector,
     p: Vector,
     group: int,
     block: int,
@@ -98,7 +93,7 @@ def _need(
 
 @inset_kernel
 def _search(
-    k: Places,
+    k: IntVector,
     p: Vector,
     group: int,
     block: int,
@@ -131,7 +126,7 @@ def _search(
 
 @inset_kernel
 def _by_direction(
-    k: Places,
+    k: IntVector,
     p: Vector,
     group: int,
     block: int,
@@ -158,7 +153,7 @@ def _by_direction(
 
 @part_kernel
 def yielding(
-    k: Places,
+    k: IntVector,
     p: Vector,
     group: int,
     block: int,

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLING,
@@ -30,9 +27,7 @@ from frictool.engine.mechanism.compiled_mechanism import (
 from frictool.engine.mechanism.joint_losses import joint_row
 from frictool.engine.mechanism.state import FREE, OPEN, STUCK
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 # distance to its end below which a dip of a guard is checked, relative to its change
 GRAZING = 1e-3
@@ -40,7 +35,7 @@ BROKEN = -1.0  # value of a guard below which it has been passed
 
 
 @inset_kernel
-def forces_hold(k: Places, modes: Places, guard: Vector) -> bool:
+def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
     """Return True if all modes that depend on forces go on.
 
     These are sticking blocks, closed contacts, sides of kinks, and compliant flanks.
@@ -59,7 +54,7 @@ def forces_hold(k: Places, modes: Places, guard: Vector) -> bool:
 
 
 @inset_kernel
-def is_forced(k: Places, modes: Places, index: int) -> bool:
+def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
     """Return True if the guard at `index` watches a force, False if a speed or a position."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     if index < n:
@@ -71,7 +66,7 @@ def is_forced(k: Places, modes: Places, index: int) -> bool:
 
 @inset_kernel
 def _flank_left(
-    k: Places, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int
+    k: IntVector, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int
 ) -> tuple[float, float]:
     """Return force and rate of a pressed flank, or distance and rate of an open one.
 
@@ -105,7 +100,7 @@ def _flank_left(
 
 @part_kernel
 def distance_to_guard(
-    k: Places, p: Vector, index: int, y: Vector, rates: Vector, modes: Places
+    k: IntVector, p: Vector, index: int, y: Vector, rates: Vector, modes: IntVector
 ) -> tuple[float, float]:
     """Return the distance of a speed, gap or end stop from its guard, and the rate of the distance.
 
@@ -137,7 +132,7 @@ def distance_to_guard(
 
 @inset_kernel
 def is_broken(
-    k: Places, p: Vector, index: int, y: Vector, modes: Places, guard: Vector, begin: Vector
+    k: IntVector, p: Vector, index: int, y: Vector, modes: IntVector, guard: Vector, begin: Vector
 ) -> bool:
     """Return True if a guard has been passed.
 
@@ -155,7 +150,7 @@ def is_broken(
 
 @inset_kernel
 def is_any_broken(
-    k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, begin: Vector
+    k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector, begin: Vector
 ) -> bool:
     """Return True if any guard has been passed."""
     broken = False
@@ -197,14 +192,14 @@ def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) 
 
 @part_kernel
 def first_dip(
-    k: Places,
+    k: IntVector,
     p: Vector,
     h: float,
     y: Vector,
     begin: Vector,
     end: Vector,
     after: Vector,
-    modes: Places,
+    modes: IntVector,
     guard: Vector,
 ) -> float:
     """Return the first time in a step at which a guard may be passed and intact again later.

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.compiled_mechanism import (
@@ -43,15 +41,13 @@ from frictool.engine.mechanism.state import (
 )
 from frictool.engine.status import JAMMED, LAW_FAILED, OK, UNRESOLVED
 from frictool.runtime.kernels import inset_kernel, kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 ATTEMPTS = 50  # iterations
 
 
 @inset_kernel
-def stop_tree(k: Places, place: int, p: Vector, y: Vector, modes: Places) -> float:
+def stop_tree(k: IntVector, place: int, p: Vector, y: Vector, modes: IntVector) -> float:
     """Stop the tree with the root at `place` in the order; return its kinetic energy [J]."""
     n, energy = k[BLOCKS], 0.0
     at, end = place, place + k[k[SPAN] + k[k[ORDER] + place]]
@@ -67,7 +63,7 @@ def stop_tree(k: Places, place: int, p: Vector, y: Vector, modes: Places) -> flo
 
 
 @inset_kernel
-def align(k: Places, p: Vector, y: Vector, modes: Places) -> None:
+def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Give blocks that move together consistent speeds, and hold blocks at their end stops.
 
     This keeps rounding errors from growing in the speeds between them.
@@ -89,7 +85,7 @@ def align(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 
 @inset_kernel
 def _jam(
-    k: Places, p: Vector, place: int, state: MechanismState, now: float, told: EventRows
+    k: IntVector, p: Vector, place: int, state: MechanismState, now: float, told: EventRows
 ) -> bool:
     """Stop a jammed part at once, as in an impact; parts that it only pushes fly on.
 
@@ -110,22 +106,22 @@ def _jam(
 
 @kernel
 def modes_at_instant(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    laws: Places,
+    laws: IntVector,
     y: Vector,
     drive: Vector,
-    modes: Places,
+    modes: IntVector,
     work: Vector,
     pace: Vector,
     w: Vector,
     slopes: Vector,
     powers: Vector,
     lines: Vector,
-    places: Places,
+    places: IntVector,
     t: float,
     rows: Vector,
-    count: Places,
+    count: IntVector,
 ) -> int:
     """Evaluate `settle`, with arguments one by one, as a call by address needs them."""
     machine, room, told = (

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from frictool.engine.mechanism.advance import TOLERANCE, advance
 from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
@@ -14,9 +14,7 @@ from frictool.engine.mechanism.events import EVENT_SIZE, EventRows
 from frictool.engine.mechanism.state import MechanismState, counts
 from frictool.engine.status import OK
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import Vector
 
 ROOM_FOR_EVENTS = 100_000
 

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     CONSTANT,
@@ -20,13 +17,11 @@ from frictool.engine.mechanism.compiled_mechanism import (
     SUPPLY,
 )
 from frictool.runtime.kernels import inset_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
-def source_limits(k: Places, p: Vector, source: int, y: Vector) -> tuple[float, float]:
+def source_limits(k: IntVector, p: Vector, source: int, y: Vector) -> tuple[float, float]:
     """Return the lowest and highest drive of a source, by its limit and its winding's.
 
     The winding's limit depends on the speed.
@@ -42,7 +37,7 @@ def source_limits(k: Places, p: Vector, source: int, y: Vector) -> tuple[float, 
 
 @inset_kernel
 def take_inputs(
-    k: Places,
+    k: IntVector,
     p: Vector,
     command: Vector,
     external: Vector,
@@ -68,7 +63,7 @@ def take_inputs(
 
 
 @inset_kernel
-def flowing_at(k: Places, p: Vector, source: int, t: float, inputs: Vector) -> float:
+def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -> float:
     """Return the drive of a source t [s] after its command."""
     lag = p[k[SOURCE] + source * SOURCE_WIDTH + LAG]
     target, before = inputs[source], inputs[k[SOURCES] + source]
@@ -76,14 +71,14 @@ def flowing_at(k: Places, p: Vector, source: int, t: float, inputs: Vector) -> f
 
 
 @inset_kernel
-def let_flow(k: Places, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
+def let_flow(k: IntVector, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
     """Fill `drive` with the drive of each source t [s] after its command."""
     for s in range(k[SOURCES]):
         drive[s] = flowing_at(k, p, s, t, inputs)
 
 
 @inset_kernel
-def longest_step(k: Places, p: Vector, inputs: Vector) -> float:
+def longest_step(k: IntVector, p: Vector, inputs: Vector) -> float:
     """Return the longest step [s] in which the drives are approximated well by polynomials."""
     u, longest = k[SOURCES], math.inf
     for s in range(u):
@@ -94,7 +89,7 @@ def longest_step(k: Places, p: Vector, inputs: Vector) -> float:
 
 
 @inset_kernel
-def is_steady(k: Places, inputs: Vector) -> bool:
+def is_steady(k: IntVector, inputs: Vector) -> bool:
     """Return True if all drives equal their commands."""
     u, steady = k[SOURCES], True
     for s in range(u):

@@ -38,7 +38,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
 from frictool.engine.mechanism.dormand_prince8 import SLOPES
@@ -47,9 +47,7 @@ from frictool.engine.mechanism.weighted_sums import BUMPS
 from frictool.engine.mechanism.workspace_rows import WORK_ROWS
 from frictool.friction.law_registry import ROWS
 from frictool.plant.mechanism.packed_mechanism import PackedMechanism
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 STUCK, FREE = 0, 2
 OPEN, RIGID = 0, 2
@@ -84,7 +82,7 @@ class Workspace(NamedTuple):
     slopes: Vector  # (SLOPES + BUMPS, y)
     powers: Vector  # (SLOPES + BUMPS, work)
     lines: Vector  # (LINES, longest)
-    places: Places  # (PLACES, longest)
+    places: IntVector  # (PLACES, longest)
 
 
 class RateEvaluation(NamedTuple):
@@ -101,7 +99,7 @@ class MechanismState(NamedTuple):
 
     y: Vector
     drive: Vector
-    modes: Places
+    modes: IntVector
     work: Vector
     # s: next step length, time of all calls, time since the last command, step of fixed-step laws
     pace: Vector

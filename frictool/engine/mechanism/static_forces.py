@@ -7,9 +7,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     JOINTS,
@@ -39,17 +36,15 @@ from frictool.engine.mechanism.workspace_rows import (
     STOPPED_LOW,
 )
 from frictool.runtime.kernels import inset_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
 def gather_rest(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    modes: Places,
-    found: Places,
+    modes: IntVector,
+    found: IntVector,
     count: int,
     sided: bool,
     towards: float,
@@ -106,7 +101,7 @@ def gather_rest(
 
 
 @inset_kernel
-def force_at_rest(k: Places, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
+def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
     """Return the range of force that a member at rest needs from its joint, and the tolerance."""
     ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
     low, high, slack = w[NEED, i], w[NEED_HIGH, i], slack_at(k, p, w, i)
@@ -118,7 +113,7 @@ def force_at_rest(k: Places, p: Vector, i: int, w: Vector) -> tuple[float, float
 
 
 @inset_kernel
-def side_at_rest(k: Places, p: Vector, i: int, w: Vector) -> int:
+def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
     """Return the side of its kink, +1 or -1, on which the joint of a member at rest is loaded.
 
     The result is 0 if friction beyond the joint may take the load.
@@ -130,7 +125,7 @@ def side_at_rest(k: Places, p: Vector, i: int, w: Vector) -> int:
 
 
 @inset_kernel
-def breakaway_at_rest(k: Places, p: Vector, root: int, w: Vector) -> float:
+def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
     """Return the direction in which a tree at rest breaks away, 0 if it stays.
 
     It follows from NEED and NEED_HIGH of the root.
@@ -142,7 +137,9 @@ def breakaway_at_rest(k: Places, p: Vector, root: int, w: Vector) -> float:
 
 
 @inset_kernel
-def unload(k: Places, p: Vector, modes: Places, found: Places, count: int, w: Vector) -> bool:
+def unload(
+    k: IntVector, p: Vector, modes: IntVector, found: IntVector, count: int, w: Vector
+) -> bool:
     """Set branch 0 of the self-locking joints whose branch is not that of their load at rest.
 
     Returns True if there are self-locking joints.
@@ -160,7 +157,13 @@ def unload(k: Places, p: Vector, modes: Places, found: Places, count: int, w: Ve
 
 @inset_kernel
 def stays_loaded(
-    k: Places, p: Vector, modes: Places, found: Places, count: int, towards: float, w: Vector
+    k: IntVector,
+    p: Vector,
+    modes: IntVector,
+    found: IntVector,
+    count: int,
+    towards: float,
+    w: Vector,
 ) -> bool:
     """Return True if a tree can rest with its self-locking joints loaded as their branches say.
 

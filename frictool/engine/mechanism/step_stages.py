@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
 from frictool.engine.mechanism.articulated_body import field_within
 from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
@@ -23,21 +21,19 @@ from frictool.engine.mechanism.state import (
 )
 from frictool.engine.mechanism.weighted_sums import stage_point
 from frictool.runtime.kernels import inset_kernel, kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
 def _stages(
     machine: CompiledMechanism,
     y: Vector,
-    modes: Places,
+    modes: IntVector,
     w: Vector,
     slopes: Vector,
     powers: Vector,
     lines: Vector,
-    watched: Places,
+    watched: IntVector,
     t: float,
     h: float,
     first: int,
@@ -64,16 +60,16 @@ def _stages(
 
 @kernel
 def stages_of_step(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    laws: Places,
+    laws: IntVector,
     y: Vector,
-    modes: Places,
+    modes: IntVector,
     w: Vector,
     slopes: Vector,
     powers: Vector,
     lines: Vector,
-    places: Places,
+    places: IntVector,
     t: float,
     h: float,
     first: int,

@@ -24,9 +24,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.mechanism.acceleration_graph import (
     FOUND,
     MAX_PIECES,
@@ -71,13 +68,11 @@ from frictool.engine.mechanism.workspace_rows import (
 )
 from frictool.engine.status import JAMMED, OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
-def _members(k: Places, modes: Places, place: int, found: Places) -> int:
+def _members(k: IntVector, modes: IntVector, place: int, found: IntVector) -> int:
     """Fill `found` with the blocks connected to the root; return their number.
 
     Each block is listed by its position in the order. Rigid joints and closed contacts connect; the
@@ -98,7 +93,7 @@ def _members(k: Places, modes: Places, place: int, found: Places) -> int:
 
 
 @inset_kernel
-def _spread_ratios(k: Places, p: Vector, found: Places, count: int, w: Vector) -> None:
+def _spread_ratios(k: IntVector, p: Vector, found: IntVector, count: int, w: Vector) -> None:
     """Fill ALONG with each block's speed per unit of the root's."""
     for m in range(count):
         i = k[k[ORDER] + found[m]]
@@ -113,10 +108,10 @@ def _spread_ratios(k: Places, p: Vector, found: Places, count: int, w: Vector) -
 
 @inset_kernel
 def _leaves_unloaded(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    modes: Places,
-    found: Places,
+    modes: IntVector,
+    found: IntVector,
     count: int,
     gross: float,
     y: Vector,
@@ -150,7 +145,7 @@ def _leaves_unloaded(
 
 
 @inset_kernel
-def _jammed(k: Places, modes: Places, found: Places, count: int, w: Vector) -> int:
+def _jammed(k: IntVector, modes: IntVector, found: IntVector, count: int, w: Vector) -> int:
     """Return the position in the order of the first block of the part without positive inertia.
 
     Contacts that would pull are open. The inertia is the effective one, including losses.
@@ -165,7 +160,7 @@ def _jammed(k: Places, modes: Places, found: Places, count: int, w: Vector) -> i
 
 @inset_kernel
 def _force_in_motion(
-    k: Places, p: Vector, i: int, x: float, towards: float, y: Vector, w: Vector
+    k: IntVector, p: Vector, i: int, x: float, towards: float, y: Vector, w: Vector
 ) -> tuple[float, float, float]:
     """Return lambda of a moving member's joint, the kink of that joint, and the tolerance."""
     n, row, outward = k[BLOCKS], joint_row(k, k[k[PARENT_JOINT] + i]), k[k[OUTWARD] + i] == 1
@@ -180,9 +175,9 @@ def _force_in_motion(
 
 @inset_kernel
 def _bind(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    modes: Places,
+    modes: IntVector,
     i: int,
     x: float,
     towards: float,
@@ -207,10 +202,10 @@ def _bind(
 
 @inset_kernel
 def _set_motions(
-    k: Places,
+    k: IntVector,
     p: Vector,
-    modes: Places,
-    found: Places,
+    modes: IntVector,
+    found: IntVector,
     count: int,
     x: float,
     towards: float,
@@ -245,7 +240,7 @@ def _set_motions(
 
 @part_kernel
 def solve_tree(
-    k: Places, p: Vector, modes: Places, place: int, found: Places, y: Vector, w: Vector
+    k: IntVector, p: Vector, modes: IntVector, place: int, found: IntVector, y: Vector, w: Vector
 ) -> int:
     """Set the modes of the tree with the root at `place` in the order, up to its open contacts.
 

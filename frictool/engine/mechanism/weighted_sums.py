@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.mechanism.dormand_prince8 import (
     AFTER,
@@ -22,15 +21,13 @@ from frictool.engine.mechanism.dormand_prince8 import (
     WEIGHTS,
 )
 from frictool.runtime.kernels import inset_kernel
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+from frictool.typing import IntVector, Vector
 
 FOUR = 4
 BUMPS = 7  # rows of the coefficients of a dense output
 
 
-def _terms(rows: Sequence[Sequence[float]]) -> tuple[Places, Vector, Places]:
+def _terms(rows: Sequence[Sequence[float]]) -> tuple[IntVector, Vector, IntVector]:
     """Return indices, weights and number of the nonzero terms of each row.
 
     Indices and weights are filled up with 0 to a multiple of FOUR.
@@ -53,7 +50,7 @@ ERROR_PLACES, ERROR_WEIGHTS, ERROR_TERMS = _terms(
 
 @inset_kernel
 def _add(
-    h: float, places: Places, weights: Vector, terms: int, slopes: Vector, point: Vector
+    h: float, places: IntVector, weights: Vector, terms: int, slopes: Vector, point: Vector
 ) -> None:
     """Add h times a weighted sum of slopes to `point`."""
     for first in range(0, terms, FOUR):

@@ -20,13 +20,14 @@ from frictool.identify.assess.assessment_inputs import (
 from frictool.identify.excite.bench_limits import axis_known
 from frictool.identify.excite.cramer_rao import PlannedStroke, SensorPrecision
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.smoothing import (
     FOURTH_DIFFERENCE_GAIN,
     fourth_difference_power,
     position_noise,
 )
 from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import Vector
 
 MOST = 8  # largest number of strokes that represent all
 

@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from frictool.identify.assess.assessment_inputs import AssessmentInputs
-from frictool.identify.excite.cramer_rao import Vector
+from frictool.typing import Vector
 
 GATE = math.radians(30.0)  # strokes count from 30 to 150 degrees
 MEAN = math.cos(GATE) / (0.5 * math.pi - GATE)  # mean of the sine over the gate

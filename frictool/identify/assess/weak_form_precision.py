@@ -27,12 +27,12 @@ from frictool.identify.excite.cramer_rao import (
     PlannedStroke,
     PriorAxis,
     SensorPrecision,
-    Vector,
     of_sliding,
     regressors,
 )
 from frictool.identify.rows.smoothing import SHORTEST
 from frictool.plant.weak_form import bell
+from frictool.typing import Vector
 
 STROKE_SHARE = 0.25  # longest window relative to the median stroke
 

@@ -51,12 +51,13 @@ from frictool.identify.breakaway.position_law import (
 from frictool.identify.breakaway.rising_friction import RisingFriction, rising_friction
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange, allowed_fall
 from frictool.identify.fit_result import Interval, UnusableLogs
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.combined_interval import half_width
 from frictool.identify.regression.regression import LeastSquaresSolution, SingularRegressors
 from frictool.identify.rows.strokes import find_strokes
 from frictool.logs.quality.ramps import STRAIGHT, are_ramps, ramps_among, rests_of
 from frictool.plant.weak_form import effort_weights
+from frictool.typing import Vector
 
 MOVED_COUNTS = 0.5  # counts, least distance of a motion; one count to and fro is none
 # encoder changes used after an onset; later ones reveal more of the inertia than of the onset

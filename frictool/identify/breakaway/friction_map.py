@@ -33,7 +33,8 @@ from frictool.identify.estimators.sines import (
 )
 from frictool.identify.fit_result import Interval, SlidingFit
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
+from frictool.typing import Vector
 
 OFFSET_REASON = (
     "friction differs between the directions by more than a constant, and half of their "

@@ -30,8 +30,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.exponentials import phi2
-from frictool.identify.motion_record import Vector
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
 Table = NDArray[np.float64]
 OK, NO_MOTION, NOT_POSITIVE = 0, 1, 2

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 from numpy.polynomial.legendre import legvander
 
-from frictool.identify.motion_record import Vector
-from frictool.identify.regression.regression import LeastSquaresSolution, Matrix, solve
+from frictool.identify.regression.regression import LeastSquaresSolution, solve
+from frictool.typing import Matrix, Vector
 
 HIGHEST_ORDER = 6
 # successive breakaways that count as one; least number of such groups

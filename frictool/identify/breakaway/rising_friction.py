@@ -17,8 +17,8 @@ from scipy.optimize import minimize_scalar
 
 from frictool.identify.breakaway.position_law import as_good, left_out
 from frictool.identify.fit_result import Interval
-from frictool.identify.motion_record import Vector
-from frictool.identify.regression.regression import Matrix, SingularRegressors, solve
+from frictool.identify.regression.regression import SingularRegressors, solve
+from frictool.typing import Matrix, Vector
 
 SPREAD = 3.0  # least ratio of the 95 % to the 5 % quantile of the times at rest
 REACH = 3.0  # factor beyond the times at rest within which tau is searched

@@ -17,9 +17,10 @@ from frictool.documents.bench import Bench
 from frictool.identify.estimators.power_balance import by_speed
 from frictool.identify.fit_result import SlidingFit
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.regression_samples import RegressionSamples, fit
 from frictool.identify.rows.slip_fit import slipping_fit
+from frictool.typing import Vector
 
 BEST_SPEED = math.sqrt(2.0)  # speed amplitude with the least condition (4.30)
 

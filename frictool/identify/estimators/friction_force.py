@@ -27,9 +27,9 @@ from scipy.special import stdtrit
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, PublishedFilters
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.newey_west import newey_west
-from frictool.identify.regression.regression import Matrix, SingularRegressors
+from frictool.identify.regression.regression import SingularRegressors
 from frictool.identify.rows.regression_samples import (
     KNOWN_OFFSET,
     ONE_DIRECTION,
@@ -38,6 +38,7 @@ from frictool.identify.rows.regression_samples import (
     less_offset,
 )
 from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import Matrix, Vector
 
 PLACES = 60  # grid points of the search for the speed of the largest friction
 SLOWEST, FASTEST = 1e-3, 0.5  # bounds of that speed, relative to the top speed

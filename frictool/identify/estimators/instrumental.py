@@ -12,12 +12,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.regression_samples import (
     RegressionSamples,
     cluster_products,
@@ -32,8 +31,8 @@ from frictool.identify.rows.slip_fit import full_backlash, slipping_rows, slippi
 from frictool.identify.rows.slip_mask import keep_rows, slip_mask
 from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import Matrix, Vector
 
-Matrix = NDArray[np.float64]
 WEAKEST = 0.1  # least correlation of the velocity with the reference's velocity
 
 

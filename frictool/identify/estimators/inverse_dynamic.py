@@ -33,11 +33,12 @@ from frictool.documents.bench import Bench
 from frictool.identify.estimators.power_balance import power_balance
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, PublishedFilters
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.quantisation_limit import unresolved_inertia
 from frictool.identify.rows.regression_samples import RegressionSamples, fit, joined, with_fixed
 from frictool.identify.rows.smoothing import position_noise
 from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import Vector
 
 LARGEST_BACKLASH_SHARE = 0.01  # largest share of samples within the backlash
 LARGEST_NOISE = 0.01  # largest rms noise of the velocity relative to its rms

@@ -15,18 +15,19 @@ from frictool.documents.bench import Bench
 from frictool.documents.load_terms import LoadTerms, Term
 from frictool.identify.fit_result import SLIDING, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.term_selection import (
     beyond_chance,
     by_stroke,
     halved,
     held_out_squares,
 )
-from frictool.identify.regression.tsqr import Numbers, Tensor
+from frictool.identify.regression.tsqr import Tensor
 from frictool.identify.rows.load_columns import indistinct_terms
 from frictool.identify.rows.load_terms import TERMS
 from frictool.identify.rows.regression_samples import parameters_of, reduced
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
+from frictool.typing import IntVector, Vector
 
 WORTH = 0.8  # largest held-out error of a richer structure, relative to the simpler one
 
@@ -64,7 +65,7 @@ def with_found_loads(
 
 def found_terms(
     plain: Tensor,
-    stroke: Numbers,
+    stroke: IntVector,
     names: tuple[str, ...],
     possible: tuple[Term, ...],
     rows: int,

@@ -41,7 +41,7 @@ from frictool.identify.estimators.structure_selection import (
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.methods import IdentificationSettings, run
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.load_terms import (
     DIRECTION,
     bench_with_terms,
@@ -49,6 +49,7 @@ from frictool.identify.rows.load_terms import (
     possible,
     terms_of,
 )
+from frictool.typing import Vector
 
 Rows = Sequence[Sequence[SlipRows]]  # slipping samples of each half
 NAMES = {DIRECTION: "viscous friction by direction"}

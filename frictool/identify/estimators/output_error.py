@@ -30,7 +30,6 @@ from frictool.engine.servo import PositionServo
 from frictool.identify.estimators.power_balance import power_balance
 from frictool.identify.estimators.segment_simulation import (
     STEP,
-    Matrix,
     SegmentSimulation,
     SimulationFit,
     estimate,
@@ -39,7 +38,7 @@ from frictool.identify.estimators.segment_simulation import (
 from frictool.identify.estimators.structure_selection import choose_terms
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.load_terms import (
@@ -52,6 +51,7 @@ from frictool.identify.rows.load_terms import (
 from frictool.identify.rows.segments import of_each_record, whole
 from frictool.identify.rows.slip_fit import OWN_INERTIA, known_inertia
 from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import Matrix, Vector
 
 # interval of the regression's inertia, relative to the simulation's, below which it is used
 KNOWN_BETTER = 0.5

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from frictool.identify.motion_record import Vector
-from frictool.identify.regression.regression import LeastSquaresSolution, Matrix, solve
+from frictool.identify.regression.regression import LeastSquaresSolution, solve
+from frictool.typing import Matrix, Vector
 
 MOST_KNEES = 2
 PLACES = 40  # grid points of the first search for a knee

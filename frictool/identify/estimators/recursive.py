@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import SlidingFit
@@ -23,8 +22,8 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.givens import givens_path
 from frictool.identify.rows.regression_samples import RegressionSamples, fit
 from frictool.identify.rows.slip_fit import slipping_fit
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 STROKE_FORGETTING = 0.99  # weight of a square one stroke back; a memory of about a hundred strokes
 
 

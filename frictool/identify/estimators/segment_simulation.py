@@ -14,7 +14,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares as trust_region
 
 from frictool.documents.bench import Bench
@@ -22,7 +21,7 @@ from frictool.engine.effort_replay import FREE, replay
 from frictool.engine.servo import PositionServo, follow_reference
 from frictool.engine.status import OK
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.load_terms import (
     POSITIVE,
     SMALLEST,
@@ -34,8 +33,8 @@ from frictool.identify.rows.load_terms import (
 from frictool.identify.rows.segments import RecordSegment, of_each_record
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.axis import BACKLASH, GAP, VELOCITY
+from frictool.typing import Matrix, Vector
 
-Matrix = NDArray[np.float64]
 STEP = 1e-4  # step of the differences, in units of a parameter's scale
 MOST_RUNS = 60  # largest number of evaluations in the trust region
 # residual of a failed simulation relative to the signals; it makes the search turn back

@@ -35,13 +35,14 @@ from frictool.identify.estimators.piecewise_friction import (
 )
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.clusters import clusters
-from frictool.identify.regression.regression import Matrix, SingularRegressors, solve
+from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.regression_samples import RegressionSamples, joined
 from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.smoothing import choose_window, smoothed
 from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import Matrix, Vector
 
 COLUMNS = ("viscous", "coulomb", "offset")
 NO_INERTIA = (

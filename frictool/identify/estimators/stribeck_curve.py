@@ -24,9 +24,10 @@ from frictool.identify.estimators.piecewise_friction import EVIDENCE
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.interval_checks import below_coulomb, too_vague
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
-from frictool.identify.regression.regression import Matrix, SingularRegressors, solve
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import Matrix, Vector
 
 BLOCK = 50  # samples per block; runs grow block by block
 STRAIGHT_COUNTS = 2.0  # counts, largest distance of a run's position from its line

@@ -26,7 +26,7 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.identify.estimators.segment_simulation import SegmentSimulation, estimate
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.term_selection import beyond_chance
 from frictool.identify.rows.load_terms import declared_terms, possible
 from frictool.identify.rows.segments import (
@@ -37,6 +37,7 @@ from frictool.identify.rows.segments import (
     whole,
 )
 from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import Vector
 
 Sides = tuple[list[MotionRecord], list[MotionRecord]]
 WORTH = 0.8  # largest held-out error of a richer structure, relative to the simpler one

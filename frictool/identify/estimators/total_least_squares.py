@@ -17,7 +17,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from frictool.documents.bench import Bench
@@ -35,8 +34,8 @@ from frictool.identify.rows.regression_samples import (
 )
 from frictool.identify.rows.slip_fit import slipping_fit
 from frictool.identify.rows.smoothing import acceleration_filter, bump, position_noise
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 # least noise relative to the effort's mean square; it prevents a division by zero
 NEGLIGIBLE = 1e-12
 

@@ -17,7 +17,6 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from frictool.identify.fit_result import SLIDING
-from frictool.identify.motion_record import Vector
 from frictool.identify.regression.regression import SingularRegressors, least, residual_norm
 from frictool.identify.regression.term_selection import (
     beyond_chance,
@@ -27,6 +26,7 @@ from frictool.identify.regression.term_selection import (
 )
 from frictool.identify.rows.friction_columns import HIGHEST, FrictionRows, bend_column, names_to
 from frictool.identify.rows.regression_samples import RegressionSamples, reduced
+from frictool.typing import Vector
 
 # largest held-out error of a richer structure relative to the simpler one, as in `load_search`
 WORTH = 0.8

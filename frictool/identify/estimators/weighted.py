@@ -12,9 +12,10 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import SlidingFit
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.regression_samples import RegressionSamples, residuals
 from frictool.identify.rows.slip_fit import weighted_fit
+from frictool.typing import Vector
 
 CLASSES = 12
 # largest ratio of weights, so that a class with a chance fit does not dominate

@@ -17,8 +17,9 @@ from frictool.documents.bench import Bench
 from frictool.documents.load_terms import OVER_POSITION
 from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
-from frictool.identify.excite.cramer_rao import DeclaredLoads, PriorAxis, SensorPrecision, Vector
+from frictool.identify.excite.cramer_rao import DeclaredLoads, PriorAxis, SensorPrecision
 from frictool.identify.rows.load_terms import HARMONICS, declared_terms, wave_number
+from frictool.typing import Vector
 
 MARGIN = 0.05  # share of the travel kept free at either end
 ROUNDING = 1e-9

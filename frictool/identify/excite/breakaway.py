@@ -30,9 +30,9 @@ from frictool.engine.axis_motion import advance
 from frictool.engine.status import OK
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import BenchLimits
-from frictool.identify.excite.cramer_rao import Vector
 from frictool.identify.excite.excitation_sequence import ExcitationSequence, command_sequence
 from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
+from frictool.typing import Vector
 
 LATENESS = 0.05  # growth of the effort until a count shows, relative to the breakaway
 SLOWEST_RISE = 1.0  # s, least duration of a ramp up to the expected breakaway

@@ -26,10 +26,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
+
 # order of the columns of G and of every bound
 SLIDING = ("inertia", "viscous", "coulomb", "offset")
 NOISE_COUNTS = 2.0  # counts past the backlash; the slip mask excludes as many

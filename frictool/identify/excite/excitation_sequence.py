@@ -8,11 +8,11 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import drive_dimension, si_unit
-from frictool.identify.excite.cramer_rao import Vector
 from frictool.logs.canonical.mcap_layout import NS, StreamHeader
 from frictool.logs.conversion import OutgoingStream
 from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
 from frictool.logs.stream_source import SampleBlock
+from frictool.typing import Vector
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import BenchLimits
-from frictool.identify.excite.cramer_rao import Vector
+from frictool.typing import Vector
 
 Motion = tuple[Vector, Vector, Vector]  # position, velocity and acceleration, each (n,)
 # share of the worst axis's speed and effort that is used; the rest is for the position loop

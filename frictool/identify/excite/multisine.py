@@ -15,8 +15,8 @@ import math
 import numpy as np
 
 from frictool.identify.excite.bench_limits import BenchLimits
-from frictool.identify.excite.cramer_rao import Vector
 from frictool.identify.excite.half_sines import TOP_SHARE, Motion, spare_effort
+from frictool.typing import Vector
 
 HARMONICS = 10
 POINTS = 64  # points of a period for each harmonic

@@ -10,7 +10,8 @@ from frictool.documents.quantity import Estimate, si_unit
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.measurement.loop_lag import loop_lag
 from frictool.identify.measurement.reversals import reversals
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
+from frictool.typing import Vector
 
 NO_COMMAND = (
     "no log holds both the commanded current (channel current_command) and the measured one"

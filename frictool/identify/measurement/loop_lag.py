@@ -15,8 +15,8 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
 from frictool.identify.fit_result import Interval, UnusableLogs
-from frictool.identify.motion_record import Vector
 from frictool.identify.regression.regression import SingularRegressors, solve
+from frictool.typing import Vector
 
 PARTS = 30  # parts of the record, each left out in turn
 SHORTEST, LONGEST = 0.25, 500.0  # periods, bounds of the lag; a shorter one is over within a sample

@@ -31,19 +31,15 @@ from frictool.identify.assess.recorded_motion import recorded_facts
 from frictool.identify.assess.weak_form_precision import weak_deviation
 from frictool.identify.estimators.piecewise_friction import EVIDENCE
 from frictool.identify.fit_result import Interval, UnusableLogs
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.combined_interval import half_width
-from frictool.identify.regression.regression import (
-    LeastSquaresSolution,
-    Matrix,
-    SingularRegressors,
-    solve,
-)
+from frictool.identify.regression.regression import LeastSquaresSolution, SingularRegressors, solve
 from frictool.identify.rows.slip_fit import full_backlash
 from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.smoothing import smoothed_by
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.weak_form import bell
+from frictool.typing import Matrix, Vector
 
 ROUNDS = 4  # iterations of the delay
 PLACES = 40  # grid points of the first search for the width

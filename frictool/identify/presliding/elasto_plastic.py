@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.identify.fit_result import Interval
-from frictool.identify.motion_record import Vector
 from frictool.identify.presliding.loops import PreslidingLoops
 from frictool.identify.presliding.path_fit import PreslidingFit, fit_path
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
 FINE = 0.02  # longest integration step, relative to z_max
 

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.identify.fit_result import Interval, UnusableLogs
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.strokes import turning_points
+from frictool.typing import Vector
 
 FEWEST_BRANCHES = 6
 TURN = 0.05  # share of the effort's range below which a reversal is noise

@@ -13,10 +13,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.identify.motion_record import Vector
 from frictool.identify.presliding.loops import PreslidingLoops
 from frictool.identify.presliding.path_fit import PreslidingFit, fit_path
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
 
 @kernel

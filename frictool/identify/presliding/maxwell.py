@@ -19,11 +19,10 @@ from scipy.optimize import lsq_linear
 from scipy.special import ndtri, stdtrit
 
 from frictool.identify.fit_result import Interval, UnusableLogs
-from frictool.identify.motion_record import Vector
 from frictool.identify.presliding.loops import PreslidingLoops
 from frictool.identify.regression.combined_interval import half_width
-from frictool.identify.regression.regression import Matrix
 from frictool.runtime.kernels import kernel
+from frictool.typing import Matrix, Vector
 
 ELEMENTS = 12
 ENOUGH = 0.5  # least force of the loops relative to the breakaway

@@ -19,10 +19,10 @@ from scipy.optimize import least_squares
 from scipy.special import ndtri
 
 from frictool.identify.fit_result import Interval, UnusableLogs
-from frictool.identify.motion_record import Vector
 from frictool.identify.presliding.loops import PreslidingLoops
 from frictool.identify.regression.combined_interval import half_width
 from frictool.identify.regression.regression import SingularRegressors, solve
+from frictool.typing import Vector
 
 FARTHEST = 30.0  # factor from the start value that bounds the search either way
 MOST_STEPS = 40

@@ -15,10 +15,9 @@ from scipy.special import stdtrit
 
 from frictool.friction.preisach_cycles import everett_tail
 from frictool.identify.fit_result import Interval, UnusableLogs
-from frictool.identify.motion_record import Vector
 from frictool.identify.presliding.loops import PreslidingLoops
-from frictool.identify.regression.regression import Matrix
 from frictool.identify.rows.strokes import turning_points
+from frictool.typing import Matrix, Vector
 
 MOST, FEWEST = 10, 2  # largest and least number of amplitudes
 SAME_SIZE = 0.1  # largest error of a centred cycle's ends, relative to the step between amplitudes

@@ -9,18 +9,16 @@ that a spread can be computed.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from frictool.identify.motion_record import Vector
+from frictool.typing import IntVector, Vector
 
-Numbers = NDArray[np.int64]
 # least clusters; with fewer, strokes are cut into parts, and repetitions are not merged
 FEWEST_CLUSTERS = 12
 SAME_COUNTS = 3.0  # largest difference of counts between strokes that repeat each other
 SAME_ROWS = 2  # largest difference of rows between strokes that repeat each other
 
 
-def clusters(stroke: Numbers, sign: Vector, counts: Vector, shortest: int) -> Numbers:
+def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> IntVector:
     """Return the cluster number (n,) of each row, from 0.
 
     - stroke: (n,), ascending number of the stroke
@@ -41,7 +39,7 @@ def clusters(stroke: Numbers, sign: Vector, counts: Vector, shortest: int) -> Nu
     return np.asarray(np.repeat(np.cumsum(parts) - parts, lengths) + part, dtype=np.int64)
 
 
-def _repetitions(sign: Vector, counts: Vector, rows: Numbers) -> Numbers:
+def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
     """Return the group number (m,) of each of m strokes; strokes that repeat share one group."""
     order = np.lexsort((counts, rows, sign))
     group, found = np.full(sign.size, -1, dtype=np.int64), 0

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.runtime.kernels import kernel
-
-Matrix = NDArray[np.float64]
+from frictool.typing import Matrix
 
 
 @kernel

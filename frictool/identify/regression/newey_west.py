@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.identify.motion_record import Vector
-from frictool.identify.regression.regression import SINGULAR, Matrix, SingularRegressors
+from frictool.identify.regression.regression import SINGULAR, SingularRegressors
+from frictool.typing import Matrix, Vector
 
 
 def newey_west(columns: Matrix, residual: Vector, reach: int) -> Vector:

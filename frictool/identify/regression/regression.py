@@ -11,14 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.special import stdtrit
 
-from frictool.identify.motion_record import Vector
-from frictool.identify.regression.tsqr import Numbers, Tensor, merged, triangles
+from frictool.identify.regression.tsqr import Tensor, merged, triangles
+from frictool.typing import IntVector, Matrix, Vector
 
-Matrix = NDArray[np.float64]
 SINGULAR = 1e-10  # smallest over largest singular value of the scaled regressors
 
 
@@ -46,7 +44,7 @@ class LeastSquaresSolution:
 
 
 def solve(
-    regressors: Matrix, target: Vector, weight: Vector, cluster: Numbers
+    regressors: Matrix, target: Vector, weight: Vector, cluster: IntVector
 ) -> LeastSquaresSolution:
     """Minimise sum (weight (target - regressors value))^2 over n rows.
 
@@ -61,7 +59,7 @@ def solve(
     return solve_triangles(triangles((*regressors.T, target), weight, starts), cluster[starts])
 
 
-def solve_triangles(parts: Tensor, cluster: Numbers) -> LeastSquaresSolution:
+def solve_triangles(parts: Tensor, cluster: IntVector) -> LeastSquaresSolution:
     """Return the solution of `solve` from triangles of runs of weighted rows.
 
     - parts: (g, p + 1, p + 1), of the rows [regressors, target]
@@ -104,7 +102,7 @@ def residual_norm(parts: Tensor, value: Vector) -> float:
 
 
 def _jackknife(
-    parts: Tensor, value: Vector, scale: Vector, cluster: Numbers
+    parts: Tensor, value: Vector, scale: Vector, cluster: IntVector
 ) -> tuple[Vector, Vector]:
     """Return standard deviations (times scale) and degrees of freedom (p,) of the jackknife."""
     rows = parts[:, :, :-1] / scale

@@ -11,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import stdtrit
 
-from frictool.identify.motion_record import Vector
 from frictool.identify.regression.regression import SingularRegressors, least
-from frictool.identify.regression.tsqr import Numbers, Tensor
+from frictool.identify.regression.tsqr import Tensor
+from frictool.typing import IntVector, Vector
 
 
 def held_out_squares(
-    plain: Tensor, weighted: Tensor, half: Numbers, columns: list[int]
+    plain: Tensor, weighted: Tensor, half: IntVector, columns: list[int]
 ) -> Vector | None:
     """Return the squared prediction error (g,) of each run of rows, by a fit to the other half.
 
@@ -40,7 +40,7 @@ def held_out_squares(
 
 
 def held_out_norm(
-    plain: Tensor, weighted: Tensor, half: Numbers, columns: list[int]
+    plain: Tensor, weighted: Tensor, half: IntVector, columns: list[int]
 ) -> float | None:
     """Return the root of the sum of `held_out_squares`, or None if that returns None."""
     squares = held_out_squares(plain, weighted, half, columns)
@@ -59,7 +59,7 @@ def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
     return bool(np.mean(gain) > float(stdtrit(gain.size - 1, confidence)) * error)
 
 
-def by_stroke(squares: Vector, stroke: Numbers) -> Vector:
+def by_stroke(squares: Vector, stroke: IntVector) -> Vector:
     """Return the sums (s,) of the squares (g,) over the runs of each stroke."""
     return np.asarray(np.bincount(stroke, squares), dtype=np.float64)
 
@@ -67,7 +67,7 @@ def by_stroke(squares: Vector, stroke: Numbers) -> Vector:
 def needless(
     plain: Tensor,
     weighted: Tensor,
-    stroke: Numbers,
+    stroke: IntVector,
     low: Vector,
     high: Vector,
     candidates: list[int],
@@ -97,6 +97,6 @@ def needless(
     return [k for k in candidates if k not in columns]
 
 
-def halved(stroke: Numbers) -> Numbers:
+def halved(stroke: IntVector) -> IntVector:
     """Return the half, 0 or 1 (g,), by pairs of strokes, so that each half has both directions."""
     return (stroke // 2) % 2

@@ -13,18 +13,19 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.identify.motion_record import Vector
 from frictool.runtime.kernels import kernel
+from frictool.typing import IntVector, Vector
 
 Tensor = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 BLOCK = 64  # rows reduced at a time
 # rows copied side by side for the kernel, which is compiled once for any number of columns
 PIECE = 512 * BLOCK
 
 
 @kernel
-def reduce_rows(columns: NDArray[np.float64], weight: Vector, starts: Numbers, out: Tensor) -> None:
+def reduce_rows(
+    columns: NDArray[np.float64], weight: Vector, starts: IntVector, out: Tensor
+) -> None:
     """Reduce q weighted columns (q, n) to the triangles `out` (g, q, q) of g runs.
 
     Run i consists of the rows starts[i] to starts[i+1] - 1; starts (g + 1,). Householder
@@ -60,7 +61,7 @@ def reduce_rows(columns: NDArray[np.float64], weight: Vector, starts: Numbers, o
                         block[i, k] -= along * block[j, k]
 
 
-def triangles(columns: tuple[Vector, ...], weight: Vector, starts: Numbers) -> Tensor:
+def triangles(columns: tuple[Vector, ...], weight: Vector, starts: IntVector) -> Tensor:
     """Return the triangles (g, q, q) of g runs of q columns (n,) with row weights `weight` (n,).
 
     `starts` (g,) are the first rows of the runs.
@@ -73,7 +74,7 @@ def triangles(columns: tuple[Vector, ...], weight: Vector, starts: Numbers) -> T
     return out
 
 
-def _pieces(starts: Numbers) -> Iterator[tuple[int, Numbers]]:
+def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
     """Yield each piece of at most PIECE rows: index of its first run, bounds of its runs."""
     run, row = 0, int(starts[0])
     while run < starts.size - 1:

@@ -17,11 +17,12 @@ from scipy.signal import lfilter
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.quantisation_limit import refuse_hidden_inertia
 from frictool.identify.rows.regression_samples import RegressionSamples, fit, joined, with_fixed
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.weak_form import effort_weights
+from frictool.typing import Vector
 
 
 def differenced_fit(

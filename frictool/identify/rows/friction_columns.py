@@ -27,9 +27,10 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs
 
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.smoothing import SHORTEST
 from frictool.plant.weak_form import bell
+from frictool.typing import Vector
 
 HIGHEST = 6  # highest order of the polynomials, as for the breakaway
 # order of the cubic, and its length relative to the window; a longer one is biased at the top of

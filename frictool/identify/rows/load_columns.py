@@ -17,7 +17,7 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.tsqr import Tensor, merged
 from frictool.identify.rows.load_terms import (
     DIRECTION,
@@ -27,6 +27,7 @@ from frictool.identify.rows.load_terms import (
     wave_number,
 )
 from frictool.identify.rows.smoothing import bump
+from frictool.typing import Vector
 
 # least part of a harmonic that the other columns must leave unexplained, relative to whole cycles
 LEAST_SHARE = 0.005

@@ -30,10 +30,11 @@ from frictool.documents.load_terms import LoadTerms, Term
 from frictool.documents.quantity import Estimate, si_unit
 from frictool.engine.effort_replay import replay_parameters
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.plant.axis import BACKLASH_BREAKAWAY_RATIO, AxisParameters
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
+from frictool.typing import Vector
 
 DIRECTION, SPRING, GRAVITY, RIPPLE = "direction", "spring", "gravity", "ripple"
 HARMONICS = (GRAVITY, RIPPLE)

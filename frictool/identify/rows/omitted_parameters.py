@@ -15,15 +15,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from frictool.identify.fit_result import Interval
-from frictool.identify.motion_record import Vector
 from frictool.identify.regression.regression import (
     LeastSquaresSolution,
-    Matrix,
     SingularRegressors,
     solve_triangles,
 )
-from frictool.identify.regression.tsqr import Numbers, Tensor, merged
+from frictool.identify.regression.tsqr import Tensor, merged
 from frictool.identify.rows.load_terms import TERMS
+from frictool.typing import IntVector, Matrix, Vector
 
 DIRECTIONS = 90  # directions tried in the plane of a harmonic's sine and cosine, over half a turn
 
@@ -61,7 +60,7 @@ class OmittedParameters:
             )
 
     def add_loads(
-        self, loads: Mapping[str, Vector], most: float | None, cluster: Numbers, confidence: float
+        self, loads: Mapping[str, Vector], most: float | None, cluster: IntVector, confidence: float
     ) -> None:
         """Add the effect of the untold loads; it is infinite if nothing bounds it.
 
@@ -98,7 +97,7 @@ class OmittedParameters:
     def _add(self, half: Vector) -> None:
         self._added = np.hypot(self._added, half)
 
-    def _beside(self, cluster: Numbers, confidence: float) -> Vector:
+    def _beside(self, cluster: IntVector, confidence: float) -> Vector:
         """Return the distance (p,) of the free parameters from a fit with the untold loads.
 
         It is inf if there is no such fit.
@@ -114,7 +113,7 @@ class OmittedParameters:
             + with_loads.half_width(confidence)[:kept]
         )
 
-    def _solution(self, names: Sequence[str], cluster: Numbers) -> LeastSquaresSolution | None:
+    def _solution(self, names: Sequence[str], cluster: IntVector) -> LeastSquaresSolution | None:
         columns = [*(self._names.index(name) for name in names), -1]
         try:
             return solve_triangles(self._weighted[:, :, columns], cluster)

@@ -16,7 +16,8 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.assess.quantisation import acceleration_error, inertia_error
 from frictool.identify.fit_result import SlidingFit
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
+from frictool.typing import Vector
 
 
 def unresolved_inertia(

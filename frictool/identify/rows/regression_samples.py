@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
-from frictool.identify.motion_record import Vector
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import (
     SingularRegressors,
@@ -19,9 +18,10 @@ from frictool.identify.regression.regression import (
     solve_triangles,
 )
 from frictool.identify.regression.term_selection import halved, held_out_norm, needless
-from frictool.identify.regression.tsqr import Numbers, Tensor, triangles
+from frictool.identify.regression.tsqr import Tensor, triangles
 from frictool.identify.rows.load_columns import by_direction, indistinct_terms
 from frictool.identify.rows.omitted_parameters import OmittedParameters
+from frictool.typing import IntVector, Vector
 
 # strokes in each direction; with a single one, a difference between directions and one between
 # strokes look alike
@@ -54,7 +54,7 @@ class RegressionSamples:
     acceleration: Vector
     velocity: Vector
     effort: Vector
-    stroke: Numbers
+    stroke: IntVector
     sign: Vector
     counts: Vector
     known_offset: Interval | None = None
@@ -259,7 +259,7 @@ def less_offset(found: Interval, offset: Interval, sign: float) -> Interval:
 
 def reduced(
     samples: RegressionSamples, weight: Vector, parameters: int, window: int
-) -> tuple[Tensor, Tensor, Numbers, Numbers]:
+) -> tuple[Tensor, Tensor, IntVector, IntVector]:
     """Reduce the rows to one triangle for each run (g) of rows in one stroke and cluster.
 
     Returns the triangles without and with weights (g, q, q), the cluster (g,) and the stroke (g,)
@@ -293,7 +293,7 @@ def residuals(samples: RegressionSamples, weight: Vector) -> Vector:
 
 def cluster_products(
     samples: RegressionSamples, columns: tuple[Vector, ...], window: int
-) -> tuple[Tensor, Vector, Numbers]:
+) -> tuple[Tensor, Vector, IntVector]:
     """Return for each run of rows in one cluster its products, number of rows and cluster.
 
     The products are (g, q, q) of the q `columns` (n,); the others are (g,).
@@ -308,7 +308,7 @@ def cluster_products(
 def intervals(
     products: Tensor,
     rows: Vector,
-    cluster: Numbers,
+    cluster: IntVector,
     estimate: Callable[[Tensor, float], Vector],
     names: tuple[str, ...],
     confidence: float,

@@ -9,8 +9,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.plant.axis import VELOCITY, rest
+from frictool.typing import Vector
 
 T = TypeVar("T")
 

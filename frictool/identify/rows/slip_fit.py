@@ -23,7 +23,7 @@ from scipy.special import ndtri
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.load_terms import HARMONICS, SPRING, TERMS, with_laws
 from frictool.identify.rows.quantisation_limit import refuse_hidden_inertia
@@ -31,6 +31,7 @@ from frictool.identify.rows.regression_samples import RegressionSamples, fit, jo
 from frictool.identify.rows.slip_mask import keep_rows, slip_mask
 from frictool.identify.rows.smoothing import acceleration_response, choose_window, smoothed
 from frictool.identify.rows.strokes import Strokes, find_strokes
+from frictool.typing import Vector
 
 # smallest and largest share of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
 SMALLEST_SHARE, LARGEST_SHARE = (0.0075, 0.1)

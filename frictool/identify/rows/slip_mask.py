@@ -14,15 +14,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.strokes import Strokes
 from frictool.runtime.kernels import kernel
+from frictool.typing import IntVector, Vector
 
 NOISE_COUNTS = 2.0  # counts; a window that sees less motion may be at rest
 # share of the top speed; below it breakaway, Stribeck effect and stick-slip may act
 SPEED_SHARE = 0.02
-
-Numbers = NDArray[np.int64]
 
 
 @kernel
@@ -30,7 +29,7 @@ def mark_slip(
     velocity: Vector,
     sign: Vector,
     advance: Vector,
-    number: Numbers,
+    number: IntVector,
     slowest: float,
     gap: float,
     reach: int,
@@ -76,7 +75,7 @@ def slip_mask(
 
 
 @kernel
-def keep_rows(mask: NDArray[np.bool_], values: Vector | Numbers) -> None:
+def keep_rows(mask: NDArray[np.bool_], values: Vector | IntVector) -> None:
     """Move the `values` (n,) selected by `mask` (n,) to the front, in order and in place."""
     kept = 0
     for k in range(mask.shape[0]):

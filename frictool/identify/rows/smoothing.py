@@ -29,14 +29,12 @@ import math
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs
 
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.plant.weak_form import effort_weights
 from frictool.runtime.kernels import kernel
-
-Matrix = NDArray[np.float64]
+from frictool.typing import Matrix, Vector
 
 DEGREE = 3
 SHORTEST = 11  # samples, shortest window

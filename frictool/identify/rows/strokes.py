@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
 
 # encoder counts by which a reversal must show; one count to and fro is quantisation
 COUNTS = 1.5

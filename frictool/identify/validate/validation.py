@@ -26,10 +26,11 @@ from frictool.engine.status import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
 from frictool.identify.fit_result import CURVE, PARAMETERS
 from frictool.identify.force_error import slip_rows
-from frictool.identify.motion_record import MotionRecord, Vector
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.segments import RecordSegment, whole
 from frictool.plant.axis import VELOCITY
 from frictool.plant.axis_model import axis_of, load_of
+from frictool.typing import Vector
 
 OPEN, CLOSED = "open", "closed"
 FILTER_ORDER = 4

@@ -16,7 +16,7 @@ from frictool.errors import OutputError
 from frictool.logs.arrays.mat_elements import CLASSES, HEAD_BYTES, MATRIX
 from frictool.logs.canonical.mcap_writer import Notes
 from frictool.logs.conversion import OutgoingStream, flat_names
-from frictool.logs.log import Vector
+from frictool.typing import Vector
 
 INT8, INT32, UINT16, UINT32, DOUBLE = 1, 5, 4, 6, 9  # element types
 LONGEST = 2**31 - 1  # bytes, largest variable that MATLAB reads

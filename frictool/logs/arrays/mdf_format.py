@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from frictool.errors import LogError
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.arrays.truncated_mdf import ZeroPaddedFile, described_at, records_before
-from frictool.logs.log import Vector
 from frictool.logs.open_file import open_log
 from frictool.logs.optional_libraries import library
 from frictool.logs.table import (
@@ -34,6 +33,7 @@ from frictool.logs.table import (
     find,
     listed,
 )
+from frictool.typing import Vector
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout

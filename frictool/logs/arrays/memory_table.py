@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from frictool.errors import LogError
-from frictool.logs.log import Vector
 from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock, find
+from frictool.typing import Vector
 
 
 @dataclass(frozen=True)

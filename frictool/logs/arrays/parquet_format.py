@@ -17,10 +17,10 @@ import numpy as np
 from frictool.errors import LogError
 from frictool.logs.arrays.array_table import check_rows
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
-from frictool.logs.log import Vector
 from frictool.logs.open_file import open_log
 from frictool.logs.optional_libraries import library
 from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock, find, listed
+from frictool.typing import Vector
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout

@@ -18,8 +18,8 @@ from frictool.logs.canonical.mcap_layout import (
     StreamHeader,
     message_dtype,
 )
-from frictool.logs.log import Vector
 from frictool.logs.table import Nanoseconds
+from frictool.typing import Vector
 
 ZSTD = b"zstd"
 # a fast level (level 1 takes a third more time to write and to read); matches are at least 7 bytes,

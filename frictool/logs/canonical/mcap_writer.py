@@ -39,9 +39,9 @@ from frictool.logs.canonical.mcap_layout import (
 )
 from frictool.logs.canonical.mcap_packing import ChunkPacker, ChunkSamples, PackedChunk
 from frictool.logs.canonical.sample_chunks import merged
-from frictool.logs.log import Vector
 from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import Nanoseconds
+from frictool.typing import Vector
 
 LIBRARY = "frictool"
 BATCH_BYTES = 1 << 20  # bytes of values packed at once: chunks of a slow log are small

@@ -17,10 +17,11 @@ from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import COLUMNS, message_path
 from frictool.logs.channels.mapping import EFFORT, check_rate
 from frictool.logs.clocks.resampling import RESAMPLED
-from frictool.logs.log import Log, Stream, Vector
+from frictool.logs.log import Log, Stream
 from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.time_base import time_base
 from frictool.logs.quality.wrap_detection import WrapSearch
+from frictool.typing import Vector
 
 # relative deviation from the drive up to which an effort counts as computed from it
 ROUNDING = 1e-9

@@ -23,8 +23,8 @@ from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.channels.column_names import QUANTITIES, clarity, is_command, quantities, unit_in
 from frictool.logs.channels.mapping import COUNT, EFFORT, TIME
 from frictool.logs.channels.question import ColumnQuestion
-from frictool.logs.log import Vector
 from frictool.logs.quality.time_base import encoder_step
+from frictool.typing import Vector
 
 CHANNELS = (
     TIME,

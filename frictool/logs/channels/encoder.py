@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
-from frictool.logs.log import Vector
 from frictool.logs.quality.jumps import PositionJumps, allowance, lone
+from frictool.typing import Vector
 
 # bits of the registers to which a negative count may be sign-extended before it is read as unsigned
 EXTENDED = (

@@ -16,10 +16,11 @@ from frictool.logs.canonical.mcap_layout import COLUMNS, NS, message_path
 from frictool.logs.channels.column_guess import ColumnGuess, guess, kind_of_axis, read_start
 from frictool.logs.channels.mapping import TIME
 from frictool.logs.formats import open_tables
-from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
+from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from frictool.logs.losses import LOST, LossList, record_of
 from frictool.logs.recordings.recording_files import sources
 from frictool.logs.table import DataLoss
+from frictool.typing import Vector
 
 GIVE = "give --bench bench.yaml (`frictool ingest --guess` proposes one)"
 

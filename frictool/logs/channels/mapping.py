@@ -24,7 +24,6 @@ from frictool.logs.channels.unwrapping import POSITION, Unwrapping
 from frictool.logs.clocks.clock_drift import ClockPair
 from frictool.logs.clocks.longest_increasing import increasing
 from frictool.logs.clocks.sample_intervals import SampleIntervals
-from frictool.logs.log import Vector
 from frictool.logs.losses import LossList
 from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.opening_samples import OpeningSamples
@@ -33,6 +32,7 @@ from frictool.logs.quality.time_base import TimeBase
 from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import SALVAGE, DataLoss, Nanoseconds, RawTable, RowBlock, fail_at
 from frictool.logs.text.units import ISO_8601
+from frictool.typing import Vector
 
 TIME = "time"
 LARGEST = 1e100  # largest raw number, so that converted values stay finite

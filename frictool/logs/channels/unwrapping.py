@@ -18,8 +18,8 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
-from frictool.logs.log import Vector
 from frictool.logs.quality.wrap_detection import WrapSearch
+from frictool.typing import Vector
 
 POSITION, REFERENCE = "position", "reference"
 SLACK = 0.01  # tolerance of the range of the numbers, relative to the period

@@ -8,8 +8,8 @@ from frictool.documents.bench import ClockEstimate
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import NS, message_path
 from frictool.logs.canonical.sample_chunks import join_blocks
-from frictool.logs.log import Vector
 from frictool.logs.stream_source import StreamSource
+from frictool.typing import Vector
 
 CLOCK_OFFSET = (
     "clock_offset"  # metadata record: topic -> lead of its clock, and the source of this value

@@ -24,9 +24,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.logs.canonical.mcap_layout import NS
-from frictool.logs.log import Stream, Vector
+from frictool.logs.log import Stream
 from frictool.logs.quality.opening_samples import LONGEST
 from frictool.logs.table import Nanoseconds
+from frictool.typing import Vector
 
 WINDOWS = 12  # number of windows of a long record
 FEWEST_SAMPLES = 64  # least number of samples of a window

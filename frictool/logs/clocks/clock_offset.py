@@ -22,7 +22,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import minimize_scalar
 
-from frictool.logs.log import Vector
+from frictool.typing import Vector
 
 FEWEST = 50  # least number of common samples
 MOST = 20_000  # maximum number of samples used; of more, every n-th

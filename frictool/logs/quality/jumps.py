@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.logs.log import Vector
+from frictool.typing import Vector
 
 SPEEDING = 2.0  # factor on the top speed
 SLACK_COUNTS = 2.0  # counts added to the allowed step

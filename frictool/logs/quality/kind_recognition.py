@@ -20,9 +20,10 @@ from typing import Literal
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from frictool.logs.log import Stream, Vector
+from frictool.logs.log import Stream
 from frictool.logs.quality.ramps import REST, are_ramps, rests_of
 from frictool.logs.quality.time_base import encoder_step
+from frictool.typing import Vector
 
 Kind = Literal["rest", "steps", "ramp", "sines", "stroke", "free"]  # keys of KINDS (log_kinds.py)
 STILL_COUNTS, STILL_SHARE = (

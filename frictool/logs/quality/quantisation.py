@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.logs.log import Vector
 from frictool.logs.quality.time_base import encoder_step, levels
+from frictool.typing import Vector
 
 MOST = (
     1 << 17

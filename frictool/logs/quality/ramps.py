@@ -18,7 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.logs.log import Vector
+from frictool.typing import Vector
 
 REST = 30  # least number of samples of a rest: enough to fit a line to the drive
 STRAIGHT = 0.8  # least squared correlation of drive and time in the second half of a rest

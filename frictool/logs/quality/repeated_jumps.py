@@ -29,9 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
-from frictool.logs.log import Vector
-
-Matrix = NDArray[np.float64]
+from frictool.typing import Matrix, Vector
 
 NEIGHBOURS = 2  # number of steps before and after a step that bound the motion in between
 SCALES = (2, 8, 32, 128)  # numbers of steps over which the motion before and after a step is summed

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.logs.log import Vector
+from frictool.typing import Vector
 
 SHORTEST = 4  # least number of consecutive samples at the extreme
 SHARP = 5.0  # least ratio of the outermost class to the next; a parabola has 2.4

@@ -21,7 +21,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.logs.log import Stream, Vector
+from frictool.logs.log import Stream
+from frictool.typing import Vector
 
 CLEAR = 0.1  # least net work relative to the absolute work for a decision
 STANDS = 0.1  # speed that counts as standstill, relative to the largest speed

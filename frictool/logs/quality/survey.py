@@ -17,7 +17,7 @@ import numpy as np
 from frictool.logs.canonical.mcap_layout import NS, StreamHeader
 from frictool.logs.canonical.sample_chunks import join_blocks
 from frictool.logs.clocks.sample_intervals import SampleIntervals
-from frictool.logs.log import Stream, Vector
+from frictool.logs.log import Stream
 from frictool.logs.quality.jumps import PositionJumps, lone
 from frictool.logs.quality.opening_samples import OpeningSamples
 from frictool.logs.quality.quantisation import DistinctValues
@@ -27,6 +27,7 @@ from frictool.logs.quality.velocity_range import VelocityRange
 from frictool.logs.quality.zero_order_hold import HoldDetector
 from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import BLOCK_ROWS
+from frictool.typing import Vector
 
 POSITION, REFERENCE = "position", "reference"
 UNSATURATED = (

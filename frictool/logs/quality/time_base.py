@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.logs.log import Vector
+from frictool.typing import Vector
 
 GAP = 1.5  # periods, interval above which a sample is missing
 FEWEST_LEVELS = 8  # least number of distinct positions for an estimate of the step

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.logs.log import Vector
+from frictool.typing import Vector
 
 WINDOWS = (1, 2, 4, 8, 16, 32, 64, 128, 256)  # samples over which the position is differenced
 RESOLVED = 0.01  # largest size of a count, relative to the longest distance over the window

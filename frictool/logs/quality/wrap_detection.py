@@ -24,10 +24,10 @@ from dataclasses import dataclass
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
-from frictool.logs.log import Vector
 from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.repeated_jumps import RepeatedJump, RepeatedJumps
 from frictool.logs.quality.wrap_line import BITS, TURN, WrapLine
+from frictool.typing import Vector
 
 ROUNDING = 1e-9  # relative tolerance of a period that is known exactly
 TURNS = (0.5, *(2.0**power for power in range(17)))  # natural periods in turns

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.logs.log import Vector
+from frictool.typing import Vector
 
 FEWEST = 3  # least number of changes for a decision
 MOST = 100_000  # maximum number of changes evaluated

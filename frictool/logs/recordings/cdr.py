@@ -21,9 +21,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.logs.log import Vector
 from frictool.logs.recordings.messages import LABELS, MOST_LISTED, Messages, gather
 from frictool.logs.recordings.ros_message import NUMBERS, MessageField, MessageType
+from frictool.typing import Vector
 
 Bytes = NDArray[np.uint8]
 MOST_STEPS = 200_000  # maximum number of fields and nested messages in one message

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
+from frictool.typing import IntVector
+
 LABELS = (
     "name",
     "names",
@@ -17,7 +19,6 @@ LABELS = (
 MOST_LISTED = 1000  # maximum number of array elements that are listed one by one
 
 Bytes = NDArray[np.uint8]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,10 @@ class Messages:
     length: (n,) bytes of each payload.
     """
 
-    log_time: Integers
+    log_time: IntVector
     data: Bytes
-    start: Integers
-    length: Integers
+    start: IntVector
+    length: IntVector
 
     def payload(self, index: int) -> bytes:
         start = int(self.start[index])
@@ -55,7 +56,7 @@ def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
     )
 
 
-def gather(data: Bytes, start: Integers, width: int) -> Bytes:
+def gather(data: Bytes, start: IntVector, width: int) -> Bytes:
     """Return (n, width) bytes of `data` from each start on; all must be inside `data`."""
     if not start.size:
         return np.empty((0, width), np.uint8)

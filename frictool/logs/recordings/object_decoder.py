@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.logs.log import Vector
 from frictool.logs.recordings.messages import LABELS, MOST_LISTED, Messages
+from frictool.typing import Vector
 
 MOST_NUMBERS = 20_000  # maximum number of numbers of one message
 MOST_VALUES = 100_000  # maximum number of keys of one mapping

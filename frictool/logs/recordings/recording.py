@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import NS
-from frictool.logs.log import Vector
 from frictool.logs.recordings.messages import Messages
 from frictool.logs.table import BLOCK_ROWS, SALVAGE, DataLoss, Nanoseconds, RowBlock, find, listed
+from frictool.typing import Vector
 
 LOG_TIME = "log time"
 # fields that may hold the time of a message's content

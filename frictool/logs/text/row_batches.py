@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from frictool.errors import LogError
 from frictool.logs.kernels.row_scanner import ISSUE_FIELDS, PADDING, STAMP, read_rows
-from frictool.logs.log import Vector
 from frictool.logs.table import BLOCK_ROWS, Nanoseconds
+from frictool.typing import Vector
 
 LONGEST_ROW = 16 << 20  # bytes, maximum size of a row
 MOST_ISSUES = 4096  # maximum number of issues per call of the scanner

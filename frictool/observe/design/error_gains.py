@@ -14,11 +14,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.errors import NoSolutionError
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 DOUBLINGS = 60  # steps of Smith's method at most
 CONVERGED = 1e-12  # relative size of the last step
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.observer import FrictionMap, Row
 from frictool.documents.quantity import Span, si_unit
 from frictool.friction.position_polynomial import normalise
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 KNEES = "viscous friction above a knee of the speed"
 
 

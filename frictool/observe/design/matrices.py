@@ -21,12 +21,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.observer import Observer
 from frictool.lmi.switched_observer_gains import ObserverMode
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from typing import Literal
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.observer import FrictionMap, Mode, Observer, Row, Switched
@@ -18,8 +17,8 @@ from frictool.observe.design.matrices import ModeConstants, subsystem
 from frictool.observe.design.settings import SwitchedObserverSettings, decay_of, switch_speed_of
 from frictool.observe.design.transitions import Switch
 from frictool.observe.design.verification import motion_samples, verify
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 DIGITS = 10  # significant digits of a stored gain
 
 

@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.switched_observer_gains import ObserverMode, SwitchedGains, proved_gamma
+from frictool.typing import Matrix
 
-Matrix = NDArray[np.float64]
 Switch = tuple[int, int]
 SAMPLES = 600  # samples of a simulated sequence
 WORST_ROUNDS = 6  # iterations of the search for the worst disturbance

@@ -15,17 +15,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.engine.axis_friction import breakaway_at, coulomb_at, straight_line
 from frictool.plant.axis import BACKLASH_BREAKAWAY, OFFSET
 from frictool.plant.axis_friction_laws import STRIBECK_EXPONENT, STRIBECK_VELOCITY
 from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
+from frictool.typing import Matrix, Vector
 
 # state from sample to sample: position, effort, 1 if both are known, mean square of the effort's
 # noise, its weight (0 to 1), play for the backlash's value, low and high width

@@ -11,13 +11,8 @@ Primes mark values at the previous sample.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
+from frictool.typing import Matrix, Vector
 
 
 @kernel

@@ -25,12 +25,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 QUANTILE = 1.959964  # of the normal distribution, for 95 %
 ROUNDED = 0.75  # part of a count's rounding that passes the observer's dead zone

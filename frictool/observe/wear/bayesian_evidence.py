@@ -16,10 +16,9 @@ the distances of the beliefs from the best fit.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import softmax
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 RANK = 1e-13  # relative to the largest eigenvalue: smaller ones carry no information
 NEGLIGIBLE = 1e-3  # least weight of a component of a mixture

@@ -14,9 +14,8 @@ the wear is likelier a priori by FAVOUR.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 MEMORIES = np.array([0.0, 0.8, 0.95])  # weight of a move relative to the next
 SURPRISE = 4.0  # standard deviations, threshold of a change

@@ -22,13 +22,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.observe.wear.change_detection import ChangeDetector
 from frictool.observe.wear.moves import Move
 from frictool.observe.wear.restriction import ParameterRestriction, UnmodelledFriction
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 SLOPES = (0.003, 0.03, 0.1, 0.3, 1.0)  # friction at top speed relative to the dry friction
 BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # log prior probability of each slope

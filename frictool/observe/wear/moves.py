@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear import weak_form_rows
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 @dataclass(frozen=True)

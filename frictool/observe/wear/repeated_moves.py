@@ -7,9 +7,8 @@ if they have passed the same zones: their normalised friction columns differ by 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 ALIKE = 0.25  # Euclidean distance of unit vectors
 MOST = 60  # different moves that are kept

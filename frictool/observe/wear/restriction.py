@@ -21,13 +21,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 INERTIA_SPREAD = 0.3  # relative standard deviation, in addition to the model's interval
 VISCOUS_SPREAD = 0.5  # the same of the viscous friction

@@ -20,7 +20,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.errors import FrictoolError
@@ -38,8 +37,7 @@ from frictool.plant.axis_friction_laws import (
 )
 from frictool.plant.axis_model import axis_of, load_of
 from frictool.plant.weak_form import bell, effort_weights
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 SHORTEST = 21  # samples, shortest window
 SHORTEST_S = 0.02  # s, shortest window

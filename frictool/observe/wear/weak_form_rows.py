@@ -18,13 +18,11 @@ A move ends after REST windows of too little speed, at a reversal, or with MOST_
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.position_polynomial import polynomial
 from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 MOST_ROWS = 400.0  # rows, after which an endless move is cut
 REST = 1.0  # windows of too little speed, after which a move has ended

@@ -31,7 +31,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import logsumexp, ndtri
 
 from frictool.documents.model import Model
@@ -44,8 +43,7 @@ from frictool.observe.wear.repeated_moves import MoveRepeats
 from frictool.observe.wear.restriction import dry_columns, level_columns, offset_of, restriction
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
 from frictool.observe.wear.zone_weights import SIDES, friction_share, zone_edges, zone_mean
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 # the first of several kinds that explain the data alike is reported
 KINDS: tuple[Kind, ...] = ("none", "multiplicative", "additive", "directional", "zones")

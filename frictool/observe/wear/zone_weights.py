@@ -9,13 +9,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.position_polynomial import mean_over
 from frictool.observe.wear.restriction import dry_columns, level_columns
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
+from frictool.typing import Vector
 
-Vector = NDArray[np.float64]
 DIGITS = 6  # digits of the travel in printed edges
 SIDES = ("backward", "forward")
 

@@ -17,7 +17,7 @@ from frictool.plant.mechanism.element_error import ElementError
 from frictool.plant.mechanism.element_packing import ElementArrays
 from frictool.plant.mechanism.link_graph import RigidGroup, groups_of, loose_parts, without_loops
 from frictool.plant.mechanism.magnitude_limits import check_sizes
-from frictool.plant.mechanism.packed_mechanism import FRAME, Joints, PackedMechanism, Vector
+from frictool.plant.mechanism.packed_mechanism import FRAME, Joints, PackedMechanism
 from frictool.plant.mechanism.sources_and_sensors import (
     check_sensor,
     controlled_names,
@@ -26,6 +26,7 @@ from frictool.plant.mechanism.sources_and_sensors import (
 from frictool.plant.mechanism.speed_scale import speed_scale
 from frictool.plant.mechanism.transmissions import Transmission, Transmitting, transmission
 from frictool.plant.mechanism.travel_notes import room_notes
+from frictool.typing import Vector
 
 
 @dataclass(frozen=True)

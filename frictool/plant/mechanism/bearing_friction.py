@@ -9,7 +9,7 @@ from frictool.documents.quantity import Axis, Quantity, factor_between
 from frictool.friction.law import Law
 from frictool.friction.law_registry import LAWS, ROWS
 from frictool.plant.mechanism.element_error import ElementError
-from frictool.plant.mechanism.packed_mechanism import Vector
+from frictool.typing import Vector
 
 
 def law_row(law: Law) -> int:

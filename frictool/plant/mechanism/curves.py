@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.plant.mechanism.packed_mechanism import Curves, Vector
+from frictool.plant.mechanism.packed_mechanism import Curves
+from frictool.typing import Vector
 
 PRODUCT_ERROR = 1e-7  # error of a curve that replaces a function, relative to its largest value
 MOST_HALVINGS = 14  # largest number of successive halvings of a piece

@@ -30,9 +30,9 @@ from frictool.plant.mechanism.packed_mechanism import (
     Pressings,
     Pushes,
     Stops,
-    Vector,
 )
 from frictool.plant.mechanism.transmissions import Transmission
+from frictool.typing import Vector
 
 STEEPEST = math.radians(80.0)  # rad, largest angle of a cam's profile
 FAR: dict[Axis, float] = {

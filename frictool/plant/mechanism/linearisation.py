@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.friction.law_registry import ROWS
-from frictool.plant.lti import Lti, Matrix
+from frictool.plant.lti import Lti
 from frictool.plant.mechanism.assembly import AssembledMechanism
 from frictool.plant.mechanism.curves import curve_slope, curve_value
-from frictool.plant.mechanism.packed_mechanism import FRAME, Places, Vector
+from frictool.plant.mechanism.packed_mechanism import FRAME
+from frictool.typing import IntVector, Matrix, Vector
 
 Efficiency = Literal["none", "driving"]
 STILL = 1e-7  # relative to the fastest eigenvalue: a slower mode is a rigid-body motion
@@ -185,7 +186,7 @@ def _closed(
 
 
 def _moves(
-    a: Places, b: Places, ratio: Vector, active: list[bool], count: int
+    a: IntVector, b: IntVector, ratio: Vector, active: list[bool], count: int
 ) -> tuple[Matrix, tuple[int, ...]]:
     """Return the ratio of each block to the root of its group (n, g), and the roots.
 

@@ -36,11 +36,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from frictool.typing import IntVector, Vector
 
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
 FRAME = -1
 
 
@@ -51,7 +48,7 @@ class Curves(NamedTuple):
     (x - breaks[k + c])^m from breaks[k + c] to breaks[k + c + 1].
     """
 
-    start: Places  # (c + 1,)
+    start: IntVector  # (c + 1,)
     breaks: Vector  # (pieces + c,)
     cubic: Vector  # (pieces, 4), lowest power first
 
@@ -59,8 +56,8 @@ class Curves(NamedTuple):
 class Joints(NamedTuple):
     """Rigid links (j,), with or without a gap."""
 
-    a: Places
-    b: Places
+    a: IntVector
+    b: IntVector
     ratio: Vector
     offset: Vector
     gap: Vector  # half of the full width, at b; 0: no gap
@@ -74,14 +71,14 @@ class Joints(NamedTuple):
 class Couplings(NamedTuple):
     """Compliant links (k,); a may be FRAME."""
 
-    a: Places
-    b: Places
+    a: IntVector
+    b: IntVector
     ratio: Vector
     offset: Vector
     gap: Vector
     stiffness: Vector
     damping: Vector
-    curve: Places  # force over e; -1: none
+    curve: IntVector  # force over e; -1: none
     drive_loss: Vector
     back_loss: Vector
 
@@ -89,18 +86,18 @@ class Couplings(NamedTuple):
 class Frictions(NamedTuple):
     """Frictions of bearings and slideways (f,)."""
 
-    block: Places
-    law: Places  # row of friction/law_registry.py
-    law_start: Places  # (f + 1,) into law_values
+    block: IntVector
+    law: IntVector  # row of friction/law_registry.py
+    law_start: IntVector  # (f + 1,) into law_values
     law_values: Vector
-    level: Places  # curve, or -1
+    level: IntVector  # curve, or -1
 
 
 class Pressings(NamedTuple):
     """Frictions of cams (p,)."""
 
-    block: Places
-    force: Places  # curve
+    block: IntVector
+    force: IntVector  # curve
     coefficient: Vector
     breakaway_ratio: Vector
 
@@ -108,15 +105,15 @@ class Pressings(NamedTuple):
 class Pushes(NamedTuple):
     """Efforts (q,), constant + curve(position), in the positive direction of the block."""
 
-    block: Places
+    block: IntVector
     constant: Vector
-    curve: Places  # or -1
+    curve: IntVector  # or -1
 
 
 class Stops(NamedTuple):
     """Rigid stops (s,); a missing side is infinite."""
 
-    block: Places
+    block: IntVector
     low: Vector
     high: Vector
     restitution: Vector
@@ -125,7 +122,7 @@ class Stops(NamedTuple):
 class PackedDrives(NamedTuple):
     """Sources (u,)."""
 
-    block: Places
+    block: IntVector
     constant: Vector  # effort per unit of the drive; 1 if the drive is an effort
     limit: Vector  # largest |drive|
     lag: Vector  # s

@@ -9,7 +9,7 @@ import numpy as np
 
 from frictool.documents.quantity import Axis
 from frictool.plant.mechanism.magnitude_limits import check_speeds
-from frictool.plant.mechanism.packed_mechanism import Vector
+from frictool.typing import Vector
 
 RISE_S = 0.01  # s, time in which the largest effort of the sources reaches the typical speed
 DEFAULT: dict[Axis, float] = {

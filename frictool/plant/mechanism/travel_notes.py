@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from frictool.documents.mechanism import Mechanism, Stop
 from frictool.documents.quantity import si_unit
 from frictool.plant.mechanism.block_references import BlockNames
-from frictool.plant.mechanism.packed_mechanism import Vector
 from frictool.plant.mechanism.sources_and_sensors import controlled_names
 from frictool.plant.mechanism.transmissions import Transmission
+from frictool.typing import Vector
 
 SAME = 1e-9  # tolerance relative to the travel
 

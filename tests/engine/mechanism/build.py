@@ -9,12 +9,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.friction.law_registry import LAWS, ROWS
 from frictool.plant.mechanism import packed_mechanism as pk
-
-Vector = NDArray[np.float64]
+from frictool.typing import Vector
 
 
 def _columns(rows: Sequence[Mapping[str, Any]], kind: Any, whole: Sequence[str]) -> Any:

@@ -4,11 +4,10 @@ efforts of some N."""
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictool.typing import Vector
 from tests.engine.mechanism.build import Builder
 
-Vector = NDArray[np.float64]
 LAWS = ("none", "none", "coulomb", "svc", "stribeck", "coulomb_tanh", "lugre")
 
 

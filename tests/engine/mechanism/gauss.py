@@ -11,11 +11,10 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictool.typing import Vector
 from tests.engine.mechanism.build import Builder
 
-Vector = NDArray[np.float64]
 CLOSE = 1e-9
 
 

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
 from frictool.engine.mechanism.open_loop_run import MechanismRun, run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import MechanismState, rest
+from frictool.typing import Vector
 from tests.engine.mechanism.build import Builder
-
-Vector = NDArray[np.float64]
 
 
 def ready(

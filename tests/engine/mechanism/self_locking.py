@@ -7,14 +7,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.status import OK
+from frictool.typing import Vector
 from tests.engine.mechanism.build import Builder
 from tests.engine.mechanism.helpers import ready
-
-Vector = NDArray[np.float64]
 
 PERIOD, HOLDS, SAMPLES = 4e-3, 4, 25  # s; commands that follow one another, and the samples of each
 ALIKE, STILL = 0.03, 1e-2  # of the highest speed; rad/s of the motor, of which a tenth for the rest

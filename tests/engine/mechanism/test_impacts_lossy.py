@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.engine.mechanism.energy import balance
 from frictool.engine.mechanism.open_loop_run import run
+from frictool.typing import Vector
 from tests.engine.mechanism.build import Builder
 from tests.engine.mechanism.helpers import ready
 
-Vector = NDArray[np.float64]
 GAP = 0.01
 LOSS = {"drive_loss": 0.3, "back_loss": 0.25}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from frictool.engine.drive import spring
 from frictool.engine.law_simulation import run_law
@@ -13,10 +12,10 @@ from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
 from frictool.friction.law_registry import LAWS
+from frictool.typing import Vector
 from tests.engine.mechanism.build import Builder
 from tests.friction.sets import TABLE_3_1
 
-Vector = NDArray[np.float64]
 SPEED, STIFFNESS, STEP, STRETCHED, END = 0.1, 2.0, 2e-5, 0.72, 0.6
 # m; what two integrators of the same law differ by
 # the memories of the last three move after each accepted step, of another length in each engine
