@@ -22,6 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import pair
+from frictool.adapters.axis_model import axis_of
+from frictool.adapters.controller_composition import controller_program
 from frictool.campaign.draws.sampling import draws_of
 from frictool.campaign.statistics.findings import find
 from frictool.campaign.trials.trial_player import TrialPlayer, metrics_of
@@ -29,12 +31,10 @@ from frictool.campaign.trials.trial_sharing import run_trials
 from frictool.campaign.trials.trial_store import TrialStore
 from frictool.campaign.trials.trials import Trials
 from frictool.control.compiled_program import compile_program, control_step, start_at
-from frictool.control.controller_composition import controller_program
 from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Step
 from frictool.engine.closed_loop import measure
 from frictool.plant.axis import rest
-from frictool.plant.axis_model import axis_of
 from frictool.workers.share import share
 from tests.campaign.rig import trial
 from tests.engine.reference import event_integration

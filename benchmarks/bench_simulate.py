@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import pair
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import (
     CompiledProgram,
     compile_program,
     copy_program,
     start_at,
 )
-from frictool.control.controller_composition import controller_program
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Scenario, Step

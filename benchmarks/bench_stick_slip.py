@@ -22,8 +22,8 @@ from scipy.optimize import brentq
 
 from benchmarks.bench_simulate import CLUTCH, PERIOD, START, USUAL, closed_loop, replay
 from benchmarks.timing import pair
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program
-from frictool.control.controller_composition import controller_program
 from frictool.engine.batch import replay_axes
 from frictool.engine.body import BREAKS_AWAY, STATE_SIZE
 from frictool.engine.closed_loop import COMMAND

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.timing import pair
+from frictool.adapters.parameter_intervals import intervals
 from frictool.lmi.hinf_synthesis import controller, minimise
 from frictool.lmi.pole_regions import frame
 from frictool.lmi.state_balancing import even_out
@@ -25,7 +26,7 @@ from frictool.plant.generalised_plant import (
     generalised_plant,
     template,
 )
-from frictool.plant.polytope import PlantPoint, intervals
+from frictool.plant.polytope import PlantPoint
 from frictool.verify.hinf_norm import norm
 from tests.lmi.family import mixed_sensitivity
 from tests.lmi.plain import plain

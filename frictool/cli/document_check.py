@@ -25,7 +25,7 @@ def check_document(target: Path, text: str) -> None:
     try:
         document = DocumentReader(target).read(compose(text, target), kind, "")
         if isinstance(document, Model):
-            from frictool.plant.axis_model import axis_of
+            from frictool.adapters.axis_model import axis_of
 
             axis_of(document)
     except (DocumentError, ValueError) as error:

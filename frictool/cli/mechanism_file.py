@@ -9,7 +9,7 @@ from frictool.errors import DocumentError
 
 if TYPE_CHECKING:
     from frictool.documents.mechanism import Mechanism
-    from frictool.plant.mechanism.assembly import AssembledMechanism
+    from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
     from frictool.plant.mechanism.element_error import ElementError
 
 
@@ -18,9 +18,9 @@ def load_mechanism(path: Path) -> tuple[Mechanism, AssembledMechanism]:
 
     Raises DocumentError with file, line and key.
     """
+    from frictool.adapters.mechanism.assembly import assemble
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.registry import load
-    from frictool.plant.mechanism.assembly import assemble
     from frictool.plant.mechanism.element_error import ElementError
 
     document = load(path, Mechanism)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import get_args
 
+from frictool.adapters.mechanism.transmissions import Transmitting
 from frictool.documents.mechanism import GROUND, Cam, FrictionOf, Mechanism, Spring, Stop
 from frictool.equations.dimension_check import check_equation, check_sum
 from frictool.equations.element_equations import (
@@ -20,8 +21,7 @@ from frictool.equations.free_bodies import RigidTree, free_body, rest_condition
 from frictool.equations.link_equations import LinkEquations, link_equations
 from frictool.equations.notation import Notation, ParameterRow
 from frictool.equations.statement import Condition
-from frictool.plant.mechanism.assembly import AssembledMechanism
-from frictool.plant.mechanism.transmissions import Transmitting
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 
 Line = Equation | Condition
 ROUNDING = 1e-12  # relative tolerance: degrees, ratios and teeth are multiplied a few times

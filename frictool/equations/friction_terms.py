@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from frictool.adapters.mechanism.bearing_friction import si_parameters
 from frictool.documents.mechanism import FrictionOf
 from frictool.documents.quantity import Quantity
 from frictool.equations.expression import Atom, Term
 from frictool.equations.notation import Notation, function
 from frictool.friction.law_registry import LAWS
-from frictool.plant.mechanism.bearing_friction import si_parameters
 
 # parameter -> letter in text and LaTeX; any other parameter has its name as letter
 LETTERS = {

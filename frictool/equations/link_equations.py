@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from frictool.adapters.mechanism.transmissions import Transmitting
 from frictool.documents.mechanism import Backlash
 from frictool.documents.quantity import Quantity, si_unit
 from frictool.equations.expression import Equation, Term
 from frictool.equations.link_ratios import EffortTransfer, effort_transfer, ratio_of
 from frictool.equations.notation import HALF, RATES, Notation, indexed_latex
 from frictool.equations.statement import Condition
-from frictool.plant.mechanism.transmissions import Transmitting
 
 SOURCES = {
     "gear": "(2.3)",

@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from frictool.adapters.mechanism.transmissions import Transmitting, back_efficiency, tangent_of_lead
 from frictool.documents.mechanism import Belt, Coupling, Gear, Hydraulic, Rack, Screw
 from frictool.documents.quantity import si_unit
 from frictool.equations.expression import Atom, Equation, Term, symbol
 from frictool.equations.notation import RATES, Notation, function, indexed_latex
-from frictool.plant.mechanism.transmissions import Transmitting, back_efficiency, tangent_of_lead
 
 LOSS_SOURCES = {"gear": "(2.3)", "rack": "(2.20)", "screw": "(2.12)"}
 

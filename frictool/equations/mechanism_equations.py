@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.key_lines import document_error
 from frictool.documents.mechanism import Mechanism
 from frictool.equations.derivation import Derivation, derive
 from frictool.equations.views import as_data, as_latex, as_text
-from frictool.plant.mechanism.assembly import assemble
 from frictool.plant.mechanism.element_error import ElementError
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from frictool.adapters.mechanism.block_references import axis_kind
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.quantity import Axis, Quantity, si_unit
 from frictool.equations.expression import Atom, Term, symbol
-from frictool.plant.mechanism.block_references import axis_kind
 
 RATES: dict[Axis, tuple[str, str, str]] = {
     "rotary": ("rad", "rad/s", "rad/s^2"),

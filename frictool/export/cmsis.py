@@ -13,7 +13,7 @@ import jinja2
 import msgspec
 
 from frictool import __version__
-from frictool.control.controller_composition import controller_program
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.fixed_point import BITS, fixed_program
 from frictool.documents.controller import Controller, LinearController, Number
 from frictool.documents.quantity import si_unit

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from frictool import __version__
-from frictool.control.controller_composition import controller_program
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.fixed_point import BITS, coefficient
 from frictool.control.program import Program, ProgramNode
 from frictool.documents.controller import Controller, Number

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from frictool.control.controller_composition import controller_program
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.fixed_point import FixedPointOverflow
 from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.adapters.axis_model import load_law
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Polynomial
 from frictool.documents.quantity import Quantity
@@ -29,7 +30,6 @@ from frictool.identify.rows.slip_fit import SMALLEST_SHARE, full_backlash, strok
 from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.smoothing import SHORTEST, bump, choose_window, smoothed
 from frictool.identify.rows.strokes import find_strokes
-from frictool.plant.axis_model import load_law
 from frictool.typing import Vector
 
 # largest number of samples evaluated; number of evenly spaced parts taken of longer logs

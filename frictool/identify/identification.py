@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import msgspec
 
+from frictool.adapters.axis_model import load_law
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.documents.load_terms import LoadTerms
@@ -48,7 +49,6 @@ from frictool.identify.orientation import negative_effort, opposite_signs, rever
 from frictool.identify.pooling import pooling_warnings
 from frictool.identify.record_plausibility import implausible
 from frictool.identify.refit import CANNOT, fixed_parameters, refit
-from frictool.plant.axis_model import load_law
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 # parameters of which every model that `identify` writes has at least one

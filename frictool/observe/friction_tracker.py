@@ -14,6 +14,7 @@ from typing import TypeVar
 import msgspec
 import numpy as np
 
+from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.observe.estimate import EstimateRange, WearEstimate
@@ -25,7 +26,6 @@ from frictool.observe.kernels.friction_interval import (
     friction_along,
 )
 from frictool.observe.motion_block import MotionBlock
-from frictool.plant.axis_model import axis_of, load_of
 from frictool.typing import Matrix, Vector
 
 S = TypeVar("S", bound=msgspec.Struct)

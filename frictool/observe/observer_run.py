@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.adapters.observer_composition import observer_program
 from frictool.control.compiled_program import compile_program, start_at
-from frictool.control.observer_composition import observer_program
 from frictool.control.program_recording import record_along
 from frictool.documents.observer import Observer
 from frictool.observe.motion_block import MotionBlock

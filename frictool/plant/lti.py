@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import block_diag, expm
 
-from frictool.documents.controller import StateSpace
 from frictool.typing import Matrix
 
 
@@ -27,24 +26,6 @@ class Lti:
     c: Matrix
     d: Matrix
     period: float
-
-    @staticmethod
-    def of(document: StateSpace, period: float) -> Lti:
-        """Return a stored state space with one input and one output."""
-        n = len(document.a)
-        a, b, c, d = (
-            np.array(rows, dtype=np.float64)
-            for rows in (document.a, document.b, document.c, document.d)
-        )
-        return Lti(a.reshape(n, n), b.reshape(n, 1), c.reshape(1, n), d, period)
-
-    def document(self) -> StateSpace:
-        """Return the state space in its stored form."""
-        a, b, c, d = (
-            tuple(tuple(float(value) for value in row) for row in matrix)
-            for matrix in (self.a, self.b, self.c, self.d)
-        )
-        return StateSpace(a, b, c, d)
 
     @property
     def order(self) -> int:

@@ -14,10 +14,6 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 
-from frictool.documents.model import Model
-from frictool.documents.quantity import Quantity
-from frictool.errors import FrictoolError
-
 Ends = tuple[float, float]
 
 
@@ -44,35 +40,6 @@ class RegimeLevels:
         """Return the tangent of regime `level` for one F_c and one slope per regime."""
         lost = sum((slopes[i] - slopes[i - 1]) * self.above[i] for i in range(1, level + 1))
         return RegimeTangent(slopes[level], coulomb - lost)
-
-
-def regime_levels(model: Model, coulomb: Ends) -> RegimeLevels:
-    """Return the model's regimes in both directions; `coulomb` is the interval of F_c at low speed.
-
-    The bench's range of the viscous coefficient is that of the steepest regime, so that the slope
-    below the first knee is that of the model. Raises FrictoolError if the model has no regimes.
-    """
-    if model.laws is None or not model.laws.regimes:
-        raise FrictoolError(
-            "regime: found a model without laws.regimes; allowed: to schedule regimes that "
-            "the model has; "
-            "schedule viscous and coulomb instead, or identify from a log that goes beyond the knee"
-        ).at("design", "schedule")
-    own = model.laws.backward
-    slow = (model.parameters.viscous, *((own.viscous,) if own and own.viscous else ()))
-    fast = [
-        (regime.viscous, *((regime.backward,) if regime.backward else ()))
-        for regime in model.laws.regimes
-    ]
-    return RegimeLevels(
-        coulomb,
-        (0.0, *(regime.above.value for regime in model.laws.regimes)),
-        tuple(map(_hull, (slow, *fast))),
-    )
-
-
-def _hull(found: tuple[Quantity, ...]) -> Ends:
-    return min(one.interval[0] for one in found), max(one.interval[1] for one in found)
 
 
 def tangents(levels: RegimeLevels, *, viscous: bool, coulomb: bool) -> tuple[RegimeTangent, ...]:

@@ -16,13 +16,12 @@ is verified there afterwards.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from frictool.documents.model import Model
 from frictool.plant.generalised_plant import UncertaintyChannel
 from frictool.plant.linear_axis import AxisRates
-from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint, Polytope, intervals, polytope
+from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint
 
 
 @dataclass(frozen=True)
@@ -54,52 +53,3 @@ def with_channel(
         friction=(d_inertia * exact.friction - d_coulomb) / unit,
     )
     return UncertainPlant(point, replace(exact, push=unit / point.inertia), channel, unit)
-
-
-def half_widths(model: Model) -> dict[Parameter, float]:
-    """Return the half-width of every parameter's interval."""
-    box = intervals(model)
-    return {name: 0.5 * (box[name][1] - box[name][0]) for name in PARAMETERS}
-
-
-def default_unit(model: Model) -> float:
-    """Return the half-width of the Coulomb friction [N m or N].
-
-    If it is 0, the unit is the effort of the other uncertainties at the drive's limit.
-    """
-    widths = half_widths(model)
-    if widths["coulomb"] > 0.0:
-        return widths["coulomb"]
-    actuator, inertia = model.bench.actuator, model.parameters.inertia.value
-    at_limit = (
-        widths["constant"] + widths["inertia"] * actuator.constant.value / inertia
-    ) * actuator.limit.value
-    return at_limit if at_limit > 0.0 else 1.0
-
-
-def uncertain_centre(model: Model, unit: float | None = None) -> UncertainPlant:
-    """Return the LFT form (22): the centre of all intervals, all parameters in the channel."""
-    return with_channel(polytope(model).centre, half_widths(model), unit or default_unit(model))
-
-
-def uncertain_polytope(
-    model: Model, scheduled: Sequence[Parameter], unit: float | None = None
-) -> tuple[Polytope, tuple[UncertainPlant, ...]]:
-    """Return the mixed form (28)-(29): the polytope, and each vertex with its channel.
-
-    The polytope spans the scheduled parameters; the others are in the channel. Speed regimes
-    contain the viscous and Coulomb friction between them (annex 5.1), so that scheduling regimes
-    removes both from the channel. Raises the errors of `polytope`.
-    """
-    box, left, chosen = (
-        polytope(model, scheduled),
-        unscheduled_half_widths(model, scheduled),
-        unit or default_unit(model),
-    )
-    return box, tuple(with_channel(point, left, chosen) for point in box.vertices)
-
-
-def unscheduled_half_widths(model: Model, scheduled: Sequence[Parameter]) -> dict[Parameter, float]:
-    """Return the half-widths of the parameters that are not scheduled."""
-    covered = {*scheduled, *(("viscous", "coulomb") if "regime" in scheduled else ())}
-    return {name: width for name, width in half_widths(model).items() if name not in covered}

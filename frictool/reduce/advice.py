@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from frictool.adapters.mechanism.sources_and_sensors import controlled_names
 from frictool.documents.mechanism import Mechanism
 from frictool.plant.mechanism.linearisation import linearise
-from frictool.plant.mechanism.sources_and_sensors import controlled_names
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.compliance import middle, rigid, swings
 from frictool.reduce.coordinate_change import from_source

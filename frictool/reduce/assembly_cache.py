@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.mechanism import Mechanism
-from frictool.plant.mechanism.assembly import AssembledMechanism, assemble
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 
 MOST = 16  # mechanisms in the cache
 # by identity: a document does not change, and the cache holds it so that its id stays unique

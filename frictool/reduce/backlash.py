@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.documents.mechanism import Mechanism
-from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.connections import BlockMotion, Connection, connections, seen_from
 from frictool.reduce.step_report import StepFigure

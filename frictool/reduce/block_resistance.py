@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.friction.law_registry import ROWS
-from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.packed_mechanism import FRAME, Curves, PackedMechanism
 from frictool.typing import Vector
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from frictool.adapters.mechanism.sources_and_sensors import controlled_names
 from frictool.documents.mechanism import Mechanism
 from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.element_error import ElementError
-from frictool.plant.mechanism.sources_and_sensors import controlled_names
 from frictool.reduce.backlash import play_figures
 from frictool.reduce.compliance import compliant_links, stiffen_above
 from frictool.reduce.coordinate_change import at_sensor, from_reference, from_source, sensor_frame

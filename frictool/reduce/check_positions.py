@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
 from frictool.engine.axis_motion import advance as advance_axis
 from frictool.engine.mechanism.open_loop_run import run
@@ -13,7 +14,6 @@ from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.plant.axis import POSITION, RESISTANCE
 from frictool.plant.axis import rest as axis_rest
-from frictool.plant.axis_model import axis_of, load_of
 from frictool.plant.position_load import with_load
 from frictool.reduce.coordinate_change import MechanismView
 from frictool.typing import Vector

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
+from frictool.adapters.mechanism.sources_and_sensors import controlled_names
 from frictool.documents.mechanism import Coupling, Gear, Mechanism
 from frictool.plant.mechanism.linearisation import linearise
-from frictool.plant.mechanism.sources_and_sensors import controlled_names
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.connections import Connection, connections, seen_from
 from frictool.reduce.rigid_lumping import lump_rigid_links

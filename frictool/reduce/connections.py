@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.errors import NoSolutionError
-from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.packed_mechanism import FRAME, Couplings, Joints
 
 SAME = 1e-9  # relative tolerance of two ratios around a loop

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import msgspec
 
+from frictool.adapters.mechanism.sources_and_sensors import controlled_names
 from frictool.documents.mechanism import (
     GROUND,
     Backlash,
@@ -33,8 +34,7 @@ from frictool.documents.mechanism import (
 )
 from frictool.documents.quantity import Axis, Quantity, Span, si_unit
 from frictool.errors import NoSolutionError
-from frictool.plant.mechanism.assembly import AssembledMechanism
-from frictool.plant.mechanism.sources_and_sensors import controlled_names
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.connections import BlockMotion, Connection, connections, seen_from
 from frictool.reduce.coordinate_frame import CoordinateFrame, scaled

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import msgspec
 
+from frictool.adapters.mechanism.bearing_friction import si_parameters
 from frictool.documents.mechanism import (
     Cam,
     Compliance,
@@ -28,7 +29,6 @@ from frictool.documents.mechanism import (
 )
 from frictool.documents.quantity import Axis, Quantity, Series, si_unit
 from frictool.friction.law_registry import LAWS
-from frictool.plant.mechanism.bearing_friction import si_parameters
 
 Ends = tuple[float, ...]
 TURN = 6.283185307179586  # rad per revolution

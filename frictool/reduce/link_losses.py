@@ -22,9 +22,9 @@ from collections.abc import Mapping
 import msgspec
 import numpy as np
 
+from frictool.adapters.mechanism.transmissions import tangent_of_lead
 from frictool.documents.mechanism import Coupling, Gear, Mechanism, Screw
-from frictool.plant.mechanism.assembly import AssembledMechanism
-from frictool.plant.mechanism.transmissions import tangent_of_lead
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.connections import BlockMotion, Connection, connections, seen_from
 from frictool.reduce.reflected_inertia import ReflectedInertia

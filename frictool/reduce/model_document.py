@@ -9,6 +9,7 @@ from typing import Literal
 
 import msgspec
 
+from frictool.adapters.mechanism.block_references import axis_kind
 from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
 from frictool.documents.laws import (
     Backward,
@@ -25,7 +26,6 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis, Estimate, Quantity, Span, drive_dimension, si_unit
 from frictool.documents.resonances import Oscillation, Resonances
 from frictool.errors import NoSolutionError
-from frictool.plant.mechanism.block_references import axis_kind
 from frictool.reduce.chain import ReductionChain
 from frictool.reduce.one_inertia import DirectionFriction, OneInertia
 from frictool.reduce.polynomial_fit import mean_of

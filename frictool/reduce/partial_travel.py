@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import msgspec
 
+from frictool.adapters.mechanism.block_references import axis_kind
+from frictool.adapters.mechanism.sources_and_sensors import controlled_names
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.quantity import Span, si_unit
-from frictool.plant.mechanism.block_references import axis_kind
-from frictool.plant.mechanism.sources_and_sensors import controlled_names
 
 
 class OutsideTravelError(ValueError):

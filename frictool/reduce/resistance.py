@@ -15,7 +15,7 @@ import numpy as np
 from frictool.documents.mechanism import GROUND, Cam, Curve, FrictionOf, Link, Mechanism, Spring
 from frictool.documents.quantity import Axis, Quantity, Series, si_unit
 from frictool.errors import NoSolutionError
-from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.reduce.block_resistance import BlockResistance, SpeedDependentFriction, resisting
 from frictool.typing import Vector
 

@@ -7,13 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
+from frictool.adapters.axis_model import load_of
+from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
 from frictool.engine.conditions import CONSTANT_FACTOR, VISCOUS_FACTOR
-from frictool.plant.axis_model import load_of
-from frictool.plant.polytope import intervals
 from frictool.simulate.axis_runs import play
 from frictool.simulate.axis_variants import (
     AxisVariant,

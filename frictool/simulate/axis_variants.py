@@ -16,15 +16,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.adapters.axis_model import axis_of
+from frictool.adapters.friction_levels import coulomb_level, viscous_level
+from frictool.adapters.parameter_intervals import hull, ranges
 from frictool.documents.model import Model
 from frictool.documents.quantity import drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
 from frictool.errors import FrictoolError
 from frictool.logs.log import MAIN_TOPIC
 from frictool.plant.axis import AxisParameters
-from frictool.plant.axis_model import axis_of
-from frictool.plant.friction_levels import coulomb_level, viscous_level
-from frictool.plant.polytope import PARAMETERS, PlantPoint, corner_points, hull, ranges
+from frictool.plant.polytope import PARAMETERS, PlantPoint, corner_points
 from frictool.simulate.given_plant import GIVEN, given_values
 from frictool.simulate.simulated_plant import VariedParameter
 

@@ -17,6 +17,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, si_unit
@@ -29,7 +30,6 @@ from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
 from frictool.logs.provenance import with_provenance
 from frictool.plant.axis import rest
-from frictool.plant.axis_model import axis_of, load_of
 from frictool.simulate.rig import Rig, rig_of
 from frictool.typing import IntVector, Vector
 

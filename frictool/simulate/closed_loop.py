@@ -17,8 +17,8 @@ from typing import Generic, get_args
 import numpy as np
 from msgspec.structs import replace
 
+from frictool.adapters.controller_composition import controller_program, uses_speed
 from frictool.control.compiled_program import CompiledProgram
-from frictool.control.controller_composition import controller_program, uses_speed
 from frictool.control.fixed_point import FixedPointOverflow
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program

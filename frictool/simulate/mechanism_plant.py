@@ -12,7 +12,7 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
 from frictool.engine.mechanism.closed_loop import ControlPorts, MechanismInputs
 from frictool.errors import FrictoolError
-from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.fastest_link import fastest_link
 from frictool.simulate.document_agreement import DocumentNames, disturbances_of, refuse
 from frictool.simulate.given_plant import check_given

@@ -18,9 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from frictool.adapters.mechanism.sources_and_sensors import controlled_indices
 from frictool.documents.mechanism import Mechanism, Sensor, Source, Spring
 from frictool.documents.quantity import si_unit
-from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.plant.mechanism.packed_mechanism import FRAME
 from frictool.simulate.rig import Rig
@@ -62,7 +63,7 @@ def rig_of_mechanism(
     Raises ElementError if source or sensor are not determined, or if the sensor does not measure a
     position.
     """
-    source, sensor = assembled.controlled(document)
+    source, sensor = controlled_indices(document, assembled)
     drives, senses = (
         document.sources[assembled.sources[source]],
         document.sensors[assembled.sensors[sensor]],

@@ -13,13 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.reading import DocumentReader, compose
 from frictool.documents.scenario import Scenario
 from frictool.documents.writing import to_yaml
 from frictool.errors import DocumentError, FrictoolError
 from frictool.logs.log import MAIN_TOPIC, MECHANISM_TOPIC
-from frictool.plant.mechanism.assembly import AssembledMechanism, assemble
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.simulate.axis_variants import PLANTS_STREAM
 from frictool.simulate.given_plant import GIVEN, given_values

@@ -19,7 +19,7 @@ from frictool.engine.conditions import NO_CONDITIONS
 from frictool.engine.mechanism.closed_loop import NOBODY, ControlPorts
 from frictool.logs.log import Log
 from frictool.logs.provenance import with_provenance
-from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.simulate.axis_channels import AxisChannels
 from frictool.simulate.document_agreement import DocumentNames, check_drive, check_efforts, refuse

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.controller import Controller, Number
 from frictool.documents.key_lines import document_error
 from frictool.documents.mechanism import Mechanism
@@ -12,7 +13,6 @@ from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.documents.scenario import Scenario
 from frictool.errors import DocumentError
 from frictool.logs.log import Log
-from frictool.plant.mechanism.assembly import assemble
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.simulate.compiled_target import CompiledTarget

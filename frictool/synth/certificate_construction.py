@@ -20,11 +20,11 @@ from typing import Literal
 import numpy as np
 from scipy import linalg
 
+from frictool.adapters.state_space import read_state_space
 from frictool.documents.certificate import Bound, Box, Cell, Certificate, CertifiedWeights, Filter
 from frictool.errors import NoSolutionError
 from frictool.lmi.certificate_search import lyapunov_ends
 from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, generalised_plant
-from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.presentation.ties import largest
 from frictool.typing import Matrix
@@ -123,7 +123,11 @@ def _bound(loop: CertificateLoop, box: Box, of: Literal["norm", "sensitivity"]) 
 
 def _scan(loop: CertificateLoop, box: Box) -> tuple[float, PlantPoint]:
     """Return the largest norm on a grid over the box, corners included, and its plant."""
-    k = chain(loop.sections, loop.period) if loop.sections else Lti.of(loop.controller, loop.period)
+    k = (
+        chain(loop.sections, loop.period)
+        if loop.sections
+        else read_state_space(loop.controller, loop.period)
+    )
     ends = (box.inertia, box.viscous, box.constant)
     coulomb = max(abs(end) for end in box.coulomb)
     found = []

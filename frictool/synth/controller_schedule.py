@@ -8,6 +8,7 @@ runs, at the corners and at plants between them.
 
 from __future__ import annotations
 
+from frictool.adapters.state_space import stored_state_space
 from frictool.documents import controller as stored
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti
@@ -56,5 +57,5 @@ def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate)
 def _corner(point: PlantPoint, k: Lti) -> stored.Corner:
     gains = tuple(float(value) for value in anti_windup_gains(k.a, k.b, k.c, k.d))
     return stored.Corner(
-        point.inertia, point.viscous, point.coulomb, point.constant, k.document(), gains
+        point.inertia, point.viscous, point.coulomb, point.constant, stored_state_space(k), gains
     )

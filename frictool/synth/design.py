@@ -9,6 +9,7 @@ from typing import Literal
 
 import msgspec
 
+from frictool.adapters.model_polytope import polytope
 from frictool.documents import controller as stored
 from frictool.documents.certificate import Box, Certificate
 from frictool.documents.design import Design
@@ -18,7 +19,6 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.parameter_box import enclosing_box
-from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept, resonant
 from frictool.synth.certificate_construction import certified_weights, certify
 from frictool.synth.controller_schedule import verified_schedule

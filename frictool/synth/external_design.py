@@ -11,6 +11,7 @@ from typing import Any
 
 import msgspec
 
+from frictool.adapters.model_polytope import polytope
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import PositionLawDesign, PrefilterDesign
@@ -19,7 +20,6 @@ from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.documents.spec import Spec
 from frictool.documents.weights import Weights
-from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept
 from frictool.synth.certificate_construction import certified_weights
 from frictool.synth.design import _document

@@ -24,12 +24,12 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+from frictool.adapters.model_polytope import polytope
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.quantity import PositiveLength, si_unit
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
-from frictool.plant.polytope import polytope
 
 WITHIN = 0.05  # share of the step: error band of response_time_95_s
 RISE = (0.1, 0.9)  # shares of the step between which rise_time_s counts

@@ -7,7 +7,7 @@ together (plant/uncertainty_channel.py). The controller is verified at every cor
 
 from __future__ import annotations
 
-from frictool.plant.uncertainty_channel import uncertain_centre
+from frictool.adapters.model_polytope import uncertain_centre
 from frictool.synth.lmi_synthesis import solve_inequalities
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem, check_claim
 

@@ -8,11 +8,8 @@ that one controller is enough (annex 5.2).
 
 from __future__ import annotations
 
-from frictool.plant.uncertainty_channel import (
-    uncertain_polytope,
-    unscheduled_half_widths,
-    with_channel,
-)
+from frictool.adapters.model_polytope import uncertain_polytope, unscheduled_half_widths
+from frictool.plant.uncertainty_channel import with_channel
 from frictool.synth.lmi_synthesis import solve_inequalities
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem, check_claim
 

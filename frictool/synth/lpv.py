@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from frictool.adapters.model_polytope import polytope
 from frictool.errors import NoSolutionError
 from frictool.lmi.hinf_synthesis import minimise
 from frictool.plant.linearised_vertices import rates_of
-from frictool.plant.polytope import PARAMETERS, PlantPoint, polytope
+from frictool.plant.polytope import PARAMETERS, PlantPoint
 from frictool.synth.lmi_synthesis import pole_region, solve_inequalities
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem, check_claim
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, signal
 
+from frictool.adapters.state_space import stored_state_space
 from frictool.documents.controller import LinearController
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, inverse_tustin, parallel_sum
@@ -55,8 +56,8 @@ def stored_forms(k: Lti) -> LinearController:
             "ill-conditioned, relax the weights"
         )
     return LinearController(
-        discrete=whole.document(),
-        continuous=inverse_tustin(whole).document(),
+        discrete=stored_state_space(whole),
+        continuous=stored_state_space(inverse_tustin(whole)),
         sos=tuple(tuple(float(value) for value in row) for row in sections),
         anti_windup=tuple(
             float(value) for value in anti_windup_gains(whole.a, whole.b, whole.c, whole.d)

@@ -8,6 +8,7 @@ included, as in the loops that are verified (verify/feedback_loops.py).
 
 from __future__ import annotations
 
+from frictool.adapters.resonance_filter import resonance_filters
 from frictool.documents.controller import Controller
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
@@ -16,7 +17,6 @@ from frictool.plant.block_diagram import DiagramBlock, connect
 from frictool.plant.linear_axis import AxisRates, linear_axis
 from frictool.plant.lti import Lti, delay
 from frictool.plant.polytope import PlantPoint
-from frictool.plant.resonance_filter import resonance_filters
 from frictool.verify.feedback_loops import running_form
 
 ETA, DRIVE, POSITION = "eta", "drive", "position"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from frictool.adapters.parameter_intervals import bench_intervals, intervals
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
-from frictool.plant.polytope import PARAMETERS, bench_intervals, intervals
+from frictool.plant.polytope import PARAMETERS
 from frictool.verify.document_box import box_of
 from frictool.verify.messages import plant_units
 from frictool.verify.rig_facts import ROUNDING, different_facts, facts_of

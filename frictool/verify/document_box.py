@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from frictool.adapters.parameter_intervals import bench_intervals
 from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
 from frictool.plant.parameter_box import enclosing_box
-from frictool.plant.polytope import PARAMETERS, PlantPoint, bench_intervals, corner_points
+from frictool.plant.polytope import PARAMETERS, PlantPoint, corner_points
 from frictool.verify.messages import plant_words
 from frictool.verify.vertices import vertex_points
 

@@ -27,6 +27,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.adapters.state_space import read_state_space
 from frictool.control.second_order_sections import chain_state_space
 from frictool.control.speed_filter import first_order
 from frictool.documents.controller import Controller, LinearController, PositionLaw, Row, Velocity
@@ -58,7 +59,7 @@ def running_form(linear: LinearController, period: float) -> Lti:
     For sections, the states are s1, s2 of each section in the chain's order.
     """
     if linear.form == "state_space":
-        return Lti.of(linear.discrete, period)
+        return read_state_space(linear.discrete, period)
     return chain(linear.sos, period)
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.adapters.state_space import read_state_space
 from frictool.documents import controller as stored
 from frictool.documents.certificate import CertifiedWeights, Filter
 from frictool.documents.design import Domain, Structure
@@ -21,7 +22,6 @@ from frictool.plant.generalised_plant import (
     generalised_plant,
 )
 from frictool.plant.linear_axis import AxisRates
-from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_linear
 from frictool.verify.document_check import loop_checks
@@ -104,7 +104,8 @@ class LinearLoops:
         sampled_norm = designed_norm = self._norm(self.linear, point, margin)
         if self.domain == "continuous" and self.weights is not None:
             designed_norm = performance(
-                Lti.of(self.linear.continuous, 0.0), self.plant(point.rates, sampled=False)
+                read_state_space(self.linear.continuous, 0.0),
+                self.plant(point.rates, sampled=False),
             )
         return stored.Vertex(
             name=point.name,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.errors import FrictoolError
-from frictool.plant.polytope import PlantPoint, corner_points, intervals
+from frictool.plant.polytope import PlantPoint, corner_points
 from frictool.presentation.ties import smallest
 from frictool.verify.certified_intervals import model_differences
 from frictool.verify.feedback_loops import feedbacks_of

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import msgspec
 
-from frictool.control.controller_composition import uses_speed
+from frictool.adapters.controller_composition import uses_speed
 from frictool.documents.certificate import Certificate
 from frictool.documents.controller import Controller, Velocity, Vertex
 from frictool.documents.digests import changed_blocks, with_digests

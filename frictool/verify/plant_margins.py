@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from frictool.adapters.state_space import read_state_space
 from frictool.documents.controller import Controller
 from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti, delay
@@ -71,7 +72,9 @@ class PlantMargins:
 
     def _scheduled(self, point: PlantPoint) -> tuple[FeedbackLoop, ...]:
         assert self._schedule is not None
-        corners = [Lti.of(corner.discrete, self._period) for corner in self._schedule.corners]
+        corners = [
+            read_state_space(corner.discrete, self._period) for corner in self._schedule.corners
+        ]
         running = interpolate_controller(
             corners, weights(self._schedule.corners, self._schedule.parameters, point)
         )

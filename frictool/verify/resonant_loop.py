@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from frictool.adapters.resonance_filter import resonance_filters
 from frictool.documents.resonances import Resonances
 from frictool.errors import NoSolutionError
 from frictool.plant.polytope import PlantPoint
-from frictool.plant.resonance_filter import resonance_filters
 from frictool.presentation.ties import smallest
 from frictool.verify.feedback_loops import FeedbackLoop, open_loop
 from frictool.verify.hinf_norm import norm, spectral_radius

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.adapters.state_space import read_state_space
 from frictool.documents.controller import Corner
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.linear_axis import AxisRates
@@ -48,7 +49,7 @@ def scheduled_figures(
     The controller is interpolated for each plant. `names` are the scheduled parameters, `plant`
     maps rates to the weighted plant; `lag` and `period` are in s, `delay` in samples.
     """
-    controllers = [Lti.of(corner.discrete, period) for corner in corners]
+    controllers = [read_state_space(corner.discrete, period) for corner in corners]
     plants = [
         PlantPoint(f"corner {k}", one.inertia, one.viscous, one.coulomb, one.constant)
         for k, one in enumerate(corners)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.adapters.state_space import read_state_space
 from frictool.documents.controller import Controller, LinearController, Row
 from frictool.errors import NoSolutionError
-from frictool.plant.lti import Lti, tustin
+from frictool.plant.lti import tustin
 from frictool.verify.feedback_loops import running_form
 from frictool.verify.hinf_norm import spectral_radius
 
@@ -27,7 +28,7 @@ def check_forms(controller: Controller) -> None:
     only the other states must be stable.
     """
     linear, period = controller.linear, controller.sample_period_s
-    system = Lti.of(linear.discrete, period)
+    system = read_state_space(linear.discrete, period)
     direct = system.response(ANGLES / period)[:, 0, 0]
     poles = np.linalg.eigvals(system.a) if system.order else np.empty(0)
     weight = (
@@ -37,9 +38,9 @@ def check_forms(controller: Controller) -> None:
     )
     others = {
         "sos": sections_response(linear.sos, ANGLES),
-        "continuous": tustin(Lti.of(linear.continuous, 0.0), period).response(ANGLES / period)[
-            :, 0, 0
-        ],
+        "continuous": tustin(read_state_space(linear.continuous, 0.0), period).response(
+            ANGLES / period
+        )[:, 0, 0],
     }
     for name, other in others.items():
         apart = float(np.max(weight * np.abs(other - direct)) / np.max(weight * np.abs(direct)))

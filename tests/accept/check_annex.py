@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from frictool.adapters.model_polytope import polytope, uncertain_centre, uncertain_polytope
 from frictool.lmi.hinf_synthesis import PoleDisc, controller, minimise, vertex_controllers
 from frictool.plant.generalised_plant import (
     FirstOrderWeight,
@@ -21,8 +22,7 @@ from frictool.plant.generalised_plant import (
     template,
 )
 from frictool.plant.lti import tustin
-from frictool.plant.polytope import PlantPoint, Polytope, polytope
-from frictool.plant.uncertainty_channel import uncertain_centre, uncertain_polytope
+from frictool.plant.polytope import PlantPoint, Polytope
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
 from tests.synth.annex import annex_model

@@ -16,8 +16,8 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from numpy.typing import NDArray
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, control_step, read, start_at
-from frictool.control.controller_composition import controller_program
 from frictool.control.program import Program
 from frictool.documents.controller import Controller, Number
 from frictool.export.mode_coverage import visit_conditions

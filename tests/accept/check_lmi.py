@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from frictool.adapters.model_polytope import polytope
 from frictool.errors import NoSolutionError
 from frictool.lmi.hinf_synthesis import PoleDisc, controller, minimise, vertex_controllers
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
-from frictool.plant.polytope import polytope
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
 from tests.lmi.examples import LAG, between, clutch_speed, random_polytope

@@ -15,13 +15,14 @@ from typing import Any, Literal
 import msgspec
 import numpy as np
 
+from frictool.adapters.model_polytope import polytope
+from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.design import Design, Domain
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, template
 from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti
-from frictool.plant.polytope import intervals, polytope
 from frictool.synth.lpv import lpv
 from frictool.synth.minimax import minimax
 from frictool.synth.rst import rst

@@ -12,6 +12,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from frictool.adapters.model_polytope import polytope
+from frictool.adapters.state_space import read_state_space
 from frictool.documents.design import Design
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
@@ -20,8 +22,6 @@ from frictool.documents.spec import Spec
 from frictool.documents.weights import Weights as Document
 from frictool.lmi.hinf_synthesis import minimise, vertex_controllers
 from frictool.plant.generalised_plant import GeneralisedPlant, PlantWeights, generalised_plant
-from frictool.plant.lti import Lti
-from frictool.plant.polytope import polytope
 from frictool.synth.design import design_controller
 from frictool.synth.lpv import lpv
 from frictool.synth.minimax import minimax
@@ -107,7 +107,9 @@ def relaxes_the_speed_loop() -> dict[str, Any]:
     found = Document(40.0, weights.disturbance, weights.drive, weights.command, noise)
     model, here = clutch_model(), Provenance("a check", "0")
     controller = design_controller(model, SPEC, msgspec.structs.replace(SPEED, weights=found), here)
-    asks = count_current(Lti.of(controller.linear.discrete, PERIOD), model.bench.encoder.resolution)
+    asks = count_current(
+        read_state_space(controller.linear.discrete, PERIOD), model.bench.encoder.resolution
+    )
     margin = min(
         check.modulus_margin
         for vertex in controller.verified.vertices

@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
+from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.controller import Controller, StateSpace, Vertex
 from frictool.documents.design import Design
 from frictool.documents.model import Model
@@ -21,7 +22,6 @@ from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
-from frictool.plant.polytope import intervals
 from frictool.report.verdict import judge
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.design import design_controller

@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 from scipy import signal
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import CompiledProgram, compile_program, start_at
-from frictool.control.controller_composition import controller_program
 from frictool.documents.bench import Bench
 from frictool.documents.controller import (
     Controller,

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from numpy.typing import NDArray
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, control_step, read, start_at
-from frictool.control.controller_composition import controller_program
 from frictool.control.number_format import machine_in
 from frictool.control.target_band import BRAKE, REST, RUN
 from frictool.documents.controller import (

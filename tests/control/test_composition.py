@@ -8,8 +8,8 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, control_step, read, start_at
-from frictool.control.controller_composition import controller_program
 from frictool.documents.controller import Controller
 from tests.control.drawn import Sample, assaults, controllers, wanderings
 from tests.control.plain import PlainController

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import (
     PORTS,
     CompiledProgram,
@@ -20,7 +21,6 @@ from frictool.control.compiled_program import (
     copy_program,
     start_at,
 )
-from frictool.control.controller_composition import controller_program
 from frictool.control.fixed_point import (
     BITS,
     FixedPointOverflow,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import (
     PORTS,
     compile_program,
@@ -15,7 +16,6 @@ from frictool.control.compiled_program import (
     read,
     start_at,
 )
-from frictool.control.controller_composition import controller_program
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller

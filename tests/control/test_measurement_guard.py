@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import (
     CompiledProgram,
     compile_program,
@@ -20,7 +21,6 @@ from frictool.control.compiled_program import (
     read,
     start_at,
 )
-from frictool.control.controller_composition import controller_program
 from frictool.control.fixed_point import BITS, fixed_program
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program

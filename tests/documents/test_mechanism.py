@@ -10,6 +10,7 @@ from typing import Any, get_args
 import msgspec
 import pytest
 
+from frictool.adapters.mechanism.sources_and_sensors import controlled_indices
 from frictool.cli.mechanism_file import load_mechanism
 from frictool.documents import mechanism as documents
 from frictool.documents.mechanism import Link, Mechanism
@@ -163,5 +164,5 @@ def test_the_documentation_has_every_key_and_its_example_fits_together(tmp_path:
     path = tmp_path / "mechanism.yaml"
     path.write_text(section.partition("```yaml\n")[2].partition("```")[0])
     document, mechanism = load_mechanism(path)
-    assert mechanism.controlled(document) == (0, 0)
+    assert controlled_indices(document, mechanism) == (0, 0)
     assert mechanism.notes == ()

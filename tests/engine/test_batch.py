@@ -8,8 +8,8 @@ import numba
 import numpy as np
 import pytest
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, copy_program, start_at
-from frictool.control.controller_composition import controller_program
 from frictool.engine.axis_motion import advance
 from frictool.engine.batch import breakaway_times, closed_loops, replay_axes
 from frictool.engine.body import at_rest

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.axis_model import axis_of
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import control_step
-from frictool.control.controller_composition import controller_program
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.engine.axis_motion import advance
@@ -40,7 +41,6 @@ from frictool.engine.conditions import (
 from frictool.engine.status import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
-from frictool.plant.axis_model import axis_of
 from frictool.plant.position_load import PositionLoad
 from frictool.typing import Vector
 from tests.control.example import ROOT, started

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from frictool.adapters.axis_model import axis_of
 from frictool.documents.bench import Winding
 from frictool.engine.axis_motion import advance, drive_range
 from frictool.engine.bench_experiment import play_reference
@@ -27,7 +28,6 @@ from frictool.engine.effort_replay import replay_parameters
 from frictool.engine.servo import PositionServo
 from frictool.engine.status import OK
 from frictool.plant.axis import DRIVE, SUPPLY, VELOCITY, AxisParameters, rest
-from frictool.plant.axis_model import axis_of
 from frictool.plant.position_load import PositionLoad
 from tests.control.example import started
 from tests.engine.test_closed_loop import CONTROLLER, ENCODED, PERIOD

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.mathtext import MathTextParser
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.cli.main import group
 from frictool.documents.mechanism import Block, Coupling, Link, Mechanism, Rack, Source
 from frictool.documents.quantity import Quantity
@@ -22,7 +23,6 @@ from frictool.equations.derivation import Derivation, derive
 from frictool.equations.dimension_check import check_equation, check_sum
 from frictool.equations.expression import Equation, Term, symbol
 from frictool.equations.views import as_latex
-from frictool.plant.mechanism.assembly import assemble
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.plant.mechanism.linearisation import linearise
 from tests.plant.mechanism.described import TRAIN, document

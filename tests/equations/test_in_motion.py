@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
 from frictool.equations.derivation import derive
 from frictool.equations.expression import Equation, Term
-from frictool.plant.mechanism.assembly import assemble
 from tests.plant.mechanism.described import TRAIN, document
 
 # lossy and lossless rigid links, yielding ones, a spring, friction over the position, a cam: a

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import FIXED, FLOAT, CompiledProgram, control_step, start_at
-from frictool.control.controller_composition import controller_program
 from frictool.control.fixed_point import BITS, FixedPointOverflow, fixed_program
 from frictool.control.fixed_point_kernel import INVALID, from_real
 from frictool.control.number_format import machine_in

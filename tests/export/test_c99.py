@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.control.controller_composition import controller_program
+from frictool.adapters.controller_composition import controller_program
 from frictool.documents.controller import Controller, Number
 from frictool.errors import NoSolutionError
 from frictool.export.c_identifier import c_identifier, comment_text

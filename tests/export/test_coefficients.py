@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from frictool.control.controller_composition import controller_program
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.fixed_point import BITS, fixed_program
 from frictool.documents.controller import Number
 from frictool.export.coefficients import json_files, matlab_files

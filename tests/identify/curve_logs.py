@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from frictool.adapters.axis_model import axis_of
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
-from frictool.plant.axis_model import axis_of
 from sample_logs.make import PERIOD, TRUTH, _play
 from tests.identify.benches import (
     MASS,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from frictool.adapters.axis_model import axis_of
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
@@ -14,7 +15,6 @@ from frictool.identify.identification import Identification, identify
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord
-from frictool.plant.axis_model import axis_of
 from sample_logs.make import ramp, sines
 from tests.identify.benches import ROOT, clutch, record
 from tests.identify.curve_logs import nonlinear_clutch

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.adapters.axis_model import axis_of
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
@@ -16,7 +17,6 @@ from frictool.identify import identification
 from frictool.identify.estimators import stribeck_curve
 from frictool.identify.fit_result import Interval
 from frictool.identify.interval_checks import below_coulomb, too_vague, why_uninformative
-from frictool.plant.axis_model import axis_of
 from tests.cli.run import refused, run
 from tests.identify.arm import PERIOD, Arm, write_bench, write_log
 

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictool.adapters.axis_model import axis_of
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.engine.axis_motion import advance
 from frictool.identify.picture import friction_over_speed
 from frictool.plant.axis import VELOCITY, rest
-from frictool.plant.axis_model import axis_of
 from tests.cli.run import also_called, refused, run
 
 ROOT = Path(__file__).parents[2]

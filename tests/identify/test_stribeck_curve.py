@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from frictool.adapters.axis_model import axis_of
 from frictool.documents.provenance import Provenance
 from frictool.identify.estimators.stribeck_curve import ConstantSpeedRuns, find_runs, stribeck_curve
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import identify
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
-from frictool.plant.axis_model import axis_of
 from sample_logs.make import sines
 from tests.identify.benches import clutch, record
 from tests.identify.curve_logs import RUN_SPEEDS, STRIBECK_VELOCITY, constant_speeds, stribeck_axis

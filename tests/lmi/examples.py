@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from frictool.adapters.model_polytope import polytope
 from frictool.plant.generalised_plant import (
     FirstOrderWeight,
     GeneralisedPlant,
@@ -12,7 +13,6 @@ from frictool.plant.generalised_plant import (
     generalised_plant,
     template,
 )
-from frictool.plant.polytope import polytope
 from tests.synth.example import clutch_model
 
 LAG, PERIOD = 0.003, 1e-3

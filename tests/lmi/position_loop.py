@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.signal import tf2ss
 
+from frictool.adapters.model_polytope import polytope
 from frictool.plant.generalised_plant import (
     GeneralisedPlant,
     PlantWeights,
@@ -17,7 +18,6 @@ from frictool.plant.generalised_plant import (
 from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti, tustin
 from frictool.plant.parameter_box import corners, enclosing_box
-from frictool.plant.polytope import polytope
 from tests.synth.example import clutch_model
 
 LAG, PERIOD = 0.003, 1e-3

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.model_polytope import polytope
 from frictool.errors import NoSolutionError
 from frictool.lmi.hinf_synthesis import controller, minimise, vertex_controllers
 from frictool.plant.generalised_plant import (
@@ -21,7 +22,6 @@ from frictool.plant.generalised_plant import (
 )
 from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti
-from frictool.plant.polytope import polytope
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
 from tests.lmi.examples import LAG, between, clutch_speed, random_plant, random_polytope

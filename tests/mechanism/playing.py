@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
-from frictool.plant.mechanism.assembly import AssembledMechanism, assemble
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.typing import Vector
 from tests.mechanism.writing import mechanism
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.plant.mechanism.assembly import assemble
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.plant.mechanism.linearisation import linearise
 from frictool.typing import ComplexVector
 from tests.mechanism.belt_by_hand import Belt

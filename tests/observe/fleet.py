@@ -25,6 +25,8 @@ from typing import Literal
 import msgspec
 import numpy as np
 
+from frictool.adapters.axis_model import axis_of
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import (
     CompiledProgram,
     compile_program,
@@ -32,7 +34,6 @@ from frictool.control.compiled_program import (
     copy_program,
     start_at,
 )
-from frictool.control.controller_composition import controller_program
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.registry import load
@@ -60,7 +61,6 @@ from frictool.plant.axis import (
     rest,
 )
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, FrictionPositionShape
-from frictool.plant.axis_model import axis_of
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 

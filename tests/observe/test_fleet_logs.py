@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from frictool.adapters.axis_model import axis_of
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program
-from frictool.control.controller_composition import controller_program
 from frictool.engine.batch import closed_loops
 from frictool.engine.closed_loop import MEASURED, RECORD_SIZE, TRUE_DRIVE
 from frictool.engine.conditions import FRICTION, neutral
 from frictool.plant.axis import rest
-from frictool.plant.axis_model import axis_of
 from tests.observe.fleet import EDGE, Unit, axis, clutch, controller, run, spread, steps, targets
 
 SHORT = 2.0  # s

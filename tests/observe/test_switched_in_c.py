@@ -10,8 +10,8 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, control_step, start_at
-from frictool.control.controller_composition import controller_program
 from frictool.documents.controller import Controller, Number, Velocity
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import run_along

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.axis_model import axis_of
 from frictool.documents.model import Model
 from frictool.documents.observer import FrictionMap
 from frictool.documents.provenance import Provenance
@@ -22,7 +23,6 @@ from frictool.observe.design.friction_map import friction_at, friction_map
 from frictool.observe.design.intervals import intervals, turning_points
 from frictool.observe.design.matrices import ModeConstants, subsystem
 from frictool.observe.design.transitions import switches
-from frictool.plant.axis_model import axis_of
 from tests.accept.check_observer_design import drawn, seen
 from tests.synth.example import ROOT
 

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.observer_composition import observer_program, switched_facts
 from frictool.control.compiled_program import compile_program, run_values
-from frictool.control.observer_composition import observer_program, switched_facts
 from frictool.documents.observer import Observer
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverOutput, ObserverRun, run_along

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.control.observer_composition import switched_facts
+from frictool.adapters.observer_composition import switched_facts
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer

@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.observer_composition import observer_program, tracking_facts
 from frictool.control.compiled_program import compile_program, control_step, start_at
 from frictool.control.number_format import machine_in
-from frictool.control.observer_composition import observer_program, tracking_facts
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance

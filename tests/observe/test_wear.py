@@ -9,13 +9,13 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.adapters.axis_model import load_of
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate as Known
 from frictool.documents.registry import load
 from frictool.observe.estimate import WearEstimate
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.estimator import WearEstimator, prior
-from frictool.plant.axis_model import load_of
 from frictool.typing import Vector
 from tests.accept.check_wear import LOOPS, WEARS, Runs, drawn, estimates
 from tests.observe.fleet import Loop, Unit, believed, clutch, run, steps, targets

@@ -9,6 +9,9 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.adapters.axis_model import axis_of
+from frictool.adapters.friction_levels import coulomb_level, viscous_level
+from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.bench import Mechanics
 from frictool.documents.laws import Backward, Regime
 from frictool.documents.model import Model
@@ -16,9 +19,6 @@ from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.plant.axis_friction_laws import PLAIN_SIZE
-from frictool.plant.axis_model import axis_of
-from frictool.plant.friction_levels import coulomb_level, viscous_level
-from frictool.plant.polytope import intervals
 from tests.synth.example import ROOT, clutch_model
 
 NONLINEAR = ROOT / "configs/clutch/nonlinear.yaml"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 
-from frictool.plant.polytope import intervals, polytope
+from frictool.adapters.model_polytope import polytope
+from frictool.adapters.parameter_intervals import intervals
 from tests.synth.example import clutch_model
 
 

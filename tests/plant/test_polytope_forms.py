@@ -12,11 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from frictool.adapters.model_polytope import polytope
+from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.laws import Laws, Regime
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.linearised_vertices import rates_of, vertex_rates
-from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint, Polytope, intervals, polytope
+from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint, Polytope
 from tests.synth.annex import KNEE, annex_model
 from tests.synth.example import clutch_model
 

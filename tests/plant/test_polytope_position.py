@@ -5,9 +5,9 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
+from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from frictool.plant.polytope import intervals
 from tests.identify.benches import ROOT
 
 FORWARD, BACKWARD = (

@@ -7,14 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.plant.polytope import PlantPoint, intervals, polytope
-from frictool.plant.uncertainty_channel import (
+from frictool.adapters.model_polytope import (
     default_unit,
     half_widths,
+    polytope,
     uncertain_centre,
     uncertain_polytope,
-    with_channel,
 )
+from frictool.adapters.parameter_intervals import intervals
+from frictool.plant.polytope import PlantPoint
+from frictool.plant.uncertainty_channel import with_channel
 from tests.synth.annex import annex_model
 from tests.synth.example import clutch_model
 

@@ -9,12 +9,12 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.mechanism import Curve, Mechanism, Spring
 from frictool.documents.quantity import Series, Span
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
-from frictool.plant.mechanism.assembly import assemble
 from frictool.reduce.advice import parts_of_travel, passing_bandwidth
 from frictool.reduce.chain import chain
 from frictool.reduce.partial_travel import restrict_travel

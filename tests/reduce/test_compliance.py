@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from frictool.adapters.resonance_filter import resonance_filters
 from frictool.documents.resonances import Oscillation, Resonances
 from frictool.errors import NoSolutionError
 from frictool.plant.linear_axis import AxisRates, linear_axis
 from frictool.plant.mechanism.linearisation import linearise
-from frictool.plant.resonance_filter import resonance_filters
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.chain import ReductionChain, chain
 from frictool.reduce.step_report import StepReport

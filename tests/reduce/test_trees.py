@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.mechanism import Block, Gear, Link, Mechanism, Rack, Spring
 from frictool.documents.quantity import Quantity
-from frictool.plant.mechanism.assembly import assemble
 from frictool.reduce.block_resistance import resisting
 from frictool.reduce.connections import connections, seen_from
 from frictool.reduce.coordinate_change import from_source

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import msgspec
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from frictool.plant.mechanism.assembly import assemble
 from frictool.simulate.mechanism_plant import MechanismPlant
 from tests.mechanism.writing import mechanism
 from tests.synth.example import ROOT, clutch_model

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
 from frictool.documents.registry import load as read_document
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.plant.axis import POSITION, rest
-from frictool.plant.axis_model import axis_of, load_of
 from tests.cli.run import Result, also_called, refused, run
 from tests.engine.reference import event_integration
 from tests.simulate.example import scenario, write_rig

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.adapters.axis_model import axis_of
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
@@ -16,8 +18,6 @@ from frictool.documents.scenario import Scenario
 from frictool.documents.writing import to_yaml
 from frictool.errors import DocumentError, FrictoolError
 from frictool.logs.log import Log
-from frictool.plant.axis_model import axis_of
-from frictool.plant.mechanism.assembly import assemble
 from frictool.plant.polytope import PARAMETERS
 from frictool.simulate.axis_variants import (
     AxisVariant,

@@ -10,7 +10,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.control.controller_composition import controller_program
+from frictool.adapters.controller_composition import controller_program
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.bench import Bench, Winding
 from frictool.documents.conditions import Disturbance, DriftPoint, Drifts, SensorFault, Signal
 from frictool.documents.controller import StateSpace
@@ -21,7 +22,6 @@ from frictool.engine.axis_motion import advance
 from frictool.errors import DocumentError, FrictoolError, InputFileError, NoSolutionError
 from frictool.logs.log import Log
 from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
-from frictool.plant.mechanism.assembly import assemble
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.simulate.compiled_target import COMPILERS, compiled_target
 from frictool.simulate.document_agreement import DocumentNames

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.conditions import Disturbance, Signal
 from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Scenario
 from frictool.errors import InputFileError
 from frictool.logs.log import Log
-from frictool.plant.mechanism.assembly import assemble
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.mechanism_channels import field_names
 from frictool.simulate.mechanism_inputs import inputs_of, mean_over

@@ -11,8 +11,8 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, control_step, hold, start_at
-from frictool.control.controller_composition import controller_program
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.provenance import Provenance, digest

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.control.controller_composition import controller_program
+from frictool.adapters.controller_composition import controller_program
 from frictool.documents.conditions import SensorFault
 from frictool.documents.controller import Controller, Number
 from frictool.documents.provenance import Provenance, digest

@@ -7,13 +7,15 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.adapters.model_polytope import polytope
+from frictool.adapters.parameter_intervals import intervals, ranges
 from frictool.documents.laws import Backward, Laws
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.errors import FrictoolError
-from frictool.plant.polytope import PARAMETERS, intervals, polytope, ranges
+from frictool.plant.polytope import PARAMETERS
 from frictool.simulate.axis_variants import AxisVariant, parameters_of, variants_of
 from tests.simulate.example import scenario
 from tests.synth.example import ROOT, clutch_model

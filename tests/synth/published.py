@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.adapters.model_polytope import polytope, uncertain_centre, uncertain_polytope
 from frictool.plant.generalised_plant import (
     FirstOrderWeight,
     GeneralisedPlant,
@@ -19,8 +20,7 @@ from frictool.plant.generalised_plant import (
     template,
 )
 from frictool.plant.linearised_vertices import Form, vertex_rates
-from frictool.plant.polytope import Polytope, polytope
-from frictool.plant.uncertainty_channel import uncertain_centre, uncertain_polytope
+from frictool.plant.polytope import Polytope
 from frictool.synth.weights import decade
 from tests.synth.annex import annex_model
 from tests.synth.example import clutch_model

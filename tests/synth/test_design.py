@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
+from frictool.adapters.state_space import read_state_space
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import PositionLawDesign
@@ -18,7 +19,6 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
-from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.design import design_controller, synthesise_verified
 from frictool.verify.speed_loop import check_loop
@@ -50,7 +50,10 @@ def test_margin_and_stability_at_all_sixteen_vertices_with_either_delay() -> Non
         )
         for stored in vertex.checks:
             check = check_loop(
-                Lti.of(controller.linear.discrete, 1e-3), point.rates, 0.003, stored.delay_samples
+                read_state_space(controller.linear.discrete, 1e-3),
+                point.rates,
+                0.003,
+                stored.delay_samples,
             )
             assert check.stable
             assert check.modulus_margin == stored.modulus_margin
@@ -91,20 +94,20 @@ def test_a_controller_at_ease_has_more_margin_and_claims_less() -> None:
 def test_every_stored_form_is_the_same_controller() -> None:
     stored = clutch_controller().linear
     angles = np.geomspace(1e-3, 3.1, 50)
-    direct = Lti.of(stored.discrete, 1e-3).response(angles / 1e-3)[:, 0, 0]
+    direct = read_state_space(stored.discrete, 1e-3).response(angles / 1e-3)[:, 0, 0]
     _, sections = signal.sosfreqz(np.array(stored.sos), worN=angles)
     assert sections == pytest.approx(direct, rel=1e-6)
     warped = (
         2.0 / 1e-3 * np.tan(0.5 * angles)
     )  # Tustin maps the unit circle to this part of the imaginary axis
-    assert Lti.of(stored.continuous, 0.0).response(warped)[:, 0, 0] == pytest.approx(
+    assert read_state_space(stored.continuous, 0.0).response(warped)[:, 0, 0] == pytest.approx(
         direct, rel=1e-6
     )
 
 
 def test_the_anti_windup_observer_is_stable() -> None:
     stored = clutch_controller().linear
-    k = Lti.of(stored.discrete, 1e-3)
+    k = read_state_space(stored.discrete, 1e-3)
     assert np.max(np.abs(np.linalg.eigvals(k.a - np.outer(stored.anti_windup, k.c[0])))) < 1.0
 
 

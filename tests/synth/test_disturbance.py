@@ -13,13 +13,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictool.adapters.axis_model import load_of
 from frictool.documents.laws import Gravity, Laws, Load, Ripple
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.logs.log import Log
-from frictool.plant.axis_model import load_of
 from frictool.plant.position_load import load_effort
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.load_disturbance import amplitude, disturbance

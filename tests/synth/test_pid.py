@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete, dlsim
 
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program as running
 from frictool.control.compiled_program import control_step, start_at
-from frictool.control.controller_composition import controller_program
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import Pid

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from frictool.adapters.model_polytope import uncertain_polytope
 from frictool.lmi.hinf_synthesis import minimise, vertex_controllers
 from frictool.plant.lti import tustin
-from frictool.plant.uncertainty_channel import uncertain_polytope
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
 from tests.synth.annex import annex_model

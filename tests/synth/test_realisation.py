@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
+from frictool.adapters.state_space import read_state_space
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, parallel_sum
 from frictool.synth.realisation import split_integrator, stored_forms
@@ -55,11 +56,11 @@ def test_every_form_is_the_controller_and_integrates_exactly(
     expected = weight * k.response(w)[:, 0, 0]
     largest = np.max(np.abs(expected))
     _, from_sections = signal.sosfreqz(np.array(stored.sos), worN=w * PERIOD)
-    from_continuous = Lti.of(stored.continuous, 0.0).response(
+    from_continuous = read_state_space(stored.continuous, 0.0).response(
         2.0 / PERIOD * np.tan(0.5 * w * PERIOD)
     )[:, 0, 0]
     for form in (
-        Lti.of(stored.discrete, PERIOD).response(w)[:, 0, 0],
+        read_state_space(stored.discrete, PERIOD).response(w)[:, 0, 0],
         from_sections,
         from_continuous,
     ):
@@ -73,7 +74,7 @@ def test_anti_windup_forgets(seed: int, n: int, slope: float) -> None:
     controller itself integrates."""
     random = np.random.default_rng(seed)
     stored = stored_forms(parallel_sum(_integrator(slope), _stable(random, n, 1.0)))
-    k = Lti.of(stored.discrete, PERIOD)
+    k = read_state_space(stored.discrete, PERIOD)
     gain = np.array(stored.anti_windup)[:, None]
     assert np.max(np.abs(np.linalg.eigvals(k.a - gain @ k.c))) < 1.0
 

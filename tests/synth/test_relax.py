@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.model_polytope import polytope
 from frictool.documents.design import Design
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.documents.weights import Weights as Document
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised_plant import PlantWeights, template
-from frictool.plant.polytope import polytope
 from frictool.synth.relaxation_plot import picture
 from frictool.synth.synthesis_problem import SynthesisProblem
 from frictool.synth.weight_relaxation import (

@@ -9,13 +9,13 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.adapters.model_polytope import polytope
 from frictool.documents.design import Design, Domain
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised_plant import PlantWeights, template
 from frictool.plant.linear_axis import linear_axis
-from frictool.plant.polytope import polytope
 from frictool.synth.realisation import stored_forms
 from frictool.synth.rst import PlacementRule, _PlacementSearch, rst
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.model_polytope import polytope
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.provenance import Provenance
@@ -19,7 +20,7 @@ from frictool.documents.spec import Spec
 from frictool.documents.writing import to_yaml
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.lti import Lti
-from frictool.plant.polytope import PlantPoint, polytope
+from frictool.plant.polytope import PlantPoint
 from frictool.synth.controller_schedule import verified_schedule
 from frictool.synth.design import design_controller, problem
 from frictool.synth.methods import METHODS

@@ -8,6 +8,7 @@ from typing import Literal
 
 import msgspec
 
+from frictool.adapters.model_polytope import polytope
 from frictool.documents.certificate import Box
 from frictool.documents.controller import Controller, Robustness
 from frictool.documents.design import Design
@@ -16,7 +17,6 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.plant.parameter_box import enclosing_box
-from frictool.plant.polytope import polytope
 from frictool.synth.certificate_construction import certify
 from frictool.synth.design import design_controller
 from frictool.verify.certificate_document import certified_loop

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.state_space import stored_state_space
 from frictool.documents.certificate import Bound, Box, Cell, Certificate, CertifiedWeights, Filter
 from frictool.documents.controller import StateSpace
 from frictool.errors import NoSolutionError
@@ -28,7 +29,7 @@ from tests.verify.test_speed_loop import GENTLE, LAG, PERIOD
 
 WEIGHTS = CertifiedWeights(Filter(31.5, 40.0, 0.635), 0.03, 0.5, 0.5, Filter(0.01))
 BOX = Box((1.3e-5, 1.4e-5), (1e-4, 2e-4), (0.018, 0.18), (0.0130, 0.0134))
-LOOP = CertificateLoop(GENTLE.document(), "speed", 1, LAG, PERIOD, WEIGHTS)
+LOOP = CertificateLoop(stored_state_space(GENTLE), "speed", 1, LAG, PERIOD, WEIGHTS)
 
 
 @cache
@@ -79,7 +80,7 @@ def test_the_enclosed_loop_is_the_generalised_plant_closed(
     controlled: str, lag: float, delay: int, noise: Filter
 ) -> None:
     weights = CertifiedWeights(Filter(31.5, 40.0, 0.635), 0.03, 0.5, 0.2, noise, 0.1)
-    loop = CertificateLoop(GENTLE.document(), controlled, delay, lag, PERIOD, weights)
+    loop = CertificateLoop(stored_state_space(GENTLE), controlled, delay, lag, PERIOD, weights)
     narrow = Fraction(10), Fraction(10) + Fraction(1, 10**6)
     enclosed, n = closed_loop(
         loop,

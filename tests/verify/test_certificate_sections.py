@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.adapters.state_space import stored_state_space
 from frictool.documents.certificate import Certificate, CertifiedWeights, Filter
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, generalised_plant
@@ -40,7 +41,9 @@ def test_the_enclosed_loop_is_the_generalised_plant_closed_by_the_chain(
     lag: float, delay: int
 ) -> None:
     weights = CertifiedWeights(Filter(31.5, 40.0, 0.635), 0.03, 0.5, 0.2, Filter(0.01), 0.1)
-    loop = CertificateLoop(GENTLE.document(), "speed", delay, lag, PERIOD, weights, SECTIONS)
+    loop = CertificateLoop(
+        stored_state_space(GENTLE), "speed", delay, lag, PERIOD, weights, SECTIONS
+    )
     assert loop.inner == [
         "section 0.1",
         "section 0.2",

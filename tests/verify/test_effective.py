@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.model_polytope import polytope
 from frictool.control.compiled_program import control_step
 from frictool.documents.controller import Controller, LinearController, PositionLaw, Velocity
 from frictool.documents.design_blocks import Pid
 from frictool.documents.quantity import Quantity
 from frictool.plant.linear_axis import AxisRates, linear_axis
 from frictool.plant.lti import Lti, gain, tustin
-from frictool.plant.polytope import polytope
 from frictool.synth.pid import sampled_pid
 from frictool.synth.realisation import running_in_sections, stored_forms
 from frictool.verify.document_check import check_feedback

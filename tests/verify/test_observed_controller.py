@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.adapters.observer_composition import observer_block
 from frictool.control.compiled_program import compile_program, read, run_values
 from frictool.control.drive_model import mean_effort
-from frictool.control.observer_composition import observer_block
 from frictool.control.program import Program
 from frictool.documents.controller import Limiter, Velocity
 from frictool.documents.observer import FrictionMap, Observer

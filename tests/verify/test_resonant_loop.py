@@ -74,7 +74,7 @@ def test_the_margin_is_the_distance_of_the_loop_from_minus_one(stiff: Controller
     point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
     given = yielding(3000.0)
     found = resonant_check(feedbacks_of(stiff), [point], lag, stiff.delay_samples, given)
-    from frictool.plant.resonance_filter import resonance_filters
+    from frictool.adapters.resonance_filter import resonance_filters
 
     loop = feedbacks_of(stiff)[0]
     grid = np.geomspace(1.0, np.pi / stiff.sample_period_s * 0.999, 4000)

@@ -6,10 +6,11 @@ from __future__ import annotations
 import msgspec
 from scipy import signal
 
+from frictool.adapters.state_space import read_state_space, stored_state_space
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.quantity import Quantity
-from frictool.plant.lti import Lti, inverse_tustin
+from frictool.plant.lti import inverse_tustin
 from frictool.plant.parameter_box import enclosing_box
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.document_check import loop_checks
@@ -21,7 +22,7 @@ def truthful(controller: Controller) -> Controller:
     """The same controller with every vertex's checks found again at no delay and at the bench's,
     sections and continuous form too."""
     lag = controller.bench.actuator.loop_time_constant_s
-    system = Lti.of(controller.linear.discrete, controller.sample_period_s)
+    system = read_state_space(controller.linear.discrete, controller.sample_period_s)
     vertices = []
     for vertex in controller.verified.vertices:
         point = PlantPoint(
@@ -34,7 +35,7 @@ def truthful(controller: Controller) -> Controller:
     sections = signal.zpk2sos(*signal.ss2zpk(system.a, system.b, system.c, system.d))
     linear = msgspec.structs.replace(
         controller.linear,
-        continuous=inverse_tustin(system).document(),
+        continuous=stored_state_space(inverse_tustin(system)),
         sos=tuple(tuple(float(value) for value in row) for row in sections),
     )
     verified = msgspec.structs.replace(controller.verified, vertices=tuple(vertices))

@@ -8,6 +8,7 @@ import math
 import msgspec
 import numpy as np
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.bench import Bench
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
@@ -27,7 +28,6 @@ from frictool.identify.picture import picture
 from frictool.identify.rows.differences import differenced
 from frictool.identify.rows.regression_samples import fit
 from frictool.logs.log import MAIN_TOPIC, Log, Stream
-from frictool.plant.mechanism.assembly import assemble
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.simulate.mechanism_plant import MechanismPlant
 from sample_logs.make import PERIOD, SECONDS_EACH, ramp, sines

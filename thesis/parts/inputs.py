@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from frictool.adapters.axis_model import axis_of
 from frictool.compare.comparison_setting import from_friction
 from frictool.documents.bench import Bench
 from frictool.documents.design import Design
@@ -14,7 +15,6 @@ from frictool.documents.mechanism import Mechanism, Rack
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
-from frictool.plant.axis_model import axis_of
 from tests.identify.benches import MASS, MASS_NOISE, MASS_PERIOD
 from thesis.clutch import FILTER
 from thesis.found import Part

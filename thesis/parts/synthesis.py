@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.adapters.model_polytope import polytope, uncertain_polytope
 from frictool.errors import NoSolutionError
 from frictool.lmi.hinf_synthesis import (
     LyapunovPair,
@@ -27,8 +28,7 @@ from frictool.plant.generalised_plant import (
 )
 from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti, tustin
-from frictool.plant.polytope import PlantPoint, Polytope, polytope
-from frictool.plant.uncertainty_channel import uncertain_polytope
+from frictool.plant.polytope import PlantPoint, Polytope
 from frictool.synth.slow_pole import with_integrator
 from frictool.typing import Vector
 from frictool.verify.speed_loop import check_loop

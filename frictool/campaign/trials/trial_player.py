@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.campaign.draws.drawn_scenario import nominal_of, scenario_of
 from frictool.campaign.draws.space import FactorSpace
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, MetricLimit, TrialResult
@@ -18,7 +19,6 @@ from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.logs.log import Log
-from frictool.plant.mechanism.assembly import assemble
 from frictool.report.judged_loop import JudgedLoop
 from frictool.report.requirement import Requirement
 from frictool.report.verdict import log_requirements

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter, filtfilt
 
+from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.engine.servo import PositionServo, follow_reference
@@ -29,7 +30,6 @@ from frictool.identify.force_error import slip_rows
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.segments import RecordSegment, whole
 from frictool.plant.axis import VELOCITY
-from frictool.plant.axis_model import axis_of, load_of
 from frictool.typing import Vector
 
 OPEN, CLOSED = "open", "closed"

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
 from frictool.errors import FrictoolError
 from frictool.friction.position_polynomial import mean_over
@@ -35,7 +36,6 @@ from frictool.plant.axis_friction_laws import (
     MAX_TERMS,
     PLAIN_SIZE,
 )
-from frictool.plant.axis_model import axis_of, load_of
 from frictool.plant.weak_form import bell, effort_weights
 from frictool.typing import Vector
 

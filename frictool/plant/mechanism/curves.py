@@ -68,7 +68,7 @@ def _slopes(x: Vector, y: Vector) -> Vector:
     slope = np.zeros(len(x))
     rising = secant[:-1] * secant[1:] > 0.0
     before, after = 2.0 * step[1:] + step[:-1], step[1:] + 2.0 * step[:-1]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         mean = (before + after) / (before / secant[:-1] + after / secant[1:])
     slope[1:-1] = np.where(rising, mean, 0.0)
     slope[0] = _end_slope(step[0], step[1], secant[0], secant[1])

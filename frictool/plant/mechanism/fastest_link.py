@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.packed_mechanism import FRAME
 
 

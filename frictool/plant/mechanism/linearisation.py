@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from frictool.friction.law_registry import ROWS
 from frictool.plant.lti import Lti
-from frictool.plant.mechanism.assembly import AssembledMechanism
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.curves import curve_slope, curve_value
 from frictool.plant.mechanism.packed_mechanism import FRAME
 from frictool.typing import IntVector, Matrix, Vector

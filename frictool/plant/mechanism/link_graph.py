@@ -13,10 +13,45 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from frictool.plant.mechanism.element_error import ElementError
-from frictool.plant.mechanism.magnitude_limits import check_speeds
-from frictool.plant.mechanism.transmissions import Transmission
+from frictool.plant.mechanism.speed_scale import check_speeds
 
 CLOSED = 1e-9  # tolerance of the product of the ratios around a loop, which is 1
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """One link between the blocks a and b, in SI.
+
+    gap: half of the play, at b. stiffness, damping: at b; a rigid link has the stiffness None.
+    """
+
+    name: str
+    a: int
+    b: int
+    ratio: float
+    drive_loss: float = 0.0
+    back_loss: float = 0.0
+    thread: float = 0.0
+    thesis_screw: float = 0.0
+    gap: float = 0.0
+    restitution: float = 0.0
+    stiffness: float | None = None
+    damping: float = 0.0
+
+    @property
+    def lossless(self) -> bool:
+        """True if no power is lost in the link."""
+        return self.drive_loss == self.back_loss == self.thread == self.thesis_screw == 0.0
+
+    @property
+    def irreversible(self) -> bool:
+        """True if b cannot drive a."""
+        return abs(self.ratio) <= max(self.back_loss, self.thread)
+
+    @property
+    def rigid(self) -> bool:
+        """True if the link has no compliance; it may have play."""
+        return self.stiffness is None
 
 
 @dataclass(frozen=True)

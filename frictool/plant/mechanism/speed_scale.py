@@ -7,10 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frictool.documents.quantity import Axis
-from frictool.plant.mechanism.magnitude_limits import check_speeds
+from frictool.friction.parameter import Axis
+from frictool.plant.mechanism.element_error import ElementError
 from frictool.typing import Vector
 
+SLOWEST, FASTEST = 1e-12, 1e12  # ratio of the speeds of two blocks tied by links
 RISE_S = 0.01  # s, time in which the largest effort of the sources reaches the typical speed
 DEFAULT: dict[Axis, float] = {
     "rotary": 1.0,
@@ -79,3 +80,13 @@ def _reached(
         default=0.0,
     )
     return effort / total * RISE_S if total > 0.0 else 0.0
+
+
+def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> None:
+    """Raise ElementError if the ratio of two tied blocks' speeds is outside the limits."""
+    for block, ratio in ratios.items():
+        if not SLOWEST <= abs(ratio) <= FASTEST:
+            told = f"links give it {abs(ratio):g} times the speed of {names[root]}"
+            raise ElementError(
+                f"blocks.{names[block]}", f"{told}; allowed: {SLOWEST:g} to {FASTEST:g} times"
+            )

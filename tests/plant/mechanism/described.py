@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.registry import load
-from frictool.plant.mechanism.assembly import AssembledMechanism, assemble
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 
 # a motor with a reducer, a cart on a rack in a slideway, a spring to the frame: most kinds of
 # elements, one a line

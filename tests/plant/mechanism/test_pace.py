@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.plant.mechanism.assembly import assemble
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.plant.mechanism.fastest_link import fastest_link
 from frictool.plant.mechanism.linearisation import linearise
 from tests.mechanism.writing import mechanism

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from frictool.adapters.mechanism.sources_and_sensors import controlled_indices
 from frictool.cli.mechanism_file import load_mechanism, mechanism_error
 from frictool.errors import EXIT_INPUT, DocumentError
 from frictool.plant.mechanism.element_error import ElementError
@@ -243,7 +244,7 @@ def test_what_a_controller_has_must_be_clear(tmp_path: Path) -> None:
     path.write_text(second)
     document, mechanism = load_mechanism(path)
     with pytest.raises(ElementError) as caught:
-        mechanism.controlled(document)
+        controlled_indices(document, mechanism)
     message = str(mechanism_error(path, caught.value))
     assert (
         "mechanism.yaml:15: sensors: found encoder, scale; which one a controller has is said by control"
@@ -251,7 +252,7 @@ def test_what_a_controller_has_must_be_clear(tmp_path: Path) -> None:
     )
     path.write_text(second + "control: {source: drive, sensor: scale}\n")
     document, mechanism = load_mechanism(path)
-    assert mechanism.controlled(document) == (0, 1)
+    assert controlled_indices(document, mechanism) == (0, 1)
     assert "control.sensor: found 'scales'; allowed: encoder, scale" in refusal(
         second + "control: {source: drive, sensor: scales}\n", tmp_path
     )
@@ -259,7 +260,7 @@ def test_what_a_controller_has_must_be_clear(tmp_path: Path) -> None:
     path.write_text(none)
     document, mechanism = load_mechanism(path)
     with pytest.raises(ElementError, match="found none; allowed: at least one sensor"):
-        mechanism.controlled(document)
+        controlled_indices(document, mechanism)
 
 
 def test_a_weight_beside_a_drive_leaves_the_drive_to_the_controller(tmp_path: Path) -> None:
@@ -271,7 +272,7 @@ def test_a_weight_beside_a_drive_leaves_the_drive_to_the_controller(tmp_path: Pa
     )
     document, mechanism = load_mechanism(path)
     assert mechanism.sources == ("weight", "drive")
-    assert mechanism.controlled(document) == (1, 0)
+    assert controlled_indices(document, mechanism) == (1, 0)
     assert mechanism.pushes == ("weight",)
 
 

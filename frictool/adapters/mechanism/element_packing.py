@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from frictool.adapters.mechanism.bearing_friction import law_row, pack_law
+from frictool.adapters.mechanism.block_references import BlockNames, check_compliance, check_unit
 from frictool.documents.mechanism import (
     GROUND,
     Cam,
@@ -18,11 +20,9 @@ from frictool.documents.mechanism import (
     Stop,
 )
 from frictool.documents.quantity import Axis, si_unit
-from frictool.plant.mechanism.bearing_friction import law_row, pack_law
-from frictool.plant.mechanism.block_references import BlockNames, check_compliance, check_unit
 from frictool.plant.mechanism.curves import CurveList, PiecewiseCubic, cam_push, monotone_cubic
 from frictool.plant.mechanism.element_error import ElementError
-from frictool.plant.mechanism.link_graph import RigidGroup
+from frictool.plant.mechanism.link_graph import RigidGroup, Transmission
 from frictool.plant.mechanism.packed_mechanism import (
     FRAME,
     Couplings,
@@ -31,7 +31,6 @@ from frictool.plant.mechanism.packed_mechanism import (
     Pushes,
     Stops,
 )
-from frictool.plant.mechanism.transmissions import Transmission
 from frictool.typing import Vector
 
 STEEPEST = math.radians(80.0)  # rad, largest angle of a cam's profile

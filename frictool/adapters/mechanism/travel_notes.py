@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from frictool.adapters.mechanism.block_references import BlockNames
+from frictool.adapters.mechanism.sources_and_sensors import controlled_names
 from frictool.documents.mechanism import Mechanism, Stop
 from frictool.documents.quantity import si_unit
-from frictool.plant.mechanism.block_references import BlockNames
-from frictool.plant.mechanism.sources_and_sensors import controlled_names
-from frictool.plant.mechanism.transmissions import Transmission
+from frictool.plant.mechanism.link_graph import Transmission
 from frictool.typing import Vector
 
 SAME = 1e-9  # tolerance relative to the travel

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from frictool.adapters.friction_levels import coulomb_factor, viscous_factor
 from frictool.documents.laws import Laws as LawsDocument
 from frictool.documents.laws import Load as LoadDocument
 from frictool.documents.laws import Polynomial
@@ -19,7 +20,6 @@ from frictool.plant.axis_friction_laws import (
     Sides,
     ViscousRegime,
 )
-from frictool.plant.friction_levels import coulomb_factor, viscous_factor
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
 
 

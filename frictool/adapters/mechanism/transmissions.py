@@ -13,8 +13,8 @@ pistons (2.16); play (2.18); rack (2.19)-(2.20).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
+from frictool.adapters.mechanism.block_references import BlockNames, check_compliance
 from frictool.documents.mechanism import (
     Backlash,
     Belt,
@@ -25,8 +25,8 @@ from frictool.documents.mechanism import (
     Rack,
     Screw,
 )
-from frictool.plant.mechanism.block_references import BlockNames, check_compliance
 from frictool.plant.mechanism.element_error import ElementError
+from frictool.plant.mechanism.link_graph import Transmission
 
 Transmitting = Gear | Belt | Screw | Rack | Hydraulic | Coupling
 HELD = {
@@ -37,42 +37,6 @@ HELD = {
     "hydraulic": "leave the held block out, or hold it by a spring",
     "coupling": "hold it by a spring, or let it move between stops",
 }
-
-
-@dataclass(frozen=True)
-class Transmission:
-    """One link between the blocks a and b, in SI.
-
-    gap: half of the play, at b. stiffness, damping: at b; a rigid link has the stiffness None.
-    """
-
-    name: str
-    a: int
-    b: int
-    ratio: float
-    drive_loss: float = 0.0
-    back_loss: float = 0.0
-    thread: float = 0.0
-    thesis_screw: float = 0.0
-    gap: float = 0.0
-    restitution: float = 0.0
-    stiffness: float | None = None
-    damping: float = 0.0
-
-    @property
-    def lossless(self) -> bool:
-        """True if no power is lost in the link."""
-        return self.drive_loss == self.back_loss == self.thread == self.thesis_screw == 0.0
-
-    @property
-    def irreversible(self) -> bool:
-        """True if b cannot drive a."""
-        return abs(self.ratio) <= max(self.back_loss, self.thread)
-
-    @property
-    def rigid(self) -> bool:
-        """True if the link has no compliance; it may have play."""
-        return self.stiffness is None
 
 
 def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmission:

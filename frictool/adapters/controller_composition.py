@@ -7,8 +7,7 @@
     drive stages    ─▶ friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
 
 y is the measured position. A linear controller with the input `speed_error` takes omega_c minus the
-measured speed instead of eta. This module and observer_composition.py are the only ones in
-frictool/control that read documents.
+measured speed instead of eta.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from frictool.adapters.observer_composition import observer_block
 from frictool.control import (
     difference_equation,
     drive_limit,
@@ -31,7 +31,6 @@ from frictool.control.drive_model import mean_effort
 from frictool.control.eta_integral import next_eta
 from frictool.control.gain_schedule import corner_weights, weighted_coefficients
 from frictool.control.measurement_guard import write_guard
-from frictool.control.observer_composition import observer_block
 from frictool.control.position_law import proportional_law, square_root_law
 from frictool.control.prefilter import prefilter
 from frictool.control.program import Program, ProgramNode

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
+from frictool.adapters.mechanism.block_references import MOTION, BlockNames, check_unit
+from frictool.adapters.mechanism.element_packing import ElementArrays
 from frictool.documents.mechanism import Mechanism, Sensor, Source
-from frictool.plant.mechanism.block_references import MOTION, BlockNames, check_unit
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
-from frictool.plant.mechanism.element_packing import ElementArrays
 from frictool.plant.mechanism.packed_mechanism import PackedDrives
 
 DRIVE_UNITS = {"current": "A", "voltage": "V"}
@@ -110,3 +111,12 @@ def controlled_names(document: Mechanism) -> tuple[str, str]:
                 f"{{source: ..., sensor: ...}}",
             )
     return driven[0], next(iter(document.sensors))
+
+
+def controlled_indices(document: Mechanism, assembled: AssembledMechanism) -> tuple[int, int]:
+    """Return the indices of the source and the sensor that a controller uses.
+
+    Raises ElementError if they are ambiguous.
+    """
+    source, sensor = controlled_names(document)
+    return assembled.sources.index(source), assembled.sensors.index(sensor)

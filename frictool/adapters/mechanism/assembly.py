@@ -5,64 +5,33 @@ An error is an ElementError with the key of the element; an omission or assumpti
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 
-from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring, Stop
-from frictool.documents.quantity import Axis
-from frictool.plant.mechanism.block_references import BlockNames, check_unit
-from frictool.plant.mechanism.element_error import ElementError
-from frictool.plant.mechanism.element_packing import ElementArrays
-from frictool.plant.mechanism.link_graph import RigidGroup, groups_of, loose_parts, without_loops
-from frictool.plant.mechanism.magnitude_limits import check_sizes
-from frictool.plant.mechanism.packed_mechanism import FRAME, Joints, PackedMechanism
-from frictool.plant.mechanism.sources_and_sensors import (
+from frictool.adapters.mechanism.block_references import BlockNames, check_unit
+from frictool.adapters.mechanism.element_packing import ElementArrays
+from frictool.adapters.mechanism.magnitude_limits import check_sizes
+from frictool.adapters.mechanism.sources_and_sensors import (
     check_sensor,
     controlled_names,
     pack_sources,
 )
+from frictool.adapters.mechanism.transmissions import Transmitting, transmission
+from frictool.adapters.mechanism.travel_notes import room_notes
+from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring, Stop
+from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
+from frictool.plant.mechanism.element_error import ElementError
+from frictool.plant.mechanism.link_graph import (
+    RigidGroup,
+    Transmission,
+    groups_of,
+    loose_parts,
+    without_loops,
+)
+from frictool.plant.mechanism.packed_mechanism import FRAME, Joints, PackedMechanism
 from frictool.plant.mechanism.speed_scale import speed_scale
-from frictool.plant.mechanism.transmissions import Transmission, Transmitting, transmission
-from frictool.plant.mechanism.travel_notes import room_notes
 from frictool.typing import Vector
-
-
-@dataclass(frozen=True)
-class AssembledMechanism:
-    """Arrays of a mechanism, and the names of their elements.
-
-    blocks, kinds, start (n,): names, rotary or linear, and positions [rad | m] at which every rigid
-    link fits. joints ... sources: names of the elements in the order of the arrays. sensors: names;
-    sensor_blocks, measures: block and quantity of each. groups: blocks that move together. notes:
-    one line for each omission or assumption.
-    """
-
-    blocks: tuple[str, ...]
-    kinds: tuple[Axis, ...]
-    start: Vector
-    joints: tuple[str, ...]
-    couplings: tuple[str, ...]
-    frictions: tuple[str, ...]
-    pressings: tuple[str, ...]
-    pushes: tuple[str, ...]
-    stops: tuple[str, ...]
-    sources: tuple[str, ...]
-    sensors: tuple[str, ...]
-    sensor_blocks: tuple[int, ...]
-    measures: tuple[Literal["position", "velocity"], ...]
-    groups: tuple[RigidGroup, ...]
-    notes: tuple[str, ...]
-    packed: PackedMechanism
-
-    def controlled(self, document: Mechanism) -> tuple[int, int]:
-        """Return the indices of the source and the sensor that a controller uses.
-
-        Raises ElementError if they are ambiguous.
-        """
-        source, sensor = controlled_names(document)
-        return self.sources.index(source), self.sensors.index(sensor)
 
 
 def assemble(document: Mechanism) -> AssembledMechanism:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -11,7 +10,6 @@ from frictool.documents.quantity import Quantity, Series, Span
 from frictool.plant.mechanism.element_error import ElementError
 
 SMALLEST, LARGEST = 1e-30, 1e30  # SI, magnitudes that a document may contain
-SLOWEST, FASTEST = 1e-12, 1e12  # ratio of the speeds of two blocks tied by links
 
 
 def check_sizes(value: Any, key: str = "") -> None:
@@ -43,13 +41,3 @@ def _check(key: str, number: float | None, unit: str) -> None:
         f"found {number:g}{' ' + unit if unit else ''}; allowed: 0, or {SMALLEST:g} to "
         f"{LARGEST:g} in size",
     )
-
-
-def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> None:
-    """Raise ElementError if the ratio of two tied blocks' speeds is outside the limits."""
-    for block, ratio in ratios.items():
-        if not SLOWEST <= abs(ratio) <= FASTEST:
-            told = f"links give it {abs(ratio):g} times the speed of {names[root]}"
-            raise ElementError(
-                f"blocks.{names[block]}", f"{told}; allowed: {SLOWEST:g} to {FASTEST:g} times"
-            )

@@ -1,0 +1,1 @@
+"""Documents as records of `plant` and `control`, and back."""

@@ -1,0 +1,1 @@
+"""A mechanism document as arrays (plant/mechanism/packed_mechanism.py), checked."""

@@ -1,0 +1,97 @@
+"""Polytope of a model's plants, and its uncertainty channel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from frictool.adapters.parameter_intervals import hull, intervals
+from frictool.documents.model import Model
+from frictool.errors import FrictoolError
+from frictool.plant.polytope import PARAMETERS, Parameter, Polytope, spanned
+from frictool.plant.regime_tangents import RegimeLevels
+from frictool.plant.uncertainty_channel import UncertainPlant, with_channel
+
+
+def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polytope:
+    """Return the polytope of `intervals(model)` that `scheduled` spans.
+
+    The documents do not allow an inertia or constant that may be zero. Raises FrictoolError if
+    regimes are scheduled and the model has none, and the errors of `spanned`.
+    """
+    box = intervals(model)
+    levels = regime_levels(model, box["coulomb"]) if "regime" in scheduled else None
+    return spanned(box, scheduled, levels)
+
+
+def regime_levels(model: Model, coulomb: tuple[float, float]) -> RegimeLevels:
+    """Return the model's regimes in both directions; `coulomb` is the interval of F_c at low speed.
+
+    The bench's range of the viscous coefficient is that of the steepest regime, so that the slope
+    below the first knee is that of the model. Raises FrictoolError if the model has no regimes.
+    """
+    if model.laws is None or not model.laws.regimes:
+        raise FrictoolError(
+            "regime: found a model without laws.regimes; allowed: to schedule regimes that "
+            "the model has; "
+            "schedule viscous and coulomb instead, or identify from a log that goes beyond the knee"
+        ).at("design", "schedule")
+    own = model.laws.backward
+    slow = (model.parameters.viscous, *((own.viscous,) if own and own.viscous else ()))
+    fast = [
+        (regime.viscous, *((regime.backward,) if regime.backward else ()))
+        for regime in model.laws.regimes
+    ]
+    return RegimeLevels(
+        coulomb,
+        (0.0, *(regime.above.value for regime in model.laws.regimes)),
+        tuple(hull(*slopes) for slopes in (slow, *fast)),
+    )
+
+
+def half_widths(model: Model) -> dict[Parameter, float]:
+    """Return the half-width of every parameter's interval."""
+    box = intervals(model)
+    return {name: 0.5 * (box[name][1] - box[name][0]) for name in PARAMETERS}
+
+
+def default_unit(model: Model) -> float:
+    """Return the half-width of the Coulomb friction [N m or N].
+
+    If it is 0, the unit is the effort of the other uncertainties at the drive's limit.
+    """
+    widths = half_widths(model)
+    if widths["coulomb"] > 0.0:
+        return widths["coulomb"]
+    actuator, inertia = model.bench.actuator, model.parameters.inertia.value
+    at_limit = (
+        widths["constant"] + widths["inertia"] * actuator.constant.value / inertia
+    ) * actuator.limit.value
+    return at_limit if at_limit > 0.0 else 1.0
+
+
+def uncertain_centre(model: Model, unit: float | None = None) -> UncertainPlant:
+    """Return the LFT form (22): the centre of all intervals, all parameters in the channel."""
+    return with_channel(polytope(model).centre, half_widths(model), unit or default_unit(model))
+
+
+def uncertain_polytope(
+    model: Model, scheduled: Sequence[Parameter], unit: float | None = None
+) -> tuple[Polytope, tuple[UncertainPlant, ...]]:
+    """Return the mixed form (28)-(29): the polytope, and each vertex with its channel.
+
+    The polytope spans the scheduled parameters; the others are in the channel. Speed regimes
+    contain the viscous and Coulomb friction between them (annex 5.1), so that scheduling regimes
+    removes both from the channel. Raises the errors of `polytope`.
+    """
+    box, left, chosen = (
+        polytope(model, scheduled),
+        unscheduled_half_widths(model, scheduled),
+        unit or default_unit(model),
+    )
+    return box, tuple(with_channel(point, left, chosen) for point in box.vertices)
+
+
+def unscheduled_half_widths(model: Model, scheduled: Sequence[Parameter]) -> dict[Parameter, float]:
+    """Return the half-widths of the parameters that are not scheduled."""
+    covered = {*scheduled, *(("viscous", "coulomb") if "regime" in scheduled else ())}
+    return {name: width for name, width in half_widths(model).items() if name not in covered}

@@ -1,0 +1,85 @@
+"""Intervals of a model's parameters, over which `synth` designs and `simulate` draws plants."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.laws import Backward, FrictionOverPosition
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+from frictool.friction.position_polynomial import normalise
+
+PLACES = 1001  # number of positions at which a polynomial is evaluated over the travel
+
+
+def intervals(model: Model) -> dict[str, tuple[float, float]]:
+    """Return the intervals for which `synth` designs and `verify` compares.
+
+    They are `ranges`, extended by the local Coulomb friction over the travel.
+    """
+    found = ranges(model)
+    if model.laws is not None and model.laws.position is not None:
+        local = _over_position(model.laws.position, model.parameters.coulomb, model.laws.backward)
+        found["coulomb"] = (min(found["coulomb"][0], local[0]), max(found["coulomb"][1], local[1]))
+    return found
+
+
+def ranges(model: Model) -> dict[str, tuple[float, float]]:
+    """Return the hull of the model's intervals and of the bench's range over the product's life.
+
+    The hull includes every direction and regime. `simulate` and `campaign` draw from it; friction
+    that varies with position has its mean there. A bench value without a range has the width 0. The
+    hull is used, not the intersection: the log gives the parameter of this bench today, the bench
+    its future range.
+    """
+    known, today = model.bench.mechanics, model.parameters
+    pairs: dict[str, tuple[Quantity, ...]] = {
+        "inertia": (today.inertia, known.inertia),
+        "viscous": (today.viscous, known.viscous),
+        "coulomb": (today.coulomb, known.coulomb),
+        "constant": (model.bench.actuator.constant,),
+    }
+    if model.laws is not None:
+        backward, regimes = model.laws.backward, model.laws.regimes
+        slopes = [found for regime in regimes for found in (regime.viscous, regime.backward)]
+        slopes += [backward.viscous] if backward else []
+        pairs["viscous"] += tuple(found for found in slopes if found is not None)
+        pairs["coulomb"] += (backward.coulomb,) if backward and backward.coulomb else ()
+    return {name: hull(*quantities) for name, quantities in pairs.items()}
+
+
+def hull(*quantities: Quantity) -> tuple[float, float]:
+    """Return the smallest interval that contains the intervals of all quantities."""
+    return min(one.interval[0] for one in quantities), max(one.interval[1] for one in quantities)
+
+
+def _over_position(
+    law: FrictionOverPosition, forward: Quantity, opposite: Backward | None
+) -> tuple[float, float]:
+    """Return the least and the largest Coulomb friction over the travel and both directions."""
+    backward = (opposite.coulomb if opposite else None) or forward
+    lows, highs = [], []
+    for level, powers in (
+        (forward, law.coulomb.forward),
+        (backward, law.coulomb.backward or law.coulomb.forward),
+    ):
+        normal, _ = normalise(np.array(powers), law.over.low, law.over.high)
+        factors = np.polynomial.polynomial.polyval(
+            np.linspace(law.over.low, law.over.high, PLACES), normal
+        )
+        lows.append(max(0.0, float(factors.min())) * level.interval[0])
+        highs.append(float(factors.max()) * level.interval[1])
+    return min(lows), max(highs)
+
+
+def bench_intervals(bench: Bench) -> dict[str, tuple[float, float]]:
+    """Return the interval of each parameter over the product's life, from the bench alone.
+
+    The intervals of `intervals` contain these.
+    """
+    known = {name: getattr(bench.mechanics, name) for name in ("inertia", "viscous", "coulomb")}
+    return {
+        name: quantity.interval
+        for name, quantity in (known | {"constant": bench.actuator.constant}).items()
+    }

@@ -1,0 +1,39 @@
+"""Mechanism in arrays, with the names of its elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from frictool.friction.parameter import Axis
+from frictool.plant.mechanism.link_graph import RigidGroup
+from frictool.plant.mechanism.packed_mechanism import PackedMechanism
+from frictool.typing import Vector
+
+
+@dataclass(frozen=True)
+class AssembledMechanism:
+    """Arrays of a mechanism, and the names of their elements.
+
+    blocks, kinds, start (n,): names, rotary or linear, and positions [rad | m] at which every rigid
+    link fits. joints ... sources: names of the elements in the order of the arrays. sensors: names;
+    sensor_blocks, measures: block and quantity of each. groups: blocks that move together. notes:
+    one line for each omission or assumption.
+    """
+
+    blocks: tuple[str, ...]
+    kinds: tuple[Axis, ...]
+    start: Vector
+    joints: tuple[str, ...]
+    couplings: tuple[str, ...]
+    frictions: tuple[str, ...]
+    pressings: tuple[str, ...]
+    pushes: tuple[str, ...]
+    stops: tuple[str, ...]
+    sources: tuple[str, ...]
+    sensors: tuple[str, ...]
+    sensor_blocks: tuple[int, ...]
+    measures: tuple[Literal["position", "velocity"], ...]
+    groups: tuple[RigidGroup, ...]
+    notes: tuple[str, ...]
+    packed: PackedMechanism
