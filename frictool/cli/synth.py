@@ -19,17 +19,27 @@ from frictool.cli.output import (
     save_text,
     say,
 )
+from frictool.documents.synthesis_methods import METHODS
 
-HELP = """\b
+METHOD_ROWS = "\n".join(
+    f"  {name:<10}{method.problem}\n{'':<12}{method.use}" for name, method in METHODS.items()
+)
+HELP = f"""\b
 Example:
   frictool synth model.yaml --spec spec.yaml --design designs/speed.yaml -o controller.yaml
 
-Synthesise a controller for every plant that the model's and the bench's intervals span, and verify it as it will run.
+Synthesise a controller for every plant that the intervals of model and bench span, and verify it
+as it will run.
 
-The controller is accepted only if the loop rebuilt from the stored coefficients, sampled at the bench's period, is stable at every vertex
-with 0 and with 1 sample of computational delay, holds the specified modulus margin at the bench's delay, and does so with its
-coefficients rounded to the target's number format. Then its worst norm over the whole box is searched for, bounded, and proved: `frictool
-verify` proves it again. Where one of these fails nothing is written and the exit code is 4.
+\b
+Methods (`method` of the design), and when each is right:
+{METHOD_ROWS}
+
+The controller is accepted only if the loop rebuilt from the stored coefficients, sampled at the
+bench's period, is stable at every vertex with 0 and with 1 sample of computational delay, holds the
+specified modulus margin at the bench's delay, and does so with its coefficients rounded to the
+target's number format. Then its worst norm over the whole box is searched for, bounded, and proved:
+`frictool verify` proves it again. If one of these fails, nothing is written and the exit code is 4.
 """
 
 

@@ -8,12 +8,13 @@ import msgspec
 
 from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
 from frictool.documents.certificate import Certificate, CertifiedWeights
-from frictool.documents.design import HELD, Domain, HoldSamples, Method, Scheduled, Structure
+from frictool.documents.design import HELD, Domain, HoldSamples, Scheduled, Structure
 from frictool.documents.design_blocks import refuse_overflowing_prefilter
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
 from frictool.documents.resonances import Resonances
+from frictool.documents.synthesis_methods import StoredMethod
 
 Row = tuple[float, ...]
 Number = Literal["double", "float", "q31", "q15"]
@@ -367,7 +368,7 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     name: Name
     axis: Axis
     structure: Structure
-    method: Literal[Method, "own"]
+    method: StoredMethod
     domain: Domain
     sample_period_s: SamplePeriod
     delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)]

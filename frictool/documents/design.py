@@ -10,54 +10,24 @@ from frictool.documents.bench import Name, PositiveNumber
 from frictool.documents.design_blocks import (
     FrictionCompensationDesign,
     LimiterDesign,
-    Pid,
     PositionLawDesign,
     PrefilterDesign,
     VelocityDesign,
 )
+from frictool.documents.pid_gains import Pid
 from frictool.documents.quantity import Axis
+from frictool.documents.synthesis_methods import METHODS, READ_BY, MethodName, readers
 from frictool.documents.weights import Weights
 
 Structure = Literal["position", "speed_cascade"]
-Method = Literal["lpv", "lft", "lft_lpv", "lpv_grid", "minimax", "rst", "pid"]
 Domain = Literal["continuous", "discrete"]
 Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 
 HoldSamples = Annotated[int, msgspec.Meta(ge=0, le=1000)]
 HELD = 3  # samples, default: bridges the loss of single telegrams
 
-BY_INEQUALITIES: tuple[Method, ...] = ("lpv", "lft", "lft_lpv", "lpv_grid")
-SOUGHT: tuple[Method, ...] = (
-    *BY_INEQUALITIES,
-    "minimax",
-    "rst",
-)  # methods that search for a controller; `pid` states its gains
-READ_BY: dict[
-    str, tuple[Method, ...]
-] = {  # keys that only some methods read; with any other method such a key is an error
-    "schedule": ("lpv", "lft_lpv", "lpv_grid"),
-    "vertices": ("lpv", "lpv_grid"),
-    "frozen_at": ("lpv", "lpv_grid"),
-    "scheduled": ("lpv", "lft_lpv", "lpv_grid"),
-    "grid": ("lpv_grid",),
-    "channel_effort": ("lft", "lft_lpv"),
-    "poles": BY_INEQUALITIES,  # lpv_grid reports itself which key to use instead
-    "pole_bound_rad_s": ("minimax",),
-    "recentring": BY_INEQUALITIES,
-    "ease": ("lpv", "lft", "lft_lpv"),
-    "domain": SOUGHT,
-    "order": SOUGHT,
-    "integrator": SOUGHT,
-    "relax": SOUGHT,
-    "pid": ("pid",),
-}
-READ_BY_TRADE = (
-    "schedule",
-    "vertices",
-    "recentring",
-    # keys that `relax: auto` reads with every method, because it finds the trade with lpv's
-    # inequalities
-)
+# keys that `relax: auto` reads with every method, because it finds the trade by inequalities
+READ_BY_TRADE = ("schedule", "vertices", "recentring")
 
 
 class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -78,7 +48,7 @@ class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Settings of method lpv_grid.
+    """Settings of a synthesis on a grid of parameters.
 
     `degree`: degree of X and Y in each parameter. `speed_per_s`: bound of each parameter's rate, in
     widths of its interval per second (0: constant). `points`: number of points along each parameter
@@ -99,11 +69,10 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     `domain`: domain of the synthesis. A continuous controller is discretised by Tustin, which is
     exact at `prewarp_rad_s` if that is present.
 
-    `schedule`: parameters that span the polytope of an LPV method; by default `regime` for lft_lpv,
-    and all four others for lpv and lpv_grid. The other parameters stay at their centre, or in the
-    uncertainty channel of lft_lpv. `scheduled`: also store the vertices' controllers. If the
-    parameters are known at run time, the controllers are summed with the weights (5.46) of the
-    plant (5.64).
+    `schedule`: parameters that span the polytope of an LPV method; by default `regime` for a method
+    with an uncertainty channel, and all four others without one. The other parameters stay at their
+    centre, or in the channel. `scheduled`: also store the vertices' controllers. If the parameters
+    are known at run time, the controllers are summed with the weights (5.46) of the plant (5.64).
 
     `vertices`: exact, linearised in the inertia (5.49), or to first order (5.50). `frozen_at`: the
     plant of the controller that runs (5.3.4), at the centre of the intervals or at the identified
@@ -112,16 +81,16 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     `channel_effort`: unit d of the uncertainty channel [N m | N]; by default the half-width of the
     Coulomb friction interval.
 
-    `order`, `integrator`: of the controller itself (minimax, rst), or of the reduced controller,
-    whose slow pole is moved to 0 (5.4.3.1). `pole_bound_rad_s`: bound of the controller's poles
-    (minimax).
+    `order`, `integrator`: of the controller itself, or, for a method by inequalities, of the reduced
+    controller, whose slow pole is moved to 0 (5.4.3.1). `pole_bound_rad_s`: bound of the
+    controller's poles.
 
     `recentring`: the inequalities are solved at this multiple of the smallest gamma, which keeps X
-    and Y small. `ease`: the controller itself is computed at this multiple of the recentred gamma
-    (lpv, lft, lft_lpv); a larger one gives lower gains and more margin. `relax`: `auto` finds the
-    strictest trade between disturbance rejection and effort that reaches gamma = 1.
+    and Y small. `ease`: the controller itself is computed at this multiple of the recentred gamma; a
+    larger one gives lower gains and more margin. `relax`: `auto` finds the strictest trade between
+    disturbance rejection and effort that reaches gamma = 1.
 
-    `pid`: the gains of method pid. `form`: realisation of the difference equation on the target.
+    `pid`: gains that the design provides. `form`: realisation of the difference equation on the target.
     `measurement_hold_samples`: as in controller.yaml. `velocity`, `limiter`,
     `friction_compensation`, `prefilter`: blocks around the linear controller. `examples`: as in
     bench.yaml.
@@ -131,7 +100,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     name: Name
     axis: Axis
     structure: Structure
-    method: Method
+    method: MethodName
     weights: Weights
     position_law: PositionLawDesign | None = None
     domain: Domain = "discrete"
@@ -179,22 +148,28 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError(
                 "scheduled is without order, over inertia, viscous, coulomb and constant"
             )
-        if self.method == "rst" and self.structure != "position":
-            raise ValueError("method rst is for structure position")
+        structures = METHODS[self.method].structures
+        if self.structure not in structures:
+            raise ValueError(f"method {self.method} is for structure {', '.join(structures)}")
         if self.structure == "speed_cascade" and self.integrator:
             raise ValueError(
                 "integrator is for structure position: a speed loop measures the "
                 "integral of its error already"
             )
-        self._pid()
+        METHODS[self.method].check(self)
         self._blocks()
+
+    @property
+    def speed_input(self) -> bool:
+        """Return True if the linear controller takes the speed error, and not eta."""
+        return METHODS[self.method].provided_gains and self.structure == "speed_cascade"
 
     @property
     def reads_speed(self) -> bool:
         """Return True if a block of the controller reads the measured speed."""
         law, limiter, compensation = self.position_law, self.limiter, self.friction_compensation
         return (
-            (self.method == "pid" and self.structure == "speed_cascade")
+            self.speed_input
             or (law is not None and law.action == "brake")
             or (
                 limiter is not None
@@ -202,23 +177,6 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             )
             or (compensation is not None and compensation.velocity != "reference")
         )
-
-    def _pid(self) -> None:
-        """Raise ValueError if the PID gains do not suit the structure."""
-        if self.method != "pid":
-            return
-        if self.pid is None:
-            raise ValueError("method pid needs pid, the gains that it is given")
-        if (self.structure == "position") != (self.pid.gain is not None):
-            raise ValueError(
-                "pid: structure position takes gain (effort per position), structure "
-                "speed_cascade speed_gain (effort per speed)"
-            )
-        if self.structure == "speed_cascade" and self.weights != Weights():
-            raise ValueError(
-                "weights: method pid weighs no speed loop, what is verified is its "
-                "sensitivity; write weights: {}"
-            )
 
     def _blocks(self) -> None:
         """Raise ValueError if a block is unused or does not suit the structure."""
@@ -269,9 +227,9 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         """Raise ValueError if a key is present that the method does not read."""
         for field in msgspec.structs.fields(self):
             methods = READ_BY.get(field.name, (self.method,))
-            asked = getattr(self, field.name) != field.default
+            present = getattr(self, field.name) != field.default
             if (
-                asked
+                present
                 and self.method not in methods
                 and not (self.relax == "auto" and field.name in READ_BY_TRADE)
             ):
@@ -280,3 +238,6 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
                     f"{field.name} is for {several} {', '.join(methods)}, and method is "
                     f"{self.method}; leave it out"
                 )
+
+
+Design.__doc__ = f"{Design.__doc__}\n    Keys that only some methods read: {readers()}.\n    "

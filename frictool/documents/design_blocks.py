@@ -1,4 +1,4 @@
-"""Blocks of `design.yaml` around the linear controller, and the gains of method pid."""
+"""Blocks of `design.yaml` around the linear controller."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from frictool.documents.quantity import (
     PositiveEffort,
     PositiveLength,
     PositiveVelocity,
-    Stiffness,
-    ViscousGain,
 )
 
 
@@ -150,33 +148,6 @@ class FrictionCompensationDesign(
             raise ValueError(
                 "velocity reference needs smoothing_speed, the speed below which the "
                 "modelled friction fades"
-            )
-
-
-class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Gains of method pid (5.39): K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)), as effort, not as drive.
-
-    `gain`: K of a position loop. `speed_gain`: K of a speed loop, which has no T_d. `filter_ratio`:
-    a.
-    """
-
-    gain: Stiffness | None = None
-    speed_gain: ViscousGain | None = None
-    integral_time_s: PositiveNumber | None = None
-    derivative_time_s: PositiveNumber | None = None
-    filter_ratio: PositiveNumber | None = None
-
-    def __post_init__(self) -> None:
-        if (self.gain is None) == (self.speed_gain is None):
-            raise ValueError("give gain, of a position loop, or speed_gain, of a speed loop")
-        if (self.derivative_time_s is None) != (self.filter_ratio is None):
-            raise ValueError(
-                "derivative_time_s and filter_ratio go together: a derivative without "
-                "a filter cannot be realised"
-            )
-        if self.speed_gain is not None and self.derivative_time_s is not None:
-            raise ValueError(
-                "derivative_time_s is for a position loop: the speed loop is a PI (5.2.3)"
             )
 
 

@@ -54,14 +54,14 @@ def accept(
             raise NoSolutionError(
                 f"not verified: the sampled loop is unstable at vertex {_where(vertex, problem)} "
                 f"with {delay_words(worst.delay_samples)} "
-                f"(spectral radius {worst.spectral_radius:.4f}); {problem.hint}"
+                f"(spectral radius {worst.spectral_radius:.4f}); {problem.method.more_margin}"
             )
     margin, at = smallest(vertex.modulus_margin for vertex in vertices)
     if margin < required:
         raise NoSolutionError(
             f"not verified: modulus margin {margin:.4f} < {required:g} at vertex "
             f"{_where(vertices[at], problem)} "
-            f"with {delay_words(problem.delay)}; {problem.hint}"
+            f"with {delay_words(problem.delay)}; {problem.method.more_margin}"
         )
     _brake(problem, around)
     resonant(problem, loops.feedbacks())
@@ -148,7 +148,7 @@ def _count(problem: SynthesisProblem, loops: LinearLoops) -> float:
         raise NoSolutionError(
             f"not verified: one encoder count asks for {requested:.4g} {unit}, more than "
             f"{COUNT_LIMIT:g} times the limit of "
-            f"{actuator.limit.value:g} {unit}; {problem.softer}"
+            f"{actuator.limit.value:g} {unit}; {problem.method.less_noise}"
         )
     return requested
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import msgspec
 
@@ -25,7 +24,7 @@ from frictool.synth.controller_schedule import verified_schedule
 from frictool.synth.feasibility import check_feasible
 from frictool.synth.load_disturbance import disturbance
 from frictool.synth.lpv import bound
-from frictool.synth.methods import METHODS
+from frictool.synth.methods import solver
 from frictool.synth.realisation import running_in_sections, stored_forms
 from frictool.synth.robustness import robustness, sensitivity_inside
 from frictool.synth.surrounding_blocks import SurroundingBlocks, blocks
@@ -91,7 +90,7 @@ def synthesise_verified(
         progress("the trade between disturbance rejection and effort")
         posed, trade = relaxed_problem(posed, chosen, bound, progress=progress)
     progress(f"synthesis by {design.method}")
-    candidate = METHODS[design.method](replace(posed, progress=progress))
+    candidate = solver(design.method)(replace(posed, progress=progress))
     progress("verification at the vertices")
     linear = _linear(posed, candidate)
     verified = accept(posed, candidate, linear, composed)
@@ -131,16 +130,13 @@ def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> 
 def _linear(posed: SynthesisProblem, candidate: ControllerCandidate) -> stored.LinearController:
     """Return the candidate's stored forms, with the requested form and anti-windup."""
     linear, design = stored_forms(candidate.controller), posed.design
-    if design.method == "pid":
-        entering: Literal["eta", "speed_error"] = (
-            "speed_error" if design.structure == "speed_cascade" else "eta"
-        )
-        linear = msgspec.structs.replace(linear, input=entering)
+    if design.speed_input:
+        linear = msgspec.structs.replace(linear, input="speed_error")
+    if posed.method.provided_gains and design.form == "state_space":
         # conditional integration instead of back-calculation, as in 5.2.2
-        if design.form == "state_space":
-            linear = msgspec.structs.replace(
-                linear, anti_windup=(0.0,) * len(linear.anti_windup), conditional=True
-            )
+        linear = msgspec.structs.replace(
+            linear, anti_windup=(0.0,) * len(linear.anti_windup), conditional=True
+        )
     return running_in_sections(linear, posed.period) if design.form == "sos" else linear
 
 
@@ -246,9 +242,9 @@ def _document(
 
 def sign_convention(design: Design) -> str:
     """Return the sentence that defines signals, signs and coefficients of a controller document."""
-    by_speed = design.method == "pid" and design.structure == "speed_cascade"
-    entering = "e" if by_speed else "eta"
-    measured = "speed reference - speed" if by_speed else f"{MEASURED[design.structure]} - position"
+    entering, measured = "eta", f"{MEASURED[design.structure]} - position"
+    if design.speed_input:
+        entering, measured = "e", "speed reference - speed"
     return (
         f"{entering} = {measured}; drive = c x + d {entering}; x[k+1] = a x + b {entering}; "
         "a positive drive accelerates towards positive position; sections: (b0 + b1/z + "

@@ -19,6 +19,7 @@ from frictool.documents.digests import with_digests
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.documents.spec import Spec
+from frictool.documents.synthesis_methods import METHODS, SynthesisMethod
 from frictool.documents.weights import Weights
 from frictool.synth.acceptance import accept
 from frictool.synth.certificate_construction import certified_weights
@@ -30,18 +31,22 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 from frictool.synth.weights import choose_weights
 from frictool.systems.lti_conversion import as_lti
 
+EXTERNAL = SynthesisMethod(
+    "none: the controller exists",
+    "for a controller that was designed with another tool",
+    (),
+    more_margin="lower the controller's gain, or give it more phase lead",
+    less_noise="lower the controller's gain at high frequencies",
+)
+
 
 @dataclass(frozen=True)
 class _ExternalProblem(SynthesisProblem):
-    """Problem of an existing controller; its hints concern the controller, not weights."""
+    """Problem of an existing controller; its advice concerns the controller, not weights."""
 
     @property
-    def hint(self) -> str:
-        return "lower the controller's gain, or give it more phase lead"
-
-    @property
-    def softer(self) -> str:
-        return "lower the controller's gain at high frequencies"
+    def method(self) -> SynthesisMethod:
+        return EXTERNAL
 
 
 def external_controller(
@@ -96,7 +101,7 @@ def external_controller(
         name=name,
         axis=model.axis,
         structure="position" if position_law is None else "speed_cascade",
-        method="lpv",  # a valid design needs a method; this one is never run
+        method=next(iter(METHODS)),  # a valid design needs a method; this one is never run
         weights=weights or Weights(),
         position_law=position_law,
         prefilter=prefilter,

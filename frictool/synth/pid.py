@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from frictool.documents.design_blocks import Pid
+from frictool.documents.pid_gains import Pid
 from frictool.plant.lti import Lti
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
 

@@ -13,6 +13,7 @@ import numpy as np
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.spec import Spec
+from frictool.documents.synthesis_methods import METHODS, SynthesisMethod
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised_plant import (
     Controlled,
@@ -59,28 +60,15 @@ class SynthesisProblem:
     def weighs(self) -> bool:
         """True if the design claims a bound on the norm of the weighted loop.
 
-        A PID speed cascade is fed by the speed and not by eta; it claims a bound on the norm of the
-        sensitivity instead.
+        A controller that takes the speed error instead of eta claims a bound on the norm of the
+        sensitivity.
         """
-        return not (self.design.method == "pid" and self.design.structure == "speed_cascade")
+        return not self.design.speed_input
 
     @property
-    def hint(self) -> str:
-        """Advice if the loop has too little margin."""
-        return (
-            "lower the gain, or raise integral_time_s"
-            if self.design.method == "pid"
-            else f"{self.softer}, or lower weights.bandwidth_rad_s"
-        )
-
-    @property
-    def softer(self) -> str:
-        """Advice if the encoder's noise is amplified too much."""
-        return (
-            "lower the gain, or filter_ratio"
-            if self.design.method == "pid"
-            else "raise weights.command or weights.noise"
-        )
+    def method(self) -> SynthesisMethod:
+        """The record of the design's method."""
+        return METHODS[self.design.method]
 
     @property
     def sampled(self) -> bool:

@@ -23,6 +23,7 @@ from frictool.documents import weights as document
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.spec import Spec
+from frictool.documents.synthesis_methods import METHODS
 from frictool.errors import FrictoolError
 from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, template
 
@@ -110,7 +111,7 @@ class _WeightRules:
 
     def chosen(self) -> ChosenWeights:
         given = self.given
-        if self.design.method == "pid" and given == document.Weights():
+        if METHODS[self.design.method].provided_gains and given == document.Weights():
             self._tell(
                 "error",
                 1.0,

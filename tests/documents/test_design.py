@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from frictool.documents import controller, design_blocks
-from frictool.documents.design import READ_BY, Design
+from frictool.documents.design import Design
 from frictool.documents.registry import load
+from frictool.documents.synthesis_methods import METHODS, READ_BY
 from frictool.errors import DocumentError
 
 ROOT = Path(__file__).parents[2] / "configs"
@@ -30,7 +31,6 @@ ASKED = {
     "relax": "relax: auto",
     "pid": "pid: {gain: {value: 1, unit: N m/rad}}",
 }
-METHODS = ("lpv", "lft", "lft_lpv", "lpv_grid", "minimax", "rst", "pid")
 CASCADE = BASE.replace("structure: position", "structure: speed_cascade") + "method: lpv\n"
 LAW = "action: cut, formula: sqrt(F/J)"
 FILTER = "prefilter: {natural_frequency_rad_s: 30, damping: 0.8}"

@@ -18,8 +18,8 @@ from frictool.control.compiled_program import compile_program as running
 from frictool.control.compiled_program import control_step, start_at
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
-from frictool.documents.design_blocks import Pid
 from frictool.documents.model import Model
+from frictool.documents.pid_gains import Pid
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load

@@ -23,7 +23,7 @@ from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.controller_schedule import verified_schedule
 from frictool.synth.design import design_controller, problem
-from frictool.synth.methods import METHODS
+from frictool.synth.methods import solver
 from frictool.verify.scheduled_loop import interpolate_controller, weights
 from tests.synth.example import ROOT, clutch_model
 
@@ -88,7 +88,7 @@ def test_the_clutch_scheduled_holds_more_than_frozen_and_is_stored() -> None:
 def test_a_schedule_that_misses_the_margin_is_refused() -> None:
     design, spec = load(RIG / "designs/speed.yaml", Design), load(RIG / "spec.yaml", Spec)
     posed = problem(clutch_model(), spec, design)
-    candidate = METHODS["lpv"](posed)
+    candidate = solver("lpv")(posed)
     with pytest.raises(NoSolutionError, match="the scheduled loop has a modulus margin"):
         verified_schedule(
             replace(posed, spec=msgspec.structs.replace(spec, modulus_margin=0.9)), candidate

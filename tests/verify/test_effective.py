@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from frictool.adapters.model_polytope import polytope
 from frictool.control.compiled_program import control_step
 from frictool.documents.controller import Controller, LinearController, PositionLaw, Velocity
-from frictool.documents.design_blocks import Pid
+from frictool.documents.pid_gains import Pid
 from frictool.documents.quantity import Quantity
 from frictool.plant.linear_axis import AxisRates, linear_axis
 from frictool.plant.lti import Lti, gain, tustin

@@ -1,0 +1,57 @@
+"""Gains of method pid in `design.yaml`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from frictool.documents.bench import PositiveNumber
+from frictool.documents.quantity import Stiffness, ViscousGain
+from frictool.documents.weights import Weights
+
+if TYPE_CHECKING:
+    from frictool.documents.design import Design
+
+
+class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Gains of method pid (5.39): K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)), as effort, not as drive.
+
+    `gain`: K of a position loop. `speed_gain`: K of a speed loop, which has no T_d. `filter_ratio`:
+    a.
+    """
+
+    gain: Stiffness | None = None
+    speed_gain: ViscousGain | None = None
+    integral_time_s: PositiveNumber | None = None
+    derivative_time_s: PositiveNumber | None = None
+    filter_ratio: PositiveNumber | None = None
+
+    def __post_init__(self) -> None:
+        if (self.gain is None) == (self.speed_gain is None):
+            raise ValueError("give gain, of a position loop, or speed_gain, of a speed loop")
+        if (self.derivative_time_s is None) != (self.filter_ratio is None):
+            raise ValueError(
+                "derivative_time_s and filter_ratio go together: a derivative without "
+                "a filter cannot be realised"
+            )
+        if self.speed_gain is not None and self.derivative_time_s is not None:
+            raise ValueError(
+                "derivative_time_s is for a position loop: the speed loop is a PI (5.2.3)"
+            )
+
+
+def check_gains(design: Design) -> None:
+    """Raise ValueError if the gains are missing, or if gains or weights do not suit the structure."""
+    if design.pid is None:
+        raise ValueError("method pid needs pid, the gains that it is given")
+    if (design.structure == "position") != (design.pid.gain is not None):
+        raise ValueError(
+            "pid: structure position takes gain (effort per position), structure "
+            "speed_cascade speed_gain (effort per speed)"
+        )
+    if design.structure == "speed_cascade" and design.weights != Weights():
+        raise ValueError(
+            "weights: method pid weighs no speed loop, what is verified is its "
+            "sensitivity; write weights: {}"
+        )

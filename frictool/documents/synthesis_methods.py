@@ -1,0 +1,114 @@
+"""Synthesis methods by name: the keys of a design that each reads, and the text that describes it.
+
+Everything that a design, its schema or a help text says about a method follows from its record. The
+function that solves it, and its module in `synth/`, have the name of the method; the module is
+imported when the method runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Literal
+
+from frictool.documents.pid_gains import check_gains
+
+if TYPE_CHECKING:
+    from frictool.documents.design import Design
+
+
+@dataclass(frozen=True)
+class SynthesisMethod:
+    """Description of a method.
+
+    - problem: problem that the method solves, as help text
+    - use: case that the method suits, as help text
+    - reads: keys of a design that it reads and some other method does not
+    - structures: structures of a design that it works with
+    - check: raises ValueError if a design with this method contradicts itself
+    - provided_gains: the design provides the gains. Such a controller takes the speed error in a
+      cascade, holds its integral while the drive is limited (5.2.2), and needs no weights
+    - more_margin: advice if the loop has too little margin
+    - less_noise: advice if the encoder's noise is amplified too much
+    """
+
+    problem: str
+    use: str
+    reads: tuple[str, ...]
+    structures: tuple[str, ...] = ("position", "speed_cascade")
+    check: Callable[[Design], None] = lambda design: None
+    provided_gains: bool = False
+    more_margin: str = "raise weights.command or weights.noise, or lower weights.bandwidth_rad_s"
+    less_noise: str = "raise weights.command or weights.noise"
+
+
+SEARCH = ("domain", "order", "integrator", "relax")  # read by each method that searches
+INEQUALITIES = (*SEARCH, "poles", "recentring")
+
+METHODS: dict[str, SynthesisMethod] = {
+    "lpv": SynthesisMethod(
+        "inequalities at the polytope's vertices, one X and Y for all, frozen at one plant",
+        "first: it takes seconds, and gamma shows how demanding the weights are",
+        (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "ease"),
+    ),
+    "lft": SynthesisMethod(
+        "one plant with an uncertainty channel",
+        "to reproduce the annex; one Delta for all parameters says little about the box's corners",
+        (*INEQUALITIES, "channel_effort", "ease"),
+    ),
+    "lft_lpv": SynthesisMethod(
+        "friction (or other parameters) scheduled, the others in the channel",
+        "if the friction varies most",
+        (*INEQUALITIES, "schedule", "scheduled", "channel_effort", "ease"),
+    ),
+    "lpv_grid": SynthesisMethod(
+        "X and Y depend on the parameters, which are constant or slow, on a grid that is checked "
+        "between its points",
+        "if `lpv` is too conservative: `lpv` allows parameters that jump",
+        (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "grid"),
+    ),
+    "minimax": SynthesisMethod(
+        "one constant controller of a specified order with the smallest worst true norm over the "
+        "vertices",
+        "for the controller that runs: the best of its order; it takes a minute",
+        (*SEARCH, "pole_bound_rad_s"),
+    ),
+    "rst": SynthesisMethod(
+        "pole placement, order 5, position only",
+        "as a reference for comparisons",
+        SEARCH,
+        structures=("position",),
+    ),
+    "pid": SynthesisMethod(
+        "none: the design provides the gains, in effort, and `synth` verifies them; `weights: {}`",
+        "for an existing loop",
+        ("pid",),
+        check=check_gains,
+        provided_gains=True,
+        more_margin="lower the gain, or raise integral_time_s",
+        less_noise="lower the gain, or filter_ratio",
+    ),
+}
+
+READ_BY: dict[str, tuple[str, ...]] = {  # key -> methods that read it
+    key: tuple(name for name, method in METHODS.items() if key in method.reads)
+    for row in METHODS.values()
+    for key in row.reads
+}
+
+
+def readers() -> str:
+    """Return the keys of READ_BY with their methods as text; keys of the same methods together."""
+    groups = groupby(READ_BY, key=READ_BY.__getitem__)
+    return "; ".join(
+        f"{', '.join(f'`{key}`' for key in keys)} ({', '.join(names)})" for names, keys in groups
+    )
+
+
+if TYPE_CHECKING:
+    MethodName = str
+    StoredMethod = str
+else:
+    MethodName = Literal[tuple(METHODS)]
+    StoredMethod = Literal[(*METHODS, "own")]  # `own`: designed with another tool
