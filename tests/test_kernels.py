@@ -94,17 +94,17 @@ def test_a_kernel_that_fails_to_compile_leaves_no_lock(
 def test_who_waits_for_the_compiler_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernels, "FOLDER", None)
     told: list[None] = []
-    monkeypatch.setattr(notifications, "compiling", lambda: told.append(None))
 
     @kernels.kernel
     def twice(x: float) -> float:
         return x + x
 
-    assert not told
-    assert twice(2.0) == 4.0
-    assert len(told) == 1
-    assert twice(3.0) == 6.0
-    assert len(told) == 1
+    with notifications.receiving(compiling=lambda: told.append(None)):
+        assert not told
+        assert twice(2.0) == 4.0
+        assert len(told) == 1
+        assert twice(3.0) == 6.0
+        assert len(told) == 1
 
 
 def test_a_kernel_inherits_nothing_from_an_inner_kernel_that_calls_it_first(

@@ -17,7 +17,8 @@ import click
 
 from frictool.cli.lazy_group import LazyGroup, abandon_stdout
 from frictool.cli.printable import printable
-from frictool.documents import bench_values, example_values
+from frictool.documents.bench_values import bench_values_words
+from frictool.documents.example_values import examples_words
 from frictool.errors import EXIT_INPUT, FrictoolError
 from frictool.runtime import notifications
 
@@ -113,7 +114,15 @@ def main() -> None:
     """Run the command line; the entry point of `frictool`."""
     debug = "--debug" in sys.argv[1:]
     _prepare()
-    with _terminated_as_interrupted():
+    with (
+        _terminated_as_interrupted(),
+        notifications.receiving(
+            compiling=_tell_of_compiling,
+            remark=_remark,
+            example_values=_warn_of_examples(),
+            bench_values=_warn_of_bench_values,
+        ),
+    ):
         _run(debug)
 
 
@@ -168,28 +177,22 @@ def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
         found = [key for key in keys if key.removeprefix("bench.") not in said]
         said.update(key.removeprefix("bench.") for key in found)
         if found:
-            click.echo(
-                printable(f"warning: {example_values.examples_words({path: found})}"), err=True
-            )
+            click.echo(printable(f"warning: {examples_words({path: found})}"), err=True)
 
     return warn
 
 
 def _warn_of_bench_values(path: str, reason: str) -> None:
     """Warn of a model in which nothing was identified."""
-    click.echo(printable(f"warning: {bench_values.bench_values_words(path, reason)}"), err=True)
+    click.echo(printable(f"warning: {bench_values_words(path, reason)}"), err=True)
 
 
 def _prepare() -> None:
-    """Prepare the process: notifications, one thread for linear algebra, and robust output streams.
+    """Prepare the process: one thread for linear algebra, and robust output streams.
 
     Several threads would sum in another order and change the output. A closed stream is replaced. A
     character outside the terminal's encoding is escaped instead of raising an error.
     """
-    notifications.compiling = _tell_of_compiling
-    notifications.remark = _remark
-    example_values.notify = _warn_of_examples()
-    bench_values.notify = _warn_of_bench_values
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -143,7 +144,7 @@ def command(
     allow_undecided: bool,
     as_json: bool,
 ) -> None:
-    notifications.compiling = lambda: note_compiling(everywhere=True)
+    ctx.with_resource(notifications.receiving(compiling=partial(note_compiling, everywhere=True)))
     from frictool.documents.model import Model
     from frictool.documents.registry import load
     from frictool.logs.fleet import is_fleet

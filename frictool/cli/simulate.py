@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -159,9 +160,9 @@ def command(
         path for path in (model, controller, scenario, observer, excitation) if path is not None
     ]
     check_targets({"-o": output, "--events": events}, inputs)
-    notifications.compiling = lambda: note_compiling(
-        everywhere=True
-    )  # the engine takes longest of all
+    # the engine takes longest of all to compile
+    compiling = notifications.receiving(compiling=partial(note_compiling, everywhere=True))
+    click.get_current_context().with_resource(compiling)
     gains = ServoGains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
     if excitation is not None:
         if any(given is not None for given in (controller, scenario, observer, target, number)):

@@ -5,17 +5,8 @@ Each document lists the keys of its example values under `examples`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
-
-
-def _unseen(path: str, keys: tuple[str, ...]) -> None:
-    """Ignore example values: a library prints nothing."""
-
-
-notify: Callable[[str, tuple[str, ...]], None] = (
-    _unseen  # called with a document's path and its examples; the command line warns
-)
 
 
 def examples_of(document: Any) -> tuple[str, ...]:

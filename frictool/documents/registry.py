@@ -9,10 +9,10 @@ from typing import Any, TypeVar, cast, overload
 import msgspec
 import yaml
 
-from frictool.documents import bench_values, example_values
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
+from frictool.documents.example_values import examples_of
 from frictool.documents.friction import Friction
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
@@ -21,6 +21,7 @@ from frictool.documents.reading import DocumentReader, compose, read_text
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import DocumentError, InputFileError
+from frictool.runtime import notifications
 
 DOCUMENTS: dict[str, type[msgspec.Struct]] = {
     "bench": Bench,
@@ -70,10 +71,10 @@ def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
     path = Path(path)
     node = compose(read_text(path), path)
     document = cast(T, DocumentReader(path).read(node, kind or _kind(node, path), ""))
-    if keys := example_values.examples_of(document):
-        example_values.notify(str(path), keys)
+    if keys := examples_of(document):
+        notifications.example_values(str(path), keys)
     if isinstance(document, Model) and document.bench_values_only is not None:
-        bench_values.notify(str(path), document.bench_values_only)
+        notifications.bench_values(str(path), document.bench_values_only)
     return document
 
 

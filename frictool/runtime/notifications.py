@@ -1,22 +1,63 @@
-"""Hooks called before a long wait and for remarks to the user.
+"""Notifications to the caller: a wait for the compiler, a remark, values that nobody measured.
 
-The command line replaces them; as a library frictool stays silent.
+A notification goes to the receiver of the current context (`contextvars`), and nowhere without
+one, so that frictool is silent as a library. A thread inherits no context: whoever starts one runs
+its work in a copy.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TypedDict, Unpack
 
 
-def _silently() -> None:
-    """Ignore the notification."""
+class Receivers(TypedDict, total=False):
+    """One callable for each kind of notification, with the parameters of the function below."""
+
+    compiling: Callable[[], None]
+    remark: Callable[[str], None]
+    example_values: Callable[[str, tuple[str, ...]], None]
+    bench_values: Callable[[str, str], None]
 
 
-def _unsaid(text: str) -> None:
-    """Ignore the remark."""
+_receivers: ContextVar[Receivers] = ContextVar("receivers")
 
 
-# called before a kernel is compiled, at its first use in an installation
-compiling: Callable[[], None] = _silently
-# called with a remark that changes no result, for example on a worker process that was replaced
-remark: Callable[[str], None] = _unsaid
+@contextmanager
+def receiving(**receivers: Unpack[Receivers]) -> Iterator[None]:
+    """Send notifications of these kinds to `receivers` within the context."""
+    token = _receivers.set(_current() | receivers)
+    try:
+        yield
+    finally:
+        _receivers.reset(token)
+
+
+def compiling() -> None:
+    """Notify that a kernel is compiled, at its first use in an installation."""
+    if receiver := _current().get("compiling"):
+        receiver()
+
+
+def remark(text: str) -> None:
+    """Notify of what changes no result, for example that a worker process was replaced."""
+    if receiver := _current().get("remark"):
+        receiver(text)
+
+
+def example_values(path: str, keys: tuple[str, ...]) -> None:
+    """Notify that the document at `path` holds example values of `frictool init` under `keys`."""
+    if receiver := _current().get("example_values"):
+        receiver(path, keys)
+
+
+def bench_values(path: str, reason: str) -> None:
+    """Notify that the model at `path` holds values of the bench only, and why."""
+    if receiver := _current().get("bench_values"):
+        receiver(path, reason)
+
+
+def _current() -> Receivers:
+    return _receivers.get(Receivers())

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from typing import NamedTuple
 
 import numpy as np
@@ -107,7 +108,11 @@ def play_all(
                 yield moved(variants[done], *tasks[done], alone)
             else:
                 yield from threads.map(
-                    lambda place: moved(variants[place], *tasks[place], alone), chosen
+                    lambda place, context: context.run(
+                        moved, variants[place], *tasks[place], alone
+                    ),
+                    chosen,
+                    [copy_context() for _ in chosen],
                 )
             done = chosen.stop
             if total > 1:

@@ -20,6 +20,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
+from contextvars import copy_context
 from typing import Any
 
 from frictool.errors import ClusterError, WorkerLost
@@ -105,7 +106,7 @@ def _answers(client: Any, address: str) -> Any:
         f"{address}: a worker does not answer; it is waited for, "
         "until the scheduler gives it up (its worker-ttl, 5 min unless set)"
     )
-    slow = threading.Timer(SLOW_S, notifications.remark, (text,))
+    slow = threading.Timer(SLOW_S, copy_context().run, (notifications.remark, text))
     slow.daemon = True
     slow.start()
     try:
@@ -144,6 +145,7 @@ class ClusterRun:
         self._workers, self._looked, self._last_seen = 1, 0.0, time.monotonic()
         self._answered, self._given_up, self._last_answer = 0, 0, time.monotonic()
         self._topic, self._told = f"frictool-{client.id}", set[str]()
+        self._context = copy_context()  # of the caller; Dask hears in a thread of its own
         client.subscribe_topic(self._topic, self._hear)
 
     def answers(self, source: Iterator[Task]) -> Iterator[tuple[Task, list[Any]]]:
@@ -316,4 +318,7 @@ class ClusterRun:
         host = event[1]
         if host not in self._told:
             self._told.add(host)
-            notifications.remark(f"{host}: compiling, once per installation (up to a minute) ...")
+            self._context.run(
+                notifications.remark,
+                f"{host}: compiling, once per installation (up to a minute) ...",
+            )

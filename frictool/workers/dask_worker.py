@@ -55,9 +55,9 @@ def _run(topic: str, expected: Installation, function: bytes, task: bytes) -> An
     if installation().versions != expected.versions:
         return DifferentInstallation(installation(), socket.gethostname())
     multiprocessing.current_process().daemon = False  # readers of logs start processes
-    notifications.compiling = functools.partial(_tell_of_compiling, topic)
     try:
-        results = run_task(_loaded(function), pickle.loads(task))
+        with notifications.receiving(compiling=functools.partial(_tell_of_compiling, topic)):
+            results = run_task(_loaded(function), pickle.loads(task))
         pickle.dumps(results)
     except Exception as error:
         return TransferFailure(picklable_error(error))

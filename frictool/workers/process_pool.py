@@ -12,6 +12,7 @@ dies. Processes end with the pipe, so that none outlives this one.
 from __future__ import annotations
 
 import contextlib
+import functools
 import multiprocessing
 import os
 import pickle
@@ -227,8 +228,11 @@ def _serve(theirs: Connection, function: bytes) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # before numpy is loaded: another order of sums gives other bytes
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
-    notifications.compiling = lambda: theirs.send((COMPILING, None))
-    with contextlib.suppress(EOFError, OSError):  # the parent process has ended
+    compiling = functools.partial(theirs.send, (COMPILING, None))
+    with (
+        contextlib.suppress(EOFError, OSError),  # the parent process has ended
+        notifications.receiving(compiling=compiling),
+    ):
         try:
             work = pickle.loads(function)
             theirs.send((READY, None))

@@ -97,21 +97,19 @@ def test_a_worker_that_hangs_at_the_start_is_waited_for_and_told(
         told.append(text)
         loopback.workers[-1].send_signal(signal.SIGCONT)
 
-    monkeypatch.setattr(notifications, "remark", wake)
     monkeypatch.setattr(dask_cluster, "SLOW_S", 0.2)
     loopback.workers[-1].send_signal(signal.SIGSTOP)
-    assert dict(share(negative, range(5), cluster=loopback.address)) == {
-        number: -number for number in range(5)
-    }
+    with notifications.receiving(remark=wake):
+        assert dict(share(negative, range(5), cluster=loopback.address)) == {
+            number: -number for number in range(5)
+        }
     assert "a worker does not answer; it is waited for" in told[0]
 
 
-def test_a_machine_that_compiles_is_told_once(
-    loopback: Loopback, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_machine_that_compiles_is_told_once(loopback: Loopback) -> None:
     remarks: list[str] = []
-    monkeypatch.setattr(notifications, "remark", remarks.append)
-    assert len(list(share(compiles, range(20), cluster=loopback.address))) == 20
+    with notifications.receiving(remark=remarks.append):
+        assert len(list(share(compiles, range(20), cluster=loopback.address))) == 20
     assert sum("compiling, once per installation" in text for text in remarks) == 1
     assert socket.gethostname() in remarks[0]
 

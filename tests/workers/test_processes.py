@@ -45,11 +45,12 @@ def each_once(results: Iterator[tuple[int, list[float]]]) -> dict[int, list[floa
 
 
 def test_processes_change_no_bit_and_what_dies_is_done_again(
-    alone: dict[int, list[float]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    alone: dict[int, list[float]], tmp_path: Path
 ) -> None:
     remarks: list[str] = []
-    monkeypatch.setattr(notifications, "remark", remarks.append)
-    assert each_once(share(Deadly(tmp_path, (5, 6, 39), 2), range(JOBS), cores=2, batch=7)) == alone
+    with notifications.receiving(remark=remarks.append):
+        shared = share(Deadly(tmp_path, (5, 6, 39), 2), range(JOBS), cores=2, batch=7)
+        assert each_once(shared) == alone
     assert len(list(tmp_path.iterdir())) == 6  # each of the three ended two processes
     assert len(remarks) == 6
     assert all("SIGKILL" in text for text in remarks)
@@ -98,10 +99,10 @@ def test_jobs_are_asked_for_as_they_are_needed_and_leaving_ends_the_processes() 
     assert not multiprocessing.active_children()
 
 
-def test_a_wait_for_the_compiler_is_told_here(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wait_for_the_compiler_is_told_here() -> None:
     told: list[str] = []
-    monkeypatch.setattr(notifications, "compiling", lambda: told.append("compiling"))
-    assert dict(share(compiles, range(6), cores=2)) == {number: number for number in range(6)}
+    with notifications.receiving(compiling=lambda: told.append("compiling")):
+        assert dict(share(compiles, range(6), cores=2)) == {number: number for number in range(6)}
     assert len(told) == 6
 
 
