@@ -34,7 +34,7 @@ test-envs: $(VENV)/.dev
 
 # the thesis's tables and main figures made anew beside the printed ones: a page; exit code 1 where a value differs without a word
 thesis: $(VENV)/.dev
-	$(BIN)/python -m thesis build/thesis
+	$(BIN)/python -m studies.thesis build/thesis
 
 # 20 000 mutated log files of all formats: some ten minutes, apart from `make accept`
 fuzz: $(VENV)/.dev
@@ -57,7 +57,7 @@ dist: $(VENV)/.dist
 
 # the synthetic sample logs, made anew from their seed
 logs: $(VENV)/.run
-	$(BIN)/python sample_logs/make.py
+	$(BIN)/python -m studies.rigs.sample_logs
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or later is needed: make PYTHON=python3.11"; exit 1; }

@@ -50,7 +50,7 @@ def run(rows: list[Row], ids: list[str]) -> tuple[list[dict[str, Any]], int]:
             done.append({key: found[key] for key in KEYS} | found)
             print(shown(found), flush=True)
         except ModuleNotFoundError as missing:
-            if (missing.name or "").partition(".")[0] in ("frictool", "benchmarks", "tests"):
+            if (missing.name or "").partition(".")[0] in ("frictool", "benchmarks", "studies"):
                 raise
             print(f"{name_of(row):<24} skipped: {missing.name} is not installed")
         except Exception:  # one broken row must not hide the others

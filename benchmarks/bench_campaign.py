@@ -36,8 +36,8 @@ from frictool.documents.scenario import Step
 from frictool.engine.closed_loop import measure
 from frictool.plant.axis import rest
 from frictool.workers.share import share
-from tests.campaign.rig import trial
-from tests.engine.reference import event_integration
+from studies.references.event_integration import event_integration
+from studies.rigs.campaign_rig import trial
 
 MANY, FEW, CORES, ALLOWED = 100_000, 1000, 2, 60.0
 TARGET, SECONDS, PLANTS, PEER_PLANTS, ROUNDS = 55.0, 1.1, 4000, 8, 3

@@ -22,8 +22,8 @@ from frictool.documents.bench import Bench
 from frictool.identify.methods import METHODS, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
-from sample_logs.make import TRUTH, sines
-from tests.identify.benches import clutch
+from studies.rigs.identification_rigs import clutch
+from studies.rigs.sample_logs import TRUTH, sines
 
 TESTS, MOST_ROWS, PAUSE = 120, 40_000, 10.0  # 120 logs of 29.9 s each at 1 kHz; s
 LEAST_SQUARES, OUTPUT_ERROR = "least-squares", "output-error"

@@ -22,7 +22,7 @@ from frictool.engine.mechanism.open_loop_run import MechanismRun, run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
 from frictool.typing import Vector
-from tests.engine.mechanism.build import Builder
+from studies.rigs.mechanism_builder import Builder
 
 MASS, COULOMB, BREAKAWAY, VISCOUS, HIGHEST, DAMPING, GAP = 0.1, 0.1, 0.13, 0.05, 100.0, 0.02, 1e-3
 STIFFNESS = (

@@ -14,8 +14,8 @@ from typing import Any
 
 from frictool.observe.estimates_log import write
 from frictool.observe.log_observer import LogObserver, ObservationSettings
-from tests.observe.files import long_log
-from tests.observe.fleet import believed
+from studies.rigs.clutch_fleet import believed
+from studies.rigs.fleet_logs import long_log
 
 MINUTES, ROUNDS = 10, 3
 WEAR = 1.2

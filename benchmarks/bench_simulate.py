@@ -42,9 +42,9 @@ from frictool.engine.conditions import NO_CONDITIONS
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
 from frictool.simulate.closed_loop import simulate_closed_loop
-from tests.control.example import clutch_controller
-from tests.engine.reference import TIGHT, UNLOADED, event_integration
-from tests.synth.example import clutch_model
+from studies.references.event_integration import TIGHT, UNLOADED, event_integration
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.example_controllers import clutch_controller
 
 PERIOD, SAMPLES, TARGET, START = 1e-3, 1100, 55.0, 5.0
 CLUTCH = AxisParameters(

@@ -38,10 +38,10 @@ from frictool.friction.law_registry import LAWS
 from frictool.plant.axis import rest
 from frictool.runtime.kernels import function_pointer, kernel
 from frictool.typing import Vector
-from tests.control.example import clutch_controller
-from tests.engine.extended_reference import Slow
-from tests.engine.reference import TIGHT
-from tests.engine.table31 import reference_breakaways
+from studies.references.event_integration import TIGHT
+from studies.references.extended_friction import Slow
+from studies.references.stick_slip import reference_breakaways
+from studies.rigs.example_controllers import clutch_controller
 
 MASS, COULOMB, BREAKAWAY, STRIBECK, VISCOUS = 1.0, 1.0, 1.5, 1e-3, 0.4
 STIFFNESS, SPEED, SECONDS, SLIPS = 2.0, 0.1, 60.0, 9

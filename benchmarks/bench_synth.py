@@ -28,11 +28,11 @@ from frictool.plant.generalised_plant import (
 )
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.hinf_norm import norm
-from tests.lmi.family import mixed_sensitivity
-from tests.lmi.plain import plain
-from tests.lmi.slicot import AVAILABLE, MISSING, slicot
-from tests.synth.example import clutch_model
-from tests.synth.published import LAG, position
+from studies.references.printed_inequalities import plain
+from studies.references.slicot import AVAILABLE, MISSING, slicot
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.mixed_sensitivity import mixed_sensitivity
+from studies.rigs.published_plants import LAG, position
 
 RECENTRING, ROUNDS, TIMEOUT = 1.05, 3, 120.0
 VERTICES = (1, 2, 4, 8, 16, 32, 64)

@@ -26,7 +26,7 @@ from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverRun
 from frictool.observe.velocity import VelocityEstimator
 from frictool.typing import Vector
-from tests.observe.fleet import believed, run, spread, steps
+from studies.rigs.clutch_fleet import believed, run, spread, steps
 
 SECONDS, ROUNDS, PEER_SAMPLES = 20.0, 5, 2000
 START = (

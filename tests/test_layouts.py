@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from frictool.logs.canonical.mcap_format import read_mcap
-from tests.cli.run import run
-from tests.simulate.example import write_rig
+from studies.command_line import run
+from studies.rigs.step_scenario import write_rig
 
 LAYOUTS = Path(__file__).parents[1] / "configs" / "layouts"
 SHOWN = {"position", "reference", "velocity", "current"}

@@ -25,9 +25,9 @@ from frictool.plant.lti import tustin
 from frictool.plant.polytope import PlantPoint, Polytope
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
-from tests.synth.annex import annex_model
-from tests.synth.example import clutch_model
-from tests.synth.published import LAG, READINGS, annex_lft, annex_mixed, position
+from studies.rigs.annex_model import annex_model
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.published_plants import LAG, READINGS, annex_lft, annex_mixed, position
 
 NEAR = 0.01  # of a published or known gamma
 RECENTRING, DEFAULT_RECENTRING = 1.05, 1.1

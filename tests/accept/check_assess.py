@@ -21,10 +21,10 @@ import numpy as np
 from scipy.stats import binom
 
 from frictool.identify.assess.identifiability import CONFIDENCE, QUANTILE
-from sample_logs.make import NOISE, _play, csv
+from studies.command_line import run
+from studies.rigs.identification_rigs import CLUTCH, clutch
+from studies.rigs.sample_logs import NOISE, csv, play_reference
 from tests.accept.check_identify import experiment
-from tests.cli.run import run
-from tests.identify.benches import CLUTCH, clutch
 
 RECORDS = 200
 DURATION = 30.0  # s, what assess and excite take where nobody says
@@ -58,7 +58,7 @@ def identified(seed: int, folder: Path) -> tuple[dict[str, Any], dict[str, float
     ) / truth.constant
     raw, log = folder / "sines.csv", folder / "sines.mcap"
     raw.write_text(
-        csv(_play(reference, velocity, forward, np.random.default_rng([seed, 17]), truth)),
+        csv(play_reference(reference, velocity, forward, np.random.default_rng([seed, 17]), truth)),
         newline="\n",
     )
     commanded("ingest", raw, "--bench", CLUTCH, "-o", log)

@@ -20,8 +20,8 @@ import yaml
 
 from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Step
-from tests.campaign.rig import EVERYTHING, played, write
-from tests.cli.run import run
+from studies.command_line import run
+from studies.rigs.campaign_rig import EVERYTHING, played, write
 
 MANY, FEW = 100_000, 2000
 STEP = (Step(Quantity(value=55.0, unit="rad"), 1.1),)

@@ -13,11 +13,11 @@ import numpy as np
 
 from frictool.errors import ClusterError, WorkerLost
 from frictool.workers.share import share
-from tests.campaign.rig import EVERYTHING, played, write
-from tests.cli.run import Result, run
-from tests.identify.benches import CLUTCH
-from tests.observe.files import cut, log_of, model_file, save
-from tests.observe.fleet import Unit
+from studies.command_line import CommandResult, run
+from studies.rigs.campaign_rig import EVERYTHING, played, write
+from studies.rigs.clutch_fleet import Unit
+from studies.rigs.fleet_logs import cut, log_of, model_file, save
+from studies.rigs.identification_rigs import CLUTCH
 from tests.workers.arrays import spectrum
 from tests.workers.jobs import Deadly, series
 from tests.workers.loopback import Loopback, end
@@ -169,7 +169,7 @@ def commands() -> dict[str, Any]:
     }
 
 
-def _both(model: Path, root: Path, name: str, options: tuple[str, ...]) -> Result:
+def _both(model: Path, root: Path, name: str, options: tuple[str, ...]) -> CommandResult:
     (root / name).mkdir()
     return run(
         "observe",

@@ -18,12 +18,13 @@ from frictool.documents.controller import Controller
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.logs.reading import read_log
-from tests.cli.run import run
-from tests.clutch.counts import PUBLISHED, Counted, Plant, counted, missed
-from tests.clutch.laws import Law, law
-from tests.control.example import ROOT
+from studies.clutch.law_comparison import Law, law
+from studies.clutch.requirement_counts import PUBLISHED, Counted, Plant, counted, missed
+from studies.clutch.rig import CLUTCH, identify_model
+from studies.command_line import run_checked
+from studies.rigs.example_controllers import ROOT
 
-CLUTCH, EMPS = ROOT / "configs/clutch", ROOT / "configs/emps"
+EMPS = ROOT / "configs/emps"
 SCENARIOS = ("scenarios/vertices.yaml", "counts/plants_1.yaml", "counts/plants_2.yaml")
 LAWS = (
     "linear",
@@ -36,39 +37,18 @@ LAWS = (
 USING = ("cut_off", "limiter")
 
 
-def _done(*words: object) -> None:
-    result = run(*words)
-    if result.code != 0:
-        raise RuntimeError(f"frictool {words[0]} ended with {result.code}: {result.stderr}")
-
-
-def _model(folder: Path) -> Path:
-    """The model of the rig, identified from its sample logs."""
-    logs = []
-    for name in ("sines", "ramp"):
-        logs.append(folder / f"{name}.mcap")
-        _done(
-            "ingest",
-            ROOT / f"sample_logs/{name}.csv",
-            "--bench",
-            CLUTCH / "bench.yaml",
-            "-o",
-            logs[-1],
-        )
-    _done("identify", *logs, "--bench", CLUTCH / "bench.yaml", "-o", folder / "model.yaml")
-    return folder / "model.yaml"
-
-
 def count(design: str) -> Counted:
     """A design on all of its plants."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         controller, logs = folder / "controller.yaml", []
         spec, chosen = CLUTCH / "spec.yaml", CLUTCH / f"designs/{design}.yaml"
-        _done("synth", _model(folder), "--spec", spec, "--design", chosen, "-o", controller)
+        run_checked(
+            "synth", identify_model(folder), "--spec", spec, "--design", chosen, "-o", controller
+        )
         for scenario in SCENARIOS:
             logs.append(folder / f"{Path(scenario).stem}.mcap")
-            _done(
+            run_checked(
                 "simulate",
                 CLUTCH / "nonlinear.yaml",
                 "--controller",
@@ -140,7 +120,7 @@ def laws_of(rig: str) -> dict[str, Any]:
     }[rig]
     with tempfile.TemporaryDirectory() as name:
         own = Path(name)
-        model = _model(own) if rig == "clutch" else plant
+        model = identify_model(own) if rig == "clutch" else plant
         found = {one: _law(one, own, folder, model, plant, scenario) for one in LAWS}
     cycling = all(
         found[one].cycling > 0 for one in ("compensation_measured", "compensation_observer")
@@ -156,10 +136,10 @@ def laws_of(rig: str) -> dict[str, Any]:
 
 def _law(name: str, own: Path, folder: Path, model: Path, plant: Path, scenario: Path) -> Law:
     spec, controller, log = folder / "spec.yaml", own / f"{name}.yaml", own / f"{name}.mcap"
-    _done(
+    run_checked(
         "synth", model, "--spec", spec, "--design", folder / f"laws/{name}.yaml", "-o", controller
     )
-    _done("simulate", plant, "--controller", controller, "--scenario", scenario, "-o", log)
+    run_checked("simulate", plant, "--controller", controller, "--scenario", scenario, "-o", log)
     return law(name, load(spec, Spec), load(controller, Controller), read_log(log))
 
 

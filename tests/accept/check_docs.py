@@ -26,7 +26,7 @@ def made(command: str, shown: list[str]) -> dict[str, Any]:
     with the frictool of this clone."""
     with tempfile.TemporaryDirectory() as folder:
         copy = scratch(Path(folder))
-        for name in ("tests", "frictool", "benchmarks"):
+        for name in ("tests", "studies", "frictool", "benchmarks"):
             (copy / name).symlink_to(ROOT / name)
         tools = {"FRICTOOL": f"{Path(sys.executable).parent}/frictool", "PYTHON": sys.executable}
         line = " ".join([command, *(f"{name}={path}" for name, path in tools.items())])

@@ -18,8 +18,8 @@ from frictool.plant.axis_friction_laws import (
     FrictionPositionShape,
     ViscousRegime,
 )
+from studies.references.event_integration import event_integration
 from tests.engine.laws_reference import follow
-from tests.engine.reference import event_integration
 from tests.engine.test_axis import CLUTCH
 from tests.engine.test_axis_laws import BACKWARD, FORWARD, as_motion
 

@@ -22,6 +22,7 @@ from frictool.friction.preisach_cycles import (
     masing_everett,
 )
 from frictool.friction.reversal_memory import new_memory
+from studies.rigs.table_3_1 import packed
 from tests.friction.drivers import (
     FORCE,
     MODE,
@@ -33,7 +34,6 @@ from tests.friction.drivers import (
     pointers,
 )
 from tests.friction.plain import Relays
-from tests.friction.sets import packed
 
 EXACT_PERIOD = 6.5123  # s, event-exact
 PUBLISHED = {

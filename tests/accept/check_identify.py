@@ -29,8 +29,8 @@ from frictool.identify.rows.differences import differenced
 from frictool.identify.rows.regression_samples import fit
 from frictool.plant.axis import AxisParameters
 from frictool.typing import Vector
-from sample_logs.make import TRUTH, ramp, sines
-from tests.identify.benches import MASS, clutch, mass_bench, mass_sine, record
+from studies.rigs.identification_rigs import MASS, clutch, mass_bench, mass_sine, record
+from studies.rigs.sample_logs import TRUTH, ramp, sines
 from tests.identify.linear_axis import linear_axis, linear_bench
 
 RATE = 0.95

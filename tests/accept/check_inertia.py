@@ -24,8 +24,8 @@ from frictool.identify.excite.excitation_kinds import excite
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.simulate.bench_experiment import bench_test
+from studies.rigs.identification_rigs import ROOT, clutch
 from tests.accept.check_identify import HIGHEST, LOWEST, RATE
-from tests.identify.benches import ROOT, clutch
 from tests.identify.test_friction_map import KNEE
 
 SEEDS = 200

@@ -16,10 +16,10 @@ import numpy as np
 from frictool.identify.estimators.sines import sines as method_of_sines
 from frictool.identify.identification import identify
 from frictool.identify.methods import IdentificationSettings
-from sample_logs.make import TRUTH, ramp, sines
+from studies.rigs.curve_logs import nonlinear_clutch
+from studies.rigs.identification_rigs import clutch, record
+from studies.rigs.sample_logs import TRUTH, ramp, sines
 from tests.accept.check_identify import RATE, experiment
-from tests.identify.benches import clutch, record
-from tests.identify.curve_logs import nonlinear_clutch
 from tests.identify.test_friction_map import KNEE
 
 CLUTCHES, KNEES = 200, 100

@@ -24,10 +24,10 @@ from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
+from studies.references.printed_inequalities import plain
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.published_plants import READINGS, annex_lft, annex_mixed, position
 from tests.lmi.examples import LAG, between, clutch_speed, random_polytope
-from tests.lmi.plain import plain
-from tests.synth.example import clutch_model
-from tests.synth.published import READINGS, annex_lft, annex_mixed, position
 
 POLYTOPES, BLENDS, RECENTRING, DEFAULT_RECENTRING = 300, 5, 1.05, 1.1
 NEAR, ROUNDING, LONGEST = 0.01, 1e-6, 30.0  # of the gamma asked; s for one problem

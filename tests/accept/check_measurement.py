@@ -16,9 +16,9 @@ from scipy.stats import binom
 
 from frictool.identify.fit_result import Interval
 from frictool.identify.measurement.reversals import reversals
-from sample_logs.make import sines
+from studies.rigs.identification_rigs import record
+from studies.rigs.sample_logs import sines
 from tests.accept.check_identify import FINE_STEP, RATE, experiment
-from tests.identify.benches import record
 
 SEEDS = 100
 CHANCE = 1e-3

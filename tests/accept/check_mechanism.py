@@ -20,10 +20,11 @@ from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.documents.writing import to_yaml
 from frictool.logs.reading import read_log
-from tests.accept.check_clutch import CLUTCH, _done, _model
-from tests.clutch.mechanism import compared, missed
-from tests.clutch.rebound import missed as not_shown
-from tests.clutch.rebound import ramps, yielding
+from studies.clutch.mechanism_comparison import compared, missed
+from studies.clutch.rig import CLUTCH, identify_model
+from studies.clutch.torque_ramps import missed as not_shown
+from studies.clutch.torque_ramps import ramps, yielding
+from studies.command_line import run_checked
 from tests.mechanism.belt_by_hand import Belt
 from tests.mechanism.playing import play
 from tests.mechanism.screw_by_hand import Screw
@@ -39,9 +40,9 @@ def _controller(design: str, folder: Path) -> Path:
     target = folder / f"{design}.yaml"
     if not target.exists():
         chosen = CLUTCH / f"designs/{design}.yaml"
-        _done(
+        run_checked(
             "synth",
-            _model(folder),
+            identify_model(folder),
             "--spec",
             CLUTCH / "spec.yaml",
             "--design",
@@ -68,9 +69,9 @@ def clutch_of(design: str) -> dict[str, Any]:
         )
         text = (CLUTCH / "scenarios/mechanism.yaml").read_text()
         scenario.write_text(text.replace("plants: 20", f"plants: {PLANTS}"))
-        _done("reduce", CLUTCH / "mechanism.yaml", "-o", model)
+        run_checked("reduce", CLUTCH / "mechanism.yaml", "-o", model)
         for plant, log in ((CLUTCH / "mechanism.yaml", "exhaustive"), (model, "reduced")):
-            _done(
+            run_checked(
                 "simulate",
                 plant,
                 "--controller",
@@ -156,9 +157,9 @@ def rebound() -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         controller = folder / "linear.yaml"
-        _done(
+        run_checked(
             "synth",
-            _model(folder),
+            identify_model(folder),
             "--spec",
             CLUTCH / "spec.yaml",
             "--design",
@@ -172,7 +173,7 @@ def rebound() -> dict[str, Any]:
         found = []
         for plant in (CLUTCH / "mechanism.yaml", folder / "yielding.yaml"):
             log = folder / f"{plant.stem}.mcap"
-            _done(
+            run_checked(
                 "simulate",
                 plant,
                 "--controller",

@@ -30,7 +30,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 from frictool.synth.worst_norm import sensitivity_plant, true_norms
 from frictool.verify.margins import margins
 from frictool.verify.speed_loop import check_loop
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 LAG, PERIOD, INSIDE, SEEDS = 3e-3, 1e-3, 300, 5

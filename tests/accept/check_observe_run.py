@@ -14,9 +14,9 @@ from frictool.observe.friction_tracker import FrictionTracker, estimate_starts
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.estimator import WearEstimator
 from frictool.typing import Vector
+from studies.rigs.clutch_fleet import NOISE, Loop, Unit, believed, clutch, run, spread, steps
+from studies.rigs.fleet_logs import long_log, model_file
 from tests.cli.peak_memory import peak_mb
-from tests.observe.files import long_log, model_file
-from tests.observe.fleet import NOISE, Loop, Unit, believed, clutch, run, spread, steps
 
 MOST_MB = 600.0  # most of it are libraries: 8 s of log take nearly as much
 MOST_GROWTH = 1.1

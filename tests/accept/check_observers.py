@@ -13,23 +13,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tests.accept.check_clutch import CLUTCH, _done, _model
-from tests.observe.comparison import LOOPS, WEARS, Row, compared
-from tests.observe.thesis_tests import First, Second, figures
+from studies.clutch.rig import CLUTCH, identify_model
+from studies.command_line import run_checked
+from studies.observers.estimator_comparison import LOOPS, WEARS, Row, compared
+from studies.observers.switched_observers import DESIGNS, OPTIONS, PLANTS, First, Second, figures
 
-DESIGNS = {
-    "multiplicative_printed": ("--kind", "multiplicative", "--decay", 1),
-    "multiplicative_decay": ("--kind", "multiplicative", "--intervals", 20),
-    "multiplicative": ("--kind", "multiplicative", "--intervals", 20, "--quiet", 4),
-    "additive_printed": ("--kind", "additive", "--decay", 1),
-    "additive_decay": ("--kind", "additive"),
-    "additive": ("--kind", "additive", "--decay", 0.94, "--quiet", 4),
-}
-PLANTS = {"first": CLUTCH / "observers/perfect.yaml", "second": CLUTCH / "nonlinear.yaml"}
-OPTIONS = {
-    "first": ("--switch-speed", "10rad/s"),
-    "second": ("--switch-speed", "100rad/s", "--inertia", 1.056e-5),
-}
 LAWS = {"rst": "designs/rst.yaml", "linear": "laws/linear.yaml", "speed": "designs/speed.yaml"}
 SOON, WITHIN = 1.0, 0.05  # s; relative
 SEEDS = 20
@@ -40,11 +28,11 @@ def played(test: str, loops: tuple[str, ...]) -> dict[str, dict[str, First | Sec
     """Each design's figures in each loop of a test."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        own, model = folder / test, _model(folder)
+        own, model = folder / test, identify_model(folder)
         own.mkdir()
         (own / "model.yaml").write_bytes(PLANTS[test].read_bytes())
         for kind, options in DESIGNS.items():
-            _done(
+            run_checked(
                 "observe",
                 "design",
                 own / "model.yaml",
@@ -56,7 +44,7 @@ def played(test: str, loops: tuple[str, ...]) -> dict[str, dict[str, First | Sec
         for loop in loops:
             controller, log = own / f"{loop}_controller.yaml", own / loop / "run.mcap"
             log.parent.mkdir()
-            _done(
+            run_checked(
                 "synth",
                 model,
                 "--spec",
@@ -67,7 +55,7 @@ def played(test: str, loops: tuple[str, ...]) -> dict[str, dict[str, First | Sec
                 controller,
             )
             scenario = CLUTCH / f"observers/{test}.yaml"
-            _done(
+            run_checked(
                 "simulate",
                 own / "model.yaml",
                 "--controller",
@@ -79,7 +67,7 @@ def played(test: str, loops: tuple[str, ...]) -> dict[str, dict[str, First | Sec
             )
             for kind in DESIGNS:
                 estimates = own / loop / f"{kind}.mcap"
-                _done(
+                run_checked(
                     "observe",
                     "run",
                     own / "model.yaml",

@@ -17,8 +17,8 @@ from frictool.identify.fit_result import Interval
 from frictool.identify.presliding.loops import find_loops
 from frictool.identify.presliding.preisach import preisach
 from frictool.identify.presliding.presliding_laws import presliding
+from studies.rigs.identification_rigs import CLUTCH
 from tests.accept.check_identify import HIGHEST, LOWEST
-from tests.identify.benches import CLUTCH
 from tests.identify.presliding_bench import (
     BREAKAWAY,
     INERTIA,

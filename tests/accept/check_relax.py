@@ -31,8 +31,8 @@ from frictool.synth.weights import choose_weights
 from frictool.verify.encoder_count_drive import count_current
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop, performance
+from studies.rigs.clutch_model import ROOT, clutch_model
 from tests.accept.check_synth import specification_met
-from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 SPEC, SPEED = load(RIG / "spec.yaml", Spec), load(RIG / "designs/speed.yaml", Design)

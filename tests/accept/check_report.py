@@ -21,8 +21,8 @@ from frictool.logs.log import Log, Stream
 from frictool.report.verdict import judge
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.design import design_controller
-from tests.engine.loops51 import LOOPS, TOLERANCE, deviation
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
+from studies.table_5_1.published_figures import LOOPS, TOLERANCE, deviation
 
 HERE = Provenance("check", "0")
 MASS, CLUTCH = ROOT / "configs/mass", ROOT / "configs/clutch"

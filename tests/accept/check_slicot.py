@@ -16,9 +16,9 @@ from typing import Any
 from frictool.lmi.hinf_synthesis import controller, minimise
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.verify.hinf_norm import norm
-from tests.lmi.family import ORDERS, mixed_sensitivity
-from tests.lmi.slicot import AVAILABLE, MISSING, slicot
-from tests.synth.published import READINGS, annex_lft, annex_mixed, position
+from studies.references.slicot import AVAILABLE, MISSING, slicot
+from studies.rigs.mixed_sensitivity import ORDERS, mixed_sensitivity
+from studies.rigs.published_plants import READINGS, annex_lft, annex_mixed, position
 
 TIMEOUT, WITHIN, RECENTRING = 120.0, 0.01, 1.02
 

@@ -14,9 +14,9 @@ from frictool.engine.status import EVENTS_FULL, OK
 from frictool.engine.trajectory import simulate
 from frictool.friction.extension import FrictionExtension
 from frictool.friction.law_registry import LAWS
-from tests.engine.extended_reference import MASS, Slow
-from tests.engine.table31 import reference_breakaways, table31
-from tests.friction.sets import STRIBECK, TABLE_3_1
+from studies.references.extended_friction import MASS, Slow
+from studies.references.stick_slip import reference_breakaways, table31
+from studies.rigs.table_3_1 import STRIBECK, TABLE_3_1
 
 RUNS, REPLAYS, EXTENDED = 20_000, 40, 30
 PID = pid(3.0, 6.0, 4.0, 1.0)
@@ -139,7 +139,7 @@ def _extension(rng: np.random.Generator) -> FrictionExtension:
 
 def extended_agrees_with_an_integrator() -> dict[str, Any]:
     """Random extensions and drives from rest against the formulae of
-    tests/engine/extended_reference.py under DOP853 with events."""
+    studies/references/extended_friction.py under DOP853 with events."""
     rng, law, worst, compared = np.random.default_rng(32), LAWS["stribeck"], 0.0, 0
     for _ in range(EXTENDED):
         extension = _extension(rng)

@@ -25,7 +25,7 @@ from frictool.errors import NoSolutionError
 from frictool.report.verdict import judge
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.design import design_controller
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 HERE = Provenance("a check", "0")

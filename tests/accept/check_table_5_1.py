@@ -13,8 +13,15 @@ import functools
 import math
 from typing import Any
 
-from tests.engine.loops51 import FIGURES, LOOPS, TOLERANCE, deviation, figures, missed
-from tests.engine.product51 import played
+from studies.table_5_1.product_loops import played
+from studies.table_5_1.published_figures import (
+    FIGURES,
+    LOOPS,
+    TOLERANCE,
+    deviation,
+    figures,
+    missed,
+)
 
 SECONDS = 600.0
 

@@ -15,8 +15,7 @@ from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.observe.sample_stream import open_stream
 from frictool.observe.velocity import VelocityEstimator
-from tests.identify.benches import data
-from tests.observe.fleet import (
+from studies.rigs.clutch_fleet import (
     Loop,
     Unit,
     believed,
@@ -27,6 +26,7 @@ from tests.observe.fleet import (
     targets,
     with_encoder,
 )
+from tests.support.measured_data import data
 
 ROOT = Path(__file__).parents[2]
 SEEDS, WEARS = 60, (1.0, 1.5, 1.2)

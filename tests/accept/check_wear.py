@@ -3,7 +3,7 @@ precision, intervals, moves it takes, alarms.
 
 The log is 20 s of steps under the speed form or a PID, 0.5 A of noise on the current; what the
 estimator believes has the inertia 20 % low. Each seed has its own noise and its own phase of the
-encoder. Spread plants are those of `tests/observe/fleet.py`. The floor of the intervals and
+encoder. Spread plants are those of `studies/rigs/clutch_fleet.py`. The floor of the intervals and
 everything else that was chosen was chosen on other seeds (from 5000 on).
 """
 
@@ -13,82 +13,28 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from frictool.observe.estimate import WearEstimate
 from frictool.observe.wear.estimator import WearEstimator
 from frictool.observe.wear.moves import Move
 from frictool.observe.wear_limit import judge
-from tests.observe.fleet import Loop, Unit, believed, clutch, run, spread, steps, targets
+from studies.observers.wear_runs import (
+    LOOPS,
+    SOON,
+    WEARS,
+    WITHIN,
+    Runs,
+    drawn,
+    estimates,
+    reference,
+)
+from studies.rigs.clutch_fleet import Loop, Unit, believed, run, spread
 
 SEEDS = 200
-WEARS = (1.0, 1.2, 1.5)
-LOOPS: tuple[Loop, ...] = ("speed", "linear")
 LOWEST, HIGHEST = 0.93, 0.99  # of the runs, whose interval of 95 % holds the wear
 BIAS, DEVIATION, LARGEST = 0.5, 0.5, 2.0  # %
-SOON, WITHIN, OFTEN = 8, 3.0, 0.98  # moves, %, of the runs
+OFTEN = 0.98  # share of the runs
 LIMIT, WORN = 1.25, 1.3
 WINDOWS = 3000  # of SOON moves
-PHASE_STREAM = 104  # beside the seed
-
-
-def reference(seed: int, random: bool = False) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """The steps of 6.3.2, or random ones, [rad], begun anywhere within a count of the encoder."""
-    phase = (
-        float(np.random.Generator(np.random.PCG64([seed, PHASE_STREAM])).random())
-        * clutch().bench.encoder.resolution
-    )
-    return (targets(seed) if random else steps()) + phase
-
-
-def estimates(unit: Unit, seed: int, loop: Loop, random: bool = False) -> list[WearEstimate]:
-    """What is known after each move of a log."""
-    estimator, found = WearEstimator(believed()), []
-    for piece in run(unit, reference(seed, random), seed, loop).pieces:
-        found += estimator.take(piece)
-    return [*found, *estimator.finish()]
-
-
-def drawn(seed: int) -> Unit:
-    """A spread plant, its wear one of WEARS."""
-    return spread(seed, wear=WEARS[seed % len(WEARS)])
-
-
-class Runs:
-    """The errors [%] of runs, and whether the intervals held."""
-
-    def __init__(self) -> None:
-        self.last: list[float] = []
-        self.soon: list[float] = []
-        self.held: list[bool] = []
-        self.held_soon: list[bool] = []
-        self.moves: list[int] = []
-        self.halves: list[float] = []
-
-    def take(self, found: list[WearEstimate], wear: float) -> None:
-        """A run's estimates."""
-        last, soon = found[-1].wear, found[min(SOON, len(found)) - 1].wear
-        self.last.append(100.0 * (last.value / wear - 1.0))
-        self.soon.append(100.0 * (soon.value / wear - 1.0))
-        self.held.append(last.low <= wear <= last.high)
-        self.held_soon.append(soon.low <= wear <= soon.high)
-        self.moves.append(found[-1].moves)
-        self.halves.append(50.0 * (last.high - last.low) / wear)
-
-    @property
-    def figures(self) -> dict[str, float]:
-        """For the table."""
-        return {
-            "bias_percent": float(np.mean(self.last)),
-            "deviation_percent": float(np.std(self.last)),
-            "largest_percent": float(np.max(np.abs(self.last))),
-            "covered": float(np.mean(self.held)),
-            f"covered_after_{SOON}": float(np.mean(self.held_soon)),
-            f"within_{WITHIN:g}_after_{SOON}": float(np.mean(np.abs(self.soon) <= WITHIN)),
-            f"largest_after_{SOON}_percent": float(np.max(np.abs(self.soon))),
-            "half_percent": float(np.median(self.halves)),
-            "moves": float(np.mean(self.moves)),
-        }
 
 
 def covers(share: float) -> bool:

@@ -25,8 +25,8 @@ from frictool.observe.estimate import EstimateRange, Kind, WearEstimate
 from frictool.observe.sample_stream import open_stream
 from frictool.observe.wear.estimator import WearEstimator
 from frictool.observe.wear_limit import judge
-from tests.accept.check_wear import LOOPS, SOON, reference
-from tests.observe.fleet import EDGE, ROOT, Loop, Unit, believed, clutch, run, spread
+from studies.observers.wear_runs import LOOPS, SOON, reference
+from studies.rigs.clutch_fleet import EDGE, ROOT, Loop, Unit, believed, clutch, run, spread
 
 SEEDS = 200
 SIZES: dict[Kind, tuple[dict[str, float], ...]] = {

@@ -31,12 +31,12 @@ from frictool.observe import design_observer, observe
 from frictool.reduce import reduce
 from frictool.report import judge
 from frictool.simulate import play, simulate
-from tests.campaign import rig
-from tests.cli.run import run
-from tests.report.example import clutch_spec
-from tests.simulate.example import controller
-from tests.synth.example import ROOT, clutch_model
-from tests.verify.truthful import truthful
+from studies.command_line import run
+from studies.rigs import campaign_rig as rig
+from studies.rigs.clutch_model import ROOT, clutch_model
+from studies.rigs.step_logs import clutch_spec
+from studies.rigs.step_scenario import controller
+from studies.rigs.verified_controller import truthful
 
 MODEL = clutch_model()
 BENCH = MODEL.bench

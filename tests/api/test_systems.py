@@ -27,7 +27,7 @@ from frictool.systems import (
     to_scipy,
 )
 from frictool.verify import verify
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 MODEL = clutch_model()
 SPEC = load(ROOT / "configs/clutch/spec.yaml", Spec)

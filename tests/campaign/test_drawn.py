@@ -29,9 +29,9 @@ from frictool.documents.spread import (
     Warmth,
 )
 from frictool.documents.writing import to_yaml
+from studies.rigs.campaign_rig import EVERYTHING, SLOW_WEAR, played, trial
+from studies.rigs.step_logs import ENCODER_STEP
 from tests.campaign.example import factors
-from tests.campaign.rig import EVERYTHING, SLOW_WEAR, played, trial
-from tests.report.example import ENCODER_STEP
 
 SPREAD_SIZE = 15  # of EVERYTHING
 TRIAL = trial()

@@ -19,9 +19,10 @@ from frictool.campaign.trials import trial_player
 from frictool.documents.quantity import Quantity, Span
 from frictool.documents.spread import InstantBand, LastingBand, Spread, SpreadDisturbance
 from frictool.documents.writing import to_yaml
-from tests.campaign.rig import EVERYTHING, played, trial, write
-from tests.cli.run import refused, run
+from studies.command_line import run
+from studies.rigs.campaign_rig import EVERYTHING, played, trial, write
 from tests.simulate.mechanism_example import ONE_BLOCK
+from tests.support.command_line import refused
 
 NO_REST = {"rest": None}  # the step is too short for it
 WEAR = Spread(

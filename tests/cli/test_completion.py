@@ -14,7 +14,7 @@ import pytest
 from frictool.cli.completion import INSTALL, VARIABLE
 from frictool.cli.main import COMMANDS
 from frictool.identify.methods import METHODS
-from tests.cli.run import run
+from studies.command_line import run
 
 HEAVY = {"numpy", "numba", "scipy", "clarabel", "matplotlib", "yaml"}
 ASKING = """

@@ -19,8 +19,9 @@ from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from frictool.logs.conversion import CONVERSIONS
 from frictool.logs.log import Log, Stream
 from frictool.logs.table import BLOCK_ROWS
-from tests.cli.run import Result, refused, run
+from studies.command_line import CommandResult, run
 from tests.logs.example import ROOT, as_bytes, golden_log
+from tests.support.command_line import refused
 
 KINDS = tuple(CONVERSIONS)
 SUFFIX = {kind: one.suffixes[0] for kind, one in CONVERSIONS.items()}
@@ -217,7 +218,7 @@ def test_csv_is_readable(tmp_path: Path):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_same_log_gives_the_same_bytes_on_file_and_stdout(kind: str, two: Path, tmp_path: Path):
-    def once(name: str) -> Result:
+    def once(name: str) -> CommandResult:
         return run(
             "convert",
             two,

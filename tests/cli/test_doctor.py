@@ -22,7 +22,7 @@ from frictool.doctor.installation_check import InstallationCheck
 from frictool.runtime import kernels
 from frictool.runtime.kernel_sources import PACKAGE, Sources
 from frictool.simulate.compiled_target import COMPILERS
-from tests.cli.run import run
+from studies.command_line import run
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.cli.file_endings import FORMATS, check_ending
-from tests.cli.run import run
+from studies.command_line import run
 
 CAMPAIGN = "campaign m.yaml c.yaml --scenario s.yaml --spec p.yaml"
 OUTPUTS = [

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.run import also_called, refused, run
+from studies.command_line import run
+from studies.rigs.clutch_model import ROOT
 from tests.plant.mechanism.described import TRAIN
-from tests.synth.example import ROOT
+from tests.support.command_line import also_called, refused
 
 
 @pytest.fixture

@@ -14,12 +14,12 @@ from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.documents.starting_documents import StartingRig, example_keys, starting_documents
 from frictool.documents.writing import to_yaml
-from tests.campaign.rig import played
-from tests.cli.run import run
-from tests.report.example import ROOT, clutch_spec
-from tests.simulate.example import controller
-from tests.synth.example import clutch_model
-from tests.verify.truthful import truthful
+from studies.command_line import run
+from studies.rigs.campaign_rig import played
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.step_logs import ROOT, clutch_spec
+from studies.rigs.step_scenario import controller
+from studies.rigs.verified_controller import truthful
 
 LEFT = "example values of `frictool init` are left in place"
 LOG = ROOT / "sample_logs/ramp.csv"

@@ -10,7 +10,8 @@ import pytest
 
 from frictool.cli.output_folder import archive, save_folder
 from frictool.errors import OutputError
-from tests.cli.run import refused, run
+from studies.command_line import run
+from tests.support.command_line import refused
 
 ROOT = Path(__file__).parents[2]
 FILES = {"a.txt": "α\n", "deep/b.txt": "b\n"}

@@ -12,8 +12,9 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.logs.channels.column_names import unit_in
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.logs.loggers import LOGGERS, twincat
+from tests.support.command_line import refused
 
 ASKED = "?"
 EXPECTED: dict[str, dict[str, tuple[str, str]]] = {

@@ -22,8 +22,9 @@ from frictool.identify.batch_table import COLUMNS
 from frictool.identify.methods import DEFAULT, IdentificationSettings
 from frictool.logs.fleet import FleetLog, members
 from frictool.logs.origin import LogName
-from tests.cli.run import Result, refused, run
-from tests.identify.benches import CLUTCH, ROOT, clutch
+from studies.command_line import CommandResult, run
+from studies.rigs.identification_rigs import CLUTCH, ROOT, clutch
+from tests.support.command_line import refused
 
 PARTS = (("U1", "2026-01-03", 1.0), ("U1", "2026-02-03", 1.0), ("U2", "2026-01-04", 1.3))
 DATE = r"\d{4}-\d\d-\d\d"
@@ -55,7 +56,7 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
     return SimpleNamespace(root=root, folder=folder, first=folder / "U1" / "2026-01-03.csv")
 
 
-def each(*arguments: str | Path) -> Result:
+def each(*arguments: str | Path) -> CommandResult:
     return run("identify", "--each", *arguments, "--bench", CLUTCH)
 
 

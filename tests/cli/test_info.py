@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from frictool.logs.log import Log, Stream
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.logs.example import ROOT, as_bytes, golden_log, measured
+from tests.support.command_line import refused
 
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 EMPS = ROOT / "configs" / "emps" / "bench.yaml"

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from frictool.logs.canonical.mcap_format import read_mcap
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.logs.example import ROOT, as_bytes, golden_log, measured, same
+from tests.support.command_line import refused
 
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 SINES = ROOT / "sample_logs" / "sines.csv"

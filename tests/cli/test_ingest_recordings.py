@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from frictool.logs.canonical.mcap_format import read_mcap
-from sample_logs.make import TRUTH
-from tests.cli.run import refused, run
+from studies.command_line import run
+from studies.rigs.sample_logs import TRUTH
 from tests.logs.example import ROOT, measured
 from tests.logs.recordings import PERIOD, START, Sent, joint_states, ros2_bag, ros2_mcap, stamp
+from tests.support.command_line import refused
 
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 SINES = ROOT / "sample_logs" / "sines.csv"

@@ -16,9 +16,10 @@ import pytest
 
 from frictool.cli import progress
 from frictool.logs.canonical.mcap_format import read_mcap
+from studies.command_line import CommandResult, run
 from tests.cli.peak_memory import peak_mb
-from tests.cli.run import Result, refused, run
 from tests.logs.example import ROOT, as_bytes, golden_log
+from tests.support.command_line import refused
 
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 HEADER = "time [s],encoder [count],current [A]\n"
@@ -124,7 +125,7 @@ def test_another_period_only_where_asked(raw: Path, tmp_path: Path):
 
 
 def test_standard_input(raw: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    def piped(data: bytes, *names: str) -> Result:
+    def piped(data: bytes, *names: str) -> CommandResult:
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
         return run("ingest", *names, "--bench", CLUTCH, "-o", one)
 

@@ -12,8 +12,9 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.logs.canonical.mcap_format import read_mcap
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.logs.example import ROOT, measured
+from tests.support.command_line import refused
 
 RACK = ROOT / "configs" / "rack" / "bench.yaml"
 EXPORT = "Motor test\nTime;Angle;Amps;State\nms;deg;A;\n" + "".join(

@@ -20,7 +20,8 @@ from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.documents.starting_documents import FILES, StartingRig, quoted, starting_documents
 from frictool.logs.reading import read_log
-from tests.cli.run import refused, run
+from studies.command_line import run
+from tests.support.command_line import refused
 
 ROOT = Path(__file__).parents[2]
 LOG = ROOT / "sample_logs/sines.csv"

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from frictool.documents.starting_documents import StartingRig, starting_documents
-from tests.cli.run import run
+from studies.command_line import run
 
 ROOT = Path(__file__).parents[2]
 LOG = ROOT / "sample_logs/sines.csv"

@@ -16,8 +16,8 @@ from frictool.doctor import examination
 from frictool.errors import LogError
 from frictool.runtime import part_files
 from frictool.runtime.part_files import PART, part_file, part_folder, remove_stale_parts
-from tests.cli.run import run
-from tests.identify.benches import CLUTCH, ROOT
+from studies.command_line import run
+from studies.rigs.identification_rigs import CLUTCH, ROOT
 
 SINES = ROOT / "sample_logs/sines.csv"
 ENDLESS_WRITER = """

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from frictool.identify.bounded_lines import INDENT, LONGEST, bounded
-from tests.cli.run import run
+from studies.command_line import run
 
 ROOT = Path(__file__).parents[2]
 BENCH = ROOT / "configs/clutch/bench.yaml"

@@ -11,8 +11,9 @@ import pytest
 
 from frictool.documents.observer import Observer
 from frictool.documents.registry import load
-from tests.cli.run import refused, run
-from tests.synth.example import ROOT
+from studies.command_line import run
+from studies.rigs.clutch_model import ROOT
+from tests.support.command_line import refused
 
 
 @pytest.fixture

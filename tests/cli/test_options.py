@@ -13,7 +13,8 @@ import pytest
 from frictool.cli.main import COMMANDS
 from frictool.cli.output import FiniteRange, NamedPath
 from frictool.logs.fleet import members
-from tests.cli.run import refused, run
+from studies.command_line import run
+from tests.support.command_line import refused
 
 ROOT = Path(__file__).parents[2]
 IDENTIFY = [

@@ -18,11 +18,11 @@ from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.resonances import Oscillation, Resonances
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
-from tests.campaign.rig import played
-from tests.cli.run import run
+from studies.command_line import run
+from studies.rigs.campaign_rig import played
+from studies.rigs.clutch_model import clutch_model
 from tests.cli.test_stale_controller import CONTROLLER, Rig, margin_of
 from tests.simulate.mechanism_example import ONE_BLOCK
-from tests.synth.example import clutch_model
 
 
 @pytest.fixture(name="rig")

@@ -12,7 +12,7 @@ import pytest
 
 from frictool.cli.printable import printable, printable_json
 from frictool.logs.log import Log, Stream
-from tests.cli.run import Result, run
+from studies.command_line import CommandResult, run
 from tests.logs.example import ROOT, as_bytes
 
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
@@ -20,7 +20,7 @@ EVIL = "\x1b]0;title\x07\x1b[31m\x9b2J\u202e\x7f"
 UNSAFE = re.compile("[^\n\t -~\u00a0-\u200d\u2010-\u2027\u2030-\u2065\u206a-\uffff]")
 
 
-def safe(result: Result) -> None:
+def safe(result: CommandResult) -> None:
     assert result.code in (0, 1, 2, 3, 4)
     for text in (result.stdout, result.stderr):
         assert UNSAFE.search(text) is None, ascii(text)

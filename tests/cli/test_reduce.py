@@ -22,8 +22,9 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.reduce.building import belt, coulomb, lift, lossy_train, motor, rotor, two_plays
+from tests.support.command_line import refused
 
 GOLDEN = Path(__file__).parents[1] / "reduce" / "golden" / "model.yaml"
 Q = Quantity

@@ -3,7 +3,8 @@
 import json
 from pathlib import Path
 
-from tests.cli.run import refused, run
+from studies.command_line import run
+from tests.support.command_line import refused
 
 
 def test_stdout_and_exit_code_are_captured():

@@ -19,10 +19,10 @@ from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import FrictoolError
 from frictool.verify.model_check import check_model
-from tests.campaign.rig import played
-from tests.cli.run import run
+from studies.command_line import run
+from studies.rigs.campaign_rig import played
+from studies.rigs.clutch_model import clutch_model
 from tests.cli.test_stale_controller import CONTROLLER, Rig, margin_of
-from tests.synth.example import clutch_model
 from tests.verify.edits import Edit, edits_of_keys
 
 SEED, DRAWN = 20261123, 2

@@ -17,13 +17,13 @@ from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.document_check import check_feedback
 from frictool.verify.feedback_loops import feedbacks_of
-from tests.campaign.rig import played
-from tests.cli.run import Result, run
-from tests.report.example import clutch_spec
-from tests.simulate.example import controller
+from studies.command_line import CommandResult, run
+from studies.rigs.campaign_rig import played
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.step_logs import clutch_spec
+from studies.rigs.step_scenario import controller
+from studies.rigs.verified_controller import truthful
 from tests.simulate.mechanism_example import ONE_BLOCK
-from tests.synth.example import clutch_model
-from tests.verify.truthful import truthful
 
 OUTSIDE = "inertia {} to 1.53e-05 kg m^2, verified 1.11e-05 to 1.53e-05"
 CONTROLLER = truthful(controller())
@@ -75,7 +75,7 @@ class Rig:
         }.items():
             (self.folder / f"{name}.yaml").write_text(to_yaml(document))
 
-    def simulate(self) -> Result:
+    def simulate(self) -> CommandResult:
         files = [self.folder / f"{name}.yaml" for name in ("model", "controller", "scenario")]
         done = run(
             "simulate",
@@ -90,11 +90,11 @@ class Rig:
         assert done.code == 0, done.stderr
         return done
 
-    def report(self, *more: str | Path) -> Result:
+    def report(self, *more: str | Path) -> CommandResult:
         paths = [self.folder / name for name in ("run.mcap", "spec.yaml", "controller.yaml")]
         return run("report", paths[0], "--spec", paths[1], "--controller", paths[2], *more)
 
-    def campaign(self, *more: str | Path) -> Result:
+    def campaign(self, *more: str | Path) -> CommandResult:
         paths = [
             self.folder / f"{name}.yaml" for name in ("model", "controller", "scenario", "spec")
         ]

@@ -11,8 +11,9 @@ import pytest
 from frictool.documents.controller import Controller
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
-from tests.cli.run import also_called, refused, run
-from tests.synth.example import ROOT, clutch_model
+from studies.command_line import run
+from studies.rigs.clutch_model import ROOT, clutch_model
+from tests.support.command_line import also_called, refused
 
 RIG = ROOT / "configs/clutch"
 

@@ -13,9 +13,11 @@ from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.engine.servo import PositionServo, follow_reference
 from frictool.identify.validate.picture import effort_label
 from frictool.plant.axis import AxisParameters, rest
-from tests.cli.run import also_called, refused, run
-from tests.identify.benches import EMPS, data
+from studies.command_line import run
+from studies.rigs.identification_rigs import EMPS
 from tests.logs.example import as_bytes, golden_log
+from tests.support.command_line import also_called, refused
+from tests.support.measured_data import data
 
 AXIS = AxisParameters(inertia=2.0, viscous=10.0, coulomb=4.0, breakaway=5.0, offset=0.5)
 PERIOD, CONSTANT = 1e-3, 20.0

@@ -13,10 +13,11 @@ import pytest
 from frictool.documents.controller import Controller, StateSpace
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
-from tests.cli.run import refused, run
+from studies.command_line import run
+from studies.rigs.verified_controller import truthful
+from tests.support.command_line import refused
 from tests.synth.test_design import clutch_controller
 from tests.verify.certified import certified
-from tests.verify.truthful import truthful
 
 
 def _written(folder: Path, controller: Controller) -> Path:

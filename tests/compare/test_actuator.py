@@ -16,7 +16,7 @@ from frictool.compare.comparison_setting import ComparisonSetting
 from frictool.compare.law_simulator import LawSimulator, setting_violations
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
-from tests.synth.example import clutch_model
+from studies.rigs.clutch_model import clutch_model
 
 
 def changed(**parameters: float) -> Model:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.run import also_called, refused, run
+from studies.command_line import run
+from tests.support.command_line import also_called, refused
 
 MASS = Path(__file__).parents[2] / "configs/mass"
 FAST = ("--law", "stribeck", "--law", "lugre")

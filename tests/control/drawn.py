@@ -24,7 +24,7 @@ from frictool.documents.controller import (
     Velocity,
 )
 from frictool.typing import Matrix
-from tests.control.example import clutch_controller
+from studies.rigs.example_controllers import clutch_controller
 
 STEP = 2 * math.pi / 56
 TRAVEL = 63.0

@@ -31,14 +31,14 @@ from frictool.control.fixed_point import (
 )
 from frictool.control.program import Program, ProgramNode
 from frictool.documents.controller import Controller, LinearController, Velocity
-from tests.control.drawn import Sample, assaults, controllers, seeds, space, wanderings
-from tests.control.example import (
+from studies.rigs.example_controllers import (
     BRAKE_LAW,
     CUT_LAW,
     closed_loop_inputs,
     clutch_controller,
     emps_controller,
 )
+from tests.control.drawn import Sample, assaults, controllers, seeds, space, wanderings
 from tests.control.interpreted import InWords
 from tests.control.programs import hostile, random_program
 

@@ -19,8 +19,8 @@ from frictool.control.compiled_program import (
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller
+from studies.rigs.example_controllers import clutch_controller
 from tests.control.drawn import Sample, assaults, controllers, seeds, wanderings
-from tests.control.example import clutch_controller
 from tests.control.interpreted import InFloat
 from tests.control.programs import hostile, random_program
 

@@ -25,7 +25,7 @@ from typing import Any
 
 import pytest
 
-from tests.cli.run import run
+from studies.command_line import run
 from tests.docs.pages import ROOT, blocks, name_of
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from tests.cli.run import run
+from studies.command_line import run
 from tests.docs.pages import ROOT
 
 

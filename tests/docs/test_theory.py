@@ -17,7 +17,7 @@ FOLDER = ROOT / "docs" / "theory"
 TABLE = FOLDER / "README.md"
 FILES = [
     path
-    for folder in ("frictool", "tests", "benchmarks", "sample_logs", "thesis")
+    for folder in ("frictool", "studies", "tests", "benchmarks")
     for path in (ROOT / folder).rglob("*.py")
 ]
 NAMES = {str(path.relative_to(ROOT)) for path in FILES}
@@ -122,7 +122,7 @@ def test_paths_of_a_table_are_where_its_head_says(page: Path) -> None:
             assert _lost(line, head) == [], line
 
 
-SOURCES = ("frictool", "tests", "thesis", "benchmarks", "configs", "sample_logs")
+SOURCES = ("frictool", "studies", "tests", "benchmarks", "configs")
 WORD = re.compile(r"(?<![\w/.])[a-z]+(?:_[a-z0-9]+)+(?![\w/*])")
 
 

@@ -12,8 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.documents import yaml_parser
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.docs.playing import DATA
+from tests.support.command_line import refused
 
 ROOT = Path(__file__).parents[2]
 BENCH = (ROOT / "configs/clutch/bench.yaml").read_text()

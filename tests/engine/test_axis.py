@@ -25,7 +25,7 @@ from frictool.plant.axis import (
     AxisParameters,
     rest,
 )
-from tests.engine.reference import event_integration, time_stepping
+from studies.references.event_integration import event_integration, time_stepping
 
 CLUTCH = AxisParameters(
     inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099, breakaway=0.109, constant=0.0134, lag=3e-3, drive_limit=50.0,

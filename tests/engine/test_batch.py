@@ -24,7 +24,7 @@ from frictool.friction.law_registry import LAWS
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.position_load import PositionLoad
 from frictool.runtime.kernels import function_pointer
-from tests.control.example import clutch_controller
+from studies.rigs.example_controllers import clutch_controller
 
 PLANTS, PERIOD = 40, 1e-3
 

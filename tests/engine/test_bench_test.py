@@ -16,7 +16,7 @@ from frictool.engine.bench_experiment import play_ramps, play_reference
 from frictool.engine.servo import PositionServo
 from frictool.plant.axis import CONSTANT, DRIVE, DRIVE_LIMIT, LAG, POSITION, AxisParameters, rest
 from frictool.typing import Vector
-from sample_logs.make import TRUTH
+from studies.rigs.sample_logs import TRUTH
 
 PERIOD, NO_LOAD = 1e-3, np.empty(0)
 

@@ -13,7 +13,7 @@ from frictool.engine.status import OK
 from frictool.engine.trajectory import simulate
 from frictool.friction.extension import FrictionExtension
 from frictool.friction.law_registry import LAWS
-from tests.friction.sets import STRIBECK
+from studies.rigs.table_3_1 import STRIBECK
 
 LAW = LAWS["stribeck"]
 

@@ -29,8 +29,8 @@ from frictool.engine.conditions import NO_CONDITIONS, SENSOR_OFFSET, neutral
 from frictool.engine.status import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, LOAD_POSITION, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
-from tests.control.example import BRAKE_LAW, clutch_controller, speed_controller, started
-from tests.engine.reference import event_integration
+from studies.references.event_integration import event_integration
+from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller, speed_controller, started
 from tests.engine.test_axis import CLUTCH
 
 ENCODED = CLUTCH._replace(encoder_step=2 * math.pi / 56)

@@ -43,7 +43,7 @@ from frictool.plant.axis import DRIVE, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import PositionLoad
 from frictool.typing import Vector
-from tests.control.example import ROOT, started
+from studies.rigs.example_controllers import ROOT, started
 from tests.engine.test_closed_loop import CONTROLLER, ENCODED, PERIOD
 
 PUBLISHED = axis_of(load(ROOT / "configs/clutch/nonlinear.yaml", Model))

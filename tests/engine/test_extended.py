@@ -16,9 +16,9 @@ from frictool.engine.law_simulation import body_of, run_law
 from frictool.engine.trajectory import simulate
 from frictool.friction.extension import FrictionExtension
 from frictool.friction.law_registry import LAWS
+from studies.references.extended_friction import MASS, Slow
+from studies.rigs.table_3_1 import STRIBECK
 from tests.engine.drives import drives, ok
-from tests.engine.extended_reference import MASS, Slow
-from tests.friction.sets import STRIBECK
 
 LAW = LAWS["stribeck"]
 P = LAW.pack(STRIBECK)

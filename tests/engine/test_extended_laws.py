@@ -17,7 +17,7 @@ from frictool.engine.status import OK
 from frictool.engine.trajectory import Trajectory, simulate
 from frictool.friction.extension import FrictionExtension
 from frictool.friction.law_registry import LAWS
-from tests.friction.sets import STRIBECK, TABLE_3_1
+from studies.rigs.table_3_1 import STRIBECK, TABLE_3_1
 
 MASS, STEP = 1.0, 4e-5
 SPRING = spring(stiffness=2.0, speed=0.1)

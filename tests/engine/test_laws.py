@@ -17,7 +17,7 @@ from frictool.engine.trajectory import Trajectory, simulate
 from frictool.friction.hybrid_kernels import STUCK
 from frictool.friction.law import DynamicKernels, HybridKernels
 from frictool.friction.law_registry import LAWS
-from tests.friction.sets import TABLE_3_1
+from studies.rigs.table_3_1 import TABLE_3_1
 
 MASS, SPEED = 1.0, 1e-3
 SPRING = spring(stiffness=2.0, speed=0.1)

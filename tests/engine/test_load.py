@@ -18,8 +18,8 @@ from frictool.engine.status import OK
 from frictool.plant.axis import DRIVE, GAP, POSITION, RESTED, STUCK, VELOCITY, AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisLaws
 from frictool.plant.position_load import LoadHarmonic, PositionLoad, load_effort, with_load
-from tests.control.example import BRAKE_LAW, clutch_controller, speed_controller, started
-from tests.engine.reference import event_integration
+from studies.references.event_integration import event_integration
+from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller, speed_controller, started
 from tests.engine.test_axis import CLUTCH
 
 PERIOD = 1e-3

@@ -23,7 +23,7 @@ from frictool.engine.drive import EffortFunction, held, ramped
 from frictool.engine.law_simulation import run_law
 from frictool.engine.status import OK
 from frictool.friction.law_registry import LAWS
-from tests.friction.sets import TABLE_3_1
+from studies.rigs.table_3_1 import TABLE_3_1
 
 F_S, Z_MAX, FREQUENCY, CYCLES = 1.5, 1e-5, 2.0, 8
 FAST = settings(derandomize=True, deadline=None, max_examples=12)

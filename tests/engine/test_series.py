@@ -24,7 +24,7 @@ from frictool.engine.polynomial_events import (
 from frictool.engine.power_series import TERMS, motion, reach
 from frictool.friction.kernel_signatures import SLIP_FORCE
 from frictool.runtime.kernels import function_pointer
-from tests.engine.table31 import stribeck
+from studies.references.stick_slip import stribeck
 
 coefficients = st.lists(st.floats(-3.0, 3.0).map(lambda c: round(c, 6)), min_size=2, max_size=7)
 

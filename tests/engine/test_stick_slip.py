@@ -20,8 +20,7 @@ from frictool.engine.body import (
 from frictool.engine.drive import EffortFunction, held, pid, ramped, spring
 from frictool.engine.status import EVENTS_FULL, NOT_FINITE
 from frictool.engine.trajectory import simulate
-from tests.engine.drives import drives, ok
-from tests.engine.table31 import (
+from studies.references.stick_slip import (
     BREAKAWAY,
     COULOMB,
     STRIBECK_SPEED,
@@ -29,6 +28,7 @@ from tests.engine.table31 import (
     reference_breakaways,
     table31,
 )
+from tests.engine.drives import drives, ok
 
 SPRING = spring(stiffness=2.0, speed=0.1)
 PID = pid(proportional=3.0, derivative=6.0, integral=4.0, target=1.0)

@@ -1,5 +1,5 @@
 """Table 5.1's loops: the figures that are known of them, as the product plays them, and that the
-reference is what table51.py says."""
+reference is what studies/table_5_1/reference_loops.py says."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from frictool.documents.controller import Number
 from frictool.engine.axis_motion import advance
 from frictool.engine.status import OK
 from frictool.plant.axis import POSITION, VELOCITY, rest
-from tests.engine.loops51 import LOOPS, figures, missed
-from tests.engine.product51 import played
-from tests.engine.table51 import (
+from studies.table_5_1.product_loops import played
+from studies.table_5_1.published_figures import LOOPS, figures, missed
+from studies.table_5_1.reference_loops import (
     BAND,
     DERIVATIVE_TIME,
     DRY,

@@ -13,7 +13,7 @@ from frictool.documents.controller import (
     LinearController,
     Velocity,
 )
-from tests.control.example import BRAKE_LAW, CUT_LAW, clutch_controller, speed_controller
+from studies.rigs.example_controllers import BRAKE_LAW, CUT_LAW, clutch_controller, speed_controller
 from tests.export.controllers import scheduled, space
 from tests.verify.observed import tracking
 

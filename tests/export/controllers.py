@@ -23,7 +23,7 @@ from frictool.documents.controller import (
     Velocity,
 )
 from frictool.typing import Matrix
-from tests.control.example import clutch_controller
+from studies.rigs.example_controllers import clutch_controller
 
 Draw = Any
 

@@ -23,7 +23,7 @@ from frictool.export.c_identifier import c_identifier, comment_text
 from frictool.export.c_names import TAKEN, CNames
 from frictool.export.c_real_numbers import RealNumbers
 from frictool.export.golden_vectors import GoldenVectors, golden_vectors
-from tests.control.example import clutch_controller, speed_controller
+from studies.rigs.example_controllers import clutch_controller, speed_controller
 from tests.export.cases import CASES, VISITS
 from tests.export.compiled import (
     COMPILERS,

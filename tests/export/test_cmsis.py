@@ -22,10 +22,10 @@ from frictool.export.biquads import Biquads, fixed_biquads, float_biquads, respo
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
 from frictool.export.export_result import export
 from frictool.typing import Vector
-from tests.control.example import clutch_controller
+from studies.rigs.example_controllers import clutch_controller
+from studies.rigs.verified_controller import truthful
 from tests.export.compiled import COMPILERS, ORIGIN, STRICT, needs_compiler
 from tests.export.controllers import scheduled
-from tests.verify.truthful import truthful
 
 BITS = {"q31": 31, "q15": 15}
 ENTERING = 3.0

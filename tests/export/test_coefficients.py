@@ -17,7 +17,7 @@ from frictool.control.fixed_point import BITS, fixed_program
 from frictool.documents.controller import Number
 from frictool.export.coefficients import json_files, matlab_files
 from frictool.verify.coefficient_rounding import coefficient_rounder
-from tests.control.example import BRAKE_LAW, clutch_controller
+from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller
 from tests.export.cases import CASES
 from tests.export.compiled import LOOP, NUMBERS, ORIGIN
 

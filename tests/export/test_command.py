@@ -15,11 +15,12 @@ from msgspec.structs import replace
 from frictool.documents.controller import LinearController
 from frictool.documents.provenance import digest
 from frictool.documents.writing import to_yaml
-from tests.cli.run import refused, run
-from tests.control.example import CUT_LAW, clutch_controller
+from studies.command_line import run
+from studies.rigs.example_controllers import CUT_LAW, clutch_controller
+from studies.rigs.verified_controller import truthful
 from tests.export.compiled import COMPILERS, NUMBERS, built, ran
 from tests.export.controllers import scheduled
-from tests.verify.truthful import truthful
+from tests.support.command_line import refused
 
 NAMES = ["speed.c", "speed.h", "speed_selftest.c", "speed_vectors.h"]
 

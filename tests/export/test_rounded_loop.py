@@ -14,10 +14,10 @@ from frictool.plant.polytope import PlantPoint
 from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_linear
 from frictool.verify.document_check import loop_checks
 from frictool.verify.feedback_loops import feedbacks
-from tests.control.example import BRAKE_LAW, clutch_controller
+from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller
+from studies.rigs.verified_controller import truthful
 from tests.export.compiled import NUMBERS
 from tests.export.controllers import scheduled
-from tests.verify.truthful import truthful
 
 replace = msgspec.structs.replace
 

@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.law_registry import LAWS
 from frictool.friction.status import NOT_FINITE, OK
+from studies.rigs.table_3_1 import STIFF, STRIBECK, TABLE_3_1, packed
 from tests.friction.drivers import FORCE, STATE, dynamic_run, pointers
 from tests.friction.plain import presliding_force, presliding_rate, stribeck_curve
-from tests.friction.sets import STIFF, STRIBECK, TABLE_3_1, packed, values
+from tests.support.law_values import values
 
 DYNAMIC = sorted(name for name, law in LAWS.items() if law.kind == "dynamic")
 SCALAR = ["dahl", "lugre", "elasto_plastic"]

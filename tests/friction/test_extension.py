@@ -18,7 +18,7 @@ from frictool.friction.position_polynomial import normalise, position_factor
 from frictool.friction.rising_breakaway import dwell_factor
 from frictool.friction.speed_regimes import knee_force, knee_slope, regimes_from
 from frictool.friction.stribeck import slip_force
-from tests.friction.sets import STRIBECK, TABLE_3_1, packed
+from studies.rigs.table_3_1 import STRIBECK, TABLE_3_1, packed
 
 FAST = settings(derandomize=True, deadline=None, max_examples=60)
 FORWARD = np.array([0.0794, 0.0077, -2.7773e-4, 2.8731e-6])  # table 4.7, N m over rad

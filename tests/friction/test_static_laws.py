@@ -14,9 +14,10 @@ from frictool.friction.karnopp import seen_velocity
 from frictool.friction.law import StaticKernels
 from frictool.friction.law_registry import LAWS
 from frictool.friction.static_kernels import sticking_force
+from studies.rigs.table_3_1 import TABLE_3_1, packed
 from tests.friction.drivers import pointers, static_values
 from tests.friction.plain import sign, static_force
-from tests.friction.sets import TABLE_3_1, packed, values
+from tests.support.law_values import values
 
 STATIC = sorted(name for name, law in LAWS.items() if law.kind == "static")
 FAST = settings(derandomize=True, deadline=None, max_examples=40)

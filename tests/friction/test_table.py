@@ -11,8 +11,8 @@ import pytest
 from frictool.documents.quantity import factor_to_si
 from frictool.friction.law import DynamicKernels, HybridKernels, StaticKernels
 from frictool.friction.law_registry import LAWS, ROWS
+from studies.rigs.table_3_1 import STRIBECK, TABLE_3_1, packed
 from tests.friction.drivers import dynamic_run, hybrid_run, pointers, static_values
-from tests.friction.sets import STRIBECK, TABLE_3_1, packed
 
 NAMES = sorted(LAWS)
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_format import read_mcap
-from tests.cli.run import Result, run
+from studies.command_line import CommandResult, run
 from tests.fuzz import samples
 from tests.fuzz.mutations import mutated
 
@@ -76,7 +76,7 @@ def command(name: str, index: int, path: Path, bench: Path, target: Path) -> lis
     ]
 
 
-def complaint(result: Result, target: Path, before: set[str], salvage: bool) -> str | None:
+def complaint(result: CommandResult, target: Path, before: set[str], salvage: bool) -> str | None:
     """What is wrong with what the command did, or None. before: the names in the folder; salvage:
     whether an error may leave an output."""
     lines = result.stderr.splitlines()

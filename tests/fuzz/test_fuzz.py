@@ -10,7 +10,7 @@ import pytest
 
 from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.formats import FORMATS, format_of
-from tests.cli.run import Result
+from studies.command_line import CommandResult
 from tests.fuzz import child, samples
 from tests.fuzz.harness import SEED, fuzz
 
@@ -65,20 +65,22 @@ def test_inputs_are_the_same_again_and_not_the_sample():
 @pytest.mark.parametrize(
     ("result", "files", "found"),
     [
-        (Result(0, b"", ""), [], None),
-        (Result(3, b"", "error: x: is damaged\n"), [], None),
-        (Result(0, b"", "warning: x\n"), [], None),
-        (Result(1, b"", "error: no\n"), [], "exit code 1"),
-        (Result(3, b"", "error: x\nTraceback (most recent call last):\n"), [], "one line"),
-        (Result(3, b"", "error: " + "x" * 2000 + "\n"), [], "one line"),
-        (Result(3, b"", "error: x\nerror: y\n"), [], "one line that says why"),
-        (Result(3, b"", ""), [], "one line that says why"),
-        (Result(3, b"", "error: x\n"), [".out.mcap.1.part"], "left behind"),
-        (Result(3, b"", "error: x\n"), ["out.mcap"], "output beside an error"),
-        (Result(0, b"", ""), ["out.mcap"], "wrote what cannot be read"),
+        (CommandResult(0, b"", ""), [], None),
+        (CommandResult(3, b"", "error: x: is damaged\n"), [], None),
+        (CommandResult(0, b"", "warning: x\n"), [], None),
+        (CommandResult(1, b"", "error: no\n"), [], "exit code 1"),
+        (CommandResult(3, b"", "error: x\nTraceback (most recent call last):\n"), [], "one line"),
+        (CommandResult(3, b"", "error: " + "x" * 2000 + "\n"), [], "one line"),
+        (CommandResult(3, b"", "error: x\nerror: y\n"), [], "one line that says why"),
+        (CommandResult(3, b"", ""), [], "one line that says why"),
+        (CommandResult(3, b"", "error: x\n"), [".out.mcap.1.part"], "left behind"),
+        (CommandResult(3, b"", "error: x\n"), ["out.mcap"], "output beside an error"),
+        (CommandResult(0, b"", ""), ["out.mcap"], "wrote what cannot be read"),
     ],
 )
-def test_what_is_complained_of(tmp_path: Path, result: Result, files: list[str], found: str | None):
+def test_what_is_complained_of(
+    tmp_path: Path, result: CommandResult, files: list[str], found: str | None
+):
     for name in files:
         (tmp_path / name).write_bytes(b"half")
     said = child.complaint(result, tmp_path / "out.mcap", set(), salvage=False)

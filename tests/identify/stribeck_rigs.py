@@ -15,8 +15,8 @@ from frictool.identify.fit_result import SLIDING, Interval
 from frictool.identify.motion_record import make_record
 from frictool.plant.axis import AxisParameters, rest
 from frictool.typing import Vector
+from studies.rigs.identification_rigs import mass_bench
 from tests.identify.arm import PERIOD
-from tests.identify.benches import mass_bench
 
 # Stribeck velocity over the speed at which the ramp alone passes a count; none: friction falls at
 # once

@@ -17,9 +17,10 @@ from frictool.identify.assess.assessment import Assessment, ParameterAssessment,
 from frictool.identify.assess.assessment_inputs import facts_of
 from frictool.identify.assess.identifiability import PARAMETERS, verdict
 from frictool.identify.methods import METHODS
+from studies.command_line import run
+from studies.rigs.identification_rigs import CLUTCH, EMPS, clutch, mass_bench
 from tests.accept.check_assess import DURATION, outcomes, promised
-from tests.cli.run import refused, run
-from tests.identify.benches import CLUTCH, EMPS, clutch, mass_bench
+from tests.support.command_line import refused
 
 
 def rows(found: Assessment) -> dict[str, ParameterAssessment]:

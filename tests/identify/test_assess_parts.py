@@ -30,7 +30,7 @@ from frictool.identify.excite.cramer_rao import (
     regressors,
 )
 from frictool.plant.weak_form import bell
-from tests.identify.benches import clutch
+from studies.rigs.identification_rigs import clutch
 
 AXIS = PriorAxis(inertia=2.0, viscous=3.0, coulomb=1.0)
 SENSING = SensorPrecision(period=1e-3, step=1e-4, noise=0.05)

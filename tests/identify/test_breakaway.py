@@ -14,8 +14,8 @@ from frictool.identify.breakaway.breakaway import Breakaway, breakaway, find_ons
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
-from sample_logs.make import TRUTH, ramp, sines, steps
-from tests.identify.benches import clutch, mass_bench, record
+from studies.rigs.identification_rigs import clutch, mass_bench, record
+from studies.rigs.sample_logs import TRUTH, ramp, sines, steps
 
 KNOWN = {
     name: Interval(getattr(TRUTH, name), getattr(TRUTH, name), getattr(TRUTH, name))

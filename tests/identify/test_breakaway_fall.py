@@ -14,7 +14,7 @@ import pytest
 from frictool.identify.breakaway.onset import STEPS, looked_up, travel, travel_table
 from frictool.identify.breakaway.stribeck_velocity import allowed_fall
 from frictool.plant.axis import AxisParameters
-from tests.cli.run import run
+from studies.command_line import run
 from tests.identify.arm import BENCH, PERIOD, write_log
 from tests.identify.stribeck_rigs import FALLS, Ramps, found_breakaway, play
 

@@ -10,9 +10,11 @@ import pytest
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from sample_logs.make import LOGS, SEED, TRUTH, csv
-from tests.cli.run import refused, run
-from tests.identify.benches import CLUTCH, EMPS, ROOT, data
+from studies.command_line import run
+from studies.rigs.identification_rigs import CLUTCH, EMPS, ROOT
+from studies.rigs.sample_logs import LOGS, SEED, TRUTH, csv
+from tests.support.command_line import refused
+from tests.support.measured_data import data
 
 SINES, RAMP = ROOT / "sample_logs" / "sines.csv", ROOT / "sample_logs" / "ramp.csv"
 

@@ -25,12 +25,13 @@ from frictool.identify.motion_record import record_of
 from frictool.identify.pooling import pooling_warnings
 from frictool.identify.refit import refit
 from frictool.logs.reading import read_log
-from tests.cli.run import run as command
+from studies.command_line import run as command
+from studies.rigs.identification_rigs import EMPS
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
-from tests.identify.benches import EMPS, data
 from tests.identify.linear_axis import linear_axis, linear_bench
 from tests.identify.loaded_axis import estimates, loaded_axis
 from tests.identify.two_days import DAYS, day, written
+from tests.support.measured_data import data
 
 TIME = np.arange(12_000) * PERIOD
 

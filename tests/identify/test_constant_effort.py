@@ -15,9 +15,9 @@ from frictool.documents.registry import load
 from frictool.identify.constant_effort import constant_stretches
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.typing import Vector
-from tests.cli.run import run
+from studies.command_line import run
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
-from tests.identify.benches import data
+from tests.support.measured_data import data
 
 TIME = np.arange(12_000) * PERIOD
 LIGHT = Arm(counts=65536)  # no gravity

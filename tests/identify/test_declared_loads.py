@@ -22,8 +22,8 @@ from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
 from frictool.typing import Vector
-from tests.cli.run import Result
-from tests.cli.run import run as command
+from studies.command_line import CommandResult
+from studies.command_line import run as command
 from tests.identify.linear_axis import PERIOD
 from tests.identify.loaded_axis import COUNT, Loaded, estimates, rotary_bench
 from tests.identify.test_load_terms import BENCH
@@ -97,7 +97,7 @@ def test_small_declared_loads_leave_the_other_intervals_honest(method: str) -> N
 
 def identified(
     folder: Path, record: MotionRecord, load: str, count: float, *options: str
-) -> tuple[Result, Path]:
+) -> tuple[CommandResult, Path]:
     """Run `identify` on a record with a bench that declares this load and an encoder with this
     count in rad."""
     bench, log, target = folder / "bench.yaml", folder / "log.csv", folder / "model.yaml"

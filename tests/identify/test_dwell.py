@@ -10,8 +10,8 @@ from frictool.identify.breakaway.breakaway import Breakaway, breakaway
 from frictool.identify.breakaway.friction_map import breakaway_laws
 from frictool.identify.breakaway.rising_friction import rising_friction
 from frictool.identify.fit_result import SLIDING, Interval
-from sample_logs.make import TRUTH, ramp
-from tests.identify.benches import clutch, record
+from studies.rigs.identification_rigs import clutch, record
+from studies.rigs.sample_logs import TRUTH, ramp
 
 FULL, FRESH, RISE_TIME = 0.13, 0.8, 0.5
 AXIS = TRUTH._replace(

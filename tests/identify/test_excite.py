@@ -30,9 +30,10 @@ from frictool.identify.fit_result import Interval
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.logs.reading import read_log
 from frictool.plant.axis import rest
-from sample_logs.make import NOISE, TRUTH
-from tests.cli.run import refused, run
-from tests.identify.benches import CLUTCH, EMPS, clutch, mass_bench
+from studies.command_line import run
+from studies.rigs.identification_rigs import CLUTCH, EMPS, clutch, mass_bench
+from studies.rigs.sample_logs import NOISE, TRUTH
+from tests.support.command_line import refused
 
 REFERENCES = ("sine", "sines", "steps", "multisine")
 

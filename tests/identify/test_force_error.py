@@ -22,9 +22,9 @@ from frictool.plant.axis import rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels
 from frictool.plant.axis_friction_laws import AxisLaws as AxisLaws
 from frictool.plant.axis_friction_laws import ViscousRegime as AxisRegime
-from sample_logs.make import TRUTH, sines
-from tests.cli.run import run
-from tests.identify.benches import CLUTCH, ROOT, clutch, record
+from studies.command_line import run
+from studies.rigs.identification_rigs import CLUTCH, ROOT, clutch, record
+from studies.rigs.sample_logs import TRUTH, sines
 from tests.identify.linear_axis import PERIOD, linear_bench
 from tests.identify.test_output_error import driven, plain
 

@@ -15,9 +15,9 @@ from frictool.identify.identification import Identification, identify
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord
-from sample_logs.make import ramp, sines
-from tests.identify.benches import ROOT, clutch, record
-from tests.identify.curve_logs import nonlinear_clutch
+from studies.rigs.curve_logs import nonlinear_clutch
+from studies.rigs.identification_rigs import ROOT, clutch, record
+from studies.rigs.sample_logs import ramp, sines
 
 BETA, KNEE = 1.1, 260.0
 TABLE_4_7 = {

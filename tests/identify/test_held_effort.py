@@ -14,8 +14,9 @@ from frictool.identify.held_effort import LEAST_EFFECT, SLOW, held_effort, hold_
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.typing import Vector
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
+from tests.support.command_line import refused
 
 TIME = np.arange(12_000) * PERIOD
 HOLD = 50  # samples: 20 Hz

@@ -24,9 +24,9 @@ from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
 from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord, make_record, record_of
 from frictool.logs.log import Log, Stream
-from sample_logs.make import TRUTH, ramp, sines
+from studies.rigs.identification_rigs import clutch, record
+from studies.rigs.sample_logs import TRUTH, ramp, sines
 from tests.accept.check_identify import covered, experiment
-from tests.identify.benches import clutch, record
 
 
 def test_differentiation_gives_all_but_inertia() -> None:

@@ -17,8 +17,9 @@ from frictool.identify import identification
 from frictool.identify.estimators import stribeck_curve
 from frictool.identify.fit_result import Interval
 from frictool.identify.interval_checks import below_coulomb, too_vague, why_uninformative
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.identify.arm import PERIOD, Arm, write_bench, write_log
+from tests.support.command_line import refused
 
 ARM = Arm(viscous=0.02, counts=20000)
 SPEEDS = np.geomspace(0.2, 3.0, 7)  # rad/s

@@ -15,10 +15,11 @@ from frictool.identify.estimators.power_balance import power_balance
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.methods import IdentificationSettings, PublishedFilters
 from frictool.identify.motion_record import MotionRecord, make_record
-from sample_logs.make import TRUTH, sines
+from studies.rigs.identification_rigs import EMPS, clutch, record
+from studies.rigs.sample_logs import TRUTH, sines
 from tests.accept.check_identify import linear_covered
-from tests.identify.benches import EMPS, clutch, data, record
 from tests.identify.linear_axis import linear_axis, linear_bench
+from tests.support.measured_data import data
 
 PUBLISHED_VALUES = {
     "inertia": (95.1089, 2e-3),

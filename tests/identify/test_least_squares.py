@@ -11,9 +11,9 @@ from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, make_record
-from sample_logs import make
-from sample_logs.make import TRUTH, sines, steps
-from tests.identify.benches import MASS, clutch, mass_bench, mass_sine, record
+from studies.rigs import sample_logs as make
+from studies.rigs.identification_rigs import MASS, clutch, mass_bench, mass_sine, record
+from studies.rigs.sample_logs import TRUTH, sines, steps
 
 FINE = TRUTH._replace(encoder_step=2.0 * np.pi / 4096.0)
 

@@ -23,9 +23,8 @@ from frictool.identify.motion_record import MotionRecord, make_record, velocity_
 from frictool.identify.regression.term_selection import beyond_chance, needless
 from frictool.identify.regression.tsqr import triangles
 from frictool.identify.rows.load_columns import by_direction
-from tests.cli.run import refused
-from tests.cli.run import run as command
-from tests.identify.benches import CLUTCH, ROOT
+from studies.command_line import run as command
+from studies.rigs.identification_rigs import CLUTCH, ROOT
 from tests.identify.linear_axis import PERIOD
 from tests.identify.loaded_axis import (
     COUNT,
@@ -36,6 +35,7 @@ from tests.identify.loaded_axis import (
     loaded_axis,
     rotary_bench,
 )
+from tests.support.command_line import refused
 
 SINES = ROOT / "sample_logs" / "sines.csv"
 

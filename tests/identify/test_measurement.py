@@ -18,10 +18,10 @@ from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.measurement.loop_lag import loop_lag
 from frictool.identify.measurement.reversals import reversals
 from frictool.typing import Vector
-from sample_logs.make import PERIOD, TRUTH, sines
+from studies.command_line import run
+from studies.rigs.identification_rigs import CLUTCH, clutch, record
+from studies.rigs.sample_logs import PERIOD, TRUTH, sines
 from tests.accept.check_identify import FINE_STEP
-from tests.cli.run import run
-from tests.identify.benches import CLUTCH, clutch, record
 
 
 def currents(

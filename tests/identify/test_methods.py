@@ -14,8 +14,15 @@ from frictool.identify.estimators.total_least_squares import errors_in_variables
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
-from sample_logs.make import TRUTH, sines
-from tests.identify.benches import MASS, clutch, mass_bench, mass_reference, mass_sine, record
+from studies.rigs.identification_rigs import (
+    MASS,
+    clutch,
+    mass_bench,
+    mass_reference,
+    mass_sine,
+    record,
+)
+from studies.rigs.sample_logs import TRUTH, sines
 
 UNBIASED = [
     "auto",

@@ -14,8 +14,9 @@ from frictool.documents.registry import load
 from frictool.identify.breakaway.breakaway import find_onsets
 from frictool.identify.motion_record import make_record
 from frictool.logs.quality.ramps import are_ramps, rests_of
-from tests.cli.run import Result, refused, run
+from studies.command_line import CommandResult, run
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
+from tests.support.command_line import refused
 
 TIME = np.arange(12_000) * PERIOD
 SERVO = (60.0, 100.0, 1.0)
@@ -89,7 +90,7 @@ def test_ramps_are_ramps_with_an_offset_too(tmp_path: Path, offset: float) -> No
     assert kind(log, bench) == "ramp"
 
 
-def identified(result: Result) -> dict[str, dict[str, dict[str, float]]]:
+def identified(result: CommandResult) -> dict[str, dict[str, dict[str, float]]]:
     assert result.code == 0, result.stderr
     return dict(json.loads(result.stdout))
 

@@ -19,9 +19,9 @@ from frictool.identify.identification import NothingIdentified, identify
 from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
 from frictool.identify.orientation import reversed_sign
 from frictool.plant.axis import AxisParameters
-from sample_logs.make import ramp, sines
-from tests.cli.run import Result, run
-from tests.identify.benches import CLUTCH, ROOT, clutch, record
+from studies.command_line import CommandResult, run
+from studies.rigs.identification_rigs import CLUTCH, ROOT, clutch, record
+from studies.rigs.sample_logs import ramp, sines
 from tests.identify.linear_axis import linear_axis, linear_bench
 from tests.identify.loaded_axis import loaded_axis
 from tests.identify.test_output_error import driven, plain
@@ -45,7 +45,7 @@ def negated(folder: Path, log: str, column: int) -> Path:
     return path
 
 
-def unmade(result: Result, target: Path) -> None:
+def unmade(result: CommandResult, target: Path) -> None:
     """Asserts exit code 4 with one error line that names the signs, and that nothing was
     written."""
     assert result.code == 4, result.stderr

@@ -27,16 +27,16 @@ from frictool.logs.reading import read_log
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import PositionLoad
-from tests.identify.benches import (
+from studies.rigs.identification_rigs import (
     EMPS,
     MASS,
     MASS_POLE,
-    data,
     mass_bench,
     mass_reference,
     mass_sine,
 )
 from tests.identify.linear_axis import ENCODER_STEP, PERIOD, linear_axis, linear_bench
+from tests.support.measured_data import data
 
 NO_LOAD = PositionLoad()
 TRUTH = {"inertia": 5.0, "viscous": 12.0, "coulomb": 8.0, "offset": 0.5}

@@ -16,7 +16,8 @@ from frictool.documents.registry import load
 from frictool.engine.axis_motion import advance
 from frictool.identify.picture import friction_over_speed
 from frictool.plant.axis import VELOCITY, rest
-from tests.cli.run import also_called, refused, run
+from studies.command_line import run
+from tests.support.command_line import also_called, refused
 
 ROOT = Path(__file__).parents[2]
 BENCH, SAMPLES = ROOT / "configs" / "clutch" / "bench.yaml", ROOT / "sample_logs"

@@ -19,8 +19,9 @@ from frictool.identify.excite.bench_limits import axis_known, limits_of, sensing
 from frictool.identify.excite.cramer_rao import PlannedStroke, cramer_rao, regressors
 from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.excite.half_sines import TOP_SHARE
-from tests.cli.run import refused, run
-from tests.identify.benches import CLUTCH, EMPS, clutch
+from studies.command_line import run
+from studies.rigs.identification_rigs import CLUTCH, EMPS, clutch
+from tests.support.command_line import refused
 
 DURATION = 30.0
 STROKES = [PlannedStroke(speed, 50.0, 10.0) for speed in (80.0, 160.0, 320.0)]

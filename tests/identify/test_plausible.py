@@ -12,8 +12,8 @@ from frictool.documents.bench import Bench
 from frictool.errors import LogError
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.record_plausibility import implausible
-from sample_logs.make import TRUTH, sines, steps
-from tests.identify.benches import clutch, record
+from studies.rigs.identification_rigs import clutch, record
+from studies.rigs.sample_logs import TRUTH, sines, steps
 
 
 @pytest.fixture(scope="module")

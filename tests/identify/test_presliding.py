@@ -22,8 +22,8 @@ from frictool.identify.presliding.loops import find_loops
 from frictool.identify.presliding.lugre import lugre, lugre_path
 from frictool.identify.presliding.maxwell import element_paths, maxwell
 from frictool.identify.presliding.preisach import preisach
-from tests.cli.run import refused, run
-from tests.identify.benches import CLUTCH
+from studies.command_line import run
+from studies.rigs.identification_rigs import CLUTCH
 from tests.identify.presliding_bench import (
     BREAKAWAY,
     INERTIA,
@@ -35,6 +35,7 @@ from tests.identify.presliding_bench import (
     curve,
     slow_loops,
 )
+from tests.support.command_line import refused
 
 KNOWN = Interval(BREAKAWAY, 0.995 * BREAKAWAY, 1.005 * BREAKAWAY)
 COUNT = Z_MAX / 200.0

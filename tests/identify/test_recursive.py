@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from frictool.identify.estimators.recursive import givens_path, path
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
-from sample_logs.make import TRUTH, sines
-from tests.identify.benches import clutch, record
+from studies.rigs.identification_rigs import clutch, record
+from studies.rigs.sample_logs import TRUTH, sines
 
 
 @settings(derandomize=True, deadline=None, max_examples=30)

@@ -10,8 +10,8 @@ import pytest
 from frictool.identify.identification import NothingIdentified, identify
 from frictool.identify.methods import DEFAULT, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record
-from sample_logs.make import TRUTH, sines, steps
-from tests.identify.benches import clutch, record
+from studies.rigs.identification_rigs import clutch, record
+from studies.rigs.sample_logs import TRUTH, sines, steps
 from tests.identify.linear_axis import linear_axis, linear_bench
 
 PERIOD = 1e-3

@@ -12,11 +12,11 @@ from frictool.identify.estimators.sines import sines
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import make_record
-from sample_logs.make import TRUTH
-from sample_logs.make import sines as half_sines
+from studies.rigs.curve_logs import mass_sines
+from studies.rigs.identification_rigs import MASS, clutch, mass_bench, record
+from studies.rigs.sample_logs import TRUTH
+from studies.rigs.sample_logs import sines as half_sines
 from tests.accept.check_knees import false_knees, true_knees
-from tests.identify.benches import MASS, clutch, mass_bench, record
-from tests.identify.curve_logs import mass_sines
 
 
 @pytest.mark.parametrize("step", [1e-4, 1e-2])

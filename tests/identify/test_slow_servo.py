@@ -17,7 +17,7 @@ from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.orientation import negative_effort, stroke_efforts, stroke_friction
 from frictool.logs.quality.sign_check import CLEAR, net_work
 from frictool.plant.axis import AxisParameters, rest
-from tests.cli.run import run
+from studies.command_line import run
 from tests.identify.linear_axis import PERIOD
 from tests.identify.loaded_axis import rotary_bench
 

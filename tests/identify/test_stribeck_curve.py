@@ -12,9 +12,9 @@ from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import identify
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
-from sample_logs.make import sines
-from tests.identify.benches import clutch, record
-from tests.identify.curve_logs import RUN_SPEEDS, STRIBECK_VELOCITY, constant_speeds, stribeck_axis
+from studies.rigs.curve_logs import RUN_SPEEDS, STRIBECK_VELOCITY, constant_speeds, stribeck_axis
+from studies.rigs.identification_rigs import clutch, record
+from studies.rigs.sample_logs import sines
 
 
 def test_the_curve_of_the_simulated_axis() -> None:

@@ -23,10 +23,11 @@ from frictool.identify.motion_record import MotionRecord, make_record, velocity_
 from frictool.identify.regression.newey_west import newey_west
 from frictool.identify.rows.smoothing import acceleration_filter, acceleration_response, bump
 from frictool.plant.axis import AxisParameters, rest
-from tests.cli.run import refused
-from tests.cli.run import run as command
-from tests.identify.benches import ROOT, data
+from studies.command_line import run as command
+from studies.rigs.identification_rigs import ROOT
 from tests.identify.linear_axis import PERIOD, linear_bench
+from tests.support.command_line import refused
+from tests.support.measured_data import data
 
 SAMPLES, NOISE, COUNT = 12_000, 0.2, 2e-4  # N, standard deviation; m/s
 RACK = ROOT / "configs" / "rack" / "bench.yaml"

@@ -22,9 +22,9 @@ from frictool.identify.rows.friction_columns import (
 )
 from frictool.plant.axis import AxisParameters
 from frictool.plant.weak_form import bell
-from sample_logs.make import TRUTH, sines
-from tests.identify.benches import clutch, record
-from tests.identify.curve_logs import nonlinear_clutch
+from studies.rigs.curve_logs import nonlinear_clutch
+from studies.rigs.identification_rigs import clutch, record
+from studies.rigs.sample_logs import TRUTH, sines
 
 KNEE, ABOVE = 260.0, 3.81e-4
 

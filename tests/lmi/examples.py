@@ -13,7 +13,7 @@ from frictool.plant.generalised_plant import (
     generalised_plant,
     template,
 )
-from tests.synth.example import clutch_model
+from studies.rigs.clutch_model import clutch_model
 
 LAG, PERIOD = 0.003, 1e-3
 

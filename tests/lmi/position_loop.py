@@ -18,7 +18,7 @@ from frictool.plant.generalised_plant import (
 from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti, tustin
 from frictool.plant.parameter_box import corners, enclosing_box
-from tests.synth.example import clutch_model
+from studies.rigs.clutch_model import clutch_model
 
 LAG, PERIOD = 0.003, 1e-3
 WEIGHTS = PlantWeights(template(20.0, 0.5, 2 / 63), 0.1, 0.05)

@@ -9,8 +9,8 @@ import pytest
 from frictool.lmi.hinf_synthesis import controller, minimise
 from frictool.plant.lti import gain
 from frictool.verify.hinf_norm import norm
-from tests.lmi.family import COMMAND, ERROR_HIGH, ORDERS, mixed_sensitivity
-from tests.lmi.slicot import AVAILABLE, MISSING, slicot
+from studies.references.slicot import AVAILABLE, MISSING, slicot
+from studies.rigs.mixed_sensitivity import COMMAND, ERROR_HIGH, ORDERS, mixed_sensitivity
 
 TIMEOUT = 60.0  # s
 

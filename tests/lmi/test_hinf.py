@@ -24,10 +24,10 @@ from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
+from studies.references.printed_inequalities import plain
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.published_plants import position
 from tests.lmi.examples import LAG, between, clutch_speed, random_plant, random_polytope
-from tests.lmi.plain import plain
-from tests.synth.example import clutch_model
-from tests.synth.published import position
 
 ROUNDING = 1e-6
 

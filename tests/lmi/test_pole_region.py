@@ -10,8 +10,8 @@ from frictool.errors import NoSolutionError
 from frictool.lmi.hinf_synthesis import PoleDisc, PoleHalfPlane, controller, minimise
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.verify.hinf_norm import norm
+from studies.rigs.published_plants import position
 from tests.lmi.examples import clutch_speed, random_plant
-from tests.synth.published import position
 
 NEAR_THE_ORIGIN = 1e-12
 

@@ -18,8 +18,9 @@ import zstandard
 from frictool.documents.bench import Column
 from frictool.documents.writing import to_yaml
 from frictool.logs.unpacked_size import LARGE, SMALL, UnpackedBudget, allowed_bytes
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.logs.example import bench
+from tests.support.command_line import refused
 
 LONGEST = 10.0  # s of processor time
 MCAP = b"\x89MCAP0\r\n"

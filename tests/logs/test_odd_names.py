@@ -17,9 +17,10 @@ import scipy.io
 from frictool.documents.bench import Column
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.fuzz import samples
 from tests.logs.example import bench, measured
+from tests.support.command_line import refused
 
 TIME = np.arange(100) / 1000.0
 MOTION = np.sin(30.0 * TIME)

@@ -19,8 +19,9 @@ from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.channels.unwrapping import PeriodicSignal
 from frictool.logs.log import Log, Stream
 from frictool.logs.quality.wrap_detection import TURN, Wrap, WrapSearch
-from tests.cli.run import refused, run
+from studies.command_line import run
 from tests.logs.example import as_bytes, bench, measured
+from tests.support.command_line import refused
 
 PERIOD = 0.001
 TIME = np.arange(6000) * PERIOD

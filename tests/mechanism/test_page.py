@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.run import run
+from studies.command_line import run
 from tests.docs.playing import agrees
 
 ROOT = Path(__file__).parents[2]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from frictool.metrics.limit_cycle import LEAST_HOLD, limit_cycle
 from frictool.typing import Vector
-from tests.metrics.responses import second_order
+from studies.rigs.step_responses import second_order
 
 PERIOD = 1e-3
 

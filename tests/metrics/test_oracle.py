@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from frictool.metrics.overshoot import overshoot_percent
 from frictool.metrics.response_time import response_time_95
 from frictool.metrics.rise_time import rise_time
-from tests.metrics.responses import second_order
+from studies.rigs.step_responses import second_order
 
 TIME = np.arange(8000) * 5e-4
 

@@ -18,7 +18,7 @@ from frictool.metrics.reversals import reversals, turning_points
 from frictool.metrics.rise_time import rise_time
 from frictool.metrics.static_error import static_error
 from frictool.typing import Vector
-from tests.metrics.responses import first_order, overshoot_of, second_order
+from studies.rigs.step_responses import first_order, overshoot_of, second_order
 
 TIME = np.arange(4000) * 1e-3
 

@@ -7,9 +7,9 @@ from collections import deque
 from pathlib import Path
 
 FROM = re.compile(
-    r"^\s*from ((?:frictool|tests)[\w.]*) import \(?([^#\n]*(?:\n    [^)]*)?)", re.MULTILINE
+    r"^\s*from ((?:frictool|studies|tests)[\w.]*) import \(?([^#\n]*(?:\n    [^)]*)?)", re.MULTILINE
 )
-PLAIN = re.compile(r"^\s*import ((?:frictool|tests)[\w.]*)", re.MULTILINE)
+PLAIN = re.compile(r"^\s*import ((?:frictool|studies|tests)[\w.]*)", re.MULTILINE)
 QUOTED = re.compile(
     r"\"(frictool\.[\w.]+)\""
 )  # a table of modules that are imported when they are used
@@ -17,10 +17,10 @@ OF_PACKAGE = re.compile(r"import_module\(f\"(frictool[\w.]*)\.\{")
 
 
 def import_graph(root: Path) -> dict[str, set[str]]:
-    """Return what each module of `frictool` and `tests` imports, by dotted name."""
+    """Return the modules that each module of `frictool`, `studies` and `tests` imports."""
     paths = {
         _dotted(path.relative_to(root)): path
-        for top in ("frictool", "tests")
+        for top in ("frictool", "studies", "tests")
         for path in sorted((root / top).rglob("*.py"))
     }
     graph = {}

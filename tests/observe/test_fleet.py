@@ -27,9 +27,10 @@ from frictool.observe.fleet_table import COLUMNS
 from frictool.observe.log_observer import EstimatorFactories, ObservationSettings
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.estimator import WearEstimator
-from tests.cli.run import Result, also_called, refused, run
-from tests.observe.files import cut, log_of, model_file, save
-from tests.observe.fleet import Unit, believed
+from studies.command_line import CommandResult, run
+from studies.rigs.clutch_fleet import Unit, believed
+from studies.rigs.fleet_logs import cut, log_of, model_file, save
+from tests.support.command_line import also_called, refused
 
 SECONDS = 5.0
 DATE = r"\d{4}-\d\d-\d\d"
@@ -54,7 +55,7 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]:
     return SimpleNamespace(root=root, folder=folder, model=model_file(root))
 
 
-def observe(*arguments: str | Path) -> Result:
+def observe(*arguments: str | Path) -> CommandResult:
     return run("observe", "run", *arguments)
 
 

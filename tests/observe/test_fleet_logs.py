@@ -11,7 +11,17 @@ from frictool.engine.batch import closed_loops
 from frictool.engine.closed_loop import MEASURED, RECORD_SIZE, TRUE_DRIVE
 from frictool.engine.conditions import FRICTION, neutral
 from frictool.plant.axis import rest
-from tests.observe.fleet import EDGE, Unit, axis, clutch, controller, run, spread, steps, targets
+from studies.rigs.clutch_fleet import (
+    EDGE,
+    Unit,
+    axis,
+    clutch,
+    controller,
+    run,
+    spread,
+    steps,
+    targets,
+)
 
 SHORT = 2.0  # s
 

@@ -7,7 +7,7 @@ import pytest
 from frictool.observe.estimate import EstimateRange, WearEstimate
 from frictool.observe.rig_plausibility import implausible
 from frictool.observe.wear_limit import judge
-from tests.observe.fleet import clutch
+from studies.rigs.clutch_fleet import clutch
 
 
 def told(inertia: float, wear: float = 1.0, moves: int = 8) -> WearEstimate:

@@ -19,10 +19,11 @@ from frictool.logs.log import Log, Stream
 from frictool.observe.estimate import EstimateRange
 from frictool.observe.estimation import FIELDS
 from frictool.observe.wear.estimator import prior
-from tests.cli.run import Result, also_called, refused, run
-from tests.observe.files import cut, log_of, model_file, repeated, save
-from tests.observe.fleet import Unit, believed, clutch, with_encoder
+from studies.command_line import CommandResult, run
+from studies.rigs.clutch_fleet import Unit, believed, clutch, with_encoder
+from studies.rigs.fleet_logs import cut, log_of, model_file, repeated, save
 from tests.observe.observers import drawn_observer
+from tests.support.command_line import also_called, refused
 
 SECONDS = 6.0
 
@@ -43,7 +44,7 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]:
     )
 
 
-def observe(*arguments: str | Path) -> Result:
+def observe(*arguments: str | Path) -> CommandResult:
     return run("observe", "run", *arguments)
 
 

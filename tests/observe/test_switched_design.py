@@ -28,7 +28,7 @@ from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import run_along
 from frictool.plant.lti import Lti
 from frictool.verify.hinf_norm import norm
-from tests.synth.example import ROOT
+from studies.rigs.clutch_model import ROOT
 
 NOWHERE = Provenance("drawn", "0")
 CLUTCH, EMPS = ROOT / "configs/clutch/nonlinear.yaml", ROOT / "configs/emps/published.yaml"

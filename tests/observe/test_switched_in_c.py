@@ -15,7 +15,7 @@ from frictool.control.compiled_program import compile_program, control_step, sta
 from frictool.documents.controller import Controller, Number, Velocity
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import run_along
-from tests.control.example import BRAKE_LAW, clutch_controller
+from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller
 from tests.export.compiled import COMPILERS, in_format, library, needs_compiler, simulated, write
 from tests.export.inputs import rows_for
 from tests.observe.observers import drawn_observer

@@ -23,8 +23,8 @@ from frictool.observe.design.friction_map import friction_at, friction_map
 from frictool.observe.design.intervals import intervals, turning_points
 from frictool.observe.design.matrices import ModeConstants, subsystem
 from frictool.observe.design.transitions import switches
+from studies.rigs.clutch_model import ROOT
 from tests.accept.check_observer_design import drawn, seen
-from tests.synth.example import ROOT
 
 
 @lru_cache

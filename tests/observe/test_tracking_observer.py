@@ -26,7 +26,7 @@ from frictool.observe.design.tracking import bandwidth_of, design_tracking, gain
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverRun
 from frictool.typing import Vector
-from tests.observe.fleet import believed, clutch
+from studies.rigs.clutch_fleet import believed, clutch
 from tests.observe.plain_tracking import PlainTracking
 
 FROM = Provenance("drawn", "0.1.0")

@@ -24,7 +24,7 @@ from frictool.observe.motion_block import MotionBlock
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.velocity_errors import ORDER, VelocityErrors
 from frictool.typing import Matrix
-from tests.observe.fleet import (
+from studies.rigs.clutch_fleet import (
     Loop,
     Run,
     Unit,

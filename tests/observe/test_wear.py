@@ -17,8 +17,8 @@ from frictool.observe.estimate import WearEstimate
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.estimator import WearEstimator, prior
 from frictool.typing import Vector
-from tests.accept.check_wear import LOOPS, WEARS, Runs, drawn, estimates
-from tests.observe.fleet import Loop, Unit, believed, clutch, run, steps, targets
+from studies.observers.wear_runs import LOOPS, WEARS, Runs, drawn, estimates
+from studies.rigs.clutch_fleet import Loop, Unit, believed, clutch, run, steps, targets
 
 ROOT = Path(__file__).parents[2]
 SEEDS = range(300, 304)

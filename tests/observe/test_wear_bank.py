@@ -23,7 +23,7 @@ from frictool.observe.wear.moves import Move
 from frictool.observe.wear.restriction import ParameterRestriction, multiplicative
 from frictool.observe.wear.weak_form_layout import layout_of
 from frictool.typing import Vector
-from tests.observe.fleet import clutch
+from studies.rigs.clutch_fleet import clutch
 
 NAMES = ("a", "b", "wear")
 COUNT = len(BEFOREHAND)

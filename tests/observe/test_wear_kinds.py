@@ -27,8 +27,18 @@ from frictool.observe.wear.weak_form_layout import layout_of
 from frictool.observe.wear.wear_kinds import KINDS, WearClassifier
 from frictool.observe.wear.zone_weights import friction_share
 from frictool.typing import Vector
-from tests.identify.benches import data
-from tests.observe.fleet import EDGE, Loop, Unit, believed, clutch, run, spread, steps, targets
+from studies.rigs.clutch_fleet import (
+    EDGE,
+    Loop,
+    Unit,
+    believed,
+    clutch,
+    run,
+    spread,
+    steps,
+    targets,
+)
+from tests.support.measured_data import data
 
 ROOT = Path(__file__).parents[2]
 

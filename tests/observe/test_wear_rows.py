@@ -22,8 +22,8 @@ from frictool.observe.wear.moves import Move, MoveCollector
 from frictool.observe.wear.weak_form_layout import WeakFormLayout, layout_of
 from frictool.observe.wear.weak_form_rows import MOST_ROWS, REST
 from frictool.typing import Vector
+from studies.rigs.clutch_fleet import Unit, believed, clutch, run, steps
 from tests.observe import plain_rows
-from tests.observe.fleet import Unit, believed, clutch, run, steps
 
 ROOT = Path(__file__).parents[2]
 

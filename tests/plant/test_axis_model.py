@@ -19,7 +19,7 @@ from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.plant.axis_friction_laws import PLAIN_SIZE
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 NONLINEAR = ROOT / "configs/clutch/nonlinear.yaml"
 

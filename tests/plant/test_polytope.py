@@ -6,7 +6,7 @@ import itertools
 
 from frictool.adapters.model_polytope import polytope
 from frictool.adapters.parameter_intervals import intervals
-from tests.synth.example import clutch_model
+from studies.rigs.clutch_model import clutch_model
 
 
 def test_sixteen_vertices_of_table_5_2() -> None:

@@ -19,8 +19,8 @@ from frictool.documents.quantity import Estimate, Quantity
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.linearised_vertices import rates_of, vertex_rates
 from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint, Polytope
-from tests.synth.annex import KNEE, annex_model
-from tests.synth.example import clutch_model
+from studies.rigs.annex_model import KNEE, annex_model
+from studies.rigs.clutch_model import clutch_model
 
 ALL: tuple[Parameter, ...] = (*PARAMETERS, "regime")
 

@@ -8,7 +8,7 @@ import numpy as np
 from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from tests.identify.benches import ROOT
+from studies.rigs.identification_rigs import ROOT
 
 FORWARD, BACKWARD = (
     [0.0794, 0.0077, -2.7773e-4, 2.8731e-6],

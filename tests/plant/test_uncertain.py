@@ -17,8 +17,8 @@ from frictool.adapters.model_polytope import (
 from frictool.adapters.parameter_intervals import intervals
 from frictool.plant.polytope import PlantPoint
 from frictool.plant.uncertainty_channel import with_channel
-from tests.synth.annex import annex_model
-from tests.synth.example import clutch_model
+from studies.rigs.annex_model import annex_model
+from studies.rigs.clutch_model import clutch_model
 
 CENTRE = PlantPoint("centre", 1.32e-5, 3.8e-4, 0.1, 0.0134)
 

@@ -18,7 +18,7 @@ from frictool.errors import NoSolutionError
 from frictool.reduce.advice import parts_of_travel, passing_bandwidth
 from frictool.reduce.chain import chain
 from frictool.reduce.partial_travel import restrict_travel
-from tests.cli.run import run
+from studies.command_line import run
 from tests.reduce.building import belt, coulomb, lossy_train, mechanism, rotor
 
 

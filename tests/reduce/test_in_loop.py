@@ -12,8 +12,8 @@ import pytest
 from frictool.documents.writing import to_yaml
 from frictool.logs.log import Stream
 from frictool.reduce.loop_comparison import in_loop
-from tests.cli.run import run
-from tests.synth.example import ROOT, clutch_model
+from studies.command_line import run
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 TIME = np.arange(2000) * 1e-3
 RIG = ROOT / "configs/clutch"

@@ -20,7 +20,7 @@ from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.reduce.residual_load import LoadUnits, ResidualLoad, load_beside
 from frictool.reduce.resistance import DirectedResistance
-from tests.cli.run import run
+from studies.command_line import run
 from tests.reduce.building import coulomb, mechanism, rotor
 
 WORDS = LoadUnits("drawn", "N m", "rad")

@@ -9,7 +9,7 @@ import sys
 import tomllib
 from importlib import metadata
 
-from tests.synth.example import ROOT
+from studies.rigs.clutch_model import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 FIRST_NAME = re.compile(r"[A-Za-z0-9._-]+")

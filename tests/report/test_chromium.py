@@ -15,8 +15,7 @@ from frictool.logs.log import Log
 from frictool.report.page import page
 from frictool.report.verdict import judge
 from frictool.verify.vertex_transfers import sensitivities
-from tests.report.chromium import Browser, browser, find
-from tests.report.example import (
+from studies.rigs.step_logs import (
     HOSTILE,
     clutch_log,
     clutch_spec,
@@ -25,6 +24,7 @@ from tests.report.example import (
     smooth_log,
     stream,
 )
+from tests.report.chromium import Browser, browser, find
 from tests.report.test_page import MADE
 
 pytestmark = pytest.mark.skipif(find() is None, reason="no chromium is on the PATH")

@@ -17,8 +17,8 @@ from frictool.documents.spec import Spec
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log
-from tests.cli.run import also_called, refused, run
-from tests.report.example import (
+from studies.command_line import run
+from studies.rigs.step_logs import (
     ENCODER_STEP,
     ROOT,
     clutch_log,
@@ -27,7 +27,8 @@ from tests.report.example import (
     smooth_log,
     stream,
 )
-from tests.verify.truthful import truthful
+from studies.rigs.verified_controller import truthful
+from tests.support.command_line import also_called, refused
 
 
 class Rig:

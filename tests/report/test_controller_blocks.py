@@ -15,7 +15,7 @@ from frictool.documents.controller import (
     Velocity,
 )
 from frictool.report.controller_blocks import block_descriptions
-from tests.report.example import controller
+from studies.rigs.step_logs import controller
 
 
 def told(**changes: object) -> dict[str, str]:

@@ -18,7 +18,7 @@ from frictool.report.hold_metrics import HoldMetrics
 from frictool.report.step_figures import same_steps, step_views, window
 from frictool.report.tables import hold_tables
 from frictool.report.verdict import judge
-from tests.report.example import ENCODER_STEP, clutch_spec, stream
+from studies.rigs.step_logs import ENCODER_STEP, clutch_spec, stream
 
 
 @given(st.integers(1, 20_000), st.integers(0, 10**6))

@@ -7,7 +7,7 @@ import re
 
 from frictool.documents.spec import Spec
 from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS
-from tests.report.example import ROOT
+from studies.rigs.step_logs import ROOT
 
 TEXT = (ROOT / "docs/metrics.md").read_text(encoding="utf-8")
 REPORT = (ROOT / "docs/theory/report.md").read_text(encoding="utf-8")

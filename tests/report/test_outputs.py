@@ -21,7 +21,7 @@ from frictool.report.requirement import Verdict
 from frictool.report.text_view import lines
 from frictool.report.verdict import judge
 from frictool.verify.vertex_transfers import sensitivities
-from tests.report.example import clutch_log, clutch_spec, controller, smooth_log, stream
+from studies.rigs.step_logs import clutch_log, clutch_spec, controller, smooth_log, stream
 
 HOSTILE = "/axis/<script>alert(1)</script>|`x`\x1b[31m"
 

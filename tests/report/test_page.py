@@ -17,7 +17,7 @@ from frictool.report.metric_table import HOLD_METRICS
 from frictool.report.page import page
 from frictool.report.verdict import judge
 from frictool.verify.vertex_transfers import sensitivities
-from tests.report.example import (
+from studies.rigs.step_logs import (
     HOSTILE,
     clutch_log,
     clutch_spec,

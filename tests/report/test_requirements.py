@@ -14,8 +14,8 @@ from frictool.documents.spec import Spec
 from frictool.logs.log import Log, Stream
 from frictool.report.requirement import Requirement
 from frictool.report.verdict import judge
-from tests.metrics.responses import overshoot_of
-from tests.report.example import ENCODER_STEP, clutch_spec, controller, smooth_log, stream
+from studies.rigs.step_logs import ENCODER_STEP, clutch_spec, controller, smooth_log, stream
+from studies.rigs.step_responses import overshoot_of
 
 BACKLASH = 3.0  # of the clutch's bench (table 4.8)
 

@@ -13,7 +13,7 @@ from frictool.report.page import page
 from frictool.report.requirement import Verdict
 from frictool.report.stream_selection import MOST_SHOWN, select_streams
 from frictool.report.verdict import judge
-from tests.report.example import clutch_spec, controller, stream
+from studies.rigs.step_logs import clutch_spec, controller, stream
 from tests.report.test_page import MADE, Page
 
 SHORT = ((55.0, 0.5), (5.0, 0.5))

@@ -14,8 +14,7 @@ from frictool.report.json_view import as_json
 from frictool.report.requirement import Requirement, Verdict
 from frictool.report.text_view import lines
 from frictool.report.verdict import JUDGES, judge
-from tests.metrics.responses import overshoot_of
-from tests.report.example import (
+from studies.rigs.step_logs import (
     ENCODER_STEP,
     PERIOD,
     REFERENCES,
@@ -25,6 +24,7 @@ from tests.report.example import (
     smooth_log,
     stream,
 )
+from studies.rigs.step_responses import overshoot_of
 
 
 def named(verdict: Verdict, name: str) -> Requirement:

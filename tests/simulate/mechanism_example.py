@@ -12,8 +12,8 @@ from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.simulate.mechanism_plant import MechanismPlant
+from studies.rigs.clutch_model import ROOT, clutch_model
 from tests.mechanism.writing import mechanism
-from tests.synth.example import ROOT, clutch_model
 
 CLUTCH = ROOT / "configs/clutch/mechanism.yaml"
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from frictool.logs.canonical.mcap_format import read_mcap
-from tests.cli.run import Result, refused, run
+from studies.command_line import CommandResult, run
+from tests.support.command_line import refused
 
 ROOT = Path(__file__).parents[2]
 CLUTCH = ROOT / "configs" / "clutch"
@@ -37,7 +38,7 @@ def tests(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def play(test: Path, output: Path, *more: str) -> Result:
+def play(test: Path, output: Path, *more: str) -> CommandResult:
     return run("simulate", CLUTCH / "nonlinear.yaml", "--excitation", test, "-o", output, *more)
 
 

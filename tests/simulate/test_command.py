@@ -15,10 +15,11 @@ from frictool.documents.registry import load as read_document
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.plant.axis import POSITION, rest
-from tests.cli.run import Result, also_called, refused, run
-from tests.engine.reference import event_integration
-from tests.simulate.example import scenario, write_rig
-from tests.synth.example import ROOT
+from studies.command_line import CommandResult, run
+from studies.references.event_integration import event_integration
+from studies.rigs.clutch_model import ROOT
+from studies.rigs.step_scenario import scenario, write_rig
+from tests.support.command_line import also_called, refused
 
 TOPICS = ["/axis", *(f"/axis/v{k:02d}" for k in range(1, 17))]
 
@@ -28,7 +29,7 @@ def rig(tmp_path: Path) -> dict[str, Path]:
     return write_rig(tmp_path)
 
 
-def simulate(rig: dict[str, Path], output: Path | str, *more: str) -> Result:
+def simulate(rig: dict[str, Path], output: Path | str, *more: str) -> CommandResult:
     return run(
         "simulate",
         rig["model"],

@@ -28,10 +28,11 @@ from frictool.simulate.axis_variants import (
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.mechanism_plant import MechanismPlant
-from tests.cli.run import refused, run
-from tests.simulate.example import controller, scenario, write_rig
+from studies.command_line import run
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.step_scenario import controller, scenario, write_rig
 from tests.simulate.mechanism_example import GEARED
-from tests.synth.example import clutch_model
+from tests.support.command_line import refused
 
 UNITS = {name: one.unit for name, one in parameters_of(clutch_model()).items()}
 HERE = Provenance("a test", "0")

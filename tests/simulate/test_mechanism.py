@@ -26,12 +26,12 @@ from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.simulate.compiled_target import COMPILERS, compiled_target
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.open_loop import simulate_open_loop
+from studies.rigs.clutch_model import ROOT
+from studies.rigs.step_scenario import controller, scenario
 from tests.export.compiled import sources
 from tests.mechanism.writing import mechanism
-from tests.simulate.example import controller, scenario
 from tests.simulate.mechanism_example import GEARED, ONE_BLOCK, clutch, one_axis, plant_of
 from tests.simulate.test_step_test import HERE
-from tests.synth.example import ROOT
 
 AXIS = {
     "position_true",

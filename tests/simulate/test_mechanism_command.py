@@ -11,10 +11,11 @@ import pytest
 
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
-from tests.cli.run import Result, refused, run
-from tests.simulate.example import controller, scenario
+from studies.command_line import CommandResult, run
+from studies.rigs.clutch_model import ROOT
+from studies.rigs.step_scenario import controller, scenario
 from tests.simulate.mechanism_example import CLUTCH, GEARED, ONE_BLOCK, one_axis, write_text
-from tests.synth.example import ROOT
+from tests.support.command_line import refused
 
 READY = ROOT / "configs/clutch/scenarios"
 TORQUES = """\
@@ -41,7 +42,7 @@ def rig(tmp_path: Path) -> dict[str, Path]:
     return {name: write_text(tmp_path, f"{name}.yaml", text) for name, text in texts.items()}
 
 
-def closed(rig: dict[str, Path], output: Path | str, *more: object) -> Result:
+def closed(rig: dict[str, Path], output: Path | str, *more: object) -> CommandResult:
     return run(
         "simulate",
         rig["mechanism"],

@@ -21,9 +21,10 @@ from frictool.verify.document_check import check_feedback
 from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.logged_plant import RECORD, LoggedPlant
 from frictool.verify.plant_margins import PlantMargins
-from tests.cli.run import Result, refused, run
-from tests.control.example import clutch_controller
-from tests.simulate.example import scenario
+from studies.command_line import CommandResult, run
+from studies.rigs.example_controllers import clutch_controller
+from studies.rigs.step_scenario import scenario
+from tests.support.command_line import refused
 from tests.verify.observed import CLUTCH, by_speed, tracking
 
 
@@ -43,7 +44,7 @@ def rig(tmp_path: Path) -> Path:
 
 def simulate(
     rig: Path, name: str, *more: str | Path, controller: str = "controller.yaml"
-) -> Result:
+) -> CommandResult:
     words: list[str | Path] = [
         "simulate",
         rig / "model.yaml",

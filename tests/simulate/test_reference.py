@@ -9,7 +9,7 @@ import pytest
 from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Scenario, Sine, Step
 from frictool.simulate.reference import parts_of
-from tests.simulate.example import scenario
+from studies.rigs.step_scenario import scenario
 
 T = 1e-3
 

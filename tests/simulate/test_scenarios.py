@@ -16,9 +16,10 @@ from frictool.documents.spread import Spread
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.log import Log
-from tests.cli.run import Result, also_called, refused, run
-from tests.control.example import BRAKE_LAW, ROOT, clutch_controller
-from tests.simulate.example import write_rig
+from studies.command_line import CommandResult, run
+from studies.rigs.example_controllers import BRAKE_LAW, ROOT, clutch_controller
+from studies.rigs.step_scenario import write_rig
+from tests.support.command_line import also_called, refused
 
 READY = ROOT / "configs/clutch/scenarios"
 NONLINEAR = ROOT / "configs/clutch/nonlinear.yaml"
@@ -32,7 +33,7 @@ def braking(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def play(name: str | Path, controller: Path, folder: Path) -> tuple[Result, Log]:
+def play(name: str | Path, controller: Path, folder: Path) -> tuple[CommandResult, Log]:
     """A ready scenario, or one at a path, on the non-linear clutch."""
     path = name if isinstance(name, Path) else READY / f"{name}.yaml"
     result = run(

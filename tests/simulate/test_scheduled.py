@@ -24,8 +24,8 @@ from frictool.export.rounded_loop import rounded_loop
 from frictool.simulate.closed_loop import scheduled, simulate_closed_loop
 from frictool.simulate.compiled_target import compiled_target
 from frictool.synth.design import synthesise_verified
-from tests.cli.run import run
-from tests.synth.example import ROOT, clutch_model
+from studies.command_line import run
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG, HERE = ROOT / "configs/clutch", Provenance("a test", "0")
 

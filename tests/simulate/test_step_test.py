@@ -22,8 +22,8 @@ from frictool.errors import FrictoolError, InputFileError, NoSolutionError
 from frictool.logs.log import Log
 from frictool.simulate.axis_variants import variants_of
 from frictool.simulate.closed_loop import simulate_closed_loop
-from tests.simulate.example import controller, scenario
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
+from studies.rigs.step_scenario import controller, scenario
 
 HERE = Provenance("frictool simulate", "0", (Input("model.yaml", "ab" * 32),))
 STEP = 2 * math.pi / 56

@@ -20,11 +20,12 @@ from frictool.logs.log import Log
 from frictool.simulate import compiled_target as targets
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.simulate.compiled_target import COMPILERS, compiled_target
-from tests.cli.run import refused, run
+from studies.command_line import run
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.step_scenario import controller, scenario, write_rig
 from tests.export.cases import CASES
 from tests.export.compiled import NUMBERS, sources
-from tests.simulate.example import controller, scenario, write_rig
-from tests.synth.example import clutch_model
+from tests.support.command_line import refused
 
 needs_compiler = pytest.mark.skipif(
     not any(map(shutil.which, COMPILERS)), reason="no C compiler on the PATH"

@@ -24,7 +24,7 @@ from frictool.engine.conditions import (
     neutral,
 )
 from frictool.simulate.scenario_conditions import conditions_of
-from tests.simulate.example import scenario
+from studies.rigs.step_scenario import scenario
 
 T, N = 1e-3, 2000
 

@@ -17,8 +17,8 @@ from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.errors import FrictoolError
 from frictool.plant.polytope import PARAMETERS
 from frictool.simulate.axis_variants import AxisVariant, parameters_of, variants_of
-from tests.simulate.example import scenario
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
+from studies.rigs.step_scenario import scenario
 
 TABLE_5_2 = {
     "inertia": (1.11e-5, 1.53e-5),

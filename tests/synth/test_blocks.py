@@ -25,7 +25,7 @@ from frictool.errors import FrictoolError, NoSolutionError
 from frictool.synth.design import design_controller
 from frictool.synth.surrounding_blocks import SurroundingBlocks, blocks
 from frictool.verify.recheck import recheck
-from tests.synth.example import clutch_model
+from studies.rigs.clutch_model import clutch_model
 from tests.synth.test_pid import design as mass_design
 from tests.synth.test_pid import model as mass_model
 from tests.synth.test_pid import spec as mass_spec

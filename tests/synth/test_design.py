@@ -22,7 +22,7 @@ from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.design import design_controller, synthesise_verified
 from frictool.verify.speed_loop import check_loop
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 HERE = Provenance("a test", "0")

@@ -23,10 +23,11 @@ from frictool.logs.log import Log
 from frictool.plant.position_load import load_effort
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.load_disturbance import amplitude, disturbance
-from tests.cli.run import refused, run
-from tests.simulate.example import controller, scenario
+from studies.command_line import run
+from studies.rigs.clutch_model import ROOT, clutch_model
+from studies.rigs.step_scenario import controller, scenario
 from tests.simulate.test_step_test import HERE
-from tests.synth.example import ROOT, clutch_model
+from tests.support.command_line import refused
 
 CLUTCH = ROOT / "configs" / "clutch"
 

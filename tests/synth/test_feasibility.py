@@ -17,7 +17,7 @@ from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.synth.feasibility import _rising, _settling, check_feasible, fastest, shortest_step
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 MODEL, SPEC, SPEED = (

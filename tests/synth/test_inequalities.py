@@ -12,7 +12,7 @@ from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.synth.design import problem
 from frictool.synth.lmi_synthesis import slow_weight
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 
 def told(static_error: float) -> str:

@@ -18,7 +18,7 @@ from frictool.synth.lpv_grid import lpv_grid
 from frictool.synth.synthesis_problem import SynthesisProblem
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 

@@ -31,7 +31,7 @@ from frictool.synth.load_disturbance import disturbance
 from frictool.synth.pid import sampled_pid
 from frictool.synth.text_view import text
 from frictool.verify.recheck import recheck
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/mass"
 HERE = Provenance("a test", "0")

@@ -10,8 +10,8 @@ from frictool.lmi.hinf_synthesis import minimise, vertex_controllers
 from frictool.plant.lti import tustin
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop
-from tests.synth.annex import annex_model
-from tests.synth.published import LAG, READINGS, annex_lft, annex_mixed, position
+from studies.rigs.annex_model import annex_model
+from studies.rigs.published_plants import LAG, READINGS, annex_lft, annex_mixed, position
 
 
 @pytest.mark.parametrize("name", READINGS)

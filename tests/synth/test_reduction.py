@@ -19,7 +19,7 @@ from frictool.synth.design import design_controller
 from frictool.synth.order_reduction import reduce_order, residualised, truncated
 from frictool.synth.realisation import first_order
 from frictool.verify.hinf_norm import norm
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 PERIOD = 1e-3
 seeds, periods = st.integers(0, 100_000), st.sampled_from([0.0, PERIOD])

@@ -30,7 +30,7 @@ from frictool.synth.weight_relaxation import (
     relaxed_problem,
 )
 from frictool.synth.weights import ChosenWeights, choose_weights
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 START = ChosenWeights(PlantWeights(template(20.0, 0.5, 2 / 63), 1.0, 1.26), (), least_effort=0.01)
 Level = Callable[[PlantWeights], float]

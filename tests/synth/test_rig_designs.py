@@ -13,7 +13,7 @@ from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
 from frictool.synth.design import design_controller
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 WHY = {

@@ -16,7 +16,7 @@ from frictool.synth.design import problem
 from frictool.synth.lpv import lpv
 from frictool.verify import interior_search
 from frictool.verify.interior_search import WorstPlant, searched
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 

@@ -20,7 +20,7 @@ from frictool.synth.realisation import stored_forms
 from frictool.synth.rst import PlacementRule, _PlacementSearch, rst
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
 from frictool.verify.speed_loop import check_loop
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 
 def _problem(domain: Domain = "discrete", delay: int = 1, **changes: object) -> SynthesisProblem:

@@ -25,7 +25,7 @@ from frictool.synth.controller_schedule import verified_schedule
 from frictool.synth.design import design_controller, problem
 from frictool.synth.methods import solver
 from frictool.verify.scheduled_loop import interpolate_controller, weights
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG, HERE = ROOT / "configs/clutch", Provenance("a test", "0")
 SHARES = st.tuples(*[st.floats(0.0, 1.0)] * 4)

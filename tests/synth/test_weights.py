@@ -20,7 +20,7 @@ from frictool.documents.weights import NoiseFilter, Weights
 from frictool.errors import FrictoolError
 from frictool.plant.generalised_plant import FirstOrderWeight
 from frictool.synth.weights import choose_weights, decade
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 SPEC = load(ROOT / "configs/clutch/spec.yaml", Spec)
 SPEED = load(ROOT / "configs/clutch/designs/speed.yaml", Design)

@@ -23,7 +23,7 @@ from frictool.verify.certificate_document import certified_loop
 from frictool.verify.interior_search import POINTS
 from frictool.verify.loop_figures import loops_of
 from frictool.verify.vertices import vertex_points
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 Named = Literal["speed", "fast"]

@@ -16,8 +16,8 @@ from frictool.documents.registry import load
 from frictool.observe.design.tracking import design_tracking
 from frictool.plant.lti import Lti
 from frictool.synth.realisation import stored_forms
-from tests.control.example import CONSTANT, CUT_LAW, clutch_controller
-from tests.verify.truthful import truthful
+from studies.rigs.example_controllers import CONSTANT, CUT_LAW, clutch_controller
+from studies.rigs.verified_controller import truthful
 
 PERIOD = 1e-3
 CLUTCH = load(Path(__file__).parents[2] / "configs/clutch/nonlinear.yaml", Model)

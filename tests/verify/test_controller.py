@@ -12,7 +12,8 @@ from frictool.documents.controller import Controller
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.verify.recheck import recheck
-from tests.cli.run import refused, run
+from studies.command_line import run
+from tests.support.command_line import refused
 from tests.synth.test_design import clutch_controller
 
 

@@ -25,7 +25,8 @@ from frictool.verify import document_check as controller_checks
 from frictool.verify import recheck
 from frictool.verify.certificate_proof import ProvedBound
 from frictool.verify.loop_figures import LinearLoops
-from tests.cli.run import refused, run
+from studies.command_line import run
+from tests.support.command_line import refused
 from tests.verify.certified import Named, certified
 from tests.verify.edits import Edit, edits
 

@@ -34,8 +34,8 @@ from frictool.verify.feedback_loops import (
     open_loop,
 )
 from frictool.verify.margins import loop_margins
-from tests.control.example import clutch_controller, started
-from tests.synth.example import clutch_model
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.example_controllers import clutch_controller, started
 
 PERIOD, LAG = 1e-3, 3e-3
 CLUTCH = AxisRates(1015.0, 29.0, 7500.0)

@@ -26,7 +26,7 @@ from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.observed_controller import with_observer
 from frictool.verify.observer_loop import shown_speeds
 from frictool.verify.recheck import recheck
-from tests.control.example import BRAKE_LAW, clutch_controller
+from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller
 from tests.observe.observers import drawn_observer
 from tests.verify.observed import PERIOD, by_speed, tracking
 

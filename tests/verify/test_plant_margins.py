@@ -19,7 +19,7 @@ from frictool.verify.document_check import check_feedback
 from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.logged_plant import LoggedPlant
 from frictool.verify.plant_margins import PlantMargins
-from tests.simulate.example import controller
+from studies.rigs.step_scenario import controller
 from tests.verify.observed import by_speed, tracking
 
 CONTROLLERS = {

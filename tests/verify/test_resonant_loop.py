@@ -22,8 +22,9 @@ from frictool.synth.design import design_controller
 from frictool.verify.feedback_loops import feedbacks_of, open_loop
 from frictool.verify.recheck import recheck
 from frictool.verify.resonant_loop import resonant_check
-from tests.cli.run import refused, run
-from tests.synth.example import ROOT, clutch_model
+from studies.command_line import run
+from studies.rigs.clutch_model import ROOT, clutch_model
+from tests.support.command_line import refused
 
 RIG = ROOT / "configs/clutch"
 

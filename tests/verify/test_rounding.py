@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from frictool.documents.controller import Number
 from frictool.synth.realisation import running_in_sections
 from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_linear
-from tests.control.example import speed_controller
+from studies.rigs.example_controllers import speed_controller
 
 NEAR = {"double": 0.0, "float": 2.0**-24, "q31": 2.0**-31, "q15": 2.0**-15}
 

@@ -19,7 +19,7 @@ from frictool.plant.generalised_plant import FirstOrderWeight
 from frictool.synth.design import design_controller
 from frictool.typing import Vector
 from frictool.verify.vertex_transfers import VertexTransfers, sensitivities
-from tests.synth.example import ROOT, clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 

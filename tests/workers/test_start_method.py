@@ -13,7 +13,7 @@ import pytest
 
 from frictool.workers.process_pool import start_method
 from frictool.workers.share import share
-from tests.identify.benches import CLUTCH, ROOT
+from studies.rigs.identification_rigs import CLUTCH, ROOT
 from tests.workers.jobs import Deadly, series
 
 WITHOUT_FORK = """

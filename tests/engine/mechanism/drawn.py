@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from frictool.typing import Vector
-from tests.engine.mechanism.build import Builder
+from studies.rigs.mechanism_builder import Builder
 
 LAWS = ("none", "none", "coulomb", "svc", "stribeck", "coulomb_tanh", "lugre")
 

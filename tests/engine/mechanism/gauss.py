@@ -13,7 +13,7 @@ import itertools
 import numpy as np
 
 from frictool.typing import Vector
-from tests.engine.mechanism.build import Builder
+from studies.rigs.mechanism_builder import Builder
 
 CLOSE = 1e-9
 

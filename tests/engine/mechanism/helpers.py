@@ -12,7 +12,7 @@ from frictool.engine.mechanism.open_loop_run import MechanismRun, run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import MechanismState, rest
 from frictool.typing import Vector
-from tests.engine.mechanism.build import Builder
+from studies.rigs.mechanism_builder import Builder
 
 
 def ready(

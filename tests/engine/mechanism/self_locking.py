@@ -11,7 +11,7 @@ import numpy as np
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.status import OK
 from frictool.typing import Vector
-from tests.engine.mechanism.build import Builder
+from studies.rigs.mechanism_builder import Builder
 from tests.engine.mechanism.helpers import ready
 
 PERIOD, HOLDS, SAMPLES = 4e-3, 4, 25  # s; commands that follow one another, and the samples of each

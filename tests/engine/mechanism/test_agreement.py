@@ -15,7 +15,7 @@ from frictool.engine.mechanism.events import JAMS, STRIKES, TOUCHES
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.state import work_by_element
 from frictool.plant.axis import LOAD_POSITION, POSITION, AxisParameters, rest
-from tests.engine.mechanism.build import Builder
+from studies.rigs.mechanism_builder import Builder
 from tests.engine.mechanism.helpers import instants, moved, ready
 
 

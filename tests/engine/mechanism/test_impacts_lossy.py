@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from frictool.engine.mechanism.energy import balance
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.typing import Vector
-from tests.engine.mechanism.build import Builder
+from studies.rigs.mechanism_builder import Builder
 from tests.engine.mechanism.helpers import ready
 
 GAP = 0.01

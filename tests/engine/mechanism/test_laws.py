@@ -13,8 +13,8 @@ from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
 from frictool.friction.law_registry import LAWS
 from frictool.typing import Vector
-from tests.engine.mechanism.build import Builder
-from tests.friction.sets import TABLE_3_1
+from studies.rigs.mechanism_builder import Builder
+from studies.rigs.table_3_1 import TABLE_3_1
 
 SPEED, STIFFNESS, STEP, STRETCHED, END = 0.1, 2.0, 2e-5, 0.72, 0.6
 # m; what two integrators of the same law differ by

@@ -9,7 +9,7 @@ import pytest
 from frictool.engine.mechanism.events import JAMS, SEPARATES
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.status import OK
-from tests.engine.mechanism.build import Builder
+from studies.rigs.mechanism_builder import Builder
 from tests.engine.mechanism.helpers import instants, moved, ready
 from tests.engine.mechanism.self_locking import compared
 

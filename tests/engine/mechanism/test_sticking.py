@@ -14,7 +14,7 @@ from frictool.engine.mechanism.events import BREAKS_AWAY, SEPARATES
 from frictool.engine.mechanism.forces import forces
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.state import STUCK
-from tests.engine.mechanism.build import Builder
+from studies.rigs.mechanism_builder import Builder
 from tests.engine.mechanism.gauss import accelerations
 from tests.engine.mechanism.helpers import instants, moved, ready
 

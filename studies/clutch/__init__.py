@@ -1,0 +1,1 @@
+"""Experiments on the clutch of configs/clutch, which its Makefile runs."""

@@ -1,0 +1,130 @@
+"""Friction compensated (5.1) against friction used (5.2): the laws of one rig, each on its nominal
+plant and its vertices, as a table.
+
+    python -m studies.clutch.law_comparison SPEC BUILD [LAW...]        BUILD/LAW/run.mcap (make -C
+                                                           configs/clutch compare_laws, configs/emps
+                                                           too)
+
+The logs end with a hold of 15 s or more. Response, overshoot, error: the worst over the steps, of
+the nominal plant. Limit cycle: the largest of the last hold on any plant. cycling: how many of all
+plants do; with ?, of how many the hold moves and does not tell. drive at rest: of the command, root
+mean square over the last third, the mean over the plants.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import mean
+
+import numpy as np
+
+from frictool.documents.controller import Controller
+from frictool.documents.registry import load
+from frictool.documents.spec import Spec
+from frictool.logs.log import MAIN_TOPIC, Log
+from frictool.logs.reading import read_log
+from frictool.report.verdict import judge
+
+HEADS = (
+    "response ms",
+    "overshoot %",
+    "error counts",
+    "cycle counts",
+    "its period s",
+    "cycling",
+    "drive at rest",
+)
+
+
+@dataclass(frozen=True)
+class Law:
+    """One law on all plants of its log; positions in encoder counts, drive in A or V."""
+
+    name: str
+    response: float
+    overshoot: float
+    error: float
+    amplitude: float  # of the largest limit cycle, on any plant; 0 where none cycles
+    period: float
+    cycling: int
+    untold: int  # plants whose hold moves and does not tell
+    plants: int
+    drive: float
+
+
+def law(name: str, spec: Spec, controller: Controller, log: Log) -> Law:
+    """The figures of a log."""
+    step = controller.bench.encoder.resolution
+    cycles, drives, own, untold = [(0.0, 0.0)], [], [], 0
+    for item, holds in judge(spec, [log], controller).evidence:
+        last = holds[-1].values
+        if "limit_cycle_amplitude" in last:
+            cycles.append((last["limit_cycle_amplitude"], last.get("limit_cycle_period", 0.0)))
+        else:
+            untold += 1
+        drive = item.stream.signals["command"]
+        drives.append(float(np.sqrt(np.mean(drive[-holds[-1].hold.of(drive).size // 3 :] ** 2))))
+        if item.stream.topic == MAIN_TOPIC:
+            own = [hold.values for hold in holds]
+    worst = max(cycles)
+    response, overshoot, error = (
+        max(values.get(key, 0.0) for values in own)
+        for key in ("response_time_95", "overshoot", "static_error")
+    )
+    count = sum(amplitude > 0.0 for amplitude, _ in cycles)
+    return Law(
+        name,
+        response,
+        overshoot,
+        error / step,
+        worst[0] / step,
+        worst[1],
+        count,
+        untold,
+        len(drives),
+        mean(drives),
+    )
+
+
+def table(laws: list[Law], unit: str) -> list[str]:
+    """The laws, one a line."""
+    lines = [
+        f"{'law':<26}"
+        + "".join(f"{head:>15}" for head in HEADS[:-1])
+        + f"{HEADS[-1] + ' ' + unit:>18}"
+    ]
+    for one in laws:
+        response = "never" if math.isinf(one.response) else f"{1e3 * one.response:.0f}"
+        cycle = (f"{one.amplitude:.4g}", f"{one.period:.3g}") if one.cycling else ("none", "-")
+        figures = (
+            response,
+            f"{one.overshoot:.1f}",
+            f"{one.error:.3g}",
+            *cycle,
+            f"{one.cycling} of {one.plants}" + (f", {one.untold} ?" if one.untold else ""),
+        )
+        lines.append(
+            f"{one.name:<26}"
+            + "".join(f"{figure:>15}" for figure in figures)
+            + f"{one.drive:>18.3f}"
+        )
+    return lines
+
+
+def main(arguments: list[str]) -> int:
+    if len(arguments) < 3:
+        print(__doc__, file=sys.stderr)
+        return 2
+    spec, build, found = load(Path(arguments[0]), Spec), Path(arguments[1]), []
+    for name in arguments[2:]:
+        controller = load(build / name / "controller.yaml", Controller)
+        found.append(law(name, spec, controller, read_log(build / name / "run.mcap")))
+    print("\n".join(table(found, "A" if spec.drive == "current" else "V")))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

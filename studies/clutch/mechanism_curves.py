@@ -1,0 +1,129 @@
+"""The curves of configs/clutch/mechanism.yaml, which the thesis only draws (figures 2.12-2.14): how
+each number was chosen.
+
+    python -m studies.clutch.mechanism_curves        prints them as they stand in the file
+
+Published, and kept: the friction map (4.42), (4.44) of tables 4.7 and 4.8, r, the brushes'
+friction, the inertia. In slip the rotor feels
+
+    C_r+ = C_r2 + (mu_c F_s1 + F_res) r/eta        C_r- = C_r2 + (mu_c F_s1 - F_res) r/eta
+                                                   (2.28)-(2.29)
+
+with F_res = F_s2 - F_s1 tan(alpha), so that the mean of both directions gives mu_c F_s1, half their
+difference F_res. Assumed, as is typical of such parts: eta 0.8 of reducer and rack together, mu_c
+0.12 of a greased slideway, 0.6 for the pistons' areas, and the clutch, below. The profile is what
+is left: the angle with which F_s1 tan(alpha) = F_s2 - F_res.
+
+What that says of the springs: the friction that was identified grows with theta, so s1 is
+compressed as theta grows, and s2, which it compensates, is released: theta = 0 is the open clutch.
+F_s2 and tan(alpha) are negative, s2 pushes the cart in the positive direction of x. F_s1 rises,
+falls and rises again over x, as the force of a stack of disc springs does. The dip within the first
+3 rad, and the rise in the last 5, are the ends of the published polynomials.
+"""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+
+import numpy as np
+
+from frictool.typing import Vector
+
+RATIO = 2.0414e-4  # r, m/rad, table 4.8
+TRAVEL = 63.0  # rad
+BRUSHES = 0.05  # C_r2, N m, table 4.8
+BETA = 1.1  # breakaway over slip, table 4.8
+FORWARD = np.polynomial.Polynomial(
+    [0.0794, 0.0077, -2.7773e-4, 2.8731e-6]
+)  # C_s, N m over rad, table 4.7
+BACKWARD = np.polynomial.Polynomial([0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7])
+EFFICIENCY = 0.8  # assumed: two stages of spur gears and a rack
+FRICTION_COEFFICIENT = 0.12  # mu_c, assumed: greased steel
+AREA_RATIO = 0.6  # S_m/S_s, assumed: 12.9 mm at the cart are 7.7 mm at the bearing
+
+# the clutch, assumed: that of a small car. Its diaphragm by Almen and Laszlo's cone, over its
+# thickness height of the free cone over the thickness: the force falls far beyond its peak, to 60 %
+# at the end of the way
+CONE = 2.1
+ENGAGED = 1.2  # deflection over the thickness with the clutch closed, just before the peak
+STROKE = (
+    7.2e-3  # of the bearing per thickness of deflection, m: 2.25 mm times the fingers' lever, 3.2
+)
+PEAK = 1200.0  # force of the diaphragm's peak at the bearing, N
+CUSHION = 2.5e-3  # way of the bearing until the cushion disc has let go of the plate, m
+BEARING_PRELOAD = 80.0  # N, keeps the bearing turning
+
+POINTS = 64  # every rad
+WIDTH = 132  # of a line in the file
+
+
+def cone(deflection: Vector) -> Vector:
+    """Almen and Laszlo's force of a coned disc over deflection/thickness, up to a factor."""
+    return np.asarray(deflection * ((CONE - deflection) * (CONE - 0.5 * deflection) + 1.0))
+
+
+def release_force(way: Vector) -> Vector:
+    """F_c [N] of the clutch at the bearing, pushed by `way` [m] from where it is closed."""
+    peak = cone(np.array([CONE - np.sqrt((CONE**2 - 2.0) / 3.0)]))[0]
+    diaphragm = PEAK * cone(ENGAGED + way / STROKE) / peak
+    cushion = (
+        PEAK * cone(np.array([ENGAGED]))[0] / peak * np.clip(1.0 - way / CUSHION, 0.0, 1.0) ** 2
+    )
+    return np.asarray(BEARING_PRELOAD + diaphragm - cushion)
+
+
+def rotor_torque(theta: Vector) -> tuple[Vector, Vector]:
+    """C_r [N m] of both directions at theta [rad], (4.42), each against the motion."""
+    return FORWARD(theta) / BETA, BACKWARD(theta) / BETA
+
+
+def slideway(theta: Vector) -> tuple[Vector, Vector]:
+    """mu_c F_s1 and F_res [N] at the cart, from both directions of the identified map."""
+    forward, backward = rotor_torque(theta)
+    to_cart = EFFICIENCY / RATIO
+    return (0.5 * (forward + backward) - BRUSHES) * to_cart, 0.5 * (forward - backward) * to_cart
+
+
+def curves() -> dict[str, tuple[Vector, Vector]]:
+    """Name -> (position [m], value): force of s1 [N] and angle [rad] over the cart's way, force of
+    s2 [N] over the slave piston's."""
+    theta = np.linspace(0.0, TRAVEL, POINTS)
+    x = RATIO * theta
+    friction, residual = slideway(theta)
+    pressing = friction / FRICTION_COEFFICIENT
+    clutch = -release_force(AREA_RATIO * (x[-1] - x))
+    return {
+        "force": (x, pressing),
+        "angle": (x, np.arctan((AREA_RATIO * clutch - residual) / pressing)),
+        "clutch": (AREA_RATIO * x, clutch),
+    }
+
+
+def lines(name: str) -> list[str]:
+    """A curve as it stands in the file: mm, N, deg."""
+    position, value = curves()[name]
+    values = (
+        [f"{one:.3f}" for one in np.degrees(value)]
+        if name == "angle"
+        else [f"{one:.1f}" for one in value]
+    )
+    return [
+        *_series("position", "mm", [f"{1e3 * one:.4f}" for one in position]),
+        *_series("value", "deg" if name == "angle" else "N", values),
+    ]
+
+
+def _series(key: str, unit: str, numbers: list[str]) -> list[str]:
+    text = f"{key}: {{unit: {unit}, values: [{', '.join(numbers)}]}}"
+    return textwrap.wrap(text, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+
+
+def main() -> int:
+    for name in ("force", "angle", "clutch"):
+        print(f"{name}:", *(f"  {line}" for line in lines(name)), sep="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

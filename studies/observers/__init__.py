@@ -1,0 +1,1 @@
+"""Experiments with estimators of velocity, friction and wear."""

@@ -1,0 +1,1 @@
+"""Simulated rigs: plants, documents and logs to try a stage on."""

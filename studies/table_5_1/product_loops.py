@@ -1,0 +1,103 @@
+"""Table 5.1's loops as the product plays them: configs/mass, documents to synthesis to the target's
+program to the closed loop.
+
+python -m studies.table_5_1.product_loops configs/mass/build        the table of the logs there (make -C
+                                                           configs/mass table_5_1)
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from functools import cache
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from frictool.documents.controller import Controller, Number
+from frictool.documents.design import Design
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance
+from frictool.documents.registry import load
+from frictool.documents.scenario import Scenario
+from frictool.documents.spec import Spec
+from frictool.logs.reading import read_log
+from frictool.simulate.closed_loop import simulate_closed_loop
+from frictool.synth.design import design_controller
+from frictool.typing import Vector
+from studies.table_5_1.published_figures import FIGURES, LOOPS, figures, missed
+from studies.table_5_1.reference_loops import printed_step
+
+RIG = Path(__file__).parents[2] / "configs/mass"
+HERE = Provenance("a test", "0")
+
+
+def model(name: str) -> Model:
+    """The mass of a loop: that of 5.2.5 has a tenth of the friction."""
+    return load(RIG / ("smooth.yaml" if name.startswith("smooth") else "model.yaml"), Model)
+
+
+@cache
+def controller(name: str) -> Controller:
+    return design_controller(
+        model(name), load(RIG / "spec.yaml", Spec), load(RIG / f"designs/{name}.yaml", Design), HERE
+    )
+
+
+def played(name: str, seconds: float, number: Number = "double") -> Vector:
+    """Positions (n,) [m] of a hold of `seconds`, one a sample, the controller in a number format of
+    the target."""
+    scenario = load(RIG / "step.yaml", Scenario)
+    (step,) = scenario.steps
+    scenario = msgspec.structs.replace(
+        scenario, steps=(msgspec.structs.replace(step, duration_s=seconds),)
+    )
+    log = simulate_closed_loop(model(name), controller(name), scenario, HERE, number=number)
+    return np.asarray(log.streams[0].signals["position_true"])
+
+
+def table(logs: dict[str, Vector]) -> tuple[list[str], bool]:
+    """Lines for people, each loop's figures above those that are known of it; and whether all of
+    them are met."""
+    lines = [
+        f"{'loop':<24}{'overshoot %':>14}{'response s':>14}{'static m':>14}{'cycle +- m':>14}{'period s':>14}"
+    ]
+    met = True
+    for name, positions in logs.items():
+        found, printed = figures(positions), LOOPS[name].printed
+        wrong = missed(found, printed)
+        met = met and not wrong
+        lines.append(f"{name:<24}" + "".join(f"{_shown(found[figure]):>14}" for figure in FIGURES))
+        lines.append(
+            f"{'  known':<24}"
+            + "".join(f"{_known(one):>14}" for one in printed)
+            + (f"  MISSED: {', '.join(wrong)}" if wrong else "")
+        )
+    farthest = float(np.max(np.abs(printed_step(600.0))))
+    lines.append(
+        f"{'(5.41) as printed':<24}  the mass is {farthest:g} m from where it rested, after 600 s: its branches are inverted"
+    )
+    return lines, met and farthest == 0.0
+
+
+def _shown(value: float) -> str:
+    return "never" if math.isinf(value) else "none" if math.isnan(value) else f"{value:.4g}"
+
+
+def _known(text: str) -> str:
+    return {"inf": "never", "nan": "none"}.get(text, text)
+
+
+def main(folder: Path) -> int:
+    logs = {
+        name: np.asarray(read_log(folder / name / "run.mcap").main.signals["position_true"])
+        for name in LOOPS
+    }
+    lines, met = table(logs)
+    print("\n".join(lines))
+    return 0 if met else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1])))

@@ -1,0 +1,124 @@
+"""The reproduction as one HTML file: ours beside the published, a word where they differ, figures.
+No script, no request to anywhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from frictool.compare.thesis_tables import TABLE_2_1, TABLE_3_2
+from studies.thesis.comparison import Judged, Line
+from studies.thesis.documents import GRIDS, KINDS, Documents
+from studies.thesis.results import Part
+
+HERE = Path(__file__).parent
+CHAPTERS = {
+    "2": "Mechanisms and friction",
+    "3": "The hybrid model",
+    "4": "Identification",
+    "5": "Control",
+    "6": "Observers",
+    "C": "Annex C",
+}
+
+
+def chapter_of(name: str) -> str:
+    """Of "table_4_2", "section_5_4", "annex_c_5_2", "figure 5.13" or "5.13"."""
+    return (
+        "C"
+        if name.startswith(("annex", "C"))
+        else name.removeprefix("table_").removeprefix("section_")[0]
+    )
+
+
+def called(name: str) -> str:
+    """Of "table_4_2", "section_5_4" or "annex_c_5_2": table 4.2, thesis 5.4, annex C.5.2."""
+    kind, _, number = name.partition("_")
+    return f"{'Thesis' if kind == 'section' else kind.capitalize()} {number.replace('_', '.').capitalize()}"
+
+
+def page(documents: Documents, part: Part, judged: Judged) -> str:
+    """The HTML text; the same values and figures give the same bytes."""
+    environment = jinja2.Environment(
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    chapters = [
+        _chapter(number, title, documents, part, judged) for number, title in CHAPTERS.items()
+    ]
+    lines = judged.lines
+    return environment.from_string((HERE / "page.html.jinja").read_text(encoding="utf-8")).render(
+        chapters=[chapter for chapter in chapters if chapter["tables"] or chapter["figures"]],
+        values=len(lines),
+        agreeing=sum(line.agrees for line in lines),
+        counts=[(KINDS[kind], *counted) for kind, counted in judged.counts.items()],
+        drawn=len(part.figures),
+        problems=judged.problems,
+    )
+
+
+def _chapter(
+    number: str, title: str, documents: Documents, part: Part, judged: Judged
+) -> dict[str, Any]:
+    tables = [
+        {
+            "name": name,
+            "called": called(name),
+            "table": documents.tables[name],
+            "lines": [
+                line
+                for line in lines
+                if "." not in line.key
+                or not documents.tables[name].grid
+                or line.key.endswith(".speed")
+            ],
+            "grid": _grid(documents.tables[name].grid, lines),
+            "different": [line for line in lines if not line.agrees]
+            if documents.tables[name].grid
+            else [],
+            "beside": part.beside.get(name, []),
+        }
+        for name, lines in judged.tables.items()
+        if chapter_of(name) == number
+    ]
+    figures = [
+        {
+            "number": key,
+            "figure": documents.figures[key],
+            "caption": drawn.caption,
+            "svgs": [Markup(svg) for svg in drawn.svgs],
+        }
+        for key, drawn in sorted(part.figures.items(), key=lambda item: _order(item[0]))
+        if key in documents.figures and chapter_of(key) == number
+    ]
+    return {"number": number, "title": title, "tables": tables, "figures": figures}
+
+
+def _order(number: str) -> tuple[str, int]:
+    chapter, _, place = number.partition(".")
+    return chapter, int(place)
+
+
+def _grid(grid: str, lines: list[Line]) -> dict[str, Any] | None:
+    """Rows of properties over columns of laws, as the thesis prints them."""
+    if not grid:
+        return None
+    printed, heads = GRIDS[grid]
+    found = {line.key: line for line in lines}
+    laws = list(TABLE_2_1 if grid == "2.1" else TABLE_3_2)
+    rows = [
+        (head.replace("_", " "), [found.get(f"{law}.{head}") for law in laws]) for head in heads
+    ]
+    rows += (
+        [("speed of simulation", [found.get(f"{law}.speed") for law in laws])]
+        if f"{laws[0]}.speed" in found
+        else []
+    )
+    assert list(printed) == laws
+    return {"laws": [law.replace("_", " ") for law in laws], "rows": rows, "states": grid == "2.1"}

@@ -1,0 +1,118 @@
+"""Chapters 2 and 3: the friction laws in the four tests of 3.7 (tables 2.1, 3.2, figures 3.11 to
+3.25), and how fast they are simulated."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from frictool.compare import input_protocol
+from frictool.compare.comparison import Comparison, compare
+from frictool.compare.comparison_setting import ComparisonSetting, from_friction
+from frictool.compare.law_simulator import LawSimulator
+from frictool.compare.thesis_figures import pictures
+from frictool.compare.thesis_tables import TABLE_2_1, TABLE_3_2
+from frictool.documents.friction import Friction
+from frictool.documents.registry import load
+from studies.thesis.results import Found, Part
+
+RIG = Path(__file__).parents[3] / "configs/mass"
+REPEATS = 3  # the least of so many times counts
+REAL_TIME = 10.0  # "+": so many times faster than the stick-slip test runs
+WITHOUT_PRINT = ("stribeck",)  # beside the laws of the tables: what the others are judged by
+
+
+def laws() -> Part:
+    """Tables 2.1 and 3.2 with their figures."""
+    setting = from_friction(load(RIG / "friction.yaml", Friction))
+    simulator = LawSimulator(setting)
+    asked = {*TABLE_2_1, *TABLE_3_2, *WITHOUT_PRINT}
+    found = compare(setting, simulator, tuple(law for law in simulator.names() if law in asked))
+    part = Part()
+    part.add(
+        "table_2_1",
+        {
+            f"{law}.{row}": found.laws[law].properties[row]
+            for law in TABLE_2_1
+            for row in found.laws[law].properties
+        },
+    )
+    part.add(
+        "table_3_2",
+        {
+            f"{law}.{row}": cell
+            for law in TABLE_3_2
+            for row, cell in found.laws[law].verdicts.items()
+        },
+    )
+    part.add("table_2_1", _speeds(simulator, setting))
+    part.say(
+        "table_2_1",
+        f"Speed of simulation: + where the stick-slip test of 60 s runs at least {REAL_TIME:g} times faster than it lasts.",
+    )
+    for picture in pictures(found):
+        if picture.number:
+            part.draw(picture.number, _caption(found, picture.number), picture.svg)
+    return part
+
+
+def _speeds(simulator: LawSimulator, setting: ComparisonSetting) -> dict[str, float | str | Found]:
+    """The last row of table 2.1. No time itself is told: the page is the same whenever it is
+    made."""
+    segments, cells = input_protocol.stick_slip(setting.scales), {}
+    end = segments[-1][0]
+    for law in TABLE_2_1:
+        took = []
+        for _ in range(REPEATS):
+            start = time.perf_counter()
+            simulator.run(law, segments, 1001)
+            took.append(time.perf_counter() - start)
+        cells[f"{law}.speed"] = "+" if end > REAL_TIME * min(took) else "-"
+    return {**cells}
+
+
+def _caption(found: Comparison, number: str) -> str:
+    """The figures behind a picture."""
+    reference = found.reference
+    known = f"event-exact Stribeck: {reference.sticks} sticks, period {reference.period_s:.4f} s"
+    cycle = found.reference_cycle
+    chosen = {
+        "3.11": ("stick_slip", ("lugre",)),
+        "3.12": ("stick_slip", ("elasto_plastic",)),
+        "3.13": ("stick_slip", ("hybrid_a", "lugre")),
+        "3.14": ("stick_slip", ("hybrid_b", "lugre")),
+        "3.15": ("limit_cycle", ("hybrid_a", "lugre")),
+        "3.16": ("limit_cycle", ("elasto_plastic",)),
+        "3.18": ("presliding", ("lugre",)),
+        "3.19": ("presliding", ("elasto_plastic",)),
+        "3.20": ("presliding", ("hybrid_b",)),
+        "3.21": ("presliding", ("hybrid_c",)),
+        "3.23": ("drift", ("lugre", "elasto_plastic")),
+        "3.24": ("drift", ("hybrid_a", "hybrid_b", "hybrid_c")),
+        "3.25": ("drift", ("hybrid_a", "hybrid_b", "hybrid_c")),
+    }.get(number)
+    if chosen is None:
+        return "What the test plays, on our parameters of table 3.1."
+    test, names = chosen
+    told = "; ".join(_told(found, test, law) for law in names)
+    if test == "stick_slip":
+        return f"{told} ({known})."
+    if test == "limit_cycle":
+        return f"{told} (event-exact Stribeck: ±{cycle.amplitude:.4f} m, {cycle.period_s:.2f} s)."
+    return f"{told}."
+
+
+def _told(found: Comparison, test: str, law: str) -> str:
+    tested = found.laws[law]
+    if test == "stick_slip":
+        period = (
+            "none" if tested.stick_slip.period_s is None else f"{tested.stick_slip.period_s:.4f} s"
+        )
+        return f"{tested.title}: {tested.stick_slip.sticks} stick{'s' if tested.stick_slip.sticks != 1 else ''}, period {period}"
+    if test == "limit_cycle":
+        cycle = tested.limit_cycle
+        return f"{tested.title}: {'dies out' if cycle.period_s is None else f'±{cycle.amplitude:.4f} m, {cycle.period_s:.2f} s'}"
+    if test == "presliding":
+        contact = tested.presliding
+        return f"{tested.title}: points of return {contact.closure:.3f} F_s apart, loop area {contact.area:.3f} F_s z_max"
+    return f"{tested.title}: moves by {tested.drift.z_max_units:.3g} z_max over 194 cycles"
