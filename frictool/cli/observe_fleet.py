@@ -66,7 +66,7 @@ def observe_fleet(given: ObserveRequest, logs: Sequence[Path]) -> int:
 
 def _tell(table: list[FleetRow], given: ObserveRequest) -> None:
     """Print a headline; if the table is in a file, also print the rows that need attention."""
-    from frictool.observe.fleet_table import as_text, headline
+    from frictool.observe.fleet_table import headline, text_table
 
     odd = [row for row in table if row.alarm or row.outcome is None]
     if given.output is None or given.stdout is not None:
@@ -74,7 +74,7 @@ def _tell(table: list[FleetRow], given: ObserveRequest) -> None:
         return
     say(headline(table, given.limit))
     if odd:
-        say(as_text(odd))
+        say("\n".join(text_table(odd).lines()))
 
 
 def _save(

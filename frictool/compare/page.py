@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from markupsafe import Markup
-
 from frictool.compare import text_view
 from frictool.compare.comparison import Comparison
 from frictool.compare.thesis_figures import pictures
@@ -23,14 +21,8 @@ def page(found: Comparison, provenance: Provenance) -> str:
         provenance,
         setting=found.setting,
         scaling=text_view.scaling(found),
-        tables=[
-            ("What was measured", text_view.figures(found)),
-            ("The four tests of 3.7", text_view.verdicts(found)),
-            ("Properties of the laws", text_view.properties(found)),
-        ],
+        tables=text_view.tables(found),
         differences=found.differences,
         rows=text_view.ROWS,
-        pictures=[
-            (picture.number, picture.title, Markup(picture.svg)) for picture in pictures(found)
-        ],
+        pictures=pictures(found),
     )

@@ -7,6 +7,7 @@ import numpy as np
 from frictool.compare.comparison import REFERENCE, Comparison, LawResult
 from frictool.compare.thesis_tables import PROPERTIES, TESTS
 from frictool.documents.quantity import si_unit
+from frictool.presentation.sections import TextTable
 
 ROWS = {
     "dynamic": "static/dynamic",
@@ -30,10 +31,10 @@ def number(value: float | None, digits: int = 4) -> str:
     return "–" if value is None else f"{value:.{digits}g}"
 
 
-def figures(found: Comparison) -> list[tuple[str, ...]]:
-    """Return the table of measures, heading first."""
+def tables(found: Comparison) -> list[TextTable]:
+    """Return the tables of measures, of table 3.2 and of table 2.1, with one row per law."""
     unit = si_unit("position", found.setting.axis)
-    heading = (
+    measures = (
         "law",
         "sticks",
         "period s",
@@ -45,7 +46,23 @@ def figures(found: Comparison) -> list[tuple[str, ...]]:
         "area",
         "drift z_max",
     )
-    return [heading, *((name, *_row(tested)) for name, tested in found.laws.items())]
+    tests = (*TESTS, "parameters")
+    laws = found.laws.items()
+    return [
+        TextTable(
+            "What was measured", measures, tuple((name, *_row(tested)) for name, tested in laws)
+        ),
+        TextTable(
+            "The four tests of 3.7",
+            ("table 3.2", *(ROWS[row] for row in tests)),
+            tuple((name, *(tested.verdicts[row] for row in tests)) for name, tested in laws),
+        ),
+        TextTable(
+            "Properties of the laws",
+            ("table 2.1", *(ROWS[row] for row in PROPERTIES)),
+            tuple((name, *(tested.properties[row] for row in PROPERTIES)) for name, tested in laws),
+        ),
+    ]
 
 
 def _row(found: LawResult) -> tuple[str, ...]:
@@ -62,27 +79,6 @@ def _row(found: LawResult) -> tuple[str, ...]:
         "rigid" if not contact.compliance else f"{contact.area:.3f}",
         f"{found.drift.z_max_units:.2g}",
     )
-
-
-def verdicts(found: Comparison) -> list[tuple[str, ...]]:
-    """Return table 3.2 with one row per law."""
-    rows = (*TESTS, "parameters")
-    return [
-        ("table 3.2", *(ROWS[row] for row in rows)),
-        *((name, *(t.verdicts[row] for row in rows)) for name, t in found.laws.items()),
-    ]
-
-
-def properties(found: Comparison) -> list[tuple[str, ...]]:
-    """Return table 2.1 with one row per law."""
-    heading = ("table 2.1", *(ROWS[row] for row in PROPERTIES))
-    return [
-        heading,
-        *(
-            (name, *(tested.properties[row] for row in PROPERTIES))
-            for name, tested in found.laws.items()
-        ),
-    ]
 
 
 def scaling(found: Comparison) -> str:
@@ -112,19 +108,11 @@ def scaling(found: Comparison) -> str:
 def lines(found: Comparison) -> list[str]:
     """Return all lines of the text."""
     out = [scaling(found), ""]
-    for table in (figures(found), verdicts(found), properties(found)):
-        out += [*_aligned(table), ""]
+    for table in tables(found):
+        out += [*table.lines(), ""]
     for item in found.differences:
         out.append(
             f"table {item.table}, {item.law}, {ROWS[item.row]}: computed "
             f"{item.computed}, printed {item.printed}: {item.reason}"
         )
     return out
-
-
-def _aligned(table: list[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in table
-    ]

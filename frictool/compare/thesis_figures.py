@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from frictool.compare import drift_criterion, input_protocol
@@ -13,6 +11,7 @@ from frictool.compare.thesis_tables import TESTS
 from frictool.compare.trajectory import LawTrajectory
 from frictool.documents.quantity import si_unit
 from frictool.engine.drive import effort
+from frictool.presentation.sections import PageFigure
 
 THESIS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("3.11", "stick_slip", ("lugre",)),
@@ -38,16 +37,7 @@ NAMES = {
 }
 
 
-@dataclass(frozen=True)
-class ThesisFigure:
-    """Figure of the page: the thesis's number (empty if it has none), title and SVG text."""
-
-    number: str
-    title: str
-    svg: str
-
-
-def pictures(found: Comparison) -> list[ThesisFigure]:
+def pictures(found: Comparison) -> list[PageFigure]:
     """Return the thesis's figures of the compared laws in order, then further figures."""
     shown = [_inputs(found, "3.17"), _inputs(found, "3.22")]
     covered: set[tuple[str, str]] = set()
@@ -56,7 +46,7 @@ def pictures(found: Comparison) -> list[ThesisFigure]:
         if len(present) == len(laws) and _exists(test, present):
             shown.append(_picture(found, number, test, present))
             covered |= {(test, law) for law in laws}
-    shown.sort(key=lambda picture: picture.number)
+    shown.sort(key=lambda picture: picture.title)
     others = [
         (test, {law: tested})
         for law, tested in found.laws.items()
@@ -67,6 +57,11 @@ def pictures(found: Comparison) -> list[ThesisFigure]:
     return shown
 
 
+def _figure(number: str, title: str, svg: str) -> PageFigure:
+    """Return the figure with the thesis's number as title; it is empty for a further figure."""
+    return PageFigure(number, svg, f"Thesis {number}. {title}" if number else title)
+
+
 def _exists(test: str, laws: dict[str, LawResult]) -> bool:
     return test != "presliding" or all(tested.loop is not None for tested in laws.values())
 
@@ -75,13 +70,13 @@ def _units(found: Comparison) -> tuple[str, str]:
     return si_unit("position", found.setting.axis), si_unit("effort", found.setting.axis)
 
 
-def _picture(found: Comparison, number: str, test: str, laws: dict[str, LawResult]) -> ThesisFigure:
+def _picture(found: Comparison, number: str, test: str, laws: dict[str, LawResult]) -> PageFigure:
     units, names = _units(found), "; ".join(tested.title for tested in laws.values())
     title = f"{NAMES[test]}: {names}"
     label = f"{test} {' '.join(laws)}"
     if test == "presliding":
         curves = [(law, *tested.loop) for law, tested in laws.items() if tested.loop is not None]
-        return ThesisFigure(
+        return _figure(
             number,
             title,
             draw_rows(label, f"x [{units[0]}]", [(f"F [{units[1]}]", curves)], thin=False),
@@ -92,23 +87,21 @@ def _picture(found: Comparison, number: str, test: str, laws: dict[str, LawResul
     if test == "drift_zoom":
         end = drift_criterion.END * found.setting.scales.time
         window = next(iter(runs.values())).between(end - 2.0 * found.setting.scales.time, end)
-        return ThesisFigure(
-            number, title, draw_rows(label, "t [s]", over_time(runs, units, window)[:1])
-        )
+        return _figure(number, title, draw_rows(label, "t [s]", over_time(runs, units, window)[:1]))
     rows = over_time(runs, units)
-    return ThesisFigure(
+    return _figure(
         number, title, draw_rows(label, "t [s]", rows[:2] if test == "drift" else rows)
     )  # force is left out: 200 waves would be a black bar
 
 
-def _inputs(found: Comparison, number: str) -> ThesisFigure:
+def _inputs(found: Comparison, number: str) -> PageFigure:
     """Return a figure of the input of the presliding or the drift test."""
     scales, units = found.setting.scales, _units(found)
     if number == "3.17":
         path, _ = input_protocol.presliding_path(found.setting.presliding, POINTS_PER_LEG)
         travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))])
         time = travelled / (input_protocol.CREEP_SPEED * scales.speed)
-        return ThesisFigure(
+        return _figure(
             number,
             "Position of the presliding test",
             draw_rows("presliding input", "t [s]", [(f"x [{units[0]}]", [("", time, path)])]),
@@ -119,7 +112,7 @@ def _inputs(found: Comparison, number: str) -> ThesisFigure:
         here = (time >= start) & (time <= end)
         force[here] = [effort(t, 0.0, 0.0, 0.0, drive.as_array()) for t in time[here]]
         start = end
-    return ThesisFigure(
+    return _figure(
         number,
         "Force of the drift test, its first seconds",
         draw_rows("drift input", "t [s]", [(f"u [{units[1]}]", [("", time, force)])]),

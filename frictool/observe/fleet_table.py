@@ -20,6 +20,7 @@ from frictool.observe.estimate import EstimateRange
 from frictool.observe.fleet import FleetResult
 from frictool.observe.observation_outcome import ObservationOutcome, ratio_to
 from frictool.observe.wear_limit import WearVerdict, judge
+from frictool.presentation.sections import TextTable
 
 ESTIMATED = ("wear", "low", "high", "ratio", "ratio_low", "ratio_high")
 COLUMNS = (
@@ -196,19 +197,13 @@ def headline(table: Sequence[FleetRow], limit: float | None) -> str:
     )
 
 
-def table_texts(table: Sequence[FleetRow]) -> tuple[list[str], list[list[str]]]:
-    """Return headings and rows as texts; columns without a value are left out."""
+def text_table(table: Sequence[FleetRow]) -> TextTable:
+    """Return the table as texts; columns without a value are left out."""
     cells = [{name: _short(value) for name, value in _joined(row).items()} for row in table]
-    names = [
-        name
-        for name in sorted(
-            COLUMNS, key=lambda name: SEEN_LAST.index(name) if name in SEEN_LAST else -1
-        )
-        if any(one.get(name) for one in cells)
-    ]
-    return [name.replace("_", " ") for name in names], [
-        [one[name] for name in names] for one in cells
-    ]
+    ordered = [*(name for name in COLUMNS if name not in SEEN_LAST), *SEEN_LAST]
+    names = [name for name in ordered if any(one.get(name) for one in cells)]
+    headings = tuple(name.replace("_", " ") for name in names)
+    return TextTable("Logs", headings, tuple(tuple(one[name] for name in names) for one in cells))
 
 
 def _joined(row: FleetRow) -> dict[str, Any]:
@@ -225,17 +220,6 @@ def _short(value: Any) -> str:
     if isinstance(value, bool):
         return "ALARM" if value else "no"
     return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def as_text(table: Sequence[FleetRow]) -> str:
-    """Return the table as aligned text."""
-    headings, rows = table_texts(table)
-    lines = [headings, *rows]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(headings))]
-    return "\n".join(
-        "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
-        for line in lines
-    )
 
 
 def as_csv(table: Sequence[FleetRow]) -> str:

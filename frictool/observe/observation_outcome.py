@@ -14,6 +14,7 @@ from frictool.logs.table import DataLoss
 from frictool.observe.commissioning import Commissioning
 from frictool.observe.estimate import EstimateRange, WearEstimate
 from frictool.observe.wear_limit import WearVerdict, judge
+from frictool.presentation.sections import TextTable
 
 KINDS = {
     "none": "none that the log shows",
@@ -118,18 +119,15 @@ def heading(outcome: ObservationOutcome) -> str:
 
 def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
     """Return the outcome as lines of text, the verdict last."""
-    found = facts(outcome, model)
-    width = max(len(name) for name, _ in found) + 2
-    shown = [f"{name:<{width}}{text}" for name, text in found]
     return [
         heading(outcome),
-        *shown,
+        *facts(outcome, model).lines(),
         *([] if outcome.verdict is None else [_told(outcome.verdict)]),
     ]
 
 
-def facts(outcome: ObservationOutcome, model: Model) -> list[tuple[str, str]]:
-    """Return name and text of each result in the outcome."""
+def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
+    """Return the table of name and text of each result in the outcome."""
     found, effort, position = (
         outcome.estimate,
         si_unit("effort", model.axis),
@@ -178,7 +176,7 @@ def facts(outcome: ObservationOutcome, model: Model) -> list[tuple[str, str]]:
         )
     if outcome.losses:
         shown.append(("lost", loss_count_text(list(outcome.losses))))
-    return shown
+    return TextTable("Figures", (), tuple(shown))
 
 
 def _range(found: EstimateRange) -> str:

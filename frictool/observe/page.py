@@ -7,16 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
-
-from markupsafe import Markup
 
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
-from frictool.observe.fleet_table import FleetRow, headline, table_texts
+from frictool.observe.fleet_table import FleetRow, headline, text_table
 from frictool.observe.observation_outcome import ObservationOutcome, facts, heading
 from frictool.presentation.page import render_page
+from frictool.presentation.sections import PageFigure
 
+FOLDER = Path(__file__).parent
 TONES = {True: "broken", False: "met", None: "open"}
 
 
@@ -28,18 +27,19 @@ def page_of_log(
     picture: the `<svg>` element of the log.
     """
     verdict = outcome.verdict
-    return _page(
+    caption = (
+        "Each with its interval; wear changes when a move has ended, from what was known then. "
+        "The limit is dashed."
+    )
+    return render_page(
+        FOLDER,
+        provenance,
         title=heading(outcome),
         banner="" if verdict is None else f"wear limit {verdict.limit:g}: {verdict.reason}",
         tone=TONES[None if verdict is None else verdict.exceeded],
-        picture=picture,
-        caption="Each with its interval; wear changes when a move has ended, "
-        "from what was known then. The limit is dashed.",
-        facts=facts(outcome, model),
-        rows=[],
-        headings=[],
+        picture=PageFigure("", picture, caption),
+        table=facts(outcome, model),
         remarks=outcome.warnings,
-        provenance=provenance,
     )
 
 
@@ -47,25 +47,14 @@ def page_of_fleet(
     table: Sequence[FleetRow], limit: float | None, picture: str, provenance: Provenance
 ) -> str:
     """Return the HTML text for a fleet; picture: the `<svg>` element of the trend."""
-    headings, rows = table_texts(table)
-    alarm = any(row.alarm for row in table)
-    return _page(
+    alarms = {row.alarm for row in table} if limit is not None else {None}
+    return render_page(
+        FOLDER,
+        provenance,
         title="Wear of a fleet",
         banner=headline(table, limit),
-        tone="broken"
-        if alarm
-        else "open"
-        if limit is None or any(row.alarm is None for row in table)
-        else "met",
-        picture=picture,
-        caption="Each log with its interval. The limit is dashed.",
-        facts=[],
-        rows=rows,
-        headings=headings,
+        tone=TONES[True if True in alarms else None if None in alarms else False],
+        picture=PageFigure("", picture, "Each log with its interval. The limit is dashed."),
+        table=text_table(table),
         remarks=[],
-        provenance=provenance,
     )
-
-
-def _page(picture: str, provenance: Provenance, **texts: Any) -> str:
-    return render_page(Path(__file__).parent, provenance, picture=Markup(picture), **texts)

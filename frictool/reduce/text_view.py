@@ -6,6 +6,7 @@ from frictool.documents.laws import Load
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.documents.resonances import Oscillation
+from frictool.presentation.sections import aligned
 from frictool.reduce.chain import ReductionChain, ReductionStep
 from frictool.reduce.loop_comparison import LoopComparison
 from frictool.reduce.simulation_check import SimulationCheck
@@ -34,7 +35,7 @@ def lines(
         f"{chain.whole.name}: {len(chain.whole.blocks)} blocks and "
         f"{len(chain.whole.links)} links to one inertia",
         "",
-        *_aligned(rows),
+        *aligned(rows),
         "",
     ]
     for told in checked.told:
@@ -52,7 +53,7 @@ def lines(
 def unfinished(name: str, steps: tuple[ReductionStep, ...]) -> list[str]:
     """Return the steps of a reduction that stopped before the simulation."""
     rows = [HEADING, *(_row(step.told, len(step.mechanism.blocks), "") for step in steps)]
-    return [f"{name}: {len(steps)} steps, then no further", "", *_aligned(rows)]
+    return [f"{name}: {len(steps)} steps, then no further", "", *aligned(rows)]
 
 
 def _in_loop(loop: LoopComparison, unit: str) -> list[str]:
@@ -78,7 +79,7 @@ def _in_loop(loop: LoopComparison, unit: str) -> list[str]:
         for one in loop.steps
     ]
     verdict = "in the loop: both agree" if loop.refused is None else f"in the loop: {loop.refused}"
-    return [*_aligned([heading, *rows]), verdict]
+    return [*aligned([heading, *rows]), verdict]
 
 
 def _row(told: StepReport, blocks: int, unit: str) -> tuple[str, ...]:
@@ -95,14 +96,6 @@ def _row(told: StepReport, blocks: int, unit: str) -> tuple[str, ...]:
         f"{told.measured.distance:.3g} {unit}",
         f"{100.0 * told.measured.share:.2g} %",
     )
-
-
-def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
 
 
 def _figure(one: StepFigure) -> str:

@@ -5,12 +5,13 @@ Variants are overlaid, with the nominal stream on top.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.presentation.decimation import decimated_indices, decimated_path_indices
+from frictool.presentation.sections import PageFigure
 from frictool.presentation.svg import INK, render_compact
 from frictool.report.evidence import StreamEvidence
 from frictool.report.figure_style import LOG_COLOURS, drawing, new_figure
@@ -19,15 +20,6 @@ from frictool.typing import Vector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-@dataclass(frozen=True)
-class PageFigure:
-    """Figure of the page: SVG text, title and caption."""
-
-    title: str
-    svg: str
-    caption: str
 
 
 def log_colours(evidence: list[StreamEvidence]) -> dict[str, str]:
@@ -61,7 +53,7 @@ def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
     return sorted(evidence, key=lambda item: item.nominal)
 
 
-def draw_references(axes: Axes, evidence: list[StreamEvidence]) -> None:
+def draw_references(axes: Axes, evidence: Sequence[StreamEvidence]) -> None:
     """Draw the reference of each nominal stream, or else of the first one with a reference."""
     with_reference = [item for item in evidence if item.has("reference")]
     for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
@@ -113,19 +105,38 @@ def overview_figures(spec: Spec, evidence: list[StreamEvidence]) -> list[PageFig
     return pictures
 
 
-def _position(evidence: list[StreamEvidence], unit: str) -> PageFigure:
-    colours = log_colours(evidence)
-    with drawing("position"):
+def _over_time(
+    name: str,
+    ordinate: str,
+    texts: tuple[str, str, str],
+    curves: list[tuple[StreamEvidence, Vector]],
+    references: Sequence[StreamEvidence] = (),
+) -> PageFigure:
+    """Return the figure `name` of one curve per stream over time, the nominal streams on top.
+
+    ordinate: its label. texts: title, text for screen readers, caption. references: streams whose
+    references are drawn too.
+    """
+    title, label, caption = texts
+    colours = log_colours([item for item, _ in curves])
+    with drawing(name):
         figure, (axes,) = new_figure()
-        for item in nominal_last(evidence):
-            draw(axes, item, colours[item.source], item.stream.time, item.plotted("position"))
-        draw_references(axes, evidence)
-        axes.set(xlabel="time [s]", ylabel=f"position [{unit}]")
-        return PageFigure(
-            "Position",
-            render_compact(figure, "position over time"),
-            "Measured position; the reference is dashed.",
-        )
+        for item, values in sorted(curves, key=lambda entry: entry[0].nominal):
+            draw(axes, item, colours[item.source], item.stream.time, values)
+        draw_references(axes, references)
+        axes.set(xlabel="time [s]", ylabel=ordinate)
+        return PageFigure(title, render_compact(figure, label), caption)
+
+
+def _position(evidence: list[StreamEvidence], unit: str) -> PageFigure:
+    caption = "Measured position; the reference is dashed."
+    return _over_time(
+        "position",
+        f"position [{unit}]",
+        ("Position", "position over time", caption),
+        [(item, item.plotted("position")) for item in evidence],
+        evidence,
+    )
 
 
 def draw_load(axes: Axes, item: StreamEvidence, colour: str, time: Vector, part: slice) -> None:
@@ -171,86 +182,57 @@ def _load(evidence: list[StreamEvidence], unit: str) -> PageFigure:
 
 
 def _sensor(evidence: list[StreamEvidence], unit: str) -> PageFigure:
-    colours = log_colours(evidence)
-    with drawing("sensor"):
-        figure, (axes,) = new_figure()
-        for item in nominal_last(evidence):
-            error = item.sensor_error
-            assert error is not None
-            draw(axes, item, colours[item.source], item.stream.time, error)
-        axes.set(xlabel="time [s]", ylabel=f"error [{unit}]")
-        caption = (
-            "What the position sensor shows less the true position. Everything else is "
-            "judged by what it shows."
-        )
-        return PageFigure("Sensor error", render_compact(figure, "sensor error over time"), caption)
+    caption = (
+        "What the position sensor shows less the true position. Everything else is judged by what "
+        "it shows."
+    )
+    return _over_time(
+        "sensor",
+        f"error [{unit}]",
+        ("Sensor error", "sensor error over time", caption),
+        [(item, item.sensor_error) for item in evidence if item.sensor_error is not None],
+    )
 
 
 def _error(evidence: list[StreamEvidence], unit: str) -> PageFigure:
-    colours = log_colours(evidence)
-    with drawing("error"):
-        figure, (axes,) = new_figure()
-        for item in nominal_last(evidence):
-            draw(
-                axes,
-                item,
-                colours[item.source],
-                item.stream.time,
-                item.plotted("reference") - item.plotted("position"),
-            )
-        axes.set(xlabel="time [s]", ylabel=f"error [{unit}]")
-        return PageFigure(
-            "Tracking error",
-            render_compact(figure, "error over time"),
-            "Reference less position, of the logs without a step.",
-        )
+    caption = "Reference less position, of the logs without a step."
+    return _over_time(
+        "error",
+        f"error [{unit}]",
+        ("Tracking error", "error over time", caption),
+        [(item, item.plotted("reference") - item.plotted("position")) for item in evidence],
+    )
 
 
 def _drive(spec: Spec, evidence: list[StreamEvidence]) -> PageFigure:
-    colours = log_colours(evidence)
-    with drawing("drive"):
-        figure, (axes,) = new_figure()
-        for item in nominal_last(evidence):
-            assert item.drive is not None
-            draw(axes, item, colours[item.source], item.stream.time, item.drive)
-        axes.set(xlabel="time [s]", ylabel=f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]")
-        source = (
-            f"Measured {spec.drive}."
-            if all(item.measured is not None for item in evidence)
-            else f"Commanded {spec.drive}."
-        )
-        return PageFigure(
-            spec.drive.capitalize(), render_compact(figure, f"{spec.drive} over time"), source
-        )
+    measured = all(item.measured is not None for item in evidence)
+    caption = f"{'Measured' if measured else 'Commanded'} {spec.drive}."
+    return _over_time(
+        "drive",
+        f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]",
+        (spec.drive.capitalize(), f"{spec.drive} over time", caption),
+        [(item, item.drive) for item in evidence if item.drive is not None],
+    )
 
 
 def _velocity(moving: list[tuple[StreamEvidence, tuple[Vector, str]]], unit: str) -> PageFigure:
-    colours = log_colours([item for item, _ in moving])
-    with drawing("velocity"):
-        figure, (axes,) = new_figure()
-        for item, (velocity, _) in sorted(moving, key=lambda entry: entry[0].nominal):
-            draw(axes, item, colours[item.source], item.stream.time, velocity)
-        axes.set(xlabel="time [s]", ylabel=f"velocity [{unit}/s]")
-        return PageFigure(
-            "Velocity", render_compact(figure, "velocity over time"), _velocity_source(moving)
-        )
+    return _over_time(
+        "velocity",
+        f"velocity [{unit}/s]",
+        ("Velocity", "velocity over time", _velocity_source(moving)),
+        [(item, velocity) for item, (velocity, _) in moving],
+    )
 
 
 def _used(used: list[tuple[StreamEvidence, Vector, Vector]], unit: str) -> PageFigure:
-    colours = log_colours([item for item, _, _ in used])
-    with drawing("speed used"):
-        figure, (axes,) = new_figure()
-        for item, estimated, velocity in sorted(used, key=lambda entry: entry[0].nominal):
-            draw(axes, item, colours[item.source], item.stream.time, estimated - velocity)
-        axes.set(xlabel="time [s]", ylabel=f"error [{unit}/s]")
-        caption = (
-            "What the controller took for the speed, less the true one that the simulation knows."
-        )
-        return PageFigure(
-            "Error of the speed used",
-            render_compact(figure, "error of the speed that the controller used"),
-            caption,
-        )
+    caption = "What the controller took for the speed, less the true one that the simulation knows."
+    label = "error of the speed that the controller used"
+    return _over_time(
+        "speed used",
+        f"error [{unit}/s]",
+        ("Error of the speed used", label, caption),
+        [(item, estimated - velocity) for item, estimated, velocity in used],
+    )
 
 
 def _velocity_source(moving: list[tuple[StreamEvidence, tuple[Vector, str]]]) -> str:

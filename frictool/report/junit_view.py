@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
+from frictool.presentation.sections import plain
 from frictool.report.requirement import Requirement, Verdict, number
-from frictool.report.text_view import printable
 
 
 def junit(verdict: Verdict, allow_undecided: bool = False) -> str:
@@ -24,7 +24,7 @@ def junit(verdict: Verdict, allow_undecided: bool = False) -> str:
         "skipped": str(undecided if skip else 0),
         "time": "0",
     }
-    name = printable(verdict.name)
+    name = plain(verdict.name)
     root = ET.Element("testsuites", {"name": "frictool report", **counts})
     suite = ET.SubElement(root, "testsuite", {"name": name, **counts})
     properties = ET.SubElement(suite, "properties")
@@ -33,7 +33,7 @@ def junit(verdict: Verdict, allow_undecided: bool = False) -> str:
         ("summary", verdict.headline),
         *(("warning", remark) for remark in verdict.remarks),
     ):
-        ET.SubElement(properties, "property", {"name": key, "value": printable(value)})
+        ET.SubElement(properties, "property", {"name": key, "value": plain(value)})
     for requirement in requirements:
         _case(suite, name, requirement, skip)
     ET.indent(root)
@@ -50,16 +50,14 @@ def _case(suite: ET.Element, name: str, requirement: Requirement, skip: bool) ->
         f"{number(requirement.limit)}{unit}"
     )
     place = f", {requirement.where}" if requirement.where else ""
-    message = printable(
-        f"{figures}{place}" + (f": {requirement.reason}" if requirement.reason else "")
-    )
+    message = plain(f"{figures}{place}" + (f": {requirement.reason}" if requirement.reason else ""))
     if requirement.met is None and skip:
-        ET.SubElement(case, "skipped", {"message": printable(f"undecided: {requirement.reason}")})
+        ET.SubElement(case, "skipped", {"message": plain(f"undecided: {requirement.reason}")})
     elif requirement.met is None:
         ET.SubElement(
             case,
             "error",
-            {"type": "undecided", "message": printable(f"undecided: {requirement.reason}")},
+            {"type": "undecided", "message": plain(f"undecided: {requirement.reason}")},
         )
     elif not requirement.met:
         ET.SubElement(case, "failure", {"type": "requirement", "message": f"not met: {message}"})

@@ -6,8 +6,8 @@ from matplotlib.ticker import MaxNLocator
 
 from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
+from frictool.presentation.sections import PageFigure
 from frictool.presentation.svg import MUTED, render_compact
-from frictool.report.curve_figures import PageFigure
 from frictool.report.figure_style import LIMIT, LOG_COLOURS, drawing, new_figure
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
+from frictool.presentation.sections import plain
 from frictool.report.requirement import Verdict, number, unit_shown
-from frictool.report.text_view import printable
 
 MARKS = {"MET": "✅ met", "NOT MET": "❌ **not met**", "UNDECIDED": "❔ undecided"}
 
@@ -34,5 +34,5 @@ def markdown(verdict: Verdict) -> str:
 
 def _plain(text: str) -> str:
     """Return text from a file with Markdown and HTML syntax escaped."""
-    literal = printable(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    literal = plain(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"([\\`*_{}\[\]#|~@])", r"\\\1", literal)

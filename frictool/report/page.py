@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from markupsafe import Markup
-
 from frictool.documents.controller import Controller
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import si_unit
@@ -16,7 +14,7 @@ from frictool.documents.spec import Spec
 from frictool.logs.log import Log
 from frictool.presentation.page import render_page
 from frictool.report.controller_blocks import block_descriptions
-from frictool.report.curve_figures import PageFigure, log_colours, overview_figures
+from frictool.report.curve_figures import log_colours, overview_figures
 from frictool.report.evidence import log_labels
 from frictool.report.margin_figure import margin_figure
 from frictool.report.metric_table import HOLD_METRICS
@@ -70,8 +68,8 @@ def page(
             (name, colour, _variants(streams, name), _variants(verdict.evidence, name))
             for name, colour in log_colours(evidence).items()
         ],
-        pictures=[_embedded(picture) for picture in overview_figures(spec, evidence)],
-        steps=[_embedded(picture) for picture in step_views(spec, streams)],
+        pictures=overview_figures(spec, evidence),
+        steps=step_views(spec, streams),
         undrawn=max(0, len(same_steps(streams)) - MOST_STEPS),
         tables=hold_tables(spec, streams),
         streams=stream_table(spec, streams),
@@ -80,16 +78,10 @@ def page(
         controller=controller,
         plant_units=[] if controller is None else _plant_units(controller),
         blocks=[] if controller is None else block_descriptions(controller),
-        bars=None if bars is None else _embedded(bars),
-        transfers=[_embedded(picture) for picture in views],
+        transfers=[*([] if bars is None else [bars]), *views],
         without_transfers=transfers if isinstance(transfers, str) else "",
         logs=list(zip(log_labels(logs), logs, strict=True)),
     )
-
-
-def _embedded(picture: PageFigure) -> dict[str, str]:
-    """Return the figure for the template: the SVG is inserted as it is, the texts are escaped."""
-    return {"title": picture.title, "svg": Markup(picture.svg), "caption": picture.caption}
 
 
 def _variants(streams: JudgedStreams, name: str) -> int:

@@ -11,8 +11,9 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.metrics.final_value import final_value
 from frictool.metrics.response_time import zone_half_width
+from frictool.presentation.sections import PageFigure
 from frictool.presentation.svg import INK, MUTED, render_compact
-from frictool.report.curve_figures import PageFigure, draw, draw_load, log_colours
+from frictool.report.curve_figures import draw, draw_load, log_colours
 from frictool.report.evidence import StreamEvidence
 from frictool.report.figure_style import LIMIT, ZONE, drawing, new_figure
 from frictool.report.hold_metrics import HoldMetrics

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from frictool.documents.spec import Spec
 from frictool.logs.quality.time_base import time_base
+from frictool.presentation.sections import TextTable
 from frictool.presentation.ties import largest
 from frictool.report.evidence import StreamEvidence
 from frictool.report.hold_metrics import HoldMetrics, energy_window
@@ -29,20 +29,7 @@ NOTHING = "–"
 MOST_ROWS = 400
 
 
-@dataclass(frozen=True)
-class PageTable:
-    """Table with headings and rows; the first column is the row's name.
-
-    `left_out`: number of rows not shown.
-    """
-
-    title: str
-    headings: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    left_out: int = 0
-
-
-def hold_tables(spec: Spec, streams: JudgedStreams) -> list[PageTable]:
+def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
     """Return the tables of motion, and of drive and load, for the first four hundred holds.
 
     Columns without any value are left out.
@@ -68,7 +55,7 @@ def hold_tables(spec: Spec, streams: JudgedStreams) -> list[PageTable]:
             for e, m in held[:MOST_ROWS]
         )
         if metrics:
-            tables.append(PageTable(title, heads, rows, max(0, len(held) - MOST_ROWS)))
+            tables.append(TextTable(title, heads, rows, 1, max(0, len(held) - MOST_ROWS)))
     return tables
 
 
@@ -108,7 +95,7 @@ def _shown(value: float | None) -> str:
     return NOTHING if value is None else "never" if math.isinf(value) else number(value)
 
 
-def stream_table(spec: Spec, streams: JudgedStreams) -> PageTable:
+def stream_table(spec: Spec, streams: JudgedStreams) -> TextTable:
     """Return the table of whole streams: sampling and stream metrics."""
     heads = (
         "Stream",
@@ -132,10 +119,10 @@ def stream_table(spec: Spec, streams: JudgedStreams) -> PageTable:
         rows.append(
             (evidence.name, *sampled, *(_shown(values.get(name)) for name in STREAM_METRICS))
         )
-    return PageTable("", heads, tuple(rows))
+    return TextTable("", heads, tuple(rows), 1)
 
 
-def side_by_side(spec: Spec, verdict: Verdict) -> list[PageTable]:
+def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
     """Return the worst value of each metric in each log (table 5.3).
 
     One table covers the nominal streams, one all streams. Empty for a single log.
@@ -159,7 +146,7 @@ def side_by_side(spec: Spec, verdict: Verdict) -> list[PageTable]:
     ]
     meeting = ("streams that meet all", *(f"{sum(found)} of {len(found)}" for found in counts))
     rows = (meeting, *tables[-1].rows, *_speeds(spec, sources, verdict.evidence))
-    return [*tables[:-1], PageTable(tables[-1].title, tables[-1].headings, rows)]
+    return [*tables[:-1], TextTable(tables[-1].title, tables[-1].headings, rows, 1)]
 
 
 def _speeds(spec: Spec, sources: tuple[str, ...], streams: JudgedStreams) -> list[tuple[str, ...]]:
@@ -183,7 +170,7 @@ def _speeds(spec: Spec, sources: tuple[str, ...], streams: JudgedStreams) -> lis
 
 def _compared(
     spec: Spec, title: str, sources: tuple[str, ...], streams: JudgedStreams
-) -> PageTable:
+) -> TextTable:
     columns = [
         [m for e, holds in streams if e.source == source for m in holds] for source in sources
     ]
@@ -191,7 +178,8 @@ def _compared(
         (heading(metric, spec), *(_worst(holds, name) for holds in columns))
         for name, metric in HOLD_METRICS.items()
     ]
-    return PageTable(title, ("", *sources), tuple(row for row in rows if set(row[1:]) != {NOTHING}))
+    kept = tuple(row for row in rows if set(row[1:]) != {NOTHING})
+    return TextTable(title, ("", *sources), kept, 1)
 
 
 def _worst(holds: list[HoldMetrics], name: str) -> str:

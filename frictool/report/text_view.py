@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from frictool.presentation.sections import plain
 from frictool.report.requirement import Requirement, Verdict, number, unit_shown
 
 COLOURS = {
@@ -19,8 +20,8 @@ COLOURS = {
 def lines(verdict: Verdict, colour: bool = False) -> list[str]:
     """Return one line per requirement, the remarks, then the verdict."""
     shown = [_line(requirement, colour) for requirement in verdict.requirements]
-    remarks = [printable(f"warning: {remark}") for remark in verdict.remarks]
-    return [*shown, *remarks, _painted(printable(verdict.headline), verdict.state, colour)]
+    remarks = [plain(f"warning: {remark}") for remark in verdict.remarks]
+    return [*shown, *remarks, _painted(plain(verdict.headline), verdict.state, colour)]
 
 
 def _painted(text: str, outcome: str, colour: bool) -> str:
@@ -37,9 +38,4 @@ def _line(requirement: Requirement, colour: bool) -> str:
     limit = f"{requirement.relation} {number(requirement.limit)} {unit_shown(requirement.unit)}"
     remark = "; ".join(part for part in (str(requirement.where or ""), requirement.reason) if part)
     name = requirement.name.replace("_", " ")
-    return outcome + printable(f"{name:<18}{value:<13}{limit:<13}{remark}".rstrip())
-
-
-def printable(text: str) -> str:
-    """Return text from a log without control characters, which terminals obey and XML forbids."""
-    return "".join(c if c.isprintable() else "?" for c in text)
+    return outcome + plain(f"{name:<18}{value:<13}{limit:<13}{remark}".rstrip())

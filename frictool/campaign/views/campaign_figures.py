@@ -5,7 +5,6 @@ Large numbers of trials are binned, so that a figure has a few hundred elements 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +31,7 @@ from frictool.campaign.views.messages import (
     quantity,
     unit_shown,
 )
+from frictool.presentation.sections import PageFigure
 from frictool.presentation.svg import INK, MUTED, render_compact
 
 if TYPE_CHECKING:
@@ -42,19 +42,7 @@ FACTORS = 6  # largest number of factors with a figure of failures over their ra
 ROW = 0.3  # inches, height of a row of rates
 
 
-@dataclass(frozen=True)
-class CampaignFigure:
-    """Figure for the page: `title` and `caption` are plain text, `svg` is an `<svg>` element.
-
-    The page escapes the texts.
-    """
-
-    title: str
-    svg: str
-    caption: str
-
-
-def rates(found: Findings) -> CampaignFigure:
+def rates(found: Findings) -> PageFigure:
     """Return the figure of the pass rate as a whole and for each requirement, with intervals."""
     rate = found.rate
     rows = [("all of them", rate.passed, rate.undecided)]
@@ -101,7 +89,7 @@ def rates(found: Findings) -> CampaignFigure:
         svg = render_compact(figure, "share of the trials that pass, as a whole and by requirement")
     bars = "" if rate.whole else f" Bars: {percent_text(rate.confidence)} intervals."
     asked = "" if found.asked is None else f" Dashed: {percent_text(found.asked)}, asked."
-    return CampaignFigure(
+    return PageFigure(
         "What passes",
         svg,
         f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{asked} What "
@@ -109,7 +97,7 @@ def rates(found: Findings) -> CampaignFigure:
     )
 
 
-def metric(found: Findings, one: Distribution) -> CampaignFigure | None:
+def metric(found: Findings, one: Distribution) -> PageFigure | None:
     """Return the histogram and distribution of a metric; None if it does not vary."""
     if not one.varies:
         return None
@@ -139,10 +127,10 @@ def metric(found: Findings, one: Distribution) -> CampaignFigure | None:
         )
         bottom.yaxis.set_major_formatter(_in_percent())
         svg = render_compact(figure, f"distribution of {name} over the trials")
-    return CampaignFigure(name, svg, _metric_caption(found, one, drawn))
+    return PageFigure(name, svg, _metric_caption(found, one, drawn))
 
 
-def causes(found: Findings) -> list[CampaignFigure]:
+def causes(found: Findings) -> list[PageFigure]:
     """Return a figure of the failing share over the range of each factor that causes failures."""
     questions = found.sensitivity.questions
     if not questions or questions[0].name != "":
@@ -150,7 +138,7 @@ def causes(found: Findings) -> list[CampaignFigure]:
     return [_over_range(found, questions[0], i) for i in questions[0].named[:FACTORS]]
 
 
-def failing_plane(found: Findings) -> CampaignFigure | None:
+def failing_plane(found: Findings) -> PageFigure | None:
     """Return the figure of failures in the plane of the two leading factors.
 
     None without failures or without a second factor.
@@ -176,7 +164,7 @@ def failing_plane(found: Findings) -> CampaignFigure | None:
         if pair.beyond > max(0.01, 3.0 * pair.error)
         else ""
     )
-    return CampaignFigure(f"{first.label} and {second.label}", svg, f"{told} {explained}{beyond}.")
+    return PageFigure(f"{first.label} and {second.label}", svg, f"{told} {explained}{beyond}.")
 
 
 def _bars(axes: Axes, one: Distribution) -> None:
@@ -238,7 +226,7 @@ def _metric_caption(found: Findings, one: Distribution, drawn: bool) -> str:
     return " ".join(said)
 
 
-def _over_range(found: Findings, question: FailureComparison, i: int) -> CampaignFigure:
+def _over_range(found: Findings, question: FailureComparison, i: int) -> PageFigure:
     factor, place = found.trials.space.factors[i], question.regions[i]
     with drawing(f"factor {i}"):
         figure, (axes,) = new_figure()
@@ -270,7 +258,7 @@ def _over_range(found: Findings, question: FailureComparison, i: int) -> Campaig
         svg = render_compact(figure, "share of trials that fail over the range of a factor")
     low, high = quantity(factor.low, factor.unit), quantity(factor.high, factor.unit)
     chance = f" ({told})" if (told := chance_text(place.chance)) else ""
-    return CampaignFigure(
+    return PageFigure(
         factor.label,
         svg,
         f"From {low} to {high}; failures lie at {_said(place.direction)}{chance}.",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from frictool.campaign.statistics.findings import Findings
+from frictool.campaign.statistics.findings import Findings, WorstCaseView
 from frictool.campaign.statistics.pass_rate import PassRate
 
 
@@ -148,4 +148,24 @@ def caveat(found: Findings) -> str:
         f"The factors were drawn {drawn}, each uniformly over {over}: the rate is of "
         "plants that are spread like that, and "
         "no probability of the field unless the product is."
+    )
+
+
+def failure_reasons(found: Findings) -> list[tuple[str, int, int]]:
+    """Return (reason, number of trials, first draw) of failed runs, most frequent first."""
+    draws: dict[str, list[int]] = {}
+    for draw, reason in found.trials.failed.items():
+        draws.setdefault(reason, []).append(draw)
+    counted = [(reason, len(each), each[0]) for reason, each in draws.items()]
+    return sorted(counted, key=lambda item: (-item[1], item[2]))
+
+
+def worst_values(found: Findings, one: WorstCaseView) -> str:
+    """Return a worst case's factor values as text, such as "Coulomb friction 0.14 N m, ..."."""
+    known = {factor.name: factor for factor in found.trials.space.factors}
+    return ", ".join(
+        f"{known[name].label} {quantity(value, known[name].unit)}"
+        if name in known
+        else f"{name} {number(value)}"
+        for name, value in one.values.items()
     )

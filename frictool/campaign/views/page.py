@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from markupsafe import Markup
-
 from frictool.campaign.statistics.distribution import COVERED
-from frictool.campaign.statistics.findings import Findings, WorstCaseView
+from frictool.campaign.statistics.findings import Findings
 from frictool.campaign.statistics.sensitivity import FailureComparison, MetricInfluence
 from frictool.campaign.views.campaign_figures import (
-    CampaignFigure,
     causes,
     failing_plane,
     metric,
@@ -20,11 +17,13 @@ from frictool.campaign.views.campaign_figures import (
 from frictool.campaign.views.messages import (
     caveat,
     chance_text,
+    failure_reasons,
     headline,
     number,
     percent_text,
     quantity,
     unit_shown,
+    worst_values,
 )
 from frictool.campaign.views.text_view import fails_where, question_text, share_text
 from frictool.documents.provenance import Provenance
@@ -61,17 +60,17 @@ def page(found: Findings, provenance: Provenance) -> str:
         caveat=caveat(found),
         remarks=found.remarks,
         noun=found.rate.noun,
-        rates=_embedded(rates(found)),
+        rates=rates(found),
         distributions=found.distributions,
         covered=percent_text(COVERED),
         sure=percent_text(found.rate.confidence),
         drawn=not found.rate.whole,
-        reasons=_reasons(found),
+        reasons=failure_reasons(found)[:MORE],
         questions=[
             (question_text(one), one, _rows(found, one)) for one in found.sensitivity.questions
         ],
-        causes=[_embedded(picture) for picture in ([plane] if plane else []) + causes(found)],
-        metrics=[_embedded(picture) for picture in metrics],
+        causes=([plane] if plane else []) + causes(found),
+        metrics=metrics,
         constant=[one for one in found.distributions if one.has_values and not one.varies],
         columns=_columns(found),
         silent=[
@@ -80,28 +79,12 @@ def page(found: Findings, provenance: Provenance) -> str:
             if i not in _columns(found)
         ],
         table=_table(found),
-        worst=[(one, _values(found, one)) for one in found.worst],
+        worst=[(one, worst_values(found, one)) for one in found.worst],
         factors=found.trials.space.factors,
         number=number,
         quantity=quantity,
         unit_shown=unit_shown,
     )
-
-
-def _embedded(picture: CampaignFigure) -> dict[str, str]:
-    """Return the figure for the template: the SVG is inserted as it is, the texts are escaped."""
-    return {"title": picture.title, "svg": Markup(picture.svg), "caption": picture.caption}
-
-
-def _reasons(found: Findings) -> list[tuple[str, int, int]]:
-    """Return (reason, number of trials, first draw) of failed runs, most frequent first."""
-    counts: dict[str, list[int]] = {}
-    for draw, reason in found.trials.failed.items():
-        counts.setdefault(reason, []).append(draw)
-    return [
-        (reason, len(draws), draws[0])
-        for reason, draws in sorted(counts.items(), key=lambda item: (-len(item[1]), item[1][0]))
-    ][:MORE]
 
 
 def _rows(found: Findings, question: FailureComparison) -> list[tuple[str, str, str, str]]:
@@ -167,14 +150,3 @@ def _cells(found: Findings, influence: MetricInfluence, ranks: bool) -> list[Sha
         told += one.direction + (f"; {chance_text(one.chance)}" if one.chance is not None else "")
         cells.append(ShareCell(text + arrow, min(1.0, share) if named else 0.0, told))
     return cells
-
-
-def _values(found: Findings, one: WorstCaseView) -> str:
-    """Return a worst case's factor values as text, such as "Coulomb friction 0.14 N m, ..."."""
-    known = {factor.name: factor for factor in found.trials.space.factors}
-    return ", ".join(
-        f"{known[name].label} {quantity(value, known[name].unit)}"
-        if name in known
-        else f"{name} {number(value)}"
-        for name, value in one.values.items()
-    )

@@ -13,12 +13,15 @@ from frictool.campaign.statistics.sensitivity import FailureComparison, MetricIn
 from frictool.campaign.views.messages import (
     caveat,
     chance_text,
+    failure_reasons,
     headline,
     number,
     percent_text,
     quantity,
     unit_shown,
+    worst_values,
 )
+from frictool.presentation.sections import aligned, plain
 
 COLOURS = {"PASS": "green", "FAIL": "red", "UNDECIDED": "yellow", "NOT SHOWN": "yellow"}
 REASONS = 5  # largest number of reasons shown
@@ -27,7 +30,7 @@ MOST = 8  # largest number of factors shown per comparison
 
 def lines(found: Findings, colour: bool = False) -> list[str]:
     """Return the text lines of the findings; the outcome is the last line."""
-    answer = printable(headline(found))
+    answer = plain(headline(found))
     told = [
         *_requirements(found),
         *_not_simulated(found),
@@ -39,28 +42,7 @@ def lines(found: Findings, colour: bool = False) -> list[str]:
         *(f"warning: {remark}" for remark in found.remarks),
         click.style(answer, fg=COLOURS[found.outcome], bold=True) if colour else answer,
     ]
-    return [told[-1] if line is told[-1] else printable(line) for line in told]
-
-
-def printable(text: str) -> str:
-    """Return the text without control characters, which a terminal would obey.
-
-    Names come from files.
-    """
-    return "".join(c if c.isprintable() else "?" for c in text)
-
-
-def aligned(rows: Sequence[Sequence[str]], words: int = 1) -> list[str]:
-    """Return rows as aligned lines: the first `words` columns left, the others right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    cells = [
-        [
-            text.ljust(w) if k < words else text.rjust(w)
-            for k, (text, w) in enumerate(zip(row, widths, strict=True))
-        ]
-        for row in rows
-    ]
-    return ["  ".join(row).rstrip() for row in cells]
+    return [told[-1] if line is told[-1] else plain(line) for line in told]
 
 
 def fails_where(found: Findings, factor: int, place: FailureRegion) -> str:
@@ -148,7 +130,7 @@ def _requirements(found: Findings) -> list[str]:
         "worst",
         "limit",
     )
-    return aligned([head, *(_row(one) for one in found.distributions)])
+    return aligned([head, *(_row(one) for one in found.distributions)], 1)
 
 
 def _row(one: Distribution) -> tuple[str, ...]:
@@ -170,20 +152,16 @@ def _row(one: Distribution) -> tuple[str, ...]:
 
 
 def _not_simulated(found: Findings) -> list[str]:
-    failed = found.trials.failed
-    if not failed:
+    common = failure_reasons(found)
+    if not common:
         return []
-    counts: dict[str, list[int]] = {}
-    for draw, reason in failed.items():
-        counts.setdefault(reason, []).append(draw)
-    common = sorted(counts.items(), key=lambda item: (-len(item[1]), item[1][0]))
     told = [
-        f"  {len(draws)} x {reason} (first: draw {draws[0]})" for reason, draws in common[:REASONS]
+        f"  {count} x {reason} (first: draw {first})" for reason, count, first in common[:REASONS]
     ]
     left = len(common) - REASONS
     return [
         "",
-        f"not simulated, counted as failing: {len(failed)}",
+        f"not simulated, counted as failing: {len(found.trials.failed)}",
         *told,
         *([f"  {left} more reasons"] if left > 0 else []),
     ]
@@ -227,7 +205,7 @@ def _causes(found: Findings, question: FailureComparison) -> list[str]:
     rows = [_cause(found, i, question.regions[i]) for i in question.named[:MOST]]
     left = len(question.named) - MOST
     return [
-        *aligned(rows, len(rows[0])),
+        *aligned(rows),
         *([f"{left} more factors are in --json"] if left > 0 else []),
     ]
 
@@ -266,18 +244,11 @@ def _influences(found: Findings) -> list[str]:
 
 def _worst(found: Findings) -> list[str]:
     told: list[str] = []
-    labels = {factor.name: factor for factor in found.trials.space.factors}
     for one in found.worst:
-        values = ", ".join(
-            f"{labels[name].label} {quantity(value, labels[name].unit)}"
-            if name in labels
-            else f"{name} {number(value)}"
-            for name, value in one.values.items()
-        )
         limit = f"{one.relation} {number(one.limit)} {unit_shown(one.unit)}".rstrip()
         told += [
             f"  {one.requirement.replace('_', ' ')} {quantity(one.value, one.unit)} "
-            f"where {limit} is asked: {values}",
+            f"where {limit} is asked: {worst_values(found, one)}",
             f"    {one.typed}",
         ]
     return ["", "worst cases found by search", *told] if told else []

@@ -1,0 +1,67 @@
+"""Tables and figures of a stage's result, which its text and its page render.
+
+A stage builds them once. `TextTable.lines` renders a table as text; sections.html.jinja renders
+tables and figures on a page, where every text from a file is escaped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+
+@dataclass(frozen=True)
+class PageFigure:
+    """Figure with title and caption as plain text, and the text of its `<svg>` element."""
+
+    title: str
+    svg: str
+    caption: str = ""
+
+    @property
+    def markup(self) -> Markup:
+        """The `<svg>` element for a page, which inserts it unchanged."""
+        return Markup(self.svg)
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """Table of texts, one tuple per row.
+
+    title: for the page. headings: one per column, or none. names: number of first columns that name
+    the row; the others hold values, which are aligned on the right. None: all columns are aligned
+    on the left. left_out: number of rows not shown.
+    """
+
+    title: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    names: int | None = None
+    left_out: int = 0
+
+    def lines(self) -> list[str]:
+        """Return the table as aligned lines of text, headings first."""
+        return aligned([*([self.headings] if self.headings else []), *self.rows], self.names)
+
+
+def aligned(rows: Sequence[Sequence[str]], names: int | None = None) -> list[str]:
+    """Return rows of equal length as aligned lines: the first `names` columns left, others right.
+
+    Without `names` all columns are aligned on the left.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    left = len(widths) if names is None else names
+    return [
+        "  ".join(
+            text.ljust(width) if column < left else text.rjust(width)
+            for column, (text, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
+
+
+def plain(text: str) -> str:
+    """Return text from a file without control characters, which terminals obey and XML forbids."""
+    return "".join(c if c.isprintable() else "?" for c in text)
