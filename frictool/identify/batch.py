@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any, cast
@@ -21,7 +21,7 @@ from frictool.documents.reading import DocumentReader, compose
 from frictool.documents.writing import to_yaml
 from frictool.errors import EXIT_DONE, EXIT_INPUT, FrictoolError, LogError
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
-from frictool.identify.identification import identify
+from frictool.identify.identification import identify_records
 from frictool.identify.identification_logs import (
     IdentificationLog,
     read_identification_log,
@@ -65,7 +65,7 @@ class BatchModel:
     - view: what `identify --json` prints for this model
     """
 
-    identified: dict[str, Interval]
+    identified: Mapping[str, Interval]
     method: str
     fit: SlidingFit | None
     text: str
@@ -186,7 +186,7 @@ class IdentifyJob:
         logs = [read_identification_log(path, bench) for path in paths]
         origin = self._origin(logs, group)
         records = [one.record for one in logs]
-        result = identify(records, [], bench, self.method, self.settings)
+        result = identify_records(records, [], bench, self.method, self.settings)
         inputs = [Input(path.name, digest(path)) for path in paths if path.is_file()]
         model = model_of(
             result, bench, Provenance(group.words, __version__, (*inputs, self.bench_input))

@@ -11,8 +11,11 @@ from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.identification import Identification, NothingIdentified
-from frictool.identify.identification import identify as identified
+from frictool.identify.identification import (
+    Identification,
+    NothingIdentified,
+    identify_records,
+)
 from frictool.identify.identification_logs import Currents, prepare_log, with_measurement
 from frictool.identify.methods import DEFAULT, IdentificationSettings
 from frictool.identify.model_document import bench_model, model_of
@@ -98,7 +101,9 @@ def identify(
     alone = not (logs or ramps)
     origin = provenance or provenance_of_call("frictool.identify.identify", bench=bench)
     try:
-        result = identified(records, slopes, bench, method, settings or IdentificationSettings())
+        result = identify_records(
+            records, slopes, bench, method, settings or IdentificationSettings()
+        )
         model = model_of(result, bench, origin)
     except NothingIdentified as error:
         result = error.result

@@ -10,7 +10,8 @@ from msgspec.structs import replace as with_fields
 
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
-from frictool.identify.identification import SLIDING_LOG, Identification
+from frictool.identify.axis_logs import SLIDING_LOG
+from frictool.identify.identification import Identification
 from frictool.identify.measurement.bench_measurement import measurement
 from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.logs.channels.bench_match import match_bench

@@ -42,7 +42,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
         bench=bench,
         parameters=Parameters(**estimates),
         provenance=provenance,
-        not_identified=result.refused,
+        not_identified=dict(result.refused),
         fit=summary,
         laws=result.laws,
     )

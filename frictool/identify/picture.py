@@ -23,11 +23,12 @@ from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.friction.speed_regimes import knee_force, regimes_from
+from frictool.identify.axis_logs import RAMP_LOG, without_load
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.breakaway.friction_map import shape_along
 from frictool.identify.estimators.sines import StrokeRows, stroke_rows
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.identification import Identification, without_load
+from frictool.identify.identification import Identification
 from frictool.identify.motion_record import MotionRecord
 from frictool.presentation.svg import drawing, render
 from frictool.typing import Vector
@@ -44,7 +45,7 @@ def picture_of(
     model: Model, result: Identification, records: Sequence[MotionRecord], bench: Bench
 ) -> str:
     """Return the picture of strokes that can be averaged, of breakaways, and of the laws."""
-    sliding = [record for record in records if result.kinds[record.name] != "ramp"]
+    sliding = [record for record in records if result.kinds[record.name] != RAMP_LOG]
     if result.laws is not None:
         sliding = [without_load(record, result.laws) for record in sliding]
     try:

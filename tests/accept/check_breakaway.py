@@ -24,7 +24,7 @@ from frictool.identify.breakaway.breakaway import breakaway
 from frictool.identify.estimators.ordinary import ordinary
 from frictool.identify.estimators.sines import sines as method_of_sines
 from frictool.identify.fit_result import SLIDING, Interval
-from frictool.identify.identification import identify
+from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import make_record
 from studies.rigs.curve_logs import mass_sines, nonlinear_clutch
@@ -58,7 +58,7 @@ def _breakaway_coverage(encoder_step: float) -> dict[str, Any]:
             record(make(seed, truth), truth, name)
             for name, make in (("sines", sines), ("ramp", ramp))
         ]
-        found = identify(logs, [], bench, "power-balance", IdentificationSettings(RATE))
+        found = identify_records(logs, [], bench, "power-balance", IdentificationSettings(RATE))
         interval = found.identified["breakaway"]
         hits.append(interval.low <= truth.breakaway <= interval.high)
         errors.append(interval.value / truth.breakaway - 1.0)
@@ -142,7 +142,7 @@ def friction_map() -> dict[str, Any]:
             record(make(seed, truth), truth, name)
             for name, make in (("sines", sines), ("ramp", ramp))
         ]
-        found = identify(logs, [], bench, "sines", IdentificationSettings(RATE))
+        found = identify_records(logs, [], bench, "sines", IdentificationSettings(RATE))
         assert found.fit is not None
         assert found.laws is not None
         assert found.ramp is not None
@@ -211,7 +211,7 @@ def tables_4_6_and_4_7() -> dict[str, Any]:
     )
     found = ordinary([fast], bench, IdentificationSettings(RATE, time_constant=1.5e-3)).parameters
     logs = [whole, record(ramp(1, truth), truth, "ramp")]
-    law = identify(logs, [], bench, "sines", IdentificationSettings(RATE)).ramp
+    law = identify_records(logs, [], bench, "sines", IdentificationSettings(RATE)).ramp
     assert law is not None
     assert law.by_position is not None
     out: dict[str, Any] = {

@@ -23,7 +23,7 @@ from frictool.identify.estimators.inverse_dynamic import inverse_dynamic
 from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.estimators.power_balance import by_speed
 from frictool.identify.fit_result import SLIDING
-from frictool.identify.identification import identify
+from frictool.identify.identification import identify_records
 from frictool.identify.methods import DEFAULT, IdentificationSettings, run
 from frictool.identify.rows.differences import differenced
 from frictool.identify.rows.regression_samples import fit
@@ -63,7 +63,7 @@ def covered(seed: int, encoder_step: float = TRUTH.encoder_step) -> dict[str, bo
     logs = [
         record(make(seed, truth), truth, name) for name, make in (("sines", sines), ("ramp", ramp))
     ]
-    result = identify(logs, [], bench, DEFAULT, IdentificationSettings(RATE))
+    result = identify_records(logs, [], bench, DEFAULT, IdentificationSettings(RATE))
     return {
         name: bool(found.low <= getattr(truth, name) <= found.high)
         for name, found in result.identified.items()

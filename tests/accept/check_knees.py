@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from frictool.identify.estimators.sines import sines as method_of_sines
-from frictool.identify.identification import identify
+from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings
 from studies.rigs.curve_logs import nonlinear_clutch
 from studies.rigs.identification_rigs import clutch, record
@@ -56,7 +56,7 @@ def true_knees(clutches: int) -> tuple[int, int]:
         truth = nonlinear_clutch()._replace(inertia=inertia)
         log = record(sines(seed, truth), truth)
         for number, ramps in enumerate(([record(ramp(seed, truth), truth, "ramp")], [])):
-            laws = identify([log], ramps, bench, "sines", IdentificationSettings(RATE)).laws
+            laws = identify_records([log], ramps, bench, "sines", IdentificationSettings(RATE)).laws
             there = _is_there([regime.above.value for regime in laws.regimes] if laws else [])
             mapped, alone = mapped + (there and number == 0), alone + (there and number == 1)
     return mapped, alone

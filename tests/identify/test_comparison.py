@@ -19,7 +19,7 @@ from frictool.documents.registry import load
 from frictool.identify.estimators.method_comparison import ComparedData, best_by_prediction
 from frictool.identify.fit_result import Interval
 from frictool.identify.force_error import force_error, motion_rows
-from frictool.identify.identification import identify
+from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import record_of
 from frictool.identify.pooling import pooling_warnings
@@ -241,7 +241,7 @@ def test_a_parameter_is_fixed_beside_declared_loads(kind: str, name: str) -> Non
     value = axis.truth[name]
     unit = getattr(axis.bench.mechanics, name).unit
     bench = narrow(axis.bench, **{name: Quantity(value, 0.9999 * value, 1.0001 * value, unit)})
-    result = identify([axis.record], [], bench, "least-squares", IdentificationSettings())
+    result = identify_records([axis.record], [], bench, "least-squares", IdentificationSettings())
     assert name in result.refused
     assert result.fit is not None
     assert (f"fixed_{name}" in result.fit.details) == ((kind, name) != ("coulomb", "coulomb"))

@@ -40,8 +40,7 @@ def test_ramps_of_three_rates(found: Breakaway) -> None:
 
 
 def test_the_document_has_it(found: Breakaway) -> None:
-    identified: dict[str, Interval] = {}
-    laws = breakaway_laws(found, clutch(), identified)
+    laws = breakaway_laws(found, clutch())
     assert (laws.dwell.fresh, laws.dwell.rise_time_s) == (
         found.rising.fresh.value,
         found.rising.rise_time.value,
@@ -49,7 +48,7 @@ def test_the_document_has_it(found: Breakaway) -> None:
     assert laws.dwell.fresh_interval is not None
     assert laws.dwell.fresh_interval[0] <= FRESH <= laws.dwell.fresh_interval[1]
     assert laws.dwell.rise_time_interval_s[0] <= RISE_TIME <= laws.dwell.rise_time_interval_s[1]
-    assert identified["breakaway"] == found.interval
+    assert found.parameter == found.interval
 
 
 def test_one_rate_tells_nothing() -> None:

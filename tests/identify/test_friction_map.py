@@ -11,7 +11,7 @@ from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
-from frictool.identify.identification import Identification, identify
+from frictool.identify.identification import Identification, identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord
@@ -32,7 +32,7 @@ def result() -> Identification:
     logs = [
         record(make(1, truth), truth, name) for name, make in (("sines", sines), ("ramp", ramp))
     ]
-    return identify(logs, [], clutch(), "sines", IdentificationSettings())
+    return identify_records(logs, [], clutch(), "sines", IdentificationSettings())
 
 
 def test_breakaway_of_table_4_7_over_the_travel(result: Identification) -> None:
@@ -81,14 +81,14 @@ def test_slip_knee_and_beta(result: Identification) -> None:
 def test_an_inertia_that_was_fitted_to_a_constant_friction_is_refused() -> None:
     """Its interval was [2.2e-5, 2.8e-5] here: along a stroke, what friction does over the position
     passes for inertia."""
-    found = identify(_fine_logs(), [], clutch(), "least-squares", IdentificationSettings())
+    found = identify_records(_fine_logs(), [], clutch(), "least-squares", IdentificationSettings())
     assert found.laws is not None
     assert "inertia" not in found.identified
     assert "friction varies with the position" in found.refused["inertia"]
 
 
 def test_auto_gives_the_inertia_by_the_weak_form_with_friction_over_the_position() -> None:
-    found = identify(_fine_logs(), [], clutch(), "auto", IdentificationSettings())
+    found = identify_records(_fine_logs(), [], clutch(), "auto", IdentificationSettings())
     inertia = found.identified["inertia"]
     assert inertia.low <= nonlinear_clutch().inertia <= inertia.high
     assert inertia.half_width < 0.01 * inertia.value
@@ -116,7 +116,7 @@ def test_the_model_can_be_simulated(result: Identification, tmp_path) -> None:
 
 def test_ramps_alone_give_the_breakaway_over_position() -> None:
     truth = nonlinear_clutch()
-    found = identify(
+    found = identify_records(
         [record(ramp(2, truth), truth, "ramp")], [], clutch(), "sines", IdentificationSettings()
     )
     assert set(found.identified) == {"breakaway"}

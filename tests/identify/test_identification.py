@@ -17,9 +17,9 @@ from frictool.identify.fit_result import PARAMETERS, SLIDING, Interval
 from frictool.identify.identification import (
     Identification,
     NothingIdentified,
-    identify,
-    why_uninformative,
+    identify_records,
 )
+from frictool.identify.interval_checks import why_uninformative
 from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
 from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord, make_record, record_of
@@ -30,7 +30,7 @@ from tests.accept.check_identify import covered, experiment
 
 
 def test_differentiation_gives_all_but_inertia() -> None:
-    result = identify(
+    result = identify_records(
         [record(sines(1), name="a"), record(ramp(1), name="b")],
         [],
         clutch(),
@@ -51,7 +51,7 @@ def test_differentiation_gives_all_but_inertia() -> None:
 
 
 def test_without_a_ramp_the_breakaway_is_what_coulomb_lets_expect() -> None:
-    result = identify([record(sines(1))], [], clutch(), DEFAULT, IdentificationSettings())
+    result = identify_records([record(sines(1))], [], clutch(), DEFAULT, IdentificationSettings())
     assert "no log of breakaway ramps" in result.refused["breakaway"]
     model = model_of(result, clutch(), Provenance("test", "0"))
     coulomb, breakaway = model.parameters.coulomb, model.parameters.breakaway
@@ -61,7 +61,7 @@ def test_without_a_ramp_the_breakaway_is_what_coulomb_lets_expect() -> None:
 
 
 def test_a_ramp_alone_gives_the_breakaway_alone() -> None:
-    result = identify([], [record(ramp(1))], clutch(), DEFAULT, IdentificationSettings())
+    result = identify_records([], [record(ramp(1))], clutch(), DEFAULT, IdentificationSettings())
     assert list(result.identified) == ["breakaway"]
     assert (
         result.identified["breakaway"].low < TRUTH.breakaway < result.identified["breakaway"].high
@@ -90,8 +90,10 @@ def test_a_ramp_in_one_direction_needs_an_offset_that_someone_knows() -> None:
         **{name: getattr(log, name)[:first] for name in ("time", "position", "effort", "piece")},
     )
     with pytest.raises(NothingIdentified, match="in one direction only, which an offset shifts"):
-        identify([], [one_way], clutch(), DEFAULT, IdentificationSettings())
-    both = identify([record(sines(1))], [one_way], clutch(), DEFAULT, IdentificationSettings())
+        identify_records([], [one_way], clutch(), DEFAULT, IdentificationSettings())
+    both = identify_records(
+        [record(sines(1))], [one_way], clutch(), DEFAULT, IdentificationSettings()
+    )
     assert both.identified["breakaway"].low <= TRUTH.breakaway <= both.identified["breakaway"].high
 
 
@@ -104,7 +106,7 @@ def test_an_offset_and_a_breakaway_that_the_bench_gives_are_the_benchs() -> None
     bench = msgspec.structs.replace(
         bench, mechanics=msgspec.structs.replace(bench.mechanics, **known)
     )
-    nothing = Identification(DEFAULT, 0.95, {}, {}, {}, None, None)
+    nothing = Identification(method=DEFAULT, confidence=0.95, kinds={})
     model = model_of(nothing, bench, Provenance("test", "0"))
     for name, quantity in known.items():
         estimate = getattr(model.parameters, name)
@@ -120,7 +122,7 @@ def test_nothing_usable_is_the_answer_no() -> None:
         "still", np.arange(3000) * 1e-3, np.zeros(3000), np.zeros(3000), TRUTH.encoder_step, 0.003
     )
     with pytest.raises(NothingIdentified, match="no sample slips") as raised:
-        identify([still], [], clutch(), DEFAULT, IdentificationSettings())
+        identify_records([still], [], clutch(), DEFAULT, IdentificationSettings())
     assert raised.value.exit_code == 1
     assert raised.value.result.identified == {}
     assert set(raised.value.result.refused) == set(PARAMETERS)
@@ -146,7 +148,7 @@ def test_a_fit_that_explains_nothing_is_refused(method: str) -> None:
         bench, mechanics=msgspec.structs.replace(bench.mechanics, backlash=None)
     )
     with pytest.raises(NothingIdentified) as raised:
-        identify([noisy(2)], [], bench, method, IdentificationSettings())
+        identify_records([noisy(2)], [], bench, method, IdentificationSettings())
     for name in SLIDING:
         assert (
             "the model does not explain the effort: force error"
@@ -158,7 +160,7 @@ def test_a_fit_that_explains_nothing_is_refused(method: str) -> None:
 def test_a_noisy_current_that_still_explains_is_identified() -> None:
     log = record(sines(2))
     noise = TRUTH.constant * 5.0 * np.random.default_rng(2).standard_normal(log.effort.size)
-    result = identify(
+    result = identify_records(
         [replace(log, effort=log.effort + noise)], [], clutch(), DEFAULT, IdentificationSettings()
     )
     assert result.identified["coulomb"].low <= TRUTH.coulomb <= result.identified["coulomb"].high
@@ -166,9 +168,12 @@ def test_a_noisy_current_that_still_explains_is_identified() -> None:
 
 def test_an_interval_outside_the_benchs_is_a_warning() -> None:
     bench = clutch()
-    assert identify([record(sines(1))], [], bench, DEFAULT, IdentificationSettings()).warnings == ()
+    assert (
+        identify_records([record(sines(1))], [], bench, DEFAULT, IdentificationSettings()).warnings
+        == ()
+    )
     known = msgspec.structs.replace(bench.mechanics, coulomb=Quantity(0.2, 0.15, 0.25, "N m"))
-    result = identify(
+    result = identify_records(
         [record(sines(1))],
         [],
         msgspec.structs.replace(bench, mechanics=known),
@@ -184,7 +189,7 @@ def test_an_interval_outside_the_benchs_is_a_warning() -> None:
 def test_a_fit_that_leaves_much_of_the_effort_says_so() -> None:
     """Differences on a coarse encoder (table 4.6): the intervals do not know what the encoder has
     done to the regressors."""
-    found = identify(
+    found = identify_records(
         [record(sines(1))], [], clutch(), "ordinary", IdentificationSettings(time_constant=1.5e-3)
     )
     assert found.fit is not None
@@ -205,8 +210,11 @@ def test_a_log_given_twice_is_refused() -> None:
         with pytest.raises(
             LogError, match=r"c\.mcap: is the same log as a\.csv; give each log once"
         ):
-            identify(logs, ramps, clutch(), DEFAULT, IdentificationSettings())
-    assert identify([one, other], [], clutch(), DEFAULT, IdentificationSettings()).fit is not None
+            identify_records(logs, ramps, clutch(), DEFAULT, IdentificationSettings())
+    assert (
+        identify_records([one, other], [], clutch(), DEFAULT, IdentificationSettings()).fit
+        is not None
+    )
 
 
 @pytest.mark.parametrize(

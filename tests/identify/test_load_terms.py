@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load as load_document
+from frictool.identify.axis_logs import without_load
 from frictool.identify.estimators.load_search import with_found_loads
 from frictool.identify.fit_result import SLIDING, UnusableLogs
-from frictool.identify.identification import without_load
 from frictool.identify.methods import METHODS, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record, velocity_record
 from frictool.identify.regression.term_selection import beyond_chance, needless

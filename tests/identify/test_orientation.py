@@ -15,7 +15,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.identify.fit_result import PARAMETERS
-from frictool.identify.identification import NothingIdentified, identify
+from frictool.identify.identification import NothingIdentified, identify_records
 from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
 from frictool.identify.orientation import reversed_sign
 from frictool.plant.axis import AxisParameters
@@ -185,14 +185,16 @@ def test_a_fit_that_gives_an_offset_alone_is_no_solution() -> None:
     with pytest.raises(
         NothingIdentified, match=r"the fit gives .* and neither inertia nor friction"
     ) as raised:
-        identify([record(sines(1))], [], bench, "least-squares", IdentificationSettings())
+        identify_records([record(sines(1))], [], bench, "least-squares", IdentificationSettings())
     assert raised.value.exit_code == 4
     assert raised.value.result.identified == {}
 
 
 def test_a_breakaway_alone_is_friction() -> None:
     assert list(
-        identify([], [record(ramp(1))], clutch(), DEFAULT, IdentificationSettings()).identified
+        identify_records(
+            [], [record(ramp(1))], clutch(), DEFAULT, IdentificationSettings()
+        ).identified
     ) == ["breakaway"]
 
 
@@ -209,7 +211,7 @@ SLOW = {
 def test_a_fine_encoder_is_judged_as_a_coarse_one(method: str) -> None:
     _, log = linear_axis(3)
     with pytest.raises(NothingIdentified, match="opposite signs") as raised:
-        identify(
+        identify_records(
             [replace(log, effort=-log.effort)], [], linear_bench(), method, IdentificationSettings()
         )
     assert raised.value.exit_code == 4

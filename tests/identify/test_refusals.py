@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frictool.identify.identification import NothingIdentified, identify
+from frictool.identify.identification import NothingIdentified, identify_records
 from frictool.identify.methods import DEFAULT, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record
 from studies.rigs.identification_rigs import clutch, record
@@ -26,7 +26,7 @@ def reason(records: list[MotionRecord]) -> str:
     """Why nothing is identified from the records of the clutch; the same for each sliding
     parameter."""
     with pytest.raises(NothingIdentified) as raised:
-        identify(records, [], clutch(), DEFAULT, IdentificationSettings())
+        identify_records(records, [], clutch(), DEFAULT, IdentificationSettings())
     (why,) = {
         raised.value.result.refused[name] for name in ("inertia", "viscous", "coulomb", "offset")
     }
@@ -48,7 +48,7 @@ def test_an_effort_at_the_actuators_limit_is_known() -> None:
         full, effort=np.clip(2.0 * full.effort, -TRUTH.constant * 50.0, TRUTH.constant * 50.0)
     )
     with pytest.raises(NothingIdentified) as raised:
-        identify(
+        identify_records(
             [replace(held, position=np.zeros(held.time.size))],
             [],
             clutch(),
@@ -82,9 +82,9 @@ def test_a_controllers_own_output() -> None:
 
 def test_a_measured_effort_on_a_fine_encoder_is_not_its_own_output() -> None:
     truth, axis = linear_axis(2)
-    found = identify([axis], [], linear_bench(), DEFAULT, IdentificationSettings()).identified[
-        "coulomb"
-    ]
+    found = identify_records(
+        [axis], [], linear_bench(), DEFAULT, IdentificationSettings()
+    ).identified["coulomb"]
     assert found.low <= truth.coulomb <= found.high
 
 

@@ -9,7 +9,7 @@ from frictool.adapters.axis_model import axis_of
 from frictool.documents.provenance import Provenance
 from frictool.identify.estimators.stribeck_curve import ConstantSpeedRuns, find_runs, stribeck_curve
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.identification import identify
+from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
 from studies.rigs.curve_logs import RUN_SPEEDS, STRIBECK_VELOCITY, constant_speeds, stribeck_axis
@@ -42,7 +42,7 @@ def test_friction_that_does_not_fall_has_no_stribeck_velocity() -> None:
 
 
 def test_the_model_has_the_curve_and_can_be_simulated() -> None:
-    result = identify(
+    result = identify_records(
         [constant_speeds(4, stribeck_axis())],
         [],
         clutch(),

@@ -17,7 +17,7 @@ from frictool.documents.quantity import Quantity
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.errors import LogError
 from frictool.identify.fit_result import SLIDING, UnusableLogs
-from frictool.identify.identification import NothingIdentified, identify
+from frictool.identify.identification import NothingIdentified, identify_records
 from frictool.identify.methods import METHODS, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record, velocity_record
 from frictool.identify.regression.newey_west import newey_west
@@ -126,7 +126,7 @@ def test_other_methods_refuse_in_one_line(method: str) -> None:
 def test_ramps_need_a_position() -> None:
     _, record = by_velocity(1)
     with pytest.raises(NothingIdentified, match="no position, whose counts tell"):
-        identify([], [record], linear_bench(), "auto", IdentificationSettings())
+        identify_records([], [record], linear_bench(), "auto", IdentificationSettings())
 
 
 def test_a_velocity_that_does_not_change_is_refused() -> None:

@@ -145,6 +145,11 @@ class Breakaway:
     by_position: BreakawayOverPosition | None = None
     rising: RisingFriction | None = None
 
+    @property
+    def parameter(self) -> Interval:
+        """Return the parameter of a model: if it varies with position, the forward mean, N m | N."""
+        return self.interval if self.by_position is None else self.by_position.forward
+
 
 def is_ramp(record: MotionRecord, bench: Bench) -> bool:
     """Return whether a log is one of breakaway ramps, with enough of them for `breakaway`."""

@@ -143,13 +143,8 @@ def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
     return np.asarray(np.where(forward, *curves), dtype=np.float64)
 
 
-def breakaway_laws(
-    ramp: Breakaway, bench: Bench, found: dict[str, Interval], sliding: Laws | None = None
-) -> Laws:
-    """Return the laws of a varying breakaway added to `sliding`; set `found["breakaway"]`.
-
-    `found` gets the breakaway of the positive direction.
-    """
+def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -> Laws:
+    """Return the laws of a varying breakaway, added to those of sliding."""
     law, laws = ramp.by_position, sliding or Laws()
     if ramp.rising is not None:
         fresh, rise = ramp.rising.fresh, ramp.rising.rise_time
@@ -158,9 +153,7 @@ def breakaway_laws(
             dwell=Dwell(fresh.value, rise.value, (fresh.low, fresh.high), (rise.low, rise.high)),
         )
     if law is None:
-        found["breakaway"] = ramp.interval
         return laws
-    found["breakaway"] = law.forward
     span = Span(law.low, law.high, si_unit("position", bench.axis))
     backward = laws.backward
     if not law.common:

@@ -26,7 +26,6 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.load_terms import LoadTerms
 from frictool.documents.quantity import Quantity
 from frictool.identify.assess.assessment import WANTED
 from frictool.identify.assess.assessment_inputs import AssessmentInputs
@@ -38,10 +37,10 @@ from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.slip_fit import weighted_fit
 
 DROPPABLE = ("viscous", "offset")
-ONLY_OFFSET = LoadTerms(("offset",))  # the only load that the method of sines can fit
 
 
 def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSettings) -> SlidingFit:

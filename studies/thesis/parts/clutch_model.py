@@ -20,7 +20,7 @@ from frictool.identify.assess.quantisation import inertia_error, viscous_error
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.estimators.ordinary import ordinary
 from frictool.identify.estimators.sines import StrokeRows, stroke_rows
-from frictool.identify.identification import Identification, identify
+from frictool.identify.identification import Identification, identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord, make_record
@@ -50,7 +50,7 @@ def clutch_model() -> Part:
     whole, ramped = record(sines(SEED, truth), truth), record(ramp(SEED, truth), truth, "ramp")
     _decision(part, bench)
     _table_4_6(part, whole, bench)
-    found = identify([whole, ramped], [], bench, "sines", IdentificationSettings(RATE))
+    found = identify_records([whole, ramped], [], bench, "sines", IdentificationSettings(RATE))
     _table_4_7(part, found)
     _friction(part, found, whole, ramped, bench)
     _validation(part)

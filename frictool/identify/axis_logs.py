@@ -1,0 +1,90 @@
+"""Logs of one axis, sorted into sliding motion and breakaway ramps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from frictool.adapters.axis_model import load_law
+from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws
+from frictool.identify.breakaway.breakaway import is_ramp
+from frictool.identify.constant_effort import without_constant_effort
+from frictool.identify.duplicate_logs import refuse_duplicates
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.force_error import SlipRows, motion_rows
+from frictool.identify.held_effort import slow_effort_warnings
+from frictool.identify.measurement_faults import refuse_unmeasured
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.record_plausibility import implausible
+
+SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
+
+
+@dataclass(frozen=True)
+class AxisLogs:
+    """Logs of one axis, its bench, and the requested method.
+
+    - sliding: records of motion without stretches of constant effort; none if `unmeasured`
+    - ramps: records of breakaway ramps
+    - rows: slipping samples of the sliding records
+    - kinds: log name -> `sliding` or `ramp`
+    - warnings: doubts about the logs
+    - unmeasured: why effort or position of a sliding record was not measured, else None
+    """
+
+    sliding: list[MotionRecord]
+    ramps: list[MotionRecord]
+    rows: Sequence[SlipRows]
+    bench: Bench
+    method: str
+    settings: IdentificationSettings
+    kinds: dict[str, str]
+    warnings: tuple[str, ...]
+    unmeasured: str | None
+
+    def without_load(self, laws: Laws | None) -> AxisLogs:
+        """Return the logs with the load law subtracted from the effort of the ramps."""
+        if laws is None:
+            return self
+        return replace(self, ramps=[without_load(record, laws) for record in self.ramps])
+
+
+def sort_logs(
+    records: Sequence[MotionRecord],
+    ramps: Sequence[MotionRecord],
+    bench: Bench,
+    method: str,
+    settings: IdentificationSettings,
+) -> AxisLogs:
+    """Return the logs, the kind of each of `records` detected; `ramps` are known to be ramps.
+
+    Raises LogError if a log is passed twice, or cannot be of this axis.
+    """
+    every = [*records, *ramps]
+    refuse_duplicates(every)
+    warnings = [warning for record in every for warning in implausible(record, bench)]
+    shown = [record.velocity is None and is_ramp(record, bench) for record in records]
+    sliding = [record for record, ramp in zip(records, shown, strict=True) if not ramp]
+    ramps = [*ramps, *(record for record, ramp in zip(records, shown, strict=True) if ramp)]
+    kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
+    unmeasured = None
+    try:
+        refuse_unmeasured(sliding, bench)
+        slow = slow_effort_warnings(sliding, bench, settings)
+        sliding, shortened = without_constant_effort(sliding, bench)
+        warnings += [*slow, *shortened]
+    except UnusableLogs as error:
+        sliding, unmeasured = [], str(error)
+    rows = motion_rows(sliding, bench)
+    return AxisLogs(
+        sliding, ramps, rows, bench, method, settings, kinds, tuple(warnings), unmeasured
+    )
+
+
+def without_load(record: MotionRecord, laws: Laws) -> MotionRecord:
+    """Return the record with the load law subtracted from its effort."""
+    if laws.load is None or record.velocity is not None:
+        return record
+    return replace(record, effort=record.effort - load_law(laws.load).at(record.position))

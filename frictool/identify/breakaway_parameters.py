@@ -1,0 +1,145 @@
+"""Breakaway of an axis from its ramps, and its friction over position if that varies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from frictool.documents.laws import Laws
+from frictool.identify import methods
+from frictool.identify.axis_logs import AxisLogs
+from frictool.identify.breakaway.breakaway import Breakaway, breakaway
+from frictool.identify.breakaway.friction_map import breakaway_laws, friction_map
+from frictool.identify.estimators.auto import inertia_over_position
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.interval_checks import below_coulomb
+from frictool.identify.orientation import opposite_signs
+from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_intervals
+
+POSITION_HIDES_INERTIA = (
+    "friction varies with the position, which goes with the acceleration along a stroke: what "
+    "one does is taken for the other; "
+    "the bench's value is kept. The weak form (auto, weak) gives friction over the position "
+    "columns of its own where it shows in slip"
+)
+
+
+def with_breakaway(logs: AxisLogs, sliding: Outcome) -> Outcome:
+    """Return the outcome of the sliding logs with the breakaway of the ramps."""
+    try:
+        ramp = _breakaway(logs, sliding.identified)
+    except UnusableLogs as error:
+        outcome = Outcome(refused={"breakaway": str(error)})
+    else:
+        shown = f"the breakaway is in [{ramp.interval.low:.4g}, {ramp.interval.high:.4g}]"
+        outcome = (
+            Outcome(refused={"breakaway": opposite_signs(logs.ramps, shown, logs.bench)})
+            if ramp.interval.high < 0.0
+            else accept({"breakaway": ramp.interval}, logs.bench)
+        )
+        outcome = replace(outcome, ramp=ramp)
+    # the sliding logs may give a breakaway too, or say why they do not
+    known = sliding.identified if logs.ramps else {**sliding.identified, **sliding.refused}
+    if "breakaway" in known and "breakaway" not in outcome.identified:
+        outcome = outcome.without("breakaway")
+    return sliding.merge(outcome)
+
+
+def _breakaway(logs: AxisLogs, identified: Mapping[str, Interval]) -> Breakaway:
+    """Return the breakaway of the ramps.
+
+    Raises UnusableLogs without ramps, for ramps without a position, or if breakaways in one
+    direction leave the offset unknown.
+    """
+    if not logs.ramps:
+        raise UnusableLogs("no log of breakaway ramps was given")
+    for record in logs.ramps:
+        if record.velocity is not None:
+            raise UnusableLogs(
+                f"{record.name} has a velocity and no position, whose counts tell when the axis "
+                "breaks away"
+            )
+    axis, confidence = sliding_intervals(identified, logs.bench), logs.settings.confidence
+    ramp = breakaway(logs.ramps, logs.bench, axis, confidence, identified.get("stribeck_velocity"))
+    if (
+        not (ramp.forward > 0.0 and ramp.backward > 0.0)
+        and "offset" not in identified
+        and logs.bench.mechanics.offset is None
+    ):
+        raise UnusableLogs(
+            "breakaways in one direction only, which an offset shifts, and neither a log nor the "
+            "bench gives the offset"
+        )
+    return ramp
+
+
+def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
+    """Return the outcome with the laws of a breakaway that varies with position or time at rest.
+
+    If it varies with position, a friction map replaces viscous friction, Coulomb friction and
+    offset of a constant friction. If the strokes do not support a map, only the breakaway depends
+    on position.
+    """
+    ramp, fit, laws = outcome.ramp, outcome.fit, outcome.laws
+    if ramp is None or (ramp.by_position is None and ramp.rising is None):
+        return outcome
+    # a load or friction by direction, which the map does not model
+    unmapped = laws is not None and (laws.load or laws.backward)
+    if ramp.by_position is None or unmapped:
+        return _with_laws(logs, outcome, ramp, laws)
+    why = None
+    if fit is not None:
+        outcome, why = _inertia_over_position(logs, outcome, fit)
+    axis = sliding_intervals(outcome.identified, logs.bench)
+    axis["offset"] = bench_interval(logs.bench, "offset")
+    try:
+        mapped = friction_map(logs.sliding, logs.ramps, ramp, axis, logs.bench, logs.settings)
+    except UnusableLogs:
+        return _with_laws(logs, outcome, ramp, None)
+    accepted = accept(mapped.fit.parameters, logs.bench, mapped.fit.refused)
+    fit = replace(mapped.fit, why=why)
+    outcome = outcome.without("viscous", "coulomb", "offset").merge(replace(accepted, fit=fit))
+    return _with_laws(logs, outcome, mapped.ramp, fit.laws)
+
+
+def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws | None) -> Outcome:
+    """Return the outcome with the breakaway of `ramp`, and its laws added to those of sliding."""
+    laws = breakaway_laws(ramp, logs.bench, sliding)
+    return outcome.merge(Outcome({"breakaway": ramp.parameter}, ramp=ramp, laws=laws))
+
+
+def _inertia_over_position(
+    logs: AxisLogs, outcome: Outcome, fit: SlidingFit
+) -> tuple[Outcome, str | None]:
+    """Return the outcome without an inertia that was fitted with a constant friction, and why.
+
+    With method `auto`, the inertia is taken from the weak form with friction over position, if that
+    gives one. The reason is None if the inertia is refused.
+    """
+    if fit.details.get("position_order"):
+        return outcome, fit.why
+    if "inertia" in fit.parameters:
+        outcome = outcome.merge(Outcome(refused={"inertia": POSITION_HIDES_INERTIA}))
+    weak = (
+        inertia_over_position(logs.sliding, logs.bench, logs.settings)
+        if logs.method == methods.DEFAULT
+        else None
+    )
+    if weak is None:
+        return outcome, None
+    accepted = accept({"inertia": weak.parameters["inertia"]}, logs.bench)
+    why = f"friction by sines and ramps. inertia by weak: {weak.why}"
+    return outcome.without("inertia").merge(accepted), why
+
+
+def without_impossible_breakaway(outcome: Outcome) -> Outcome:
+    """Return the outcome, a constant breakaway below Coulomb friction refused."""
+    identified, ramp = outcome.identified, outcome.ramp
+    if (
+        ramp is None
+        or ramp.by_position is not None
+        or not {"breakaway", "coulomb"} <= identified.keys()
+    ):
+        return outcome
+    impossible = below_coulomb(identified["breakaway"], identified["coulomb"])
+    return outcome.merge(Outcome(refused={} if impossible is None else {"breakaway": impossible}))

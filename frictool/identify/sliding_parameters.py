@@ -1,0 +1,78 @@
+"""Sliding parameters of an axis from its logs of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from frictool.identify import methods
+from frictool.identify.axis_logs import AxisLogs
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.force_error import force_error
+from frictool.identify.interval_checks import NEVER_NEGATIVE
+from frictool.identify.measurement_faults import refuse_self_explained
+from frictool.identify.outcome import Outcome, accept, sliding_intervals
+from frictool.identify.refit import CANNOT, fixed_parameters, refit
+
+LARGEST_FORCE_ERROR = 0.5  # above it more than a quarter of the effort's mean square is unexplained
+
+
+def sliding_fit(logs: AxisLogs) -> SlidingFit:
+    """Return the fit of the requested method, with its force error.
+
+    Raises
+    ------
+    UnusableLogs
+        If no fit is possible, or if its force error exceeds LARGEST_FORCE_ERROR.
+    """
+    if not logs.sliding:
+        raise UnusableLogs(logs.unmeasured or "no log of sliding motion was given")
+    fit = methods.run(logs.method, logs.sliding, logs.bench, logs.settings)
+    refuse_self_explained(fit, logs.sliding)
+    fit = with_force_error(replace(fit, method=fit.method or logs.method), logs, fit.parameters)
+    if fit.force_error is not None and fit.force_error > LARGEST_FORCE_ERROR:
+        raise UnusableLogs(
+            f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % "
+            f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %); is it of this motion?"
+        )
+    return fit
+
+
+def settled(logs: AxisLogs, fit: SlidingFit) -> Outcome:
+    """Return the accepted parameters and their fit, refused ones fixed at the bench's values.
+
+    The fit is repeated until no further parameter is refused (`refit.py`).
+    """
+    outcome = accept(fit.parameters, logs.bench, fit.refused)
+    fixed: dict[str, Interval] = {}
+    final = fit.method in CANNOT or any_negative(fit)
+    while not final and outcome.identified.keys() - {"offset"}:
+        more = fixed_parameters(fit, outcome.identified, logs.bench)
+        if not more.keys() - fixed.keys():
+            break
+        fixed |= more
+        try:
+            fit = refit(logs.sliding, logs.bench, logs.settings, fit, fixed)
+        except UnusableLogs:
+            break
+        reasons = {n: reason for n, reason in fit.refused.items() if n not in outcome.refused}
+        others = {n: one for n, one in outcome.identified.items() if n not in SLIDING}
+        again = accept(fit.parameters, logs.bench, reasons)
+        outcome = replace(outcome, identified=others).merge(again)
+    return replace(outcome, fit=fit, laws=fit.laws)
+
+
+def any_negative(fit: SlidingFit | None) -> bool:
+    """Return whether the fit gives a negative value for a parameter that cannot be negative."""
+    return fit is not None and any(
+        name in NEVER_NEGATIVE and interval.value < 0.0 for name, interval in fit.parameters.items()
+    )
+
+
+def with_force_error(
+    fit: SlidingFit, logs: AxisLogs, identified: Mapping[str, Interval]
+) -> SlidingFit:
+    """Return the fit with the force error of these parameters, the others taken of the bench."""
+    intervals = {**sliding_intervals(identified, logs.bench), **identified}
+    values = {name: interval.value for name, interval in intervals.items()}
+    return replace(fit, force_error=force_error(logs.rows, values, fit.laws))
