@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from frictool.adapters.axis_model import load_law
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
-from frictool.identify.breakaway.breakaway import is_ramp
+from frictool.identify.breakaway.onset_detection import is_ramp
 from frictool.identify.constant_effort import without_constant_effort
 from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs

@@ -10,7 +10,8 @@ import pytest
 
 from frictool.engine.axis_motion import advance
 from frictool.identify.breakaway import breakaway as module
-from frictool.identify.breakaway.breakaway import Breakaway, breakaway, find_onsets, is_ramp
+from frictool.identify.breakaway.breakaway import Breakaway, breakaway
+from frictool.identify.breakaway.onset_detection import find_onsets, is_ramp
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest

@@ -17,7 +17,8 @@ from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.engine.axis_motion import advance
 from frictool.errors import NoSolutionError
-from frictool.identify.breakaway.breakaway import breakaway, is_ramp
+from frictool.identify.breakaway.breakaway import breakaway
+from frictool.identify.breakaway.onset_detection import is_ramp
 from frictool.identify.excite.bench_limits import BenchLimits, axis_known, limits_of, sensing_of
 from frictool.identify.excite.cramer_rao import cramer_rao
 from frictool.identify.excite.excitation_kinds import MAKERS, ExcitationSettings, excite

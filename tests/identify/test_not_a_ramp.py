@@ -11,7 +11,7 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.identify.breakaway.breakaway import find_onsets
+from frictool.identify.breakaway.onset_detection import find_onsets
 from frictool.identify.motion_record import make_record
 from frictool.logs.quality.ramps import are_ramps, rests_of
 from studies.command_line import CommandResult, run

@@ -1,0 +1,154 @@
+"""Breakaways in a log of ramps: the line of the effort at rest, and the encoder's changes after it.
+
+Onsets inside the backlash after a reversal are left out, since only the motor moves there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.strokes import find_strokes
+from frictool.logs.quality.ramps import STRAIGHT, are_ramps, ramps_among, rests_of
+from frictool.plant.weak_form import effort_weights
+from frictool.typing import Vector
+
+MOVED_COUNTS = 0.5  # counts, least distance of a motion; one count to and fro is none
+# encoder changes used after an onset; later ones reveal more of the inertia than of the onset
+CHANGES_USED = 4
+FEWEST_ONSETS = 5
+RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
+# standard deviations of the effort below the line, after which the ramp counts as taken back
+LEFT_THE_RAMP = 5.0
+
+
+@dataclass(frozen=True)
+class BreakawayOnset:
+    """One breakaway; its time 0 is when motion is seen.
+
+    - direction: +1 or -1
+    - level, rate: line of |effort|, N m | N at time 0, and its slope per s
+    - time: (n,), s, of the encoder's changes
+    - seen: (n,), distance at each change from the first one, rad | m
+    - position: of the rest, middle of its count, rad | m
+    - rested: s without a count before it
+    - timing: weight of a preferred rest position, see `onset`
+    """
+
+    direction: float
+    level: float
+    rate: float
+    time: Vector
+    seen: Vector
+    position: float
+    rested: float
+    timing: float
+
+
+def is_ramp(record: MotionRecord, bench: Bench) -> bool:
+    """Return whether a log is one of breakaway ramps, with enough of them for `breakaway`."""
+    return (
+        are_ramps(_rests(record), record.position, record.effort)
+        and len(find_onsets(record, bench)) >= FEWEST_ONSETS
+    )
+
+
+def _rests(record: MotionRecord) -> list[tuple[int, int]]:
+    """Return the first sample of each rest, and the first after it with a changed position."""
+    return rests_of(
+        (np.abs(np.diff(record.position)) > 0.5 * record.resolution) | (np.diff(record.piece) > 0)
+    )
+
+
+def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
+    """Return every breakaway under a growing effort with the load attached."""
+    width = bench.mechanics.backlash
+    gap = 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
+    strokes, rests = find_strokes(record), _rests(record)
+    # a rest begins at the position at which the motion has ended
+    following = [start + 1 for start, _ in rests[1:]] + [record.position.size]
+    found = []
+    for (start, end), until, ramp in zip(
+        rests, following, ramps_among(rests, record.position, record.effort), strict=False
+    ):
+        direction = float(strokes.sign[end])
+        if (
+            not ramp
+            or direction == 0.0
+            or strokes.advance[end] < gap
+            or record.piece[end] != record.piece[end - 1]
+        ):
+            continue
+        onset = _onset(record, start, end, until, direction)
+        if onset is not None:
+            found.append(onset)
+    return found
+
+
+def _onset(
+    record: MotionRecord, start: int, end: int, until: int, direction: float
+) -> BreakawayOnset | None:
+    """Return the breakaway that ends the rest [start, end), with its motion up to `until`.
+
+    The result is None if the effort is no ramp or the motion is too small.
+    """
+    ramp = slice(start + (end - start) // 2, end)
+    time, effort = record.time[ramp] - record.time[end], direction * record.effort[ramp]
+    if float(np.ptp(effort)) == 0.0:
+        return None
+    rate, level = np.polyfit(time, effort, 1)
+    noise = float(np.std(effort - level - rate * time))
+    seen = direction * (record.position[end:until] - record.position[end - 1])
+    if (
+        rate <= 0.0
+        or np.corrcoef(time, effort)[0, 1] ** 2 < STRAIGHT
+        or seen[-1] < MOVED_COUNTS * record.resolution
+    ):
+        return None
+    changed = np.flatnonzero(np.diff(seen, prepend=0.0) > 0.5 * record.resolution)[:CHANGES_USED]
+    after = record.time[end:until] - record.time[end]
+    below = direction * record.effort[end:until] - level - rate * after < -LEFT_THE_RAMP * max(
+        noise, RELATIVE_NOISE * level
+    )
+    left = np.flatnonzero(below)
+    changed = changed[: max(1, int(np.searchsorted(changed, left[0])))] if left.size else changed
+    before = np.where(changed > 0, seen[changed - 1], 0.0)
+    distance = 0.5 * (before + seen[changed] - record.resolution)
+    level += rate * record.period * _above(record)
+    place, rested = (
+        float(record.position[start]) + 0.5 * record.resolution,
+        float(record.time[end] - record.time[start]),
+    )
+    time = after[changed] - 0.5 * record.period
+    return BreakawayOnset(
+        direction,
+        float(level),
+        float(rate),
+        time,
+        distance,
+        place,
+        rested,
+        _timing(time, distance, record),
+    )
+
+
+def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
+    """Return the mean square of the counts that the axis moves in one sample."""
+    if time.size < 2:
+        return 1.0  # any positive number: there is nothing to weigh it against
+    return float(
+        np.mean((np.diff(distance) / np.diff(time) * record.period / record.resolution) ** 2)
+    )
+
+
+def _above(record: MotionRecord) -> float:
+    """Return the mean excess of the effort between two rows over their line, in ramp steps.
+
+    A held effort acts half a sample later than its row. An effort that lags behind a held command
+    curves towards the command.
+    """
+    before, _, after = effort_weights(record.period, record.lag)
+    return after - before

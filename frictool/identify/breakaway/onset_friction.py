@@ -1,0 +1,195 @@
+"""Friction at the onsets of ramps: the effort at which each motion has begun.
+
+The rest position within a count also follows from the changes, within the limits of their timing. A
+test that takes the ramp back after a fixed number of counts brings the axis to rest at nearly the
+same position each time. Ambiguities of a single onset are therefore resolved by the mean of all
+onsets (`OnsetData.rest`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.identify.breakaway.onset import OK, onset_time, search_span
+from frictool.identify.breakaway.onset_detection import (
+    CHANGES_USED,
+    FEWEST_ONSETS,
+    BreakawayOnset,
+    find_onsets,
+)
+from frictool.identify.breakaway.position_law import (
+    FOLLOWING,
+    BreakawayPositions,
+    PolynomialOrders,
+)
+from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange, allowed_fall
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.motion_record import MotionRecord
+from frictool.typing import Vector
+
+PRIOR = 12.0  # precision of a rest position that is uniform within its count, 1/count^2
+# largest number of onsets, evenly spaced, in the comparison of Stribeck velocities; all count as
+# one there
+ONSETS_COMPARED = 100
+
+
+def efforts(
+    onsets: list[BreakawayOnset],
+    axis: Mapping[str, float],
+    resolution: float,
+    start: float,
+    shape: Vector | None = None,
+    velocity: float = 0.0,
+) -> tuple[Vector, Vector, Vector]:
+    """Return |effort| (n,), rest position within its count (n,), and misfit (n,) of each onset.
+
+    The rest position is between 0 and 1; the misfit of the encoder's changes is relative to
+    `timing`.
+
+    - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
+    - start: expected rest position, 0 to 1
+    - shape: (n,), factors of `coulomb` at the onsets
+    - velocity: Stribeck velocity; 0: friction falls at once; inf: it does not fall
+    """
+    out, places, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
+    for k, onset in enumerate(onsets):
+        # the offset takes its share of the effort before friction does
+        ramp = np.array([onset.level - onset.direction * axis["offset"], onset.rate])
+        coulomb = axis["coulomb"] * (1.0 if shape is None else shape[k])
+        coefficients = np.array([axis["inertia"], axis["viscous"], coulomb])
+        span = search_span(resolution, onset.rate, axis["inertia"], CHANGES_USED)
+        t0, place, left, status = onset_time(
+            onset.time,
+            onset.seen,
+            ramp,
+            coefficients,
+            resolution,
+            start * resolution,
+            onset.timing,
+            span,
+            velocity,
+        )
+        out[k], places[k] = (
+            (onset.level + onset.rate * t0, place / resolution)
+            if status == OK
+            else (np.nan, np.nan)
+        )
+        squares[k] = 12.0 * left / (onset.timing * resolution**2)
+    return out, places, squares
+
+
+@dataclass(frozen=True)
+class OnsetData:
+    """Onsets that are used, their positions, and known data of the axis."""
+
+    onsets: list[BreakawayOnset]
+    places: BreakawayPositions
+    resolution: float
+    # N m | N, the bench's; None in one direction, in which the offset is a parameter of the axis
+    offset: float | None
+    velocity: float = 0.0  # assumed Stribeck velocity, rad/s | m/s
+
+    def misfit(self, axis: Mapping[str, float], shape: Vector | None, velocity: float) -> float:
+        """Return the mean misfit of an onset (`efforts`) for a Stribeck velocity."""
+        every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
+        factors = None if shape is None else shape[every]
+        return float(
+            np.mean(efforts(self.onsets[every], axis, self.resolution, 0.5, factors, velocity)[2])
+        )
+
+    def fall(
+        self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
+    ) -> StribeckVelocityRange:
+        """Return the Stribeck velocities allowed with parameters in the intervals of `axis`."""
+        nominal = {name: known.value for name, known in axis.items()}
+        ends = [
+            {**nominal, name: end}
+            for name, known in axis.items()
+            for end in (known.low, known.high)
+            if end != known.value
+        ]
+        ends = [end for end in ends if end["inertia"] > 0.0]
+        rate = float(np.mean([onset.rate for onset in self.onsets]))
+        scale = float(np.cbrt(self.resolution**2 * rate / nominal["inertia"]))
+        misfits = [partial(self.misfit, parameters, shape) for parameters in (nominal, *ends)]
+        return allowed_fall(misfits[0], misfits[1:], scale, confidence)
+
+    def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
+        """Return the mean rest position within a count, 0 to 1, and its standard deviation.
+
+        The position fitted to an onset depends linearly on the expected one: fitted = a + lean
+        expected. For expected = fitted = a/(1 - lean) the timing of the changes alone determines
+        the position. This value is combined with a position that is uniform within the count, each
+        weighted by its inverse variance.
+        """
+        low, high = (
+            efforts(self.onsets, axis, self.resolution, expected, shape, self.velocity)[1]
+            for expected in (0.0, 1.0)
+        )
+        told, tells = float(np.mean(low)), max(1.0 - float(np.mean(high - low)), 1e-6)
+        independent = max(1.0, low.size / FOLLOWING)
+        spread = max(float(np.var(0.5 * (low + high))), 1e-9) / (tells**2 * independent)
+        # variance left to one onset by the timing; all onsets repeat the same errors
+        repeated = max(1.0 - tells, 0.0) / (12.0 * tells)
+        mean = (min(max(told / tells, 0.0), 1.0) / spread + 0.5 * PRIOR) / (1.0 / spread + PRIOR)
+        return mean, float(1.0 / np.sqrt(1.0 / (spread + repeated) + PRIOR))
+
+    def friction(
+        self, axis: Mapping[str, float], shape: Vector | None, beside: float = 0.0
+    ) -> Vector:
+        """Return the friction (n,) at the onsets: |effort| without the offset.
+
+        The rest position is `beside` standard deviations from its mean.
+        """
+        offset = axis["offset"] if self.offset is None else self.offset
+        mean, deviation = self.rest(axis, shape)
+        start = mean + beside * deviation
+        return (
+            efforts(self.onsets, axis, self.resolution, start, shape, self.velocity)[0]
+            - offset * self.places.direction
+        )
+
+    def shape(self, structure: PolynomialOrders, value: Vector) -> Vector:
+        """Return the factors (n,) of friction at the onsets relative to their mean.
+
+        Friction in slip is proportional to the breakaway (4.42).
+        """
+        curve = self.places.design(structure) @ value
+        if structure.common:
+            curve = curve - value[-1] * self.places.direction
+        return np.asarray(curve / np.mean(curve))
+
+
+def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
+    """Return the onsets of the directions that have enough of them."""
+    found = [onset for record in records for onset in find_onsets(record, bench)]
+    used = [
+        onset
+        for onset in found
+        if sum(o.direction == onset.direction for o in found) >= FEWEST_ONSETS
+    ]
+    if not used:
+        raise UnusableLogs(
+            f"{len(found)} breakaways under an effort that rises from a low level along a line; "
+            f"at least {FEWEST_ONSETS} in one direction "
+            "are needed"
+        )
+    position, direction = (
+        np.array([o.position for o in used]),
+        np.array([o.direction for o in used]),
+    )
+    places = BreakawayPositions(position, direction, float(position.min()), float(position.max()))
+    known = bench.mechanics.offset
+    one_way = abs(float(np.sum(direction))) == direction.size
+    return OnsetData(
+        used,
+        places,
+        records[0].resolution,
+        None if one_way else 0.0 if known is None else known.value,
+    )
