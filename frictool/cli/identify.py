@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,44 +25,67 @@ from frictool.cli.output import (
     say,
 )
 from frictool.cli.workers_options import refuse_both, workers_options
-from frictool.identify.methods import DEFAULT, METHODS
+from frictool.identify.methods import DEFAULT, METHODS, OPTIONS
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.model import Model
     from frictool.identify.identification import Identification
-    from frictool.identify.methods import IdentificationSettings, PublishedFilters
+    from frictool.identify.methods import IdentificationSettings
 
+METHOD_LINES = "\n".join(
+    f"  {name:<16} {method.what}\n{'':<19}for {method.when}" for name, method in METHODS.items()
+)
 HELP = f"""\b
 Example:
   frictool identify sines.mcap ramp.mcap --bench bench.yaml -o model.yaml
 
-Find the friction model  effort = inertia a + viscous v + coulomb sign(v) + offset  and the breakaway at rest, each with an interval.
+Find the friction model  effort = inertia a + viscous v + coulomb sign(v) + offset  and the
+breakaway at rest, each with an interval.
 
-Logs are canonical (ingest) or raw CSV and MAT with the columns of the bench. Logs of motion give the sliding parameters. Breakaway ramps
-(the effort grows until the axis moves, falls back, grows again; thesis 4.3) give the breakaway; they are recognised, or named with --ramp.
-Slow loops of the effort below the breakaway, named with --loops, give presliding: z_max, stiffness, LuGre, elasto-plastic, Maxwell-slip
-and Preisach contacts.
+Logs are canonical (ingest) or raw CSV and MAT with the columns of the bench. Logs of motion give
+the sliding parameters. Breakaway ramps (the effort grows until the axis moves, falls back, grows
+again; thesis 4.3) give the breakaway; they are recognised, or named with --ramp. Slow loops of the
+effort below the breakaway, named with --loops, give presliding: z_max, stiffness, LuGre,
+elasto-plastic, Maxwell-slip and Preisach contacts.
 
 \b
 Methods (--method), and when each is right:
-{chr(10).join(f"  {name:<16} {method.what}{chr(10)}{'':<19}for {method.when}" for name, method in METHODS.items())}
+{METHOD_LINES}
 
-A parameter that the logs cannot give is listed as not identified with the reason, and the model carries the bench's interval for it.
-Intervals hold for the bench's nominal effort constant: an error of the constant scales inertia and every friction alike.
+A parameter that the logs cannot give is listed as not identified with the reason, and the model
+carries the bench's interval for it. Intervals hold for the bench's nominal effort constant: an
+error of the constant scales inertia and every friction alike.
 
 \b
 Many actuators, or many records of one:
-  frictool identify --each log fleet/ --bench bench.yaml --date '[0-9]{{4}}-[0-9]{{2}}-[0-9]{{2}}' -o models/
+  frictool identify --each log fleet/ --bench bench.yaml --date '\\d{{4}}-\\d\\d-\\d\\d' -o models/
 
-Each log, or all logs of each folder (--each folder), give a model of their own, the same as alone, in the folder -o, and a row of its
-parameters.csv (-o FILE.csv, FILE.parquet: the table alone). What the parameters scatter is held against their intervals: whether they are
-of one population, which units differ, what drifts. A log that cannot be used is a row with its reason.
+Each log, or all logs of each folder (--each folder), give a model of their own, the same as alone,
+in the folder -o, and a row of its parameters.csv (-o FILE.csv, FILE.parquet: the table alone). What
+the parameters scatter is held against their intervals: whether they are of one population, which
+units differ, what drifts. A log that cannot be used is a row with its reason.
 
-Exit code 1, and no model, where the logs are in order and no fit is possible. Exit code 4, and no model, where a fit gives neither
-inertia nor friction, or where position and drive have opposite signs. --keep-bench-values writes a model of the bench's values instead
-(exit code 0); it says so, and synth refuses it. With --each: 4 where this is so of any log, else 1, else 3 where a log cannot be used.
+Exit code 1, and no model, where the logs are in order and no fit is possible. Exit code 4, and no
+model, where a fit gives neither inertia nor friction, or where position and drive have opposite
+signs. --keep-bench-values writes a model of the bench's values instead (exit code 0); it says so,
+and synth refuses it. With --each: 4 where this is so of any log, else 1, else 3 where a log cannot
+be used.
 """
+
+
+def _method_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that some methods read."""
+    for option in reversed(OPTIONS):
+        number: click.IntRange | FiniteRange = (
+            click.IntRange(int(option.low), None if option.high is None else int(option.high))
+            if option.kind is int
+            else FiniteRange(option.low, option.high, min_open=option.low_open)
+        )
+        default = "" if option.default is None else f" [default: {option.default}]"
+        text = f"{option.readers}: {option.what}{', odd' * option.odd}.{default}"
+        command = click.option(option.flag, type=number, help=text)(command)
+    return command
 
 
 @click.command("identify", help=HELP)
@@ -98,51 +122,7 @@ inertia nor friction, or where position and drive have opposite signs. --keep-be
     show_default=True,
     help="Of every interval.",
 )
-@click.option(
-    "--window",
-    type=click.IntRange(5, 100_001),
-    help="Samples of the smoothing window, odd. [default: chosen]",
-)
-@click.option(
-    "--time-constant",
-    type=FiniteRange(0.0),
-    help="power-balance, ordinary, threshold: of the filter on differences [s].",
-)
-@click.option(
-    "--threshold",
-    type=FiniteRange(0.0),
-    help="threshold: the slowest sample [rad/s | m/s]. [default: a tenth of the top speed]",
-)
-@click.option(
-    "--forgetting",
-    type=FiniteRange(0.0, 1.0, min_open=True),
-    help="recursive: weight of a square a stroke back. [default: 0.99]",
-)
-@click.option(
-    "--cutoff-hz",
-    type=FiniteRange(1e-3),
-    help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 100]",
-)
-@click.option(
-    "--filter-order",
-    type=click.IntRange(1, 12),
-    help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 4]",
-)
-@click.option(
-    "--padding",
-    type=click.IntRange(0),
-    help="inverse-dynamic: samples that pad either end. [default: 12]",
-)
-@click.option(
-    "--skip",
-    type=click.IntRange(0),
-    help="inverse-dynamic: samples left out at the start. [default: 49]",
-)
-@click.option(
-    "--decimate",
-    type=click.IntRange(1, 1000),
-    help="inverse-dynamic: one sample in so many. [default: 10]",
-)
+@_method_options
 @click.option(
     "--keep-bench-values",
     is_flag=True,
@@ -179,10 +159,6 @@ def command(
     measurement: bool,
     method: str,
     confidence: float,
-    window: int | None,
-    time_constant: float | None,
-    threshold: float | None,
-    forgetting: float | None,
     keep_bench_values: bool,
     each: str | None,
     unit: str | None,
@@ -192,17 +168,11 @@ def command(
     plot: Path | None,
     output: Path | None,
     as_json: bool,
-    **filters: Any,
+    **options: Any,
 ) -> None:
     if not (logs or ramp or loops):
         raise click.UsageError("Missing argument 'LOG...'.")
-    own: dict[str, Any] = {
-        "window": window,
-        "time_constant": time_constant,
-        "threshold": threshold,
-        "forgetting": forgetting,
-    }
-    _check_options(method, own, filters)
+    _check_options(method, options)
     alone = {
         "--ramp": ramp,
         "--loops": loops,
@@ -222,18 +192,15 @@ def command(
     from frictool.documents.registry import load
     from frictool.identify.methods import IdentificationSettings
 
-    document, settings = (
-        load(bench, Bench),
-        IdentificationSettings(confidence, pipeline=_pipeline(filters), **own),
-    )
-    given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
+    document = load(bench, Bench)
+    settings = IdentificationSettings.of_options(confidence, options)
     found_by: dict[str, Any] = {
         "--measurement": measurement,
         "--method": method,
         "--confidence": confidence,
-        **given,
+        **{one.flag: options[one.name] for one in OPTIONS},
+        "--keep-bench-values": keep_bench_values,
     }
-    found_by["--keep-bench-values"] = keep_bench_values
     if each is None:
         _alone(
             IdentifyRequest(
@@ -374,22 +341,18 @@ def _tell(
         print_json(as_view(result, bench, model), output)
 
 
-def _check_options(method: str, own: dict[str, Any], filters: dict[str, Any]) -> None:
-    """Raise UsageError if an option belongs to another method."""
-    for name, value in {**own, **filters}.items():
-        needed = {name, "pipeline"} if name in filters else {name}
-        if value is not None and needed.isdisjoint(METHODS[method].options):
-            owners = ", ".join(
-                other for other, row in METHODS.items() if not needed.isdisjoint(row.options)
-            )
+def _check_options(method: str, values: dict[str, Any]) -> None:
+    """Raise UsageError if an option belongs to another method, or an odd number is even."""
+    for option in OPTIONS:
+        value = values[option.name]
+        if value is not None and option.name not in METHODS[method].reads:
             raise click.UsageError(
-                f"--{name.replace('_', '-')} belongs to --method {owners}, not to {method}."
+                f"{option.flag} belongs to --method {option.readers}, not to {method}."
             )
-    window = own["window"]
-    if window is not None and window % 2 == 0:
-        raise click.BadParameter(
-            f"{window} is even; allowed: an odd number of samples.", param_hint="'--window'"
-        )
+        if option.odd and value is not None and value % 2 == 0:
+            raise click.BadParameter(
+                f"{value} is even; allowed: an odd number.", param_hint=f"'{option.flag}'"
+            )
 
 
 def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -> None:
@@ -404,9 +367,3 @@ def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -
             f"{wrong[0]} belongs to the logs of one model, not to --each; there ramps "
             "are recognised."
         )
-
-
-def _pipeline(filters: dict[str, Any]) -> PublishedFilters:
-    from frictool.identify.methods import PublishedFilters
-
-    return PublishedFilters(**{name: value for name, value in filters.items() if value is not None})

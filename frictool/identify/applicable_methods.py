@@ -26,12 +26,14 @@ def applicable_methods(seen: StreamSurvey, kind: str | None) -> dict[str, str | 
     """
     why = _nothing_to_use(seen, kind)
     blind = None if POSITION in seen.signals else "there is no position"
+    sliding = _no_sliding(seen, kind)
     out = {
-        name: why or (None if row.velocity else blind) or _no_sliding(seen, kind)
+        name: why
+        or (None if row.velocity else blind)
+        or sliding
+        or (_too_rough(seen) if row.differentiates else None)
         for name, row in METHODS.items()
     }
-    if out.get("inverse-dynamic", why) is None:
-        out["inverse-dynamic"] = _too_rough(seen)
     ramps = (
         None
         if kind == "ramp"

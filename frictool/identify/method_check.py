@@ -25,17 +25,11 @@ from frictool.identify.estimators.output_error import start_values
 from frictool.identify.estimators.structure_selection import Sides, halves
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
-from frictool.identify.methods import IdentificationSettings
+from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.refit import refit, with_held
 from frictool.identify.regression.term_selection import beyond_chance
 
-REFERENCE = "least-squares"
-# methods for runs at constant speed or a single stroke; their inertia is the bench's
-OWN_CURVE = (
-    "stribeck-curve",
-    "friction-force",
-)
 WORSE = 2.0  # error relative to that of least squares above which a warning is issued
 # position error relative to the travel, and force error, below which no warning is issued
 NEGLIGIBLE = 0.02
@@ -52,12 +46,15 @@ def method_warnings(
 
     `rows` are the slipping samples of the logs (`motion_rows`).
     """
-    if fit.method in (None, REFERENCE, *OWN_CURVE) or any(
-        record.velocity is not None for record in records
+    row = METHODS[fit.method or REFERENCE]
+    if (
+        row.name == REFERENCE
+        or row.whole_curve
+        or any(record.velocity is not None for record in records)
     ):
         return []
-    # output error minimises the position error itself, and a search for each half would take long
-    if fit.method == "output-error":
+    # a simulation minimises the position error itself, and a search for each half would take long
+    if row.known_terms is not None:
         return _warning(
             fit,
             "the logs",

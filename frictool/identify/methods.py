@@ -5,10 +5,10 @@ A method's module is imported only when the method runs, so that `--help` stays 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
 from importlib import import_module
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from frictool.identify.motion_record import MotionRecord
 
 DEFAULT = "auto"
+REFERENCE = "least-squares"  # with which other methods are compared
 
 
 @dataclass(frozen=True)
@@ -26,20 +27,57 @@ class IdentificationMethod:
 
     - what: what the method does, as help text
     - when: data that the method suits, as help text
-    - options: fields of IdentificationSettings that it reads, apart from the confidence
+    - reads: keys of OPTIONS that it reads
     - velocity: it works with a measured velocity and no position
     - load: it fits the load terms of the bench
+    - known_inertia: it uses the inertia of the bench for the others, and gives none
+    - whole_curve: it gives no inertia, and all parameters of its own curve over speed or none;
+      none of them is fixed, and it is not compared with REFERENCE
+    - differentiates: it takes plain differences, which need a fine encoder and no gaps
+    - known_terms: function of its module that fits load terms that were chosen before; its own
+      choice is a search by simulations, which is not repeated for warnings
     """
 
+    name: str
     what: str
     when: str
-    options: tuple[str, ...] = ()
+    reads: tuple[str, ...] = ()
     velocity: bool = False
     load: bool = False
+    known_inertia: bool = False
+    whole_curve: bool = False
+    differentiates: bool = False
+    known_terms: str | None = None
+
+    @property
+    def estimate(self) -> Callable[[list[MotionRecord], Bench, IdentificationSettings], SlidingFit]:
+        """Return the function that estimates the sliding parameters."""
+        return self._function(self.name.replace("-", "_"))
+
+    def refit(
+        self,
+        records: list[MotionRecord],
+        bench: Bench,
+        settings: IdentificationSettings,
+        terms: tuple[str, ...],
+    ) -> SlidingFit:
+        """Return the fit with these load terms; raise UnusableLogs as the method does."""
+        if self.known_terms is not None:
+            return self._function(self.known_terms)(records, bench, settings, terms)
+        from frictool.identify.rows.load_terms import bench_with_terms
+
+        declared = bench_with_terms(bench, terms) if terms else bench
+        return run(self.name, records, declared, settings)
+
+    def _function(self, name: str) -> Callable[..., SlidingFit]:
+        module = import_module(f"frictool.identify.estimators.{self.name.replace('-', '_')}")
+        function: Callable[..., SlidingFit] = getattr(module, name)
+        return function
 
 
-METHODS: dict[str, IdentificationMethod] = {
-    "auto": IdentificationMethod(
+_ROWS = (
+    IdentificationMethod(
+        "auto",
         "least squares, the power balance, sines or output error: by what encoder and motion "
         "allow (figure 4.4), and says why",
         "any log; drops a term that does not help to predict strokes that the fit has not seen",
@@ -47,14 +85,16 @@ METHODS: dict[str, IdentificationMethod] = {
         velocity=True,
         load=True,
     ),
-    "least-squares": IdentificationMethod(
+    IdentificationMethod(
+        "least-squares",
         "least squares (4.11): zero-phase Savitzky-Golay, only samples certain to slip, QR",
         "any encoder, sticks and backlash; refuses the inertia that quantisation hides",
         ("window",),
         velocity=True,
         load=True,
     ),
-    "power-balance": IdentificationMethod(
+    IdentificationMethod(
+        "power-balance",
         "the power balance (4.23): the same, weighted by velocity; with --time-constant on "
         "filtered differences, all samples",
         "friction that falls over speed beyond the slowest samples (Stribeck)",
@@ -62,7 +102,8 @@ METHODS: dict[str, IdentificationMethod] = {
         velocity=True,
         load=True,
     ),
-    "weighted": IdentificationMethod(
+    IdentificationMethod(
+        "weighted",
         "the same, weighted by the inverse variance of the measurement errors, found over speed "
         "(4.2.5.1)",
         "an encoder or a friction that is worse at some speeds than at others",
@@ -70,7 +111,8 @@ METHODS: dict[str, IdentificationMethod] = {
         velocity=True,
         load=True,
     ),
-    "conditioned": IdentificationMethod(
+    IdentificationMethod(
+        "conditioned",
         "the power balance scaled by sqrt(2)/V (4.31), with the condition of (4.29) before and "
         "after",
         "very high or low speeds in SI units",
@@ -78,68 +120,131 @@ METHODS: dict[str, IdentificationMethod] = {
         velocity=True,
         load=True,
     ),
-    "weak": IdentificationMethod(
+    IdentificationMethod(
+        "weak",
         "the weak (integral) form: windows of (1 - s^2)^3, nothing differentiated",
         "a coarse encoder; closest to what it can give of the inertia",
         ("window",),
     ),
-    "instrumental": IdentificationMethod(
+    IdentificationMethod(
+        "instrumental",
         "instrumental variables from the logged reference",
         "a noisy position and a reference that the axis followed",
         ("window",),
     ),
-    "total-least-squares": IdentificationMethod(
+    IdentificationMethod(
+        "total-least-squares",
         "total least squares: the encoder's noise in the regressors is accounted for",
         "short windows, an encoder much noisier than the effort",
         ("window",),
     ),
-    "recursive": IdentificationMethod(
+    IdentificationMethod(
+        "recursive",
         "recursive least squares (4.16) in square-root form: the last of the log counts most",
         "parameters that drift along the log (warming up, wear)",
         ("window", "forgetting"),
         velocity=True,
     ),
-    "ordinary": IdentificationMethod(
+    IdentificationMethod(
+        "ordinary",
         "plain least squares on differences (4.2), every sample alike",
         "comparison with tables 4.2 and 4.3",
         ("time_constant",),
     ),
-    "threshold": IdentificationMethod(
+    IdentificationMethod(
+        "threshold",
         "least squares on differences, only samples faster than a threshold (4.18)",
         "comparison; a fine encoder and a known Stribeck velocity",
         ("time_constant", "threshold"),
     ),
-    "sines": IdentificationMethod(
+    IdentificationMethod(
+        "sines",
         "sines (4.34)-(4.39): mean effort over mean speed of each stroke's middle; finds the "
         "knees of friction over speed",
         "any encoder, strokes at several speeds; friction only, the inertia is the bench's",
         velocity=True,
+        known_inertia=True,
     ),
-    "output-error": IdentificationMethod(
+    IdentificationMethod(
+        "output-error",
         "simulation error: the axis that, driven by the measured effort, goes where the measured "
         "one went; load terms by held-out halves",
         "a model that has to simulate; several strokes, and an effort that was measured",
         load=True,
+        known_terms="simulation_error",
     ),
-    "stribeck-curve": IdentificationMethod(
+    IdentificationMethod(
+        "stribeck-curve",
         "the Stribeck curve (2.34): mean effort over runs at constant speeds",
         "runs at constant speeds, slow ones too; gives the breakaway and the Stribeck velocity "
         "where friction falls with speed",
+        whole_curve=True,
     ),
-    "friction-force": IdentificationMethod(
+    IdentificationMethod(
+        "friction-force",
         "the friction force of a known inertia, causal filter, and its curve over speed, as "
         "published for a rack-and-pinion stage",
         "one stroke, one direction, an inertia that was weighed; to compare with published values",
         ("cutoff_hz", "filter_order"),
         velocity=True,
+        whole_curve=True,
     ),
-    "inverse-dynamic": IdentificationMethod(
+    IdentificationMethod(
+        "inverse-dynamic",
         "the published EMPS pipeline: Butterworth, central differences, decimation, ordinary "
         "least squares",
         "a fine encoder, no backlash, long strokes; to compare with published values",
-        ("pipeline",),
+        ("cutoff_hz", "filter_order", "padding", "skip", "decimate"),
+        differentiates=True,
     ),
-}
+)
+METHODS = {row.name: row for row in _ROWS}
+
+
+@dataclass(frozen=True)
+class MethodOption:
+    """Option of some methods: a field of IdentificationSettings or of PublishedFilters.
+
+    - kind: int or float
+    - low, high: allowed range; `low_open`: without its lower end
+    - what, default: help text, with unit, and default value as text
+    """
+
+    name: str
+    kind: type[int] | type[float]
+    low: float
+    high: float | None
+    what: str
+    default: str | None = None
+    low_open: bool = False
+    odd: bool = False
+
+    @property
+    def flag(self) -> str:
+        """Return the option on the command line."""
+        return f"--{self.name.replace('_', '-')}"
+
+    @property
+    def readers(self) -> str:
+        """Return the names of the methods that read it."""
+        return ", ".join(name for name, row in METHODS.items() if self.name in row.reads)
+
+
+OPTIONS = (
+    MethodOption("window", int, 5, 100_001, "samples of the smoothing window", "chosen", odd=True),
+    MethodOption("time_constant", float, 0.0, None, "of the filter on differences [s]"),
+    MethodOption(
+        "threshold", float, 0.0, None, "slowest sample [rad/s | m/s]", "a tenth of the top speed"
+    ),
+    MethodOption(
+        "forgetting", float, 0.0, 1.0, "weight of a square a stroke back", "0.99", low_open=True
+    ),
+    MethodOption("cutoff_hz", float, 1e-3, None, "of the Butterworth filter [Hz]", "100"),
+    MethodOption("filter_order", int, 1, 12, "of the Butterworth filter", "4"),
+    MethodOption("padding", int, 0, None, "samples that pad either end", "12"),
+    MethodOption("skip", int, 0, None, "samples left out at the start", "49"),
+    MethodOption("decimate", int, 1, 1000, "one sample in so many", "10"),
+)
 
 
 @dataclass(frozen=True)
@@ -181,6 +286,15 @@ class IdentificationSettings:
     pipeline: PublishedFilters | None = None
     fixed: Mapping[str, Interval] = field(default_factory=dict)
 
+    @classmethod
+    def of_options(cls, confidence: float, options: Mapping[str, Any]) -> IdentificationSettings:
+        """Return the settings with these values of OPTIONS; None selects the default."""
+        own = {one.name for one in fields(cls)}
+        filters = {name: value for name, value in options.items() if name not in own}
+        pipeline = PublishedFilters(**{n: one for n, one in filters.items() if one is not None})
+        read = {name: value for name, value in options.items() if name in own}
+        return cls(confidence, pipeline=pipeline, **read)
+
 
 def run(
     method: str, records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
@@ -190,13 +304,7 @@ def run(
     Raises UnusableLogs if the records do not give any.
     """
     _check(method, records, bench)
-    name = method.replace("-", "_")
-    return cast(
-        "SlidingFit",
-        getattr(import_module(f"frictool.identify.estimators.{name}"), name)(
-            records, bench, settings
-        ),
-    )
+    return METHODS[method].estimate(records, bench, settings)
 
 
 def _check(method: str, records: list[MotionRecord], bench: Bench) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import SLIDING, SlidingFit, UnusableLogs
-from frictool.identify.methods import IdentificationSettings
+from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.refit import refit
 
@@ -35,8 +35,8 @@ def pooling_warnings(
     """
     if len(records) < 2:
         return []
-    searched = fit.method == "output-error"
-    alike = replace(fit, method="least-squares") if searched else fit
+    searched = fit.method is not None and METHODS[fit.method].known_terms is not None
+    alike = replace(fit, method=REFERENCE) if searched else fit
     try:
         pooled = refit(records, bench, settings, alike, {}) if searched or fit.dropped else fit
     except UnusableLogs:

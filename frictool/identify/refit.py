@@ -18,13 +18,7 @@ from frictool.documents.quantity import Quantity
 from frictool.identify import methods
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.rows.load_terms import bench_with_terms, terms_of
-
-# methods that give no inertia, and either all parameters of their curve or none
-CANNOT = (
-    "stribeck-curve",
-    "friction-force",
-)
+from frictool.identify.rows.load_terms import terms_of
 
 
 def fixed_parameters(
@@ -66,12 +60,10 @@ def refit(
     assert fit.method is not None
     held = with_held(settings, fit, fixed)
     inertia = fit.parameters.get("inertia")
-    if fit.method == "sines" and inertia is not None and "inertia" not in fixed:
-        known = Quantity(inertia.value, inertia.low, inertia.high, bench.mechanics.inertia.unit)
-        bench = msgspec.structs.replace(
-            bench, mechanics=msgspec.structs.replace(bench.mechanics, inertia=known)
-        )
-    again = refit_same_structure(records, bench, held, fit)
+    row = methods.METHODS[fit.method]
+    if row.known_inertia and inertia is not None and "inertia" not in fixed:
+        bench = bench_with_inertia(bench, inertia)
+    again = row.refit(records, bench, held, terms_of(fit.laws))
     kept = {"inertia": inertia} if inertia is not None and "inertia" not in fixed else {}
     parameters = {
         **kept,
@@ -102,21 +94,8 @@ def with_held(
     return replace(settings, fixed={**dropped, **fixed})
 
 
-def refit_same_structure(
-    records: list[MotionRecord],
-    bench: Bench,
-    settings: methods.IdentificationSettings,
-    fit: SlidingFit,
-) -> SlidingFit:
-    """Return the fit of the same method and the same load terms."""
-    terms = terms_of(fit.laws)
-    if fit.method == "output-error":
-        from frictool.identify.estimators.output_error import simulation_error
-
-        return simulation_error(records, bench, settings, terms)
-    return methods.run(
-        fit.method or methods.DEFAULT,
-        records,
-        bench_with_terms(bench, terms) if terms else bench,
-        settings,
-    )
+def bench_with_inertia(bench: Bench, inertia: Interval) -> Bench:
+    """Return the bench with an identified inertia in place of its own."""
+    known = Quantity(inertia.value, inertia.low, inertia.high, bench.mechanics.inertia.unit)
+    mechanics = msgspec.structs.replace(bench.mechanics, inertia=known)
+    return msgspec.structs.replace(bench, mechanics=mechanics)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from frictool.identify import methods
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
 from frictool.identify.force_error import force_error
 from frictool.identify.interval_checks import NEVER_NEGATIVE
 from frictool.identify.measurement_faults import refuse_self_explained
+from frictool.identify.methods import METHODS, run
 from frictool.identify.outcome import Outcome, accept, sliding_intervals
-from frictool.identify.refit import CANNOT, fixed_parameters, refit
+from frictool.identify.refit import fixed_parameters, refit
 
 LARGEST_FORCE_ERROR = 0.5  # above it more than a quarter of the effort's mean square is unexplained
 
@@ -27,7 +27,7 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
     """
     if not logs.sliding:
         raise UnusableLogs(logs.unmeasured or "no log of sliding motion was given")
-    fit = methods.run(logs.method, logs.sliding, logs.bench, logs.settings)
+    fit = run(logs.method, logs.sliding, logs.bench, logs.settings)
     refuse_self_explained(fit, logs.sliding)
     fit = with_force_error(replace(fit, method=fit.method or logs.method), logs, fit.parameters)
     if fit.force_error is not None and fit.force_error > LARGEST_FORCE_ERROR:
@@ -45,7 +45,7 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> Outcome:
     """
     outcome = accept(fit.parameters, logs.bench, fit.refused)
     fixed: dict[str, Interval] = {}
-    final = fit.method in CANNOT or any_negative(fit)
+    final = METHODS[fit.method or logs.method].whole_curve or any_negative(fit)
     while not final and outcome.identified.keys() - {"offset"}:
         more = fixed_parameters(fit, outcome.identified, logs.bench)
         if not more.keys() - fixed.keys():

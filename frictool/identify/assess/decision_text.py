@@ -5,13 +5,21 @@ from __future__ import annotations
 import math
 
 from frictool.identify.assess.assessment import Assessment, ParameterAssessment
-from frictool.identify.assess.identifiability import Identifiability, percent, raw_bound, up_to
+from frictool.identify.assess.identifiability import (
+    DIFFERENTIATION,
+    STROKE_MEANS,
+    WEAK_FORM,
+    Identifiability,
+    percent,
+    raw_bound,
+    up_to,
+)
 from frictool.identify.assess.noise_filter import noise_ratio
 
 ENDS = {  # method -> end of the path of a sliding parameter
-    "least-squares": "least squares weighted by the speed, conditioned",
-    "weak": "weak form over windows of a stroke",
-    "sines": "sines on a position loop",
+    DIFFERENTIATION: "least squares weighted by the speed, conditioned",
+    WEAK_FORM: "weak form over windows of a stroke",
+    STROKE_MEANS: "sines on a position loop",
     None: "keep the a-priori value",
 }
 
@@ -88,7 +96,7 @@ def _differentiated(found: Assessment, row: ParameterAssessment, what: str) -> l
 def _weak(row: ParameterAssessment) -> list[str]:
     verdict = row.verdict
     if (
-        verdict.method == "least-squares"
+        verdict.method == DIFFERENTIATION
         or verdict.precision is None
         or not math.isfinite(verdict.precision)
     ):

@@ -31,6 +31,8 @@ from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke, PriorAxi
 CONFIDENCE = 0.95
 QUANTILE = float(ndtri(0.5 + 0.5 * CONFIDENCE))
 SINES_COUNTS = 20.0  # least counts of a stroke past the backlash, to detect its reversals
+# methods of identify that a verdict proposes
+DIFFERENTIATION, WEAK_FORM, STROKE_MEANS = "least-squares", "weak", "sines"
 SINES, RAMPS, LOOPS = (
     "excite --kind sines",
     "excite --kind breakaway",
@@ -80,7 +82,7 @@ def differentiation(
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if max(raw, precision) <= wanted:
-        return Identifiability(True, "least-squares", SINES, precision, raw, worst_case(raw))
+        return Identifiability(True, DIFFERENTIATION, SINES, precision, raw, worst_case(raw))
     if not facts.dynamics_known:
         return None
     slowest = noise_ratio(facts.fastest, facts.sensing.period)
@@ -89,7 +91,7 @@ def differentiation(
     tau = filter_for(min(max((wanted / raw) ** 2, slowest), LARGEST_RATIO), facts.sensing.period)
     bound = raw * math.sqrt(noise_ratio(tau, facts.sensing.period))
     why = f"{worst_case(raw)}, {up_to(bound)} behind a low-pass filter of {tau:.3g} s"
-    return Identifiability(True, "least-squares", SINES, precision, bound, why, tau)
+    return Identifiability(True, DIFFERENTIATION, SINES, precision, bound, why, tau)
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
@@ -170,7 +172,7 @@ def _inertia(facts: AssessmentInputs, wanted: float) -> Identifiability:
         )
     if precision <= wanted:
         return Identifiability(
-            True, "weak", SINES, precision, raw_bound("inertia", facts), f"{refusal} (weak form)"
+            True, WEAK_FORM, SINES, precision, raw_bound("inertia", facts), f"{refusal} (weak form)"
         )
     unseen = (
         "" if math.isfinite(precision) else "; no stroke is longer than a window of the weak form"
@@ -187,7 +189,7 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
         # the mean error of sign(v) is zero (4.2.1.1)
         bound = found.bound if parameter == "viscous" else None
         return Identifiability(
-            True, "least-squares", SINES, precision, bound, found.why, found.filter
+            True, DIFFERENTIATION, SINES, precision, bound, found.why, found.filter
         )
     bound = raw_bound("viscous", facts) if parameter == "viscous" else None
     refusal = (
@@ -202,7 +204,7 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
             "load.terms",
         )
         return Identifiability(
-            fine, "least-squares" if fine else None, SINES, precision, bound, why
+            fine, DIFFERENTIATION if fine else None, SINES, precision, bound, why
         )
     way, need = facts.strokes[0].distance, facts.axis.backlash + SINES_COUNTS * facts.sensing.step
     if way < need:
@@ -222,7 +224,7 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
         "position loop that follows to 3 %"
     )
     fine = by_sines <= wanted
-    return Identifiability(fine, "sines" if fine else None, SINES, by_sines, bound, why)
+    return Identifiability(fine, STROKE_MEANS if fine else None, SINES, by_sines, bound, why)
 
 
 def _breakaway(facts: AssessmentInputs, wanted: float) -> Identifiability:

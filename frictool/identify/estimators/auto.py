@@ -22,21 +22,25 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.quantity import Quantity
 from frictool.identify.assess.assessment import WANTED
 from frictool.identify.assess.assessment_inputs import AssessmentInputs
-from frictool.identify.assess.identifiability import Identifiability, verdict
+from frictool.identify.assess.identifiability import (
+    STROKE_MEANS,
+    WEAK_FORM,
+    Identifiability,
+    verdict,
+)
 from frictool.identify.assess.recorded_motion import recorded_facts
 from frictool.identify.estimators.load_search import with_found_loads
-from frictool.identify.estimators.power_balance import by_speed
-from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.estimators.power_balance import POWER_BALANCE, by_speed
+from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.measurement_faults import refuse_self_explained
-from frictool.identify.methods import IdentificationSettings, run
+from frictool.identify.methods import REFERENCE, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.refit import bench_with_inertia
 from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.slip_fit import weighted_fit
 
@@ -59,11 +63,13 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
         decide_identifiability("inertia", facts),
         decide_identifiability("viscous", facts),
     )
-    weak = _weak(records, bench, settings) if inertia.method == "weak" else None
-    if friction.method == "sines" and bench.load in (None, ONLY_OFFSET):
+    weak = _weak(records, bench, settings) if inertia.method == WEAK_FORM else None
+    if friction.method == STROKE_MEANS and bench.load in (None, ONLY_OFFSET):
         try:
-            known = bench if weak is None else with_inertia(bench, weak.parameters["inertia"])
-            fit = replace(run("sines", records, known, settings), method="sines", why=friction.why)
+            known = bench if weak is None else bench_with_inertia(bench, weak.parameters["inertia"])
+            fit = replace(
+                run(STROKE_MEANS, records, known, settings), method=STROKE_MEANS, why=friction.why
+            )
             return fit if weak is None else joined(fit, weak, inertia.why)
         except UnusableLogs:
             pass  # not enough strokes or speeds: least squares average over windows instead
@@ -83,7 +89,7 @@ def _weak(
 ) -> SlidingFit | None:
     """Return the fit of the weak form if it gives the inertia, else None."""
     try:
-        fit = run("weak", records, bench, settings)
+        fit = run(WEAK_FORM, records, bench, settings)
     except UnusableLogs:
         return None
     inertia = fit.parameters.get("inertia")
@@ -96,14 +102,6 @@ def inertia_over_position(
     """Return the weak-form fit if it has friction over position and an inertia, else None."""
     fit = _weak(records, bench, settings)
     return fit if fit is not None and fit.details["position_order"] > 0 else None
-
-
-def with_inertia(bench: Bench, found: Interval) -> Bench:
-    """Return the bench with its inertia replaced by the identified inertia `found`."""
-    inertia = Quantity(found.value, found.low, found.high, bench.mechanics.inertia.unit)
-    return msgspec.structs.replace(
-        bench, mechanics=msgspec.structs.replace(bench.mechanics, inertia=inertia)
-    )
 
 
 def joined(fit: SlidingFit, weak: SlidingFit, why: str) -> SlidingFit:
@@ -142,15 +140,15 @@ def _differentiated(
             "equal weights and weights by speed agree within their intervals: friction is "
             "viscous and Coulomb at all speeds used"
         )
-        fits = [replace(efficient, method="least-squares", why=why)]
+        fits = [replace(efficient, method=REFERENCE, why=why)]
     else:
         why = (
             f"{apart} with equal weights is outside what weights by speed give: friction "
             "differs at low speed, where samples count less"
         )
         fits = [
-            replace(robust, method="power-balance", why=why),
-            replace(efficient, method="least-squares", why=why),
+            replace(robust, method=POWER_BALANCE, why=why),
+            replace(efficient, method=REFERENCE, why=why),
         ]
     # before the simulation chooses, since a computed effort could not be recognised afterwards
     refuse_self_explained(fits[0], records)

@@ -29,7 +29,7 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.documents.quantity import si_unit
-from frictool.identify.estimators.output_error import simulated_fit, start_values
+from frictool.identify.estimators.output_error import OUTPUT_ERROR, simulated_fit, start_values
 from frictool.identify.estimators.segment_simulation import SegmentSimulation
 from frictool.identify.estimators.structure_selection import (
     Sides,
@@ -143,7 +143,7 @@ def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, Slidin
         second, other, _ = _winner(others)
         return second, other, f"; {winner.name} is not taken: {error}"
     twin = next((score for score in others if score.terms == winner.terms), None)
-    apart = None if twin is None or fit.method != "output-error" else contradicted(twin.fit(), fit)
+    apart = None if twin is None or fit.method != OUTPUT_ERROR else contradicted(twin.fit(), fit)
     if twin is None or apart is None:
         return winner, fit, ""
     second, other, _ = _winner(others)
@@ -244,14 +244,12 @@ def _simulations(sides: Sides, rows: Rows, given: ComparedData) -> list[Predicti
 
     def make() -> SlidingFit:
         return replace(
-            simulated_fit(*given.all(given.bench), found.terms, found.errors), method="output-error"
+            simulated_fit(*given.all(given.bench), found.terms, found.errors), method=OUTPUT_ERROR
         )
 
     return [
         *regressions,
-        PredictionScore(
-            _name("output-error", found.terms), found.terms, found.squares, force, make
-        ),
+        PredictionScore(_name(OUTPUT_ERROR, found.terms), found.terms, found.squares, force, make),
     ]
 
 

@@ -53,6 +53,7 @@ from frictool.identify.rows.slip_fit import OWN_INERTIA, known_inertia
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
 
+OUTPUT_ERROR = "output-error"
 # interval of the regression's inertia, relative to the simulation's, below which it is used
 KNOWN_BETTER = 0.5
 # largest number of clusters; strokes are joined, since each cluster costs a simulation

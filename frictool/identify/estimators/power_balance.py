@@ -20,6 +20,8 @@ from frictool.identify.rows.regression_samples import RegressionSamples
 from frictool.identify.rows.slip_fit import weighted_fit
 from frictool.typing import Vector
 
+POWER_BALANCE = "power-balance"
+
 
 def by_speed(samples: RegressionSamples) -> Vector:
     """Return the weight of each row (n,): its speed."""
