@@ -45,11 +45,16 @@ Signal = Literal[
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Position sensor: its resolution, and the period and format of its counter.
 
-    `counts_per_revolution` gives the resolution of a rotary axis, `step` [rad | m] that of either
-    kind of axis. `direction` is the sign of the count for forward motion. `wrap`: the sensor
-    reports the position modulo this period, in any unit of the log. `wrap_bits`: the sensor is a
-    counter with this number of bits. `signed`: the counter is signed; needed if the first count of
-    the log leaves this open. `index_reset`: an index pulse sets the counter.
+    - `counts_per_revolution`: Resolution of a rotary axis. Write this key or `step`.
+    - `step`: Distance or angle of one count, for either kind of axis.
+    - `direction`: Sign of the count for forward motion.
+    - `wrap`: Period of a sensor that reports the position modulo a period, such as 360 deg or 4096
+      counts. The position must move by less than half a period per sample.
+    - `wrap_bits`: Number of bits of a counter that overflows. Write this key or `wrap`.
+    - `signed`: True if the counter of `wrap_bits` is signed. Needed if the first count of the log
+      leaves this open.
+    - `index_reset`: True if an index pulse sets the counter to one value; these jumps are then
+      removed. Needs `mechanics.top_speed`.
     """
 
     counts_per_revolution: PositiveNumber | None = None
@@ -90,6 +95,9 @@ class Winding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     """Voltage limit of a current drive: |resistance i + constant v| <= voltage.
 
     The force or torque constant of the actuator is also its back-EMF constant (SI).
+
+    - `resistance_ohm`: Resistance of the winding.
+    - `voltage_v`: Supply voltage.
     """
 
     resistance_ohm: PositiveNumber
@@ -99,8 +107,11 @@ class Winding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Actuator of the axis: type of drive, effort per ampere or volt, limit and lag of the drive.
 
-    `limit` is in A or V. `loop_time_constant_s` is the time constant of the current or voltage
-    loop.
+    - `drive`: Signal that drives the actuator: its current or its voltage.
+    - `constant`: Force or torque per ampere or volt.
+    - `limit`: Largest magnitude of the drive.
+    - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for none.
+    - `winding`: Winding of a current drive, whose voltage limits the current at speed.
     """
 
     drive: Literal["current", "voltage"]
@@ -118,6 +129,14 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     """A-priori values of the mechanics, each with the range over the life of the product.
 
     The controller must be robust over these ranges.
+
+    - `inertia`: Inertia seen by the actuator.
+    - `breakaway`: Effort at which the axis starts to move. By default 1 to 1.5 times `coulomb`.
+    - `offset`: Constant effort that opposes a positive drive, such as a weight. By default 0.
+    - `backlash`: Full width of the free play between motor and load. By default none.
+    - `backlash_coulomb`: Coulomb friction of the motor alone, inside the backlash.
+    - `travel`: Positions that the axis can reach.
+    - `top_speed`: Largest speed of the axis.
     """
 
     inertia: Inertia
@@ -132,11 +151,17 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
 
 class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Source of one channel: a column by name or by number (from 1), with unit, scale and offset.
+    """Source of one channel: a column by name or by number, with unit, scale and offset.
 
-    `zero_first_samples`: subtract the mean of this number of first samples from the column.
     `frictool init` writes `?` for a column or unit that the log does not contain; such a bench is
     an error until the value is filled in.
+
+    - `column`: Name of the column, or its number from 1. Of a recording: `TOPIC#FIELD`.
+    - `unit`: Unit of scale * number + offset; `count` for encoder counts.
+    - `scale`: Factor on the number in the file.
+    - `offset`: Number added after the factor.
+    - `zero_first_samples`: Number of first samples whose mean is subtracted from the column, before
+      scale and offset.
     """
 
     column: str | int
@@ -158,8 +183,12 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     """Two encoder channels as recorded by an oscilloscope or a logic analyser.
 
     The decoded counts form a new column. A signal becomes high at `threshold` + `hysteresis` / 2
-    and low at `threshold` - `hysteresis` / 2. Both are voltages at the encoder; the numbers in the
-    file are multiplied by `probe` first.
+    and low at `threshold` - `hysteresis` / 2. Both are voltages at the encoder.
+
+    - `a`, `b`: Columns of channels A and B, by name or number.
+    - `threshold`: Voltage between low and high [V].
+    - `hysteresis`: Distance of the two switching voltages [V].
+    - `probe`: Attenuation of the probe: numbers in the file are multiplied by it first.
     """
 
     a: str | int
@@ -172,10 +201,20 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Layout of a raw file, for properties that its content does not show reliably.
 
-    Lines count from 1; 0 means that the file has no such line. `period_s` and `start_s` give the
-    times of the rows if no column does. `whole`: the last line is complete although it has no line
-    end. `clock`: the time of a recording's rows, `log time` or the path of a time stamp in its
-    messages (`header.stamp`).
+    Lines count from 1; 0 means that the file has no such line. Absent keys are detected.
+
+    - `encoding`: Encoding of the text.
+    - `delimiter`: Sign between two columns.
+    - `decimal`: Decimal sign.
+    - `thousands`: Sign between groups of digits.
+    - `header_line`: Line with the names of the columns.
+    - `unit_line`: Line with the units.
+    - `first_line`: First line with numbers.
+    - `period_s`: Time between two rows, if no column contains the time.
+    - `start_s`: Time of the first row, with `period_s`.
+    - `whole`: True if the last line is complete although it has no line end.
+    - `clock`: Time of a recording's rows: `log time`, or the path of a time stamp in its messages
+      (`header.stamp`).
     """
 
     encoding: Literal["utf-8", "utf-16", "latin-1"] | None = None
@@ -203,9 +242,11 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Estimate of an instrument's clock offset by matching two channels.
 
-    `channel` belongs to the instrument, `reference` to the first file of the log. Both measure the
-    same quantity, up to a factor and an offset. `most` is the largest offset to search, ahead or
-    behind.
+    Both measure the same quantity, up to a factor and an offset.
+
+    - `channel`: Channel of the instrument.
+    - `reference`: Channel of the first file of the log.
+    - `most`: Largest clock offset to search, ahead or behind.
     """
 
     channel: Signal
@@ -214,10 +255,16 @@ class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
 
 class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Files from another instrument: those whose name matches the pattern `files`.
+    """Files from another instrument, selected by their names.
 
-    Properties that are absent here are those of the bench. `clock_offset`: lead of the instrument's
-    clock, subtracted from its times. `clock_estimate`: estimate this lead from the data instead.
+    Properties that are absent here are those of the bench.
+
+    - `files`: Pattern of the file names, such as `"*MR*.csv"`.
+    - `columns`: Column of each channel.
+    - `layout`: Layout of these files.
+    - `quadrature`: Encoder channels to decode, by the name of the new column.
+    - `clock_offset`: Lead of the instrument's clock, subtracted from its times.
+    - `clock_estimate`: Estimate this lead from the data instead.
     """
 
     files: Annotated[str, msgspec.Meta(min_length=1)]
@@ -234,10 +281,17 @@ class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`bench.yaml`.
+    """Rig before any measurement, and the map from log columns to channels: `bench.yaml`.
 
-    `examples` lists the keys whose values are examples of `frictool init`; delete a key from the
-    list when you have replaced its value.
+    - `encoder`: Position sensor.
+    - `actuator`: Actuator and its drive.
+    - `mechanics`: A-priori values of the mechanics.
+    - `columns`: Column of each channel in a log file.
+    - `layout`: Layout of the log files, if it cannot be detected.
+    - `quadrature`: Encoder channels to decode, by the name of the new column.
+    - `instruments`: Further instruments that record at the rig, by name.
+    - `load`: Load terms that `identify` estimates. By default an offset; method `auto` also tests
+      for a spring and, on a rotary axis, for gravity.
     """
 
     format: Literal["bench/1"]

@@ -50,7 +50,8 @@ class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Weight gain (s/zero + 1)/(s/pole + 1), run as its Tustin equivalent.
 
-    `zero` and `pole` are in rad/s; an absent one is infinite.
+    - `gain`: Gain at frequency 0.
+    - `zero`, `pole`: Angular frequency [rad/s]. By default infinite.
     """
 
     gain: Amplitude
@@ -65,8 +66,12 @@ class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Weights of the generalised plant whose norm is bounded.
 
-    `error` is W2, `disturbance` is W1, `drive` is W3, `command` weighs the commanded drive, `noise`
-    is W4, and `eta` weighs the measured signal.
+    - `error`: Error weight W2.
+    - `disturbance`: Disturbance weight W1.
+    - `drive`: Weight W3 on the drive that reaches the actuator.
+    - `command`: Weight on the commanded drive.
+    - `noise`: Noise weight W4.
+    - `eta`: Weight on the measured signal.
     """
 
     error: Filter
@@ -78,10 +83,14 @@ class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
 
 class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Rectangle in K/J and sigma_v/J (SI), with the Lyapunov matrices at both ends of K/J.
+    """Rectangle of plants with the Lyapunov matrices at both ends of the drive rate.
 
     Each matrix is given by its upper triangle, row by row: integers separated by blanks, in units
-    of 2^-bits of the bound. The matrix is interpolated linearly in K/J.
+    of 2^-bits of the bound. The matrix is interpolated linearly in the drive rate.
+
+    - `drive_rate`: [low, high] of constant/inertia (SI).
+    - `viscous_rate`: [low, high] of viscous/inertia (SI).
+    - `at_low`, `at_high`: Lyapunov matrix at this end of the drive rate.
     """
 
     drive_rate: Row
@@ -97,9 +106,13 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One bound and its proof.
 
-    `of`: the norm from the weighted inputs to the weighted outputs, or the largest sensitivity (the
-    inverse of the modulus margin). `factor`: the upper triangle of W, row by row. A Lyapunov matrix
-    is W' M W, where M is a cell's integer matrix divided by 2^bits.
+    - `of`: `norm`: from the weighted inputs to the weighted outputs. `sensitivity`: the largest
+      sensitivity, the inverse of the modulus margin.
+    - `below`: Value of the bound.
+    - `bits`: Number of fractional bits of the cells' integers.
+    - `factor`: Upper triangle of a matrix W, row by row. A Lyapunov matrix is W' M W, where M is a
+      cell's integer matrix divided by 2^bits.
+    - `cells`: Cells that cover all plants.
     """
 
     of: Literal["norm", "sensitivity"]
@@ -124,7 +137,11 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameter intervals, weights and bounds of a certificate.
 
-    `version` is that of this layout. `not_proved` maps each bound without a proof to the reason.
+    - `version`: Version of this layout.
+    - `box`: Intervals of the parameters.
+    - `weights`: Weights of the norm.
+    - `bounds`: Bounds and their proofs.
+    - `not_proved`: Reason for each bound without a proof.
     """
 
     version: Literal[1]

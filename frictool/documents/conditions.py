@@ -22,11 +22,12 @@ Kind = Literal["lost_counts", "encoder_stuck", "encoder_invalid", "drive_offset"
 
 
 class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """External effort on the axis from `at_s` on; a positive one pushes forward.
+    """External effort on the axis; a positive one pushes forward.
 
-    `step`: `effort` until the end. `pulse`: `effort` for `duration_s`. `sine`: `effort` sin(2 pi
-    frequency_hz (t - at_s) + phase_deg), for `duration_s` or until the end. `on`: the block of a
-    mechanism; by default the block that the controlled source drives.
+    - `kind`: `step`: `effort` until the end. `pulse`: `effort` for `duration_s`. `sine`: `effort`
+      sin(2 pi frequency_hz (t - at_s) + phase_deg), for `duration_s` or until the end.
+    - `effort`: Size of the effort, or its amplitude.
+    - `on`: Block of a mechanism. By default the block that the controlled source drives.
     """
 
     kind: Literal["step", "pulse", "sine"]
@@ -42,11 +43,14 @@ class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Command of a mechanism's source from `at_s` on: a current [A], a voltage [V] or an effort.
+    """Command of a mechanism's source: a current [A], a voltage [V] or an effort.
 
-    Signals of one source add up. `step`: `level` until the end. `pulse`: `level` for `duration_s`.
-    `ramp`: from 0 to `level` in `duration_s`, then constant. `sine`: `level` sin(2 pi frequency_hz
-    (t - at_s) + phase_deg), for `duration_s` or until the end.
+    Signals of one source add up.
+
+    - `kind`: `step`: `level` until the end. `pulse`: `level` for `duration_s`. `ramp`: from 0 to
+      `level` in `duration_s`, then constant. `sine`: `level` sin(2 pi frequency_hz (t - at_s) +
+      phase_deg), for `duration_s` or until the end.
+    - `level`: Size of the signal, or its amplitude.
     """
 
     kind: Literal["step", "pulse", "ramp", "sine"]
@@ -98,6 +102,8 @@ class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Drift factor at a time.
 
     The factor is linear between points, and constant before the first and after the last point.
+
+    - `factor`: Factor on the initial parameter.
     """
 
     at_s: Instant
@@ -107,9 +113,10 @@ class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Time-varying factors on the initial plant parameters, for wear and warming.
 
-    `friction` multiplies Coulomb friction, breakaway, their map over position, and the friction
-    inside the backlash. `viscous` multiplies the viscous friction of every speed regime. `constant`
-    multiplies the effort per unit of the drive, and with it the back-EMF.
+    - `friction`: Factor on Coulomb friction, breakaway, their map over position, and the friction
+      inside the backlash.
+    - `viscous`: Factor on the viscous friction of every speed regime.
+    - `constant`: Factor on the effort per unit of the drive, and with it on the back-EMF.
     """
 
     friction: tuple[DriftPoint, ...] = ()
@@ -127,13 +134,17 @@ class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Sensor fault from `at_s` to `until_s`, or to the end.
+    """Sensor fault from a time on.
 
-    `lost_counts`: from `at_s` on the encoder reports `counts` too few (negative: too many).
-    `encoder_stuck`: it repeats its last count. `encoder_invalid`: it reports NaN, as after a lost
-    telegram. `drive_offset`, `drive_gain`: the drive's sensor shows (1 + gain_error) drive +
-    offset. A current drive feeds this value back, so that the true current changes. A voltage is
-    not fed back, so that only its record is wrong.
+    - `kind`: `lost_counts`: from `at_s` on the encoder reports `counts` too few. `encoder_stuck`:
+      it repeats its last count. `encoder_invalid`: it reports NaN, as after a lost telegram.
+      `drive_offset`, `drive_gain`: the drive's sensor shows (1 + gain_error) drive + offset. A
+      current drive feeds this value back, so that the true current changes; of a voltage only the
+      record is wrong.
+    - `until_s`: End of the fault. By default the end of the scenario.
+    - `counts`: Number of lost counts; negative: too many are reported.
+    - `offset`: Offset of the drive's sensor.
+    - `gain_error`: Gain error of the drive's sensor.
     """
 
     kind: Kind

@@ -23,7 +23,10 @@ Number = Literal["double", "float", "q31", "q15"]
 class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Matrices of a system with one input and one output, in rows.
 
-    a is n x n, b is n x 1, c is 1 x n, d is 1 x 1.
+    - `a`: State matrix, n x n.
+    - `b`: Input matrix, n x 1.
+    - `c`: Output matrix, 1 x n.
+    - `d`: Direct gain, 1 x 1.
     """
 
     a: tuple[Row, ...]
@@ -48,24 +51,23 @@ class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Linear controller from eta [rad | m] to the drive [A | V].
 
-    eta is integral(speed reference) - position.
+    In a cascade, eta is the integral of the speed reference minus the position; in structure
+    `position` it is the filtered reference minus the position.
 
-    `discrete`: x[k+1] = a x[k] + b eta[k], drive[k] = c x[k] + d eta[k], at the sample period.
-    `continuous`: its inverse Tustin transform.
-
-    `sos`: the same as second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1, H = (b0 + b1/z +
-    b2/z^2)/(1 + a1/z + a2/z^2). `form` selects the realisation that runs on the target. Sections
-    run in transposed direct form II; `sos_anti_windup` holds the anti-windup gains of their states.
-
-    `anti_windup`: the gains l in x[k+1] = a x + b eta + l (limited drive - drive).
-
-    `input`: `speed_error` feeds speed reference - speed instead of eta (a PI controller of the
-    speed). In structure `position` the input is always the filtered reference minus the position.
-
-    `conditional`: an integrator state is one whose row of `a` is that of the identity. These states
-    are held while the drive is limited and their input would move them further into the limit. They
-    are also held in the band of a position law while the drive is 0; without this option they are
-    reset there.
+    - `discrete`: Controller at the sample period: x[k+1] = a x[k] + b eta[k], drive[k] = c x[k] + d
+      eta[k].
+    - `continuous`: Inverse Tustin transform of `discrete`.
+    - `sos`: The same as second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1: H = (b0 + b1/z +
+      b2/z^2)/(1 + a1/z + a2/z^2).
+    - `anti_windup`: Gains l in x[k+1] = a x + b eta + l (limited drive - drive).
+    - `input`: `speed_error` replaces eta by the speed reference minus the speed (a PI controller of
+      the speed).
+    - `form`: Realisation that runs on the target: `discrete` with `anti_windup`, or `sos` with
+      `sos_anti_windup`. Sections run in transposed direct form II.
+    - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of the chain.
+    - `conditional`: True if an integrator state is held while the drive is limited and its input
+      would move it further into the limit. It is also held in the band of a position law while the
+      drive is 0; otherwise it is reset there.
     """
 
     discrete: StateSpace
@@ -98,14 +100,18 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Speed reference as a function of the position error e, and the action inside |e| <= band.
 
-    `kind`: `square_root`, gain sqrt(|e|) sign(e) (5.19), or `proportional`, gain e. The gain is in
-    position^(1/2)/s or in 1/s. `formula`: the formula of a square-root law's gain.
-
-    `action`: `cut` opens the loop inside the band; `brake` does so only below `rest_speed`; `none`
-    never does. `settled_speed`: `cut` and `brake` wait until the prefilter moves more slowly than
-    this.
+    - `gain`: Gain of the law: in position^(1/2)/s of a square-root law, in 1/s of a proportional
+      one.
+    - `kind`: `square_root`: gain sqrt(|e|) sign(e). `proportional`: gain e.
+    - `formula`: Formula from which the gain of a square-root law was computed.
+    - `band`: Half-width of the band [rad | m].
+    - `action`: `cut` opens the loop inside the band; `brake` does so below `rest_speed` only;
+      `none` never does.
+    - `settled_speed`: Speed of the prefilter below which `cut` and `brake` may act [rad/s | m/s].
+    - `rest_speed`: Measured speed below which `brake` opens the loop [rad/s | m/s].
     """
 
+    # (5.19)
     gain: PositiveNumber
     kind: Literal["square_root", "proportional"] = "square_root"
     formula: Literal["sqrt(2F/J)", "sqrt(F/J)"] | None = None
@@ -130,14 +136,14 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Source of the speed signal for the nonlinear blocks.
 
-    `source`: `measured` is a speed sensor, `observer` estimates the speed from position and drive,
-    and `position` is the difference of the encoder position through a low-pass discretised by
-    Tustin.
-
-    `order` 1 is bandwidth/(s + bandwidth), `order` 2 is (5.70). `bandwidth_rad_s` 0 means no
-    low-pass. `observer` is a complete observer.yaml.
+    - `source`: `position`: difference of the encoder position through a low-pass filter discretised
+      by Tustin's rule. `measured`: a speed sensor. `observer`: estimated from position and drive.
+    - `order`: Order of the low-pass filter; order 1 is bandwidth/(s + bandwidth).
+    - `bandwidth_rad_s`: Bandwidth of the low-pass filter; 0 for none.
+    - `observer`: Complete observer.yaml, as `observe loop` writes it.
     """
 
+    # order 2 is (5.70)
     source: Literal["position", "measured", "observer"] = "position"
     order: Literal[1, 2] = 1
     bandwidth_rad_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
@@ -149,19 +155,21 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Release of the drive near the target (5.2.2), for structure `position`.
+    """Release of the drive near the target (structure `position`); it freezes the integrator.
 
-    The integrator is frozen while the drive is released.
-
-    `condition`: the drive is released for `energy` if ||e| - inertia v^2/(2 (coulomb +
-    virtual_coulomb))| < band (5.7), (5.40), and for `error` if |e| < band, the usual cut-off that
-    5.2.1 argues against.
-
-    `virtual_coulomb`: a released drive applies the effort -virtual_coulomb tanh(v/virtual_speed)
-    (5.41), in N m | N and rad/s | m/s. `settled_speed`: the release waits until the prefilter moves
-    more slowly than this.
+    - `condition`: Releases the drive for `energy` if ||e| - inertia v^2/(2 (coulomb +
+      virtual_coulomb))| < band, and for `error` if |e| < band.
+    - `band`: Half-width of the band [rad | m].
+    - `inertia`: Inertia of the condition [kg m^2 | kg].
+    - `coulomb`: Coulomb friction of the condition [N m | N].
+    - `virtual_coulomb`: Largest braking effort of the released drive [N m | N]: -virtual_coulomb
+      tanh(v/virtual_speed).
+    - `virtual_speed`: Speed scale of the braking effort [rad/s | m/s].
+    - `settled_speed`: The release waits until the prefilter moves more slowly than this [rad/s |
+      m/s].
     """
 
+    # 5.2.2: (5.7), (5.40), (5.41); error is the usual cut-off that 5.2.1 argues against
     condition: Literal["energy", "error"]
     band: PositiveNumber
     inertia: Annotated[float, msgspec.Meta(ge=0)] = 0.0
@@ -182,14 +190,20 @@ class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 class FrictionCompensation(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Friction effort [N m | N], modelled or observed, that is added to the drive.
+    """Friction effort, modelled or observed, that is added to the drive: a baseline for comparison.
 
-    This is the baseline that 5.1 argues against. `source` `model`: coulomb tanh(v/smoothing_speed)
-    + viscous v, with the speed v of the filtered reference or the measured speed. `source`
-    `observer`: the disturbance that an observer of bandwidth `observer_rad_s` estimates from drive,
-    measured speed and inertia. `gain`: fraction of the effort that is added.
+    - `source`: `model`: coulomb tanh(v/smoothing_speed) + viscous v. `observer`: the disturbance
+      that an observer estimates from drive, measured speed and inertia.
+    - `velocity`: Speed v: of the filtered reference, or measured.
+    - `coulomb`: Coulomb friction of the model [N m | N].
+    - `viscous`: Viscous friction of the model [N m s/rad | N s/m].
+    - `smoothing_speed`: Speed below which the modelled friction fades [rad/s | m/s].
+    - `observer_rad_s`: Bandwidth of the observer.
+    - `inertia`: Inertia of the observer [kg m^2 | kg].
+    - `gain`: Fraction of the effort that is added.
     """
 
+    # 5.1 argues against it
     source: Literal["model", "observer"]
     velocity: Literal["reference", "measured"] = "measured"
     coulomb: Annotated[float, msgspec.Meta(ge=0)] = 0.0
@@ -210,8 +224,13 @@ class FrictionCompensation(
 
 
 class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Second-order low-pass filter of the reference (5.69)."""
+    """Second-order low-pass filter of the reference.
 
+    - `natural_frequency_rad_s`: Natural frequency of the filter.
+    - `damping`: Damping ratio of the filter.
+    """
+
+    # (5.69)
     natural_frequency_rad_s: PositiveNumber
     damping: PositiveNumber
 
@@ -220,7 +239,12 @@ class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Sampled loop at one vertex with `delay_samples` samples of computational delay."""
+    """Sampled loop at one vertex with a computational delay.
+
+    - `delay_samples`: Computational delay in samples.
+    - `spectral_radius`: Largest magnitude of the loop's poles; below 1 the loop is stable.
+    - `modulus_margin`: Modulus margin of the loop.
+    """
 
     delay_samples: int
     spectral_radius: float
@@ -230,8 +254,12 @@ class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One vertex of the polytope: its parameters (SI), and properties of the closed loop there.
 
-    `norm`: from the weighted inputs to the weighted outputs, in the design domain. `sampled_norm`:
-    the same norm of the sampled loop.
+    - `name`: Name of the vertex.
+    - `norm`: Norm from the weighted inputs to the weighted outputs, in the design domain.
+    - `sampled_norm`: The same norm of the sampled loop.
+    - `modulus_margin`: Modulus margin of the sampled loop.
+    - `stable`: True if the sampled loop is stable.
+    - `checks`: The loop with other computational delays.
     """
 
     name: str
@@ -247,15 +275,17 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Worst margins of the sampled loop over the vertices; None if a margin is unlimited.
+    """Worst margins of the sampled loop over the vertices, with the bench's computational delay.
 
-    The loop has the bench's computational delay.
+    An absent margin is unlimited.
 
-    `gain_increase`, `gain_decrease`: admissible factors on the loop gain. `phase_deg` [degrees],
-    `delay_s` [s]: admissible additional phase lag and delay. `small_gain`: annex (27), the norm
-    from the friction in [-1, 1] to the speed [rad/s | m/s].
+    - `small_gain`: Norm from the friction in [-1, 1] to the speed [rad/s | m/s].
+    - `gain_increase`, `gain_decrease`: Admissible factor on the loop gain.
+    - `phase_deg`: Admissible additional phase lag.
+    - `delay_s`: Admissible additional delay.
     """
 
+    # small_gain is annex (27)
     small_gain: float
     gain_increase: float | None = None
     gain_decrease: float | None = None
@@ -266,13 +296,16 @@ class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Worst norm of the sampled loop over the whole box: samples and upper bounds.
 
-    A bound is None if none could be proved.
+    An absent bound could not be proved. `parameter_dependent` and `common` hold for interpolations
+    of the corners' sampled models.
 
-    `interior`: the largest norm at `interior_points` plants inside the box and along a search
-    uphill from the worst vertex; a lower bound. `structured`: upper bound for every constant plant,
-    from D-G scalings. `parameter_dependent`: upper bound from a Lyapunov matrix that varies with
-    constant parameters. `common`: upper bound from one Lyapunov matrix, for parameters that vary
-    arbitrarily fast. The last two hold for interpolations of the corners' sampled models.
+    - `interior_points`: Number of plants inside the box.
+    - `interior`: Largest norm at these plants and along a search uphill from the worst vertex; a
+      lower bound.
+    - `structured`: Upper bound for every constant plant, from D-G scalings.
+    - `parameter_dependent`: Upper bound from a Lyapunov matrix that varies with constant
+      parameters.
+    - `common`: Upper bound from one Lyapunov matrix, for parameters that vary arbitrarily fast.
     """
 
     interior_points: int
@@ -283,7 +316,12 @@ class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Loop properties with the coefficients rounded to a number format of the target."""
+    """Loop properties with the coefficients rounded to a number format of the target.
+
+    - `number`: Number format.
+    - `gamma`: Worst norm of the sampled loop.
+    - `modulus_margin`: Worst modulus margin.
+    """
 
     number: Number
     gamma: float
@@ -291,13 +329,21 @@ class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Verified properties of the loop.
+    """Verified properties of the loop; `frictool verify` computes them again.
 
-    `gamma_asked`: bound that the method claims for its own plants, if it has one. `gamma_verified`:
-    worst norm of the rebuilt sampled loop. `count_drive`: largest drive after one encoder count [A
-    | V]. `digests`: SHA-256 of each block at verification (digests.py).
+    - `gamma_asked`: Bound that the method claims for its own plants; null if it claims none.
+    - `gamma_verified`: Worst norm of the rebuilt sampled loop.
+    - `modulus_margin_specified`: Modulus margin that the specification requires.
+    - `vertices`: Properties at each vertex.
+    - `count_drive`: Largest drive after one encoder count [A | V].
+    - `rounded`: Properties with rounded coefficients.
+    - `margins`: Worst margins over the vertices.
+    - `robustness`: Worst norm over the whole box.
+    - `digests`: SHA-256 of each block at verification. Without digests `verify` ends with exit code
+      1.
     """
 
+    # documents/digests.py
     gamma_asked: float | None
     gamma_verified: float
     modulus_margin_specified: float
@@ -312,8 +358,11 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Controller at one corner of the scheduled parameters, in coordinates common to all corners.
 
-    The parameters that are not scheduled have their centre values. `anti_windup`: gains in these
-    coordinates, summed with the same weights; they differ from those of the frozen controller.
+    The parameters that are not scheduled have their centre values.
+
+    - `discrete`: Matrices of the controller at this corner.
+    - `anti_windup`: Gains in these coordinates, summed with the same weights; they differ from
+      those of the frozen controller.
     """
 
     inertia: float
@@ -334,13 +383,17 @@ class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Gain schedule for parameters that are known at run time.
 
-    The corners' matrices are summed with the weights (5.46) of the plant (5.64).
+    The corners' matrices are summed with the weights of the plant in the polytope.
 
-    `parameters`: the scheduled parameters. `gamma`: worst norm of the sampled loop over the corners
-    and `points` plants between them, each with the controller of its own parameters.
-    `modulus_margin`: the worst modulus margin of these plants.
+    - `parameters`: Scheduled parameters.
+    - `corners`: Controllers at the corners.
+    - `gamma`: Worst norm of the sampled loop over the corners and the plants between them, each
+      with the controller of its own parameters.
+    - `modulus_margin`: Worst modulus margin of these plants.
+    - `points`: Number of plants between the corners.
     """
 
+    # weights (5.46), sum (5.64)
     parameters: tuple[Scheduled, ...]
     corners: tuple[Corner, ...]
     gamma: float
@@ -349,21 +402,32 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`controller.yaml`.
+    """Coefficients that run on the target, and the verified loop properties: `controller.yaml`.
 
-    `method` `own` means an external design (synth/external_controller.py).
-
-    `measurement_hold_samples`: an invalid input (NaN) is replaced by its last valid value for at
-    most this number of samples in a row. Then the drive becomes 0 and the fault is set
-    (docs/theory/export.md).
-
-    `weights`: weights of the generalised plant whose norm was verified, if no certificate holds
-    them.
-
-    `resonances`: of the model. Stability and the modulus margin at the vertices hold with them;
-    norms and certificate are those of the plant without them.
+    - `structure`: `position` closes one loop on the position; `speed_cascade` a speed loop inside a
+      position law.
+    - `method`: Synthesis method, or `own` for a controller that was designed with another tool.
+    - `domain`: Domain of the synthesis.
+    - `drive_limit`: Largest magnitude of the drive [A | V].
+    - `sign_convention`: Text that explains the signs of error and drive.
+    - `linear`: Linear controller.
+    - `verified`: Properties of the loop that were verified.
+    - `position_law`: Speed reference from the position error; present in structure `speed_cascade`.
+    - `prefilter`: Low-pass filter of the reference.
+    - `velocity`: Source of the speed signal.
+    - `limiter`: Release of the drive near the target.
+    - `friction_compensation`: Friction effort that is added to the drive.
+    - `certificate`: Data that prove the bounds of the loop.
+    - `weights`: Weights of the generalised plant whose norm was verified, if no certificate holds
+      them.
+    - `schedule`: Controllers of the vertices, if the design requests them.
+    - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices hold
+      with them; norms and certificate are those of the plant without them.
+    - `measurement_hold_samples`: Number of samples in a row for which an invalid input is replaced
+      by its last valid value. Then the drive becomes 0 and the fault is set.
     """
 
+    # an external design: synth/external_controller.py; invalid inputs: docs/theory/export.md
     format: Literal["controller/1"]
     name: Name
     axis: Axis

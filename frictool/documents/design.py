@@ -34,6 +34,10 @@ class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     """Region of the closed loop's poles: left of -decay_rad_s, or inside a disc.
 
     The disc is in rad/s for domain continuous, and in the z plane for domain discrete.
+
+    - `decay_rad_s`: Smallest decay rate of the poles (continuous time).
+    - `centre`: Centre of the disc on the real axis.
+    - `radius`: Radius of the disc.
     """
 
     decay_rad_s: PositiveNumber | None = None
@@ -50,9 +54,10 @@ class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Settings of a synthesis on a grid of parameters.
 
-    `degree`: degree of X and Y in each parameter. `speed_per_s`: bound of each parameter's rate, in
-    widths of its interval per second (0: constant). `points`: number of points along each parameter
-    in the first grid.
+    - `degree`: Degree of the Lyapunov matrices X and Y in each parameter.
+    - `speed_per_s`: Bound of each parameter's rate, in widths of its interval per second; 0 for
+      constant parameters.
+    - `points`: Number of points along each parameter in the first grid.
     """
 
     degree: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
@@ -61,41 +66,56 @@ class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`design.yaml`.
+    """Structure, method, weights and blocks of a controller to synthesise: `design.yaml`.
 
-    `structure`: `position` closes one loop on the position (5.4.3), `speed_cascade` a speed loop
-    inside a position law (5.4.4, annex C). `method`: see the table in docs/theory/synth.md.
+    A key that the method or the structure does not use is an error. So is a block whose input does
+    not exist or whose output is not used.
 
-    `domain`: domain of the synthesis. A continuous controller is discretised by Tustin, which is
-    exact at `prewarp_rad_s` if that is present.
-
-    `schedule`: parameters that span the polytope of an LPV method; by default `regime` for a method
-    with an uncertainty channel, and all four others without one. The other parameters stay at their
-    centre, or in the channel. `scheduled`: also store the vertices' controllers. If the parameters
-    are known at run time, the controllers are summed with the weights (5.46) of the plant (5.64).
-
-    `vertices`: exact, linearised in the inertia (5.49), or to first order (5.50). `frozen_at`: the
-    plant of the controller that runs (5.3.4), at the centre of the intervals or at the identified
-    values.
-
-    `channel_effort`: unit d of the uncertainty channel [N m | N]; by default the half-width of the
-    Coulomb friction interval.
-
-    `order`, `integrator`: of the controller itself, or, for a method by inequalities, of the reduced
-    controller, whose slow pole is moved to 0 (5.4.3.1). `pole_bound_rad_s`: bound of the
-    controller's poles.
-
-    `recentring`: the inequalities are solved at this multiple of the smallest gamma, which keeps X
-    and Y small. `ease`: the controller itself is computed at this multiple of the recentred gamma; a
-    larger one gives lower gains and more margin. `relax`: `auto` finds the strictest trade between
-    disturbance rejection and effort that reaches gamma = 1.
-
-    `pid`: gains that the design provides. `form`: realisation of the difference equation on the target.
-    `measurement_hold_samples`: as in controller.yaml. `velocity`, `limiter`,
-    `friction_compensation`, `prefilter`: blocks around the linear controller. `examples`: as in
-    bench.yaml.
+    - `structure`: `position` closes one loop on the position; `speed_cascade` a speed loop inside a
+      position law.
+    - `method`: Synthesis method; docs/theory/synth.md compares them.
+    - `weights`: Weights of the closed-loop norm. `{}` derives every weight, and `synth` prints each
+      with its origin.
+    - `position_law`: Speed reference from the position error; structure `speed_cascade` needs it.
+    - `domain`: `discrete`: designed at the bench's sample period, with its delay. `continuous`:
+      designed in continuous time and discretised by Tustin's rule.
+    - `prewarp_rad_s`: Frequency at which the discretisation of domain `continuous` is exact. By
+      default 0.
+    - `schedule`: Parameters that span the polytope. By default `regime` for a method with an
+      uncertainty channel, all four others without one. The remaining parameters stay at their
+      centre, or in the channel.
+    - `vertices`: Vertices of the polytope: exact, linearised in the inertia, or to first order.
+    - `frozen_at`: Plant whose controller runs: at the centre of the intervals or at the identified
+      values.
+    - `scheduled`: True to store the vertices' controllers too. A target that knows the parameters
+      at run time can then interpolate between them.
+    - `grid`: Settings of a synthesis on a grid of parameters.
+    - `channel_effort`: Unit of the uncertainty channel [N m | N]. By default half the width of the
+      Coulomb friction interval.
+    - `poles`: Region of the closed loop's poles.
+    - `order`: Order of the controller; for a method by inequalities, order after reduction.
+    - `pole_bound_rad_s`: Bound of the controller's poles.
+    - `integrator`: True for a controller with an integrator. A method by inequalities moves the
+      slow pole of the reduced controller to 0.
+    - `relax`: `auto` finds the strictest trade between disturbance rejection and effort that
+      reaches gamma = 1; `synth --plot` draws it.
+    - `prefilter`: Low-pass filter of the position reference.
+    - `velocity`: Source of the speed signal.
+    - `limiter`: Release of the drive near the target, for structure `position`.
+    - `friction_compensation`: Friction effort that is added to the drive.
+    - `pid`: Gains that the design provides.
+    - `form`: Realisation of the difference equation on the target: matrices or second-order
+      sections.
+    - `recentring`: The inequalities are solved at this multiple of the smallest gamma, which keeps
+      X and Y small.
+    - `ease`: The controller is computed at this multiple of the recentred gamma. A larger one gives
+      lower gains and more margin.
+    - `measurement_hold_samples`: Number of samples in a row for which an invalid input is replaced
+      by its last valid value. Then the drive becomes 0 and the fault is set.
     """
 
+    # structures 5.4.3, 5.4.4 and annex C; scheduled: weights (5.46) of the plant (5.64);
+    # vertices (5.49), (5.50); frozen_at 5.3.4; integrator 5.4.3.1
     format: Literal["design/1"]
     name: Name
     axis: Axis

@@ -20,16 +20,23 @@ class PositionLawDesign(
 ):
     """Speed reference as a function of the position error, and the action inside the band.
 
-    `kind`: `square_root` is (5.19), annex (5); `proportional` is gain_per_s times the error.
-    `formula` of the square-root gain: `sqrt(2F/J)` is annex (5), `sqrt(F/J)` is annex 5.2 (lower by
-    sqrt 2). `virtual_coulomb_factor` replaces F by F_cv > F_c (annex 3.1, (5.42)).
-
-    `band`: by default the encoder's step (5.7). `action`: `cut` sets the drive to zero inside the
-    band. `brake` first applies a speed reference of zero until the measured speed is below
-    `rest_speed`, then sets the drive to zero. `none` keeps the loop closed. `cut` and `brake` wait
-    until the prefilter moves more slowly than `settled_speed`.
+    - `action`: Action inside the band. `cut`: the drive becomes 0. `brake`: the speed reference is
+      0 until the measured speed is below `rest_speed`, then the drive becomes 0. `none`: the loop
+      stays closed.
+    - `kind`: `square_root`: speed from the square root of the error. `proportional`: `gain_per_s`
+      times the error.
+    - `formula`: Gain of the square-root law, with the model's Coulomb friction F and inertia J; the
+      second is lower by sqrt(2).
+    - `gain_per_s`: Gain of the proportional law.
+    - `band`: Half-width of the band. By default the encoder's step.
+    - `settled_speed`: Speed of the prefilter below which `cut` and `brake` may act.
+    - `rest_speed`: Measured speed below which `brake` sets the drive to 0.
+    - `virtual_coulomb_factor`: Factor on F in the square-root law, for virtual friction in addition
+      to that of the axis.
     """
 
+    # square_root is (5.19), annex (5): sqrt(2F/J); sqrt(F/J) is annex 5.2. The factor is F_cv/F_c
+    # of annex 3.1, (5.42)
     action: Literal["cut", "brake", "none"]
     kind: Literal["square_root", "proportional"] = "square_root"
     formula: Literal["sqrt(2F/J)", "sqrt(F/J)"] | None = None
@@ -71,11 +78,14 @@ class PositionLawDesign(
 class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Source of the speed signal: filtered difference of the encoder position, or a speed sensor.
 
-    `measured` is the signal of a speed sensor, unfiltered. `order` 2 is (5.70); `order` 1 has half
-    its lag. `filter_rad_s`: by default 10 times the prefilter's frequency, as below (5.70); 0 for
-    none.
+    - `source`: `position`: filtered difference of the encoder position. `measured`: signal of a
+      speed sensor, unfiltered.
+    - `order`: Order of the low-pass filter; order 1 has half the lag of order 2. By default 2.
+    - `filter_rad_s`: Bandwidth of the low-pass filter; 0 for none. By default 10 times the
+      prefilter's frequency.
     """
 
+    # order 2 is (5.70), and the default bandwidth stands below it
     source: Literal["position", "measured"] = "position"
     order: Literal[1, 2] | None = None
     filter_rad_s: Annotated[float, msgspec.Meta(ge=0)] | None = None
@@ -90,18 +100,22 @@ class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
 
 
 class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Release of the drive near the target of a position loop (5.2.2); the integrator is frozen.
+    """Release of the drive near the target of a position loop; the integrator is frozen meanwhile.
 
-    `condition`: `energy` releases the drive if friction alone stops the motion at the target (5.7),
-    by the model's inertia and Coulomb friction; `error` does so if the error is small, the cut-off
-    that 5.2.1 argues against.
-
-    `band`: delta_e; by default the encoder's step, which is also the smallest allowed value.
-    `virtual_coulomb`: F_cv; the released drive applies the effort -F_cv tanh(v/v_r) (5.40), (5.41).
-    `virtual_speed`: v_r; by default the value with which the brake near rest has a time constant of
-    10 samples. `settled_speed`: the release waits until the prefilter moves more slowly than this.
+    - `condition`: `energy` releases the drive if friction alone stops the motion at the target, by
+      the model's inertia and Coulomb friction; `error` if the error is small (for comparison: it
+      causes limit cycles).
+    - `band`: Half-width of the band around the target. By default the encoder's step, which is also
+      the smallest allowed value.
+    - `settled_speed`: The release waits until the prefilter moves more slowly than this.
+    - `virtual_coulomb`: Largest braking effort of the released drive: -virtual_coulomb
+      tanh(v/virtual_speed). By default 0.
+    - `virtual_speed`: Speed scale of the braking effort. By default the brake near rest has a time
+      constant of 10 samples.
     """
 
+    # 5.2.2, (5.7); error is the cut-off that 5.2.1 argues against; the brake is (5.40), (5.41) with
+    # F_cv and v_r
     condition: Literal["energy", "error"]
     band: PositiveLength | None = None
     settled_speed: PositiveVelocity | None = None
@@ -119,15 +133,18 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 class FrictionCompensationDesign(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Friction effort added to the drive: the baseline that 5.1 argues against, for comparison.
+    """Friction effort added to the drive: a baseline for comparison.
 
-    `source`: `model` adds F_c tanh(v/smoothing_speed) + sigma_v v with the model's levels;
-    `observer` adds the disturbance that an observer of bandwidth `observer_rad_s` estimates.
-    `velocity` selects v: the speed of the filtered reference, or the measured speed. For the
-    measured speed, smoothing_speed is by default the speed of one encoder count per sample. `gain`:
-    fraction of the effort that is added.
+    - `source`: `model` adds F_c tanh(v/smoothing_speed) + sigma_v v with the model's levels;
+      `observer` adds the disturbance that an observer estimates.
+    - `velocity`: Speed v: of the filtered reference, or measured. By default `measured`.
+    - `smoothing_speed`: Speed below which the modelled friction fades. By default, for the measured
+      speed, one encoder count per sample.
+    - `observer_rad_s`: Bandwidth of the observer.
+    - `gain`: Fraction of the effort that is added.
     """
 
+    # 5.1 argues against it
     source: Literal["model", "observer"]
     velocity: Literal["reference", "measured"] | None = None
     smoothing_speed: PositiveVelocity | None = None
@@ -152,8 +169,13 @@ class FrictionCompensationDesign(
 
 
 class PrefilterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Second-order low-pass filter of the position reference (5.69)."""
+    """Second-order low-pass filter of the position reference.
 
+    - `natural_frequency_rad_s`: Natural frequency of the filter.
+    - `damping`: Damping ratio of the filter.
+    """
+
+    # (5.69)
     natural_frequency_rad_s: PositiveNumber
     damping: PositiveNumber
 

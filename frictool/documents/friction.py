@@ -23,13 +23,17 @@ Share = Annotated[float, msgspec.Meta(gt=0, lt=1)]
 
 
 class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Parameters of the hybrid law versions (3.28)-(3.39).
+    """Parameters of the hybrid law versions.
 
-    `step_s`: T_e. `switch_velocity`: Sigma; below it, slip may become stick. `decay_rad_s`: p0 of
-    version A (3.8). `preisach_intervals`: n of version C's triangle; n/2 centred cycles give its
-    distribution (3.7.1).
+    - `step_s`: Time step of the law.
+    - `switch_velocity`: Speed below which slip may become stick.
+    - `decay_rad_s`: Decay rate of the force in version A.
+    - `preisach_intervals`: Number of intervals of version C's Preisach triangle. Half as many
+      centred cycles give its distribution.
     """
 
+    # (3.28)-(3.39): step_s is T_e, switch_velocity Sigma, decay_rad_s p0 of (3.8),
+    # preisach_intervals n of 3.7.1
     step_s: PositiveNumber
     switch_velocity: PositiveVelocity
     decay_rad_s: PositiveNumber
@@ -51,45 +55,72 @@ class Opposite(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class SpeedRegime(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Viscous friction above a knee speed (figure 4.10); the friction is continuous at the knee."""
+    """Viscous friction above a knee speed; the friction is continuous at the knee.
 
+    - `above`: Knee speed.
+    """
+
+    # figure 4.10
     above: PositiveVelocity
     viscous: Viscous
 
 
 class Levels(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Position-dependent friction `over` a travel (4.44).
+    """Position-dependent friction over a travel.
 
     Each polynomial divided by its mean over the travel is a factor of its direction's levels.
+
+    - `over`: Travel on which the polynomials hold; the friction is constant beyond it.
+    - `levels`: Polynomials of the position.
     """
 
+    # (4.44)
     over: PositionSpan
     levels: Polynomial
 
 
 class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Frictional memory (3.4.2.3): lag of the velocity at which the Stribeck curve is evaluated.
+    """Frictional memory: lag of the velocity at which the Stribeck curve is evaluated.
 
-    No film forms below the speed `boundary` (figure 2.16).
+    - `lag_s`: Time constant of the lag; 0 for none.
+    - `boundary`: Speed below which no lubricant film forms. By default none.
     """
 
+    # 3.4.2.3, figure 2.16
     lag_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     boundary: PositiveVelocity | None = None
 
 
 class Friction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`friction.yaml`.
+    """Parameters for the comparison of friction laws: `friction.yaml`.
 
-    `presliding`: z_max, the largest deflection of the contacts before they break. `plastic_from`:
-    z_ba/z_max, the deflection at which an elasto-plastic contact begins to slip (2.46).
-    `leuven_exponent`: i of (2.49); the law drifts like LuGre if it is small. `effort_limit`: u_max
-    of (3.31). `dead_band`: speed below which Karnopp's law (2.35) and the law (2.32) take a
-    velocity for zero.
+    `backward`, `position`, `regimes`, `dwell` and `film` extend the laws. By default they are
+    absent.
 
-    `backward`, `position`, `regimes`, `dwell` and `film` extend the laws (friction/extension.py).
-    By default `bristle_stiffness` and `bristle_damping` follow from (3.35).
+    - `stribeck_velocity`: Speed scale at which the friction falls from the breakaway to the Coulomb
+      friction.
+    - `presliding`: Largest deflection z_max of the contacts before they break.
+    - `effort_limit`: Largest effort u_max of the actuator.
+    - `hybrid`: Parameters of the hybrid laws.
+    - `stribeck_exponent`: Exponent of the Stribeck curve.
+    - `plastic_from`: Deflection, relative to z_max, at which an elasto-plastic contact begins to
+      slip.
+    - `leuven_exponent`: Exponent of the Leuven law's hysteresis; a small one lets the law drift as
+      LuGre does.
+    - `bristle_stiffness`, `bristle_damping`: Stiffness and damping of the bristles. By default they
+      follow from the presliding, the breakaway and the inertia.
+    - `dead_band`: Speed below which Karnopp's law and the saturated law take a velocity for zero.
+    - `backward`: Levels of the negative direction, where they differ.
+    - `position`: Position-dependent friction.
+    - `regimes`: Viscous friction above knee speeds.
+    - `dwell`: Breakaway that rises with the time at rest.
+    - `film`: Lag of the friction behind the speed.
     """
 
+    # thesis table 3.1: plastic_from is z_ba/z_max of (2.46), leuven_exponent i of (2.49),
+    # effort_limit u_max of (3.31),
+    # the bristles' defaults (3.35), dead_band of (2.35) and (2.32); extensions:
+    # friction/extension.py
     format: Literal["friction/1"]
     name: Name
     axis: Axis

@@ -31,21 +31,26 @@ class Backward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Viscous friction above a knee speed (figure 4.10); the friction is continuous at the knee.
+    """Viscous friction above a knee speed; the friction is continuous at the knee.
 
-    Without `backward` it is the same in both directions.
+    - `above`: Knee speed.
+    - `viscous`: Viscous friction above the knee.
+    - `backward`: Viscous friction of the negative direction. By default the same.
     """
 
+    # figure 4.10
     above: PositiveVelocity
     viscous: ViscousEstimate
     backward: ViscousEstimate | None = None
 
 
 class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Coefficients of powers of the position in SI (rad | m), lowest power first.
+    """Coefficients of powers of the position in SI (rad | m), lowest power first; 1 to 8 of them.
 
-    Without `backward` they are the same in both directions. `forward_interval`,
-    `backward_interval`: (low, high) of each coefficient, taken separately.
+    - `forward`: Coefficients of the positive direction.
+    - `backward`: Coefficients of the negative direction. By default the same.
+    - `forward_interval`, `backward_interval`: [low, high] of each coefficient, taken separately, if
+      it was identified.
     """
 
     forward: tuple[float, ...]
@@ -71,12 +76,17 @@ class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class FrictionOverPosition(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Position-dependent friction `over` a travel (4.44), constant beyond its ends.
+    """Position-dependent friction over a travel, constant beyond its ends.
 
-    Each polynomial divided by its mean over the travel is a factor of its direction's level.
-    Without `breakaway` the polynomial `coulomb` holds for both (4.41).
+    Each polynomial is divided by its mean over the travel; the model's parameter is that mean, and
+    its interval scales the whole curve.
+
+    - `over`: Travel on which the polynomials hold.
+    - `coulomb`: Polynomials of the Coulomb friction.
+    - `breakaway`: Polynomials of the breakaway. By default those of `coulomb`.
     """
 
+    # (4.44); without breakaway (4.41)
     over: PositionSpan
     coulomb: Polynomial
     breakaway: Polynomial | None = None
@@ -113,9 +123,9 @@ def _mean(coefficients: tuple[float, ...], low: float, high: float) -> float:
 class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Breakaway that rises with the time at rest.
 
-    `fresh`: breakaway just after a stop, relative to that after a long rest. Half of the difference
-    is reached after `rise_time_s`. `fresh_interval`, `rise_time_interval_s`: (low, high), if
-    identified.
+    - `fresh`: Breakaway just after a stop, relative to that after a long rest.
+    - `rise_time_s`: Time at rest after which half of the difference is reached.
+    - `fresh_interval`, `rise_time_interval_s`: [low, high], if identified.
     """
 
     fresh: Annotated[float, msgspec.Meta(gt=0, le=1)]
@@ -128,6 +138,8 @@ class Gravity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Gravity of an unbalanced arm on a rotary axis.
 
     The effort is sine sin(x) + cosine cos(x) at the angle x [rad].
+
+    - `sine`, `cosine`: Amplitude of the term.
     """
 
     sine: EffortEstimate
@@ -135,10 +147,13 @@ class Gravity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Effort ripple of motor poles, motor slots or gear teeth, periodic in the position.
+    """Effort ripple of motor poles, motor slots or gear teeth, periodic in the position x.
 
-    sine sin(2 pi cycles x / per) + cosine cos(2 pi cycles x / per): `cycles` periods in the
-    distance `per`.
+    The effort is sine sin(2 pi cycles x / per) + cosine cos(2 pi cycles x / per).
+
+    - `cycles`: Number of periods in the distance `per`.
+    - `per`: Distance that contains `cycles` periods.
+    - `sine`, `cosine`: Amplitude of the term.
     """
 
     cycles: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
@@ -148,9 +163,11 @@ class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Position-dependent load.
+    """Position-dependent load; it opposes a positive effort, as `parameters.offset` does.
 
-    Like `parameters.offset`, its constant part, it opposes a positive effort.
+    - `stiffness`: Stiffness of a spring that is relaxed at position 0.
+    - `gravity`: Gravity of an unbalanced arm.
+    - `ripple`: Effort ripple.
     """
 
     stiffness: StiffnessEstimate | None = None
@@ -161,10 +178,16 @@ class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Optional friction and load laws of a model.
 
-    `stribeck_exponent`: delta of (2.34). `restitution`: speed after an end stop divided by the
-    speed before.
+    - `backward`: Friction levels of the negative direction, where they differ.
+    - `regimes`: Viscous friction above knee speeds; at most 4, knees rising.
+    - `position`: Position-dependent friction.
+    - `stribeck_exponent`: Exponent of the Stribeck curve.
+    - `dwell`: Breakaway that rises with the time at rest.
+    - `restitution`: Speed after an end stop of the bench's travel divided by the speed before.
+    - `load`: Position-dependent load.
     """
 
+    # the exponent is delta of (2.34)
     backward: Backward | None = None
     regimes: tuple[Regime, ...] = ()
     position: FrictionOverPosition | None = None

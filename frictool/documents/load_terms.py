@@ -15,9 +15,10 @@ Term = Literal[
 
 
 class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Period of an effort ripple: `cycles` periods in the distance `per`.
+    """Period of an effort ripple, such as seven periods per turn of the motor.
 
-    Seven periods per turn are `{cycles: 7, per: {value: 1, unit: turn}}`.
+    - `cycles`: Number of periods in the distance `per`.
+    - `per`: Distance that contains `cycles` periods.
     """
 
     cycles: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
@@ -27,8 +28,10 @@ class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Load terms to identify; an offset that is not listed is zero.
 
-    `ripple`: period of the ripple. `most`: largest sum of spring, gravity and ripple efforts
-    anywhere on the travel, for the planning of tests.
+    - `terms`: Terms to estimate.
+    - `ripple`: Period of the term `ripple`, which needs it.
+    - `most`: Largest sum of spring, gravity and ripple efforts anywhere on the travel, for the
+      planning of tests.
     """
 
     terms: tuple[Term, ...]

@@ -14,9 +14,10 @@ from frictool.documents.quantity import (
 class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Properties of the bench that were identified from the logs.
 
-    `backlash`: full width. `delay`: delay of the logged drive relative to the position (negative if
-    the drive is ahead). `loop_time_constant`: of the current loop, from commanded and measured
-    current. `refused` maps each property that the logs do not show to the reason.
+    - `backlash`: Full width of the backlash.
+    - `delay`: Delay of the logged drive relative to the position; negative if the drive is ahead.
+    - `loop_time_constant`: Time constant of the current loop, from commanded and measured current.
+    - `refused`: Reason for each property that the logs do not show.
     """
 
     backlash: NonNegativeLengthEstimate | None = None

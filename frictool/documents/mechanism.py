@@ -49,8 +49,14 @@ GROUND = "ground"
 
 
 class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Rigid body (2.1)-(2.2): a rotary one has an `inertia`, a linear one a `mass`."""
+    """Rigid body: a rotary one has an `inertia`, a linear one a `mass`.
 
+    - `inertia`: Inertia of a block that turns.
+    - `mass`: Mass of a block that slides.
+    - `start`: Position at the beginning. By default 0.
+    """
+
+    # (2.1)-(2.2)
     inertia: RotaryInertia | None = None
     mass: LinearMass | None = None
     start: EitherPosition | None = None
@@ -61,7 +67,11 @@ class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Quantity over position: monotone cubic between the points, constant beyond them."""
+    """Quantity over position: a monotone cubic between the points, constant beyond them.
+
+    - `position`: Positions of the points, rising.
+    - `value`: Values at the points.
+    """
 
     position: Annotated[Series, _of("position of either axis")]
     value: Annotated[Series, _of("any mechanical")]
@@ -80,7 +90,11 @@ def _check_points(positions: tuple[float, ...], values: tuple[float, ...]) -> No
 
 
 class Level(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Factor as a function of position, interpolated as a `Curve`."""
+    """Factor over position: a monotone cubic between the points, constant beyond them.
+
+    - `position`: Positions of the points, rising.
+    - `factor`: Factors at the points.
+    """
 
     position: Annotated[Series, _of("position of either axis")]
     factor: tuple[Factor, ...]
@@ -90,23 +104,28 @@ class Level(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Compliance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Elasticity of a link: stiffness K_i and damping K at its second end (2.5).
+    """Elasticity of a link at its second end; that of a belt is along the belt.
 
-    Those of a belt are along the belt.
+    - `stiffness`: Stiffness of the elastic element.
+    - `damping`: Viscous damping of the elastic element.
     """
 
+    # (2.5)
     stiffness: EitherStiffness
     damping: EitherDamping
 
 
 class Backlash(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Free play of full `width` (2.18).
+    """Free play of a link.
 
-    The unit of `width` determines the end that it belongs to. If both ends have this unit, it is
-    the second end, or the block `at`. Rigid flanks rebound with `restitution` times the impact
-    speed. Elastic flanks (`compliance`) rebound as observed in 4.4.4.
+    - `width`: Full width. Its unit determines the end of the link; if both ends have this unit, it
+      is the second end, or the block `at`.
+    - `at`: Block at whose end the backlash is measured.
+    - `restitution`: Speed after an impact of rigid flanks divided by the speed before.
+    - `compliance`: Stiffness and damping of elastic flanks. By default the flanks are rigid.
     """
 
+    # (2.18); elastic flanks rebound as observed in 4.4.4
     width: EitherWidth
     at: str | None = None
     restitution: Restitution = 0.0
@@ -128,12 +147,13 @@ class Gear(
     tag_field="kind",
     tag="gear",
 ):
-    """Gear omega_b = -ratio omega_a (2.3); the sign is + for an internal gear.
+    """Gear: omega_b = -ratio omega_a; the sign is + for an internal gear.
 
-    Efficiencies are defined in docs/theory/mechanism.md; the default of `efficiency_back` is 2 -
-    1/efficiency.
+    - `ratio`: Speed of the second end divided by that of the first; above 0.
+    - `internal`: True for an internal gear.
     """
 
+    # (2.3)
     between: Ends
     ratio: float
     internal: bool = False
@@ -151,11 +171,13 @@ class Belt(
     tag_field="kind",
     tag="belt",
 ):
-    """Belt radius_b omega_b = radius_a omega_a (2.6).
+    """Belt: radius_b omega_b = radius_a omega_a.
 
-    Stiffness and damping of `compliance` are along the belt, in N/m and N s/m.
+    - `radius_a`, `radius_b`: Radius of the pulley at this end.
+    - `crossed`: True for a crossed belt, which reverses the direction.
     """
 
+    # (2.6)
     between: Ends
     radius_a: Length
     radius_b: Length
@@ -173,14 +195,18 @@ class Screw(
     tag_field="kind",
     tag="screw",
 ):
-    """Screw v_nut = radius tan(lead_angle) omega_screw (2.10)-(2.13).
+    """Screw from a rotary to a linear block: v_nut = radius tan(lead_angle) omega_screw.
 
-    `lead`, a distance per turn, can replace the angle. `friction_coefficient`: mu of the thread.
-    `friction_form`: `angle` is exact for a square thread, with the torque radius tan(alpha ± atan
-    mu) f; `thesis` is (2.12) as printed. An `efficiency`, as of a gear, can replace the
-    coefficient.
+    - `radius`: Mean radius of the thread.
+    - `lead_angle`: Lead angle of the thread. Write this key or `lead`.
+    - `lead`: Distance per turn.
+    - `left_handed`: True for a left-handed thread.
+    - `friction_coefficient`: Friction coefficient mu of the thread. Write this key or `efficiency`.
+    - `friction_form`: `angle` is exact for a square thread: the torque is radius tan(alpha ± atan
+      mu) force. `thesis` is the approximation of the thesis.
     """
 
+    # (2.10)-(2.13); thesis is (2.12) as printed
     between: Ends
     radius: Length
     lead_angle: Angle | None = None
@@ -210,11 +236,13 @@ class Rack(
     tag_field="kind",
     tag="rack",
 ):
-    """Rack v_rack = radius omega_pinion (2.19).
+    """Rack and pinion: v_rack = radius omega_pinion.
 
-    `radius` can be that of a reducer and a pinion together, the r of (2.20).
+    - `radius`: Radius of the pinion; it can include a reducer in front of the pinion.
+    - `reversed`: True if the rack moves against the positive direction.
     """
 
+    # (2.19), the r of (2.20)
     between: Ends
     radius: Length
     reversed: bool = False
@@ -232,11 +260,14 @@ class Hydraulic(
     tag_field="kind",
     tag="hydraulic",
 ):
-    """Master and slave piston x_b = area_a/area_b x_a, F_a = area_a/area_b F_b (2.16).
+    """Master and slave piston: x_b = area_a/area_b x_a, F_a = area_a/area_b F_b.
 
     Inertia and friction of the fluid are neglected.
+
+    - `area_a`, `area_b`: Area of the piston at this end.
     """
 
+    # (2.16)
     between: Ends
     area_a: Area
     area_b: Area
@@ -266,10 +297,13 @@ class Spring(
     tag_field="kind",
     tag="spring",
 ):
-    """Spring that pulls q_a - q_b (q_a against ground) towards `free`.
+    """Spring that pulls q_a - q_b (q_a against the ground) towards its free position.
 
-    The force is given by `stiffness`, or by the curve `force` over q_a - q_b. A positive force of
-    the curve opposes a positive q_a. `preload`: additional opposing force at the start position.
+    - `stiffness`: Stiffness of the spring. Write this key or `force`.
+    - `force`: Effort over q_a - q_b; a positive one opposes a positive q_a.
+    - `damping`: Viscous damping. By default none.
+    - `free`: q_a - q_b at which the spring is relaxed. By default that at the start.
+    - `preload`: Additional opposing effort at the start position. By default 0.
     """
 
     between: Ends
@@ -302,14 +336,18 @@ class Cam(
     tag_field="kind",
     tag="cam",
 ):
-    """Cam on the block `on`, (2.23) with the sign of (2.28).
+    """Cam on a block: a spring presses a roller onto a profile, and the block onto its slideway.
 
-    A spring presses a roller onto a profile of the block. It also presses the block onto its
-    slideway. `force`: force of the spring, normal to the motion. `angle`: angle of the profile. The
-    block is subject to force tan(angle) in its positive direction and to the Coulomb friction
-    friction_coefficient * force. Its breakaway is `breakaway_ratio` times the Coulomb friction.
+    The block is subject to force tan(angle) in its positive direction and to Coulomb friction.
+
+    - `on`: Block of the profile.
+    - `force`: Force of the spring over position, normal to the motion.
+    - `angle`: Angle of the profile over position.
+    - `friction_coefficient`: Coulomb friction divided by `force`.
+    - `breakaway_ratio`: Breakaway divided by the Coulomb friction.
     """
 
+    # (2.23) with the sign of (2.28)
     on: str
     force: Curve
     angle: Curve
@@ -325,9 +363,12 @@ class Stop(
     tag_field="kind",
     tag="stop",
 ):
-    """End stops of a block.
+    """End stops of a block; rigid stops rebound, compliant ones push back.
 
-    Rigid stops reflect `restitution` times the speed; compliant ones push back.
+    - `on`: Block that the stops limit.
+    - `low`, `high`: Position of the stop. Write one or both.
+    - `restitution`: Speed after an impact on a rigid stop divided by the speed before.
+    - `compliance`: Stiffness and damping of elastic stops. By default the stops are rigid.
     """
 
     on: str
@@ -356,12 +397,15 @@ class FrictionOf(
     tag_field="kind",
     tag="friction",
 ):
-    """Friction of the block `on` against the frame, in a bearing or a slideway.
+    """Friction of a block against the frame, in a bearing or a slideway.
 
-    `law` and `parameters` have their names in friction/law_registry.py. `level`: factor of all
-    efforts of the law over the position.
+    - `on`: Block with the friction.
+    - `law`: Name of the friction law, as in `frictool compare`.
+    - `parameters`: Parameters of the law by name; a number without dimension has the unit `'1'`.
+    - `level`: Factor on all efforts of the law over the position. By default 1.
     """
 
+    # laws and their parameters: friction/law_registry.py
     on: str
     law: str
     parameters: dict[str, AnyParameter]
@@ -372,10 +416,16 @@ Link = Gear | Belt | Screw | Rack | Hydraulic | Coupling | Spring | Cam | Stop |
 
 
 class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Drive of the block `on`: a current or voltage drive, or an effort.
+    """Drive of a block: a current or voltage drive, or an effort.
 
-    A current or voltage drive has a constant, a limit and a loop. `effort`: constant from the start
-    (a weight); a scenario adds to it.
+    - `on`: Block that the source drives.
+    - `drive`: Signal of the source. `current` and `voltage` need a `constant`; `effort` acts on the
+      block itself.
+    - `constant`: Effort per ampere or volt.
+    - `limit`: Largest magnitude of the drive. By default none.
+    - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for none.
+    - `winding`: Winding of a current drive, whose voltage limits the current at speed.
+    - `effort`: Constant effort of `drive: effort`, such as a weight; a scenario adds to it.
     """
 
     on: str
@@ -399,10 +449,13 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Sensor of the block `on`.
+    """Sensor of a block; a position sensor without a resolution is ideal.
 
-    A position sensor is an encoder with `counts_per_revolution` or with a `step`; without both it
-    is ideal.
+    - `on`: Block that the sensor measures.
+    - `measures`: Measured quantity.
+    - `counts_per_revolution`: Resolution of an encoder on a block that turns.
+    - `step`: Resolution of an encoder: distance or angle of one count. Write this key or
+      `counts_per_revolution`.
     """
 
     on: str
@@ -422,8 +475,10 @@ class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Source that the controller commands and sensor that it reads, if there are several.
 
-    `load`: the block whose position is the load's; by default the block with the most links between
-    it and the sensor.
+    - `source`: Name of the source.
+    - `sensor`: Name of the sensor.
+    - `load`: Block whose position is the load's. By default the block with the most links between
+      it and the sensor.
     """
 
     source: str
@@ -432,7 +487,16 @@ class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Mechanism(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`mechanism.yaml`. `travel` and `top_speed` are those of the controlled sensor's block."""
+    """Blocks, links, friction, sources and sensors of a mechanism: `mechanism.yaml`.
+
+    - `blocks`: Blocks by name. A name begins with a letter, followed by letters, digits and `_`.
+    - `links`: Links by name; the key `kind` selects the type.
+    - `sources`: Drives by name.
+    - `sensors`: Sensors by name.
+    - `control`: Source and sensor of the controller, if there are several.
+    - `travel`: Positions that the controlled sensor's block can reach.
+    - `top_speed`: Largest speed of the controlled sensor's block.
+    """
 
     format: Literal["mechanism/1"]
     name: Name

@@ -25,10 +25,15 @@ from frictool.documents.resonances import Resonances
 class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameters of J dv/dt = u - offset - viscous v - coulomb sign(v), with breakaway at rest.
 
-    The equations are (4.17) and (4.43). With `stribeck_velocity` v_s the friction falls from
-    `breakaway` to `coulomb` by (2.34).
+    With a Stribeck velocity the friction falls from `breakaway` to `coulomb` as the speed rises.
+
+    - `inertia`: Inertia J seen by the actuator.
+    - `offset`: Constant effort that opposes a positive drive.
+    - `stribeck_velocity`: Speed scale at which the friction falls from the breakaway to the Coulomb
+      friction.
     """
 
+    # (4.17), (4.43); the fall is (2.34)
     inertia: InertiaEstimate
     viscous: ViscousEstimate
     coulomb: NonNegativeEffortEstimate
@@ -40,7 +45,10 @@ class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Quality of the fit on its own logs.
 
-    `held_out_force_error` occurs in models of earlier versions only.
+    - `force_error`: Residual effort relative to the measured effort (rms).
+    - `condition`: Condition number of the regression.
+    - `samples`: Number of samples of the fit.
+    - `held_out_force_error`: Occurs in models of earlier versions only.
     """
 
     force_error: float | None
@@ -50,15 +58,21 @@ class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
 
 
 class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`model.yaml`.
+    """Identified parameters with intervals, bench, reasons for missing values: `model.yaml`.
 
-    `not_identified` maps each parameter that the logs do not determine to the reason. `laws`:
-    friction by direction, speed, position and time at rest. `presliding`: friction before
-    breakaway. `measurement`: properties of the bench. `resonances`: modes of compliant links; a
-    controller is verified with them, but a simulation of one axis cannot include them.
-
-    `bench_values_only`: the reason why nothing was identified. Every parameter then has the bench's
-    value, and `synth` refuses the model.
+    - `law`: `coulomb`, or `stribeck` if `parameters` has a `stribeck_velocity`.
+    - `method`: Identification method.
+    - `confidence`: Confidence level of the intervals.
+    - `parameters`: Parameters of the axis.
+    - `not_identified`: Reason for each parameter that the logs do not determine.
+    - `fit`: Quality of the fit.
+    - `laws`: Friction by direction, speed, position and time at rest, and position-dependent loads.
+    - `presliding`: Friction before breakaway (`identify --loops`).
+    - `measurement`: Properties of the bench (`identify --measurement`).
+    - `resonances`: Modes of compliant links (`reduce`). A controller is verified with them; a
+      simulation of one axis does not include them.
+    - `bench_values_only`: Reason why nothing was identified (`identify --keep-bench-values`). Every
+      parameter then has the bench's value, and `synth` refuses the model.
     """
 
     format: Literal["model/1"]

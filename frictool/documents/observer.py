@@ -15,13 +15,19 @@ MOST_MODES = 201
 
 
 class FrictionMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A-priori friction f of (6.2) [N m | N]: polynomials of the position `over` a travel.
+    """A-priori friction: polynomials of the position over a travel.
 
-    The friction is constant beyond the travel. `forward`, `backward`: coefficients of the magnitude
-    in each direction, lowest power first. `viscous` [N m s/rad | N s/m] holds at every speed.
-    `offset` [N m | N] opposes a positive effort in both directions.
+    The friction is constant beyond the travel.
+
+    - `over`: Travel on which the polynomials hold.
+    - `forward`, `backward`: Coefficients of the friction's magnitude in this direction [N m | N],
+      lowest power of the position [rad | m] first.
+    - `viscous`: Viscous friction [N m s/rad | N s/m], at every speed.
+    - `offset`: Constant effort [N m | N] that opposes a positive drive in both directions of
+      motion.
     """
 
+    # f of (6.2)
     over: PositionSpan
     forward: Row
     backward: Row
@@ -30,13 +36,22 @@ class FrictionMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """One mode of (6.18): `direction` of the motion (0: stuck) in a range of positions.
+    """One mode of a switched observer: a direction of the motion in a range of positions.
 
-    `over`: (low, high) position [rad | m] of the mode. `friction`: f_m(i), its magnitude there [N m
-    | N]. `deviation`: Delta_f(i), half of its spread. `gains`: L_i of (6.4), one row per state.
-    `spectral_radius`: that of A_i - L_i C_i with the stored gains.
+    - `index`: Number of the mode: 1 to n forward and -1 to -n backward in the order of the
+      position; 0 is stuck.
+    - `direction`: Direction of the motion; 0: stuck.
+    - `gains`: Observer gains: a row for position [1], velocity [1/s] and alpha [per rad | m], a
+      column for each measured signal.
+    - `spectral_radius`: Largest magnitude of the mode's error poles with the stored gains.
+    - `over`: [low, high] position of the mode [rad | m]; the first and the last mode hold beyond
+      the travel.
+    - `friction`: Magnitude of the friction there [N m | N].
+    - `deviation`: Half of the friction's spread there [N m | N].
     """
 
+    # (6.18); gains L_i of (6.4), poles of A_i - L_i C_i; friction f_m(i) and deviation Delta_f(i)
+    # of (6.15)
     index: int
     direction: Literal[-1, 0, 1]
     gains: tuple[Row, ...]
@@ -47,28 +62,37 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Observer (6.4) with gains from (6.6); its states are position, velocity and alpha.
-
-    `wear`: multiplicative is the friction alpha f (6.13), additive is f + alpha (6.22).
-    `switch_speed`: Sigma; below it the mode is 0. `weights`: the diagonal of C-bar (6.19).
-
-    `transitions`: the pairs (i, j) for which (6.6) holds. `stuck_speed`: factor of the velocity in
-    A_0. It is 0 in (6.18); with 1 a gain can change the velocity (docs/theory/observers.md).
-
-    `gamma`: that of the inequalities, evaluated with the stored gains. `decay`: lambda, 1 if none
-    was imposed. `smallest_gamma`: the smallest gamma without a decay. `switching_radius`: largest
-    spectral radius of the products of two modes that may alternate. `simulated_gain`: largest
-    ||z||/||Delta|| over simulated allowed switching sequences; at most gamma.
+    """Switched observer; its states are position, velocity and the wear alpha.
 
     The inequalities do not cover a rest, in which alpha is constant, nor a switch between moving
-    modes that is not in `transitions`. A rest of any length must be followed by
-    `motion_after_rest_s` of motion, and such a switch by `motion_after_turn_s` of motion.
+    modes that is not in `transitions`. Each must be followed by some motion. No command proves an
+    edited document again; run `observe design` instead.
 
-    `quiet`: limit of gamma relative to the smallest gamma with this decay; within this limit the
-    gains pass as little encoder noise as possible. `noise_gain`: bound of z relative to the
-    standard deviation of this noise [rad | m], as a gain of signals.
+    - `wear`: `multiplicative`: the friction is alpha f. `additive`: it is f + alpha.
+    - `switch_speed`: Speed below which the mode is 0.
+    - `weights`: Weights of position, velocity and alpha in the estimate's error z.
+    - `modes`: Modes of the observer.
+    - `transitions`: Pairs [i, j] of modes at one sample and the next for which gamma is proved.
+    - `gamma`: Bound of ||z||/||Delta||, evaluated with the stored gains; Delta is the error of the
+      assumed friction.
+    - `decay`: Factor on the error per sample; 1 if none was imposed.
+    - `stuck_speed`: Factor of the velocity in mode 0; with 1 a gain can change the velocity.
+    - `switching_radius`: Largest spectral radius of the products of two modes that may alternate.
+    - `simulated_gain`: Largest ||z||/||Delta|| over simulated allowed switching sequences; at most
+      gamma.
+    - `smallest_gamma`: Smallest gamma without a decay.
+    - `motion_after_rest_s`: Duration of the motion that must follow a rest of any length.
+    - `motion_after_turn_s`: Duration of the motion that must follow a switch that is not in
+      `transitions`.
+    - `quiet`: Limit of gamma relative to the smallest gamma with this decay. Within it the gains
+      pass as little encoder noise as possible.
+    - `noise_gain`: Bound of z relative to the standard deviation of the encoder noise [rad | m], as
+      a gain of signals.
     """
 
+    # observer (6.4), gains from (6.6); wear (6.13), (6.22); switch_speed is Sigma; weights the
+    # diagonal of C-bar (6.19);
+    # stuck_speed is 0 in (6.18) (docs/theory/observers.md)
     wear: Literal["multiplicative", "additive"]
     switch_speed: PositiveVelocity
     weights: tuple[float, float, float]
@@ -99,21 +123,25 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Knee(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Increase of the viscous friction above a speed (figure 4.10).
+    """Increase of the viscous friction above a speed.
 
-    `steeper` is in N m s/rad | N s/m.
+    - `above`: Knee speed.
+    - `steeper`: Increase of the viscous friction [N m s/rad | N s/m].
     """
 
+    # figure 4.10
     above: PositiveVelocity
     steeper: float
 
 
 class ObserverBacklash(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Backlash between motor and load (4.45).
+    """Backlash between motor and load.
 
-    `width` is its full width [rad | m], `friction` that of the motor alone inside it [N m | N].
+    - `width`: Full width [rad | m].
+    - `friction`: Friction of the motor alone inside it [N m | N].
     """
 
+    # (4.45)
     width: PositiveNumber
     friction: Annotated[float, msgspec.Meta(ge=0)]
 
@@ -121,9 +149,13 @@ class ObserverBacklash(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Tracking(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Observer of position, velocity and disturbance: model prediction, corrected by the encoder.
 
-    `gains`: per sample, from the innovation to position [1], velocity [1/s] and disturbance [N
-    m/rad | N/m]; the three poles are at exp(-bandwidth T). `cell`: width of the innovation's dead
-    zone [rad | m]; 0 for none. `breakaway_ratio`: friction at rest divided by friction in slip.
+    - `gains`: Gains per sample from the innovation to position [1], velocity [1/s] and disturbance
+      [N m/rad | N/m].
+    - `bandwidth_rad_s`: Bandwidth of the error; the three poles are at exp(-bandwidth T).
+    - `cell`: Width of the innovation's dead zone [rad | m]; 0 for none.
+    - `breakaway_ratio`: Friction at rest divided by friction in slip.
+    - `knees`: Increases of the viscous friction above a speed.
+    - `backlash`: Backlash between motor and load.
     """
 
     gains: tuple[float, float, float]
@@ -135,7 +167,14 @@ class Tracking(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Observer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`observer.yaml`: either `switched` or `tracking`, with the plant that it assumes."""
+    """Observer of velocity and friction from position and drive: `observer.yaml`.
+
+    It is either `switched` or `tracking`. The other keys describe the plant that it assumes.
+
+    - `friction`: A-priori friction.
+    - `switched`: Modes and gains of a switched observer.
+    - `tracking`: Gains of a tracking observer.
+    """
 
     format: Literal["observer/1"]
     name: Name

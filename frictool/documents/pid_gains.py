@@ -15,12 +15,16 @@ if TYPE_CHECKING:
 
 
 class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Gains of method pid (5.39): K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)), as effort, not as drive.
+    """Gains of method pid: K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)), as effort, not as drive.
 
-    `gain`: K of a position loop. `speed_gain`: K of a speed loop, which has no T_d. `filter_ratio`:
-    a.
+    - `gain`: K of a position loop.
+    - `speed_gain`: K of a speed loop, which has no T_d.
+    - `integral_time_s`: T_i. By default there is no integral part.
+    - `derivative_time_s`: T_d. By default there is no derivative part.
+    - `filter_ratio`: a, the derivative filter's bandwidth relative to 1/T_d.
     """
 
+    # (5.39)
     gain: Stiffness | None = None
     speed_gain: ViscousGain | None = None
     integral_time_s: PositiveNumber | None = None

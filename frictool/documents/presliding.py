@@ -18,11 +18,15 @@ from frictool.documents.quantity import (
 class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameters of one presliding law.
 
-    `force_error`, `held_out`: rms residual on the fitted and on the held-out branches, relative to
-    the breakaway. `damping`: sigma_1 = 2 sqrt(inertia stiffness), an initial value, because slow
-    loops do not determine it. `elastic_limit`: z_ba of the elasto-plastic law (2.46).
+    - `stiffness`: Slope of the effort over the deflection at rest.
+    - `damping`: 2 sqrt(inertia stiffness), an initial value, because slow loops do not determine
+      it.
+    - `force_error`: Residual (rms) on the fitted branches, relative to the breakaway.
+    - `held_out`: Residual (rms) on the held-out branches, relative to the breakaway.
+    - `elastic_limit`: Deflection at which the elasto-plastic contact begins to slip.
     """
 
+    # damping is sigma_1, elastic_limit z_ba of (2.46)
     stiffness: StiffnessEstimate
     damping: ViscousEstimate
     force_error: float
@@ -33,7 +37,12 @@ class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 class MaxwellSlip(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Virgin curve of a bank of Maxwell-slip elements: force over displacement from (0, 0), in SI.
 
-    `stiffness`: slope of the curve at 0.
+    - `stiffness`: Slope of the curve at 0.
+    - `displacement`: Displacements of the curve's points [rad | m].
+    - `force`: Forces of the curve's points [N m | N].
+    - `low`, `high`: Ends of each force's interval [N m | N].
+    - `force_error`: Residual (rms) on the fitted branches, relative to the breakaway.
+    - `held_out`: Residual (rms) on the held-out branches, relative to the breakaway.
     """
 
     stiffness: StiffnessEstimate
@@ -52,12 +61,15 @@ class MaxwellSlip(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Everett table of friction/preisach.py, row by row, relative to `saturation`.
+    """Everett table of the Preisach law, row by row, relative to `saturation`.
 
-    `saturation`: the value at the last node. `half_width`: half-widths of the intervals, in the
-    same shape. `limit`: largest amplitude of the identification cycles.
+    - `limit`: Largest amplitude of the identification cycles.
+    - `saturation`: Effort at the last node.
+    - `table`: Square table; one row and column per node.
+    - `half_width`: Half-widths of the table's intervals, in the same shape.
     """
 
+    # the table of friction/preisach.py
     limit: PositiveLengthEstimate
     saturation: EffortEstimate
     table: tuple[tuple[float, ...], ...]
@@ -79,11 +91,16 @@ class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Presliding laws of a model.
 
-    `law`: the law with the best prediction of held-out branches. `limit`, `stiffness`: z_max and
-    the slope at 0 by this law. `refused` maps each law that the loops do not determine to the
-    reason.
+    - `law`: Law with the best prediction of held-out branches.
+    - `limit`: Largest deflection z_max of the contacts, by this law.
+    - `stiffness`: Slope of the effort over the deflection at 0, by this law.
+    - `breakaway`: Breakaway with which the laws were fitted.
+    - `lugre`, `elasto_plastic`, `maxwell_slip`, `preisach`: Parameters of this law, if the loops
+      determine them.
+    - `refused`: Reason for each law that the loops do not determine.
     """
 
+    # 2.4.3
     law: Literal["lugre", "elasto_plastic", "maxwell_slip"]
     limit: PositiveLengthEstimate
     stiffness: StiffnessEstimate

@@ -15,14 +15,23 @@ from frictool.documents.writing import to_yaml
 
 
 class Input(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Input file: base name and SHA-256."""
+    """Input file: base name and SHA-256.
+
+    - `name`: Base name of the file.
+    - `sha256`: SHA-256 of its content, in hexadecimal digits.
+    """
 
     name: str
     sha256: str
 
 
 class Provenance(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Command line (without `-o`, base names only), frictool version and digest of each input."""
+    """Command line (without `-o`, base names only), frictool version and digest of each input.
+
+    - `command`: Command line that wrote the file.
+    - `frictool`: Version of frictool.
+    - `inputs`: Input files.
+    """
 
     command: str
     frictool: str

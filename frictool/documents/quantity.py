@@ -71,7 +71,12 @@ CHANNEL_DIMENSIONS: dict[str, str] = {
 
 
 class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Value in SI with an optional interval that contains it; `unit` is the SI unit."""
+    """Value in SI with an optional interval that contains it; `unit` is the SI unit.
+
+    - `value`: Number in `unit`.
+    - `low`, `high`: Ends of the interval that contains the value; without them the value is exact.
+    - `unit`: Unit of all numbers here; any multiple of the SI unit may be written.
+    """
 
     value: float
     low: float | None = None
@@ -88,13 +93,23 @@ class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Estimate(Quantity, frozen=True, forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
-    """Parameter with its source: identified from a log, taken from the bench, or assumed."""
+    """Parameter with its source: identified from a log, taken from the bench, or assumed.
+
+    - `value`: Number in `unit`.
+    - `low`, `high`: Ends of the confidence interval.
+    - `unit`: Unit of all numbers here; any multiple of the SI unit may be written.
+    - `source`: `identified`: from the logs. `bench`: the logs do not determine it, and the bench's
+      value is used. `assumed`: the bench has no value either, and a default is used.
+    """
 
     source: Literal["identified", "bench", "assumed"]
 
 
 class Span(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Range in SI, low < high."""
+    """Range in SI, low < high.
+
+    - `unit`: Unit of both ends.
+    """
 
     low: float
     high: float
@@ -102,7 +117,11 @@ class Span(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Series(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Values in SI, in the order of the document."""
+    """Values in SI, in the order of the document.
+
+    - `values`: Numbers in `unit`.
+    - `unit`: Unit of all values.
+    """
 
     values: tuple[float, ...]
     unit: str

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from pathlib import Path
 from typing import Any, TypeVar, cast, overload
 
@@ -14,6 +13,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.example_values import examples_of
 from frictool.documents.friction import Friction
+from frictool.documents.key_meanings import meanings_of, structs_of, summary_of
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
@@ -137,17 +137,13 @@ def json_schema(name: str) -> dict[str, Any]:
         If no document has this name.
     """
     schema = msgspec.json.schema(DOCUMENTS[name])
-    for described in (schema, *schema.get("$defs", {}).values()):
-        if "description" in described:
-            described["description"] = _one_line_a_paragraph(described["description"])
+    for kind in structs_of(DOCUMENTS[name]):
+        described = schema["$defs"][kind.__name__]
+        described["description"] = summary_of(kind)
+        for key, meaning in meanings_of(kind).items():
+            described["properties"][key]["description"] = meaning
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"{name}.yaml",
         **schema,
     }
-
-
-def _one_line_a_paragraph(docstring: str) -> str:
-    return "\n\n".join(
-        " ".join(paragraph.split()) for paragraph in inspect.cleandoc(docstring).split("\n\n")
-    )

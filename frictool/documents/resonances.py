@@ -18,9 +18,11 @@ MOST = 8
 
 
 class Oscillation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Pair of poles or zeros: undamped angular frequency w and damping ratio d.
+    """Pair of poles or zeros: the factor 1 + 2 damping s/rad_s + s^2/rad_s^2.
 
-    d is negative for zeros in the right half-plane.
+    - `rad_s`: Undamped angular frequency.
+    - `damping`: Damping ratio; negative for zeros in the right half-plane.
+    - `interval_rad_s`: [low, high] of the angular frequency.
     """
 
     rad_s: Frequency
@@ -29,10 +31,14 @@ class Oscillation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class Resonances(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Poles and zeros of compliant links.
+    """Poles and zeros of compliant links: position = H(s) rigid position with H(0) = 1.
 
-    `links`: the names of these links. `real_poles_rad_s`, `real_zeros_rad_s`: w of factors 1 + s/w;
-    w < 0 is a zero in the right half-plane.
+    - `poles`: Pairs of poles.
+    - `links`: Names of the compliant links.
+    - `zeros`: Pairs of zeros.
+    - `real_poles_rad_s`: w of real poles, the factors 1 + s/w.
+    - `real_zeros_rad_s`: w of real zeros, the factors 1 + s/w; w < 0 is a zero in the right
+      half-plane.
     """
 
     poles: tuple[Oscillation, ...]

@@ -23,7 +23,10 @@ STEP_KINDS = ("reference", "ramp_to", "sine", "hold_s")
 class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Sine reference: centre + amplitude sin(2 pi frequency_hz t + phase_deg).
 
-    t counts from the start of the part. `centre`: by default the end of the previous part.
+    t counts from the start of the part.
+
+    - `amplitude`: Amplitude of the sine.
+    - `centre`: Centre of the sine. By default the end of the previous part.
     """
 
     amplitude: PositiveLength
@@ -33,10 +36,13 @@ class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Part of the reference: one of `reference`, `ramp_to` or `sine` for `duration_s`, or `hold_s`.
+    """Part of the reference: exactly one of `reference`, `ramp_to`, `sine` and `hold_s`.
 
-    `reference`: constant. `ramp_to`: reached at constant speed from the end of the previous part.
-    `hold_s`: duration for which the end of the previous part is held, at least 15 s.
+    - `reference`: Constant reference.
+    - `duration_s`: Duration of `reference`, `ramp_to` or `sine`.
+    - `ramp_to`: Position that is reached at constant speed from the end of the previous part.
+    - `sine`: Sine reference.
+    - `hold_s`: Duration for which the end of the previous part is held.
     """
 
     reference: Position | None = None
@@ -72,12 +78,15 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Logged channel as the reference.
+    """Logged channel as the reference; docs/theory/simulate.md describes the resampling.
 
-    `log`: path of the log from the scenario's folder. `channel` is replayed from `from_s` to
-    `to_s`, which count from the log's first sample. `shift`: added to the channel, if the log's
-    zero is not the model's. `hold_s`: duration for which the last value is then held. The
-    resampling is described in docs/theory/simulate.md.
+    - `log`: Path of the log from the scenario's folder. A raw log is read by the columns of the
+      model's bench.
+    - `channel`: Channel to replay, `reference` or another in rad or m.
+    - `from_s`, `to_s`: Start and end of the replayed part, from the log's first sample. By default
+      the whole log.
+    - `shift`: Number added to the channel, if the log's zero is not the model's.
+    - `hold_s`: Duration for which the last value is held at the end.
     """
 
     log: Annotated[str, msgspec.Meta(min_length=1)]
@@ -93,21 +102,31 @@ class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`scenario.yaml`.
+    """Test of a closed loop, or of a mechanism's sources without a controller: `scenario.yaml`.
 
-    A scenario has `steps`, or a `reference` from a log. Without a controller it has commands of a
-    mechanism's `sources` for `duration_s`.
+    A scenario has `steps`, or a `reference` from a log. Without a controller it has the commands of
+    a mechanism's `sources` for `duration_s`.
 
-    `start`: position at rest at the beginning; by default the first value of a replayed reference.
-
-    `variants`: `nominal` takes the model's values. `vertices` adds one run at each vertex of the
-    controller's polytope. `random` adds one run for each of `plants` plants drawn from the bench's
-    ranges. `given` is one plant that differs from the model in the parameters of `given`.
-
-    `spread`: variations of a campaign. `drive`: type of drive, for the units of quantities here.
-    `drive_noise`: standard deviation of the measured drive [A | V]. `seed`: of the noise and the
-    plants. `sources`: commands by source name; with a controller, only of sources that it does not
-    command. `examples`: as in bench.yaml.
+    - `start`: Position at rest at the beginning. By default the first value of a replayed
+      reference.
+    - `steps`: Parts of the reference, one after another.
+    - `reference`: Logged channel as the reference.
+    - `variants`: `nominal`: the model's values. `vertices` adds one run at each vertex of the
+      controller's polytope; `random` one for each of `plants` plants drawn from the bench's ranges.
+      `given`: one plant that differs from the model in the parameters of `given`.
+    - `given`: Parameters of the one plant by name; the others keep the model's values. The
+      breakaway changes in proportion to `coulomb` unless it is listed too.
+    - `plants`: Number of plants of `variants: random`.
+    - `drive`: Type of drive, for the units of quantities here.
+    - `drive_noise`: Standard deviation of the measured drive [A | V].
+    - `seed`: Seed of the noise and the plants.
+    - `disturbances`: External efforts.
+    - `drifts`: Time-varying factors on the plant's parameters.
+    - `sensor_faults`: Faults of encoder and drive sensor.
+    - `sources`: Commands of a mechanism's sources, by source name. With a controller, only of
+      sources that it does not command.
+    - `duration_s`: Duration of a test without controller.
+    - `spread`: Variations of a campaign; `simulate` ignores them.
     """
 
     format: Literal["scenario/1"]

@@ -97,7 +97,8 @@ class FrequencyBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Warmth(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Factors at one end of the temperature range.
 
-    `viscous` multiplies the viscous friction of every regime, `constant` the drive's constant.
+    - `viscous`: Factor on the viscous friction of every speed regime.
+    - `constant`: Factor on the drive's constant.
     """
 
     viscous: Factor = 1.0
@@ -108,6 +109,8 @@ class Temperature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Temperature of a trial, drawn between cold and hot.
 
     Both factors are interpolated linearly.
+
+    - `cold`, `hot`: Factors at this end of the range.
     """
 
     cold: Warmth
@@ -115,10 +118,15 @@ class Temperature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Sensor fault of random size and time; the kinds are those of `sensor_faults`.
+    """Sensor fault of random size and time.
 
-    `at_s`: by default the start. `lasts_s`: duration; encoder_stuck requires it, encoder_invalid
-    and drive faults last to the end without it.
+    - `kind`: Kind of the fault, as in `sensor_faults`.
+    - `at_s`: Range of the start. By default the start of the scenario.
+    - `lasts_s`: Range of the duration; encoder_stuck requires it, encoder_invalid and drive faults
+      last to the end without it.
+    - `counts`: Range of the number of lost counts.
+    - `offset`: Range of the sensor's offset.
+    - `gain_error`: Range of the sensor's gain error.
     """
 
     kind: Kind
@@ -139,9 +147,14 @@ class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 class SpreadDisturbance(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Random effort on the axis; the kinds are those of `disturbances`.
+    """Random effort on the axis.
 
-    `at_s`: by default the start.
+    - `kind`: Kind of the effort, as in `disturbances`.
+    - `effort`: Range of the effort's size.
+    - `at_s`: Range of the start. By default the start of the scenario.
+    - `duration_s`: Range of the duration.
+    - `frequency_hz`: Range of the frequency.
+    - `on`: Block of a mechanism. By default the block that the controlled source drives.
     """
 
     kind: Literal["step", "pulse", "sine"]
@@ -158,11 +171,18 @@ class SpreadDisturbance(
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Variations of a campaign besides the plant's own ranges.
 
-    `parameters`: ranges of plant parameters by name, instead of those of the bench, model or
-    mechanism. `start`: position at rest. `within_count`: also draw the start position within one
-    encoder count, which is never known. `wear`: factor on all dry friction. `temperature`: cold to
-    hot. `sensor_faults`, `disturbances`: each trial has all of them, in addition to those of the
-    scenario.
+    Each is drawn uniformly and independently. A range with equal ends is a fixed value; a range
+    that contains impossible plants is an error.
+
+    - `parameters`: Ranges of plant parameters by name, instead of those of the bench, model or
+      mechanism.
+    - `start`: Range of the position at rest at the beginning.
+    - `within_count`: True to draw the start position within one encoder count, which is never
+      known.
+    - `wear`: Factor on all dry friction.
+    - `temperature`: Factors from cold to hot.
+    - `sensor_faults`: Sensor faults of every trial, in addition to those of the scenario.
+    - `disturbances`: Efforts of every trial, in addition to those of the scenario.
     """
 
     parameters: dict[str, AnySpan] = {}

@@ -14,32 +14,39 @@ Share = Annotated[float, msgspec.Meta(gt=0, lt=1)]
 
 
 class NoiseFilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Dynamics of W4, annex (25), with `frequency_hz` f4.
+    """Dynamics of the noise weight W4.
 
-    Annex (25) as printed has its pole at 2 pi f4 and its zero a decade above, which is a low-pass.
-    The text calls it a high-pass, which is its reciprocal. `reading` selects one of them.
+    - `frequency_hz`: Corner frequency.
+    - `reading`: `as printed` is a low-pass filter with its pole at 2 pi frequency_hz and its zero a
+      decade above; `reciprocal` is the inverse high-pass filter.
     """
 
+    # annex (25) as printed is a low-pass; its text calls it a high-pass, which is its reciprocal
     frequency_hz: Positive
     reading: Literal["as printed", "reciprocal"]
 
 
 class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Weights of the generalised plant (5.53)-(5.58), annex (24)-(26).
+    """Weights of the generalised plant; absent ones follow from specification and bench.
 
-    Absent weights are derived from the specification and the bench.
-
-    `bandwidth_rad_s`: z2 of (5.56), 2 pi f2 of (24). `modulus_margin`: M_mod of (5.57).
-    `static_error`: relative e_stat of (5.57). `disturbance`: W1. `drive`: W3, on the drive that
-    reaches the actuator. `command`: weight on the commanded drive [1/A | 1/V], 0 for none. `noise`:
-    amplitude of the measurement noise in the design [rad | m] (G4 of the annex), 0 for none.
-    `noise_filter`: dynamics of W4. `eta`: weight on the measured signal. `uncertainty_hz`: f5 of W5
-    (26); by default W5 = 1.
-
-    `count_share`: if `command` is absent, the share of the drive's limit that one encoder count may
-    command.
+    - `bandwidth_rad_s`: Bandwidth of the error weight W2.
+    - `disturbance`: Disturbance weight W1.
+    - `drive`: Weight W3 on the drive that reaches the actuator.
+    - `command`: Weight on the commanded drive [1/A | 1/V]; 0 for none.
+    - `noise`: Amplitude of the measurement noise in the design; 0 for none.
+    - `modulus_margin`: Modulus margin that the error weight W2 requires.
+    - `static_error`: Relative static error that the error weight W2 allows.
+    - `noise_filter`: Dynamics of the noise weight W4. By default W4 is constant.
+    - `eta`: Weight on the measured signal.
+    - `uncertainty_hz`: Corner frequency of the uncertainty weight W5. By default W5 = 1.
+    - `count_share`: Share of the drive's limit that one encoder count may command, if `command` is
+      absent.
     """
 
+    # generalised plant (5.53)-(5.58), annex (24)-(26): bandwidth_rad_s is z2 of (5.56), 2 pi f2 of
+    # (24);
+    # modulus_margin and static_error are M_mod and e_stat of (5.57); noise is G4; uncertainty_hz f5
+    # of (26)
     bandwidth_rad_s: Positive | None = None
     disturbance: Positive | None = None
     drive: Positive | None = None

@@ -1,0 +1,77 @@
+"""Meanings of the keys of documents, for the JSON Schemas and for docs/reference.
+
+The docstring of a struct opens with its summary. Its list explains the keys, one or several in an
+item: "- `low`, `high`: Ends of the interval." Keys that mean the same everywhere stand in COMMON.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import typing
+from typing import Any
+
+import msgspec
+
+COMMON = {
+    "format": "Kind of document and version of its layout.",
+    "name": "Name for titles and reports.",
+    "axis": "Kind of axis; it decides the SI units of all mechanical quantities.",
+    "drive": "Signal that drives the actuator.",
+    "sample_period_s": "Sample period of the controller.",
+    "delay_samples": "Computational delay between a sample and the command computed from it.",
+    "examples": "Keys whose values are still examples of `frictool init`; remove a key when you "
+    "have replaced its value.",
+    "bench": "Exact copy of the bench.",
+    "provenance": "Command, version and input digests of this document.",
+    "inertia": "Inertia.",
+    "viscous": "Viscous friction: effort per speed.",
+    "coulomb": "Coulomb friction: effort in slip, whatever the speed.",
+    "breakaway": "Effort at which the axis starts to move.",
+    "constant": "Effort per ampere or volt of the drive.",
+    "low": "Lower end.",
+    "high": "Upper end.",
+    "at_s": "Start, counted from the start of the scenario.",
+    "duration_s": "Duration.",
+    "frequency_hz": "Frequency of a sine.",
+    "phase_deg": "Phase of a sine at its start.",
+    "between": "Names of the two ends, the driving end first; `ground` is the frame.",
+    "efficiency": "Share of the power transmitted from the first end to the second.",
+    "efficiency_back": "Share of the power transmitted from the second end to the first. By "
+    "default 2 - 1/efficiency. If it is 0 or less, the load cannot drive the link.",
+    "compliance": "Elasticity of the link. By default the link is rigid.",
+    "backlash": "Free play of the link. By default none.",
+}
+ITEM = re.compile(r"^- ((?:`\w+`(?:, )?)+): (.+(?:\n  .+)*)$", re.MULTILINE)
+
+
+def summary_of(kind: type[msgspec.Struct]) -> str:
+    """Return the docstring without the list of keys, one line a paragraph."""
+    text = ITEM.sub("", inspect.cleandoc(kind.__doc__ or "")).strip()
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+
+
+def meanings_of(kind: type[msgspec.Struct]) -> dict[str, str]:
+    """Return the meaning of each key of a struct that has one, in the order of the keys."""
+    own = {
+        key: " ".join(text.split())
+        for keys, text in ITEM.findall(inspect.cleandoc(kind.__doc__ or ""))
+        for key in re.findall(r"`(\w+)`", keys)
+    }
+    return {
+        key: own.get(key) or COMMON[key]
+        for key in kind.__struct_fields__
+        if key in own or key in COMMON
+    }
+
+
+def structs_of(kind: Any, found: list[type[msgspec.Struct]] | None = None) -> list[Any]:
+    """Return the structs in a type, in the order of their first use."""
+    found = [] if found is None else found
+    if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and kind not in found:
+        found.append(kind)
+        for hint in typing.get_type_hints(kind, include_extras=True).values():
+            structs_of(hint, found)
+    for part in typing.get_args(kind):
+        structs_of(part, found)
+    return found
