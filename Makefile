@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-versi
 COMPILE := -@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: demo test lint accept test-envs thesis fuzz mutation bench rack logs schemas kernels dist clean
+.PHONY: demo test lint accept test-envs thesis fuzz mutation bench rack logs schemas reference kernels dist clean
 
 demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
@@ -87,6 +87,10 @@ $(VENV)/.bench: pyproject.toml constraints.txt | $(VENV)/.dev
 # the JSON Schemas of docs/schemas, from the documents' types
 schemas: $(VENV)/.run
 	for name in $$($(BIN)/python -c 'from frictool.documents.registry import DOCUMENTS; print(*DOCUMENTS)'); do $(BIN)/frictool schema $$name -o docs/schemas/$$name.schema.json; done
+
+# docs/reference, from the commands and the documents' types
+reference: $(VENV)/.run
+	$(BIN)/python -m release.reference docs/reference
 
 # the types of arguments that `frictool doctor --compile` compiles for: those of the kernels that are kept, after `make test`
 kernels: $(VENV)/.run

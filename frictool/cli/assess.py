@@ -47,7 +47,7 @@ Exit code 1 where a wanted precision cannot be reached; the message says with wh
 positive = FiniteRange(0.0, min_open=True)
 
 
-class PrecisionParam(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4, which is not the lowest allowed
+class PrecisionParam(click.ParamType[tuple[str | None, float]]):
     """Precision option, such as `5%`, `0.05` or `inertia=5%`."""
 
     name = "precision"

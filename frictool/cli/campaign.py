@@ -103,8 +103,10 @@ class CampaignOptions:
 
 
 @click.command("campaign", help=HELP)
-@click.argument("model", type=existing)
-@click.argument("controller", type=existing)
+@click.argument(
+    "model", help="Model of the axis (model.yaml), or mechanism (mechanism.yaml).", type=existing
+)
+@click.argument("controller", type=existing, help="Controller to test (controller.yaml).")
 @click.option("--scenario", type=existing, required=True, help="What is played (scenario.yaml).")
 @click.option(
     "--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml)."

@@ -47,7 +47,12 @@ without it, table 3.1. A set that breaks the conditions of the hybrid versions (
 
 
 @click.command("compare", help=HELP)
-@click.argument("parameters", type=existing, required=False)
+@click.argument(
+    "parameters",
+    type=existing,
+    required=False,
+    help="Parameters (friction.yaml), or an actuator's model (model.yaml). By default a built-in set.",
+)
 @click.option(
     "--law",
     "laws",

@@ -34,7 +34,12 @@ Without an argument it is the one of the variable SHELL. bash has to be 4.4 or l
 
 
 @click.command("completion", help=HELP)
-@click.argument("shell", type=click.Choice(list(INSTALL)), required=False)
+@click.argument(
+    "shell",
+    type=click.Choice(list(INSTALL)),
+    required=False,
+    help="Shell. By default that of the variable SHELL.",
+)
 @output_option(required=False, writes=("text", "Markdown"))
 @json_option
 def command(shell: str | None, output: Path | None, as_json: bool) -> None:

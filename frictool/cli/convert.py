@@ -35,7 +35,7 @@ MATLAB, MDF and NumPy files hold all streams of a log; CSV and Parquet hold one,
 
 
 @click.command("convert", help=HELP)
-@click.argument("log", type=existing)
+@click.argument("log", type=existing, help="Canonical log, or raw bench file with --bench.")
 @click.option(
     "--bench",
     type=existing,

@@ -22,7 +22,7 @@ brackets are the thesis's, as its slips are read.
 
 
 @click.command("equations", help=HELP)
-@click.argument("mechanism", type=existing)
+@click.argument("mechanism", type=existing, help="Mechanism (mechanism.yaml).")
 @click.option("--latex", is_flag=True, help="A LaTeX fragment (amsmath) instead of text.")
 @output_option(required=False, writes=("text", "Markdown", "LaTeX"))
 @json_option

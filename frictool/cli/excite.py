@@ -66,7 +66,9 @@ positive = FiniteRange(0.0, min_open=True)
 
 @click.command("excite", help=HELP)
 @click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
-@click.option("--kind", type=click.Choice(list(KINDS)), required=True)
+@click.option(
+    "--kind", type=click.Choice(list(KINDS)), required=True, help="Kind of test, as listed above."
+)
 @click.option(
     "--amplitude",
     type=positive,

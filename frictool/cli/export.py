@@ -47,7 +47,7 @@ margin. Files of the same names in the folder are replaced, others are left alon
 
 
 @click.command("export", help=HELP)
-@click.argument("controller", type=existing)
+@click.argument("controller", type=existing, help="Controller to export (controller.yaml).")
 @click.option(
     "--lang",
     type=click.Choice(["c", "json", "cmsis", "matlab"]),

@@ -89,7 +89,13 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 @click.command("identify", help=HELP)
-@click.argument("logs", type=existing, nargs=-1, metavar="LOG...")
+@click.argument(
+    "logs",
+    type=existing,
+    nargs=-1,
+    metavar="LOG...",
+    help="Logs of motion or breakaway ramps, canonical or raw. With --each folders of logs, too.",
+)
 @click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
 @click.option(
     "--ramp",

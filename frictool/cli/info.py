@@ -35,7 +35,9 @@ tell are shown in the units of the file, of its first 262 144 rows; what the fil
 
 
 @click.command("info", help=HELP)
-@click.argument("log", type=existing)
+@click.argument(
+    "log", type=existing, help="Log of any format that frictool reads; - is standard input."
+)
 @click.option(
     "--bench",
     type=existing,

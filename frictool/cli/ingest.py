@@ -47,7 +47,13 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 
 
 @click.command("ingest", help=HELP)
-@click.argument("raw", type=existing, nargs=-1, required=True)
+@click.argument(
+    "raw",
+    type=existing,
+    nargs=-1,
+    required=True,
+    help="Bench files of any format that frictool reads, or canonical logs; - is standard input.",
+)
 @click.option(
     "--bench",
     type=existing,

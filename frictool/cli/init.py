@@ -36,7 +36,7 @@ of your rig. Nothing that exists is overwritten.
 
 
 @click.command("init", help=HELP)
-@click.argument("folder", metavar="DIR", type=existing)
+@click.argument("folder", metavar="DIR", type=existing, help="Folder to write the documents to.")
 @click.option(
     "--axis",
     type=click.Choice(["rotary", "linear"]),

@@ -80,7 +80,14 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
 }
 
-EXAMPLE = """\b
+EXIT_CODES = """\
+  0    done
+  1    done, and the answer is no or undecided
+  2    wrong command line
+  3    an input is wrong, or part of its data could not be read
+  4    no solution, or not verified
+  130  interrupted (SIGINT, SIGTERM)"""
+EXAMPLE = f"""\b
 Example, the whole chain:
   frictool ingest sines.csv --bench bench.yaml -o sines.mcap
   frictool identify sines.mcap ramp.mcap --bench bench.yaml -o model.yaml
@@ -89,10 +96,12 @@ Example, the whole chain:
   frictool report run.mcap --spec spec.yaml --controller controller.yaml -o report.html
   frictool export controller.yaml --lang c -o c/
 
-From the bench logs of an actuator with dry friction to identified parameters, a verified robust controller, C code and a verdict.
+frictool takes the bench logs of an actuator with dry friction to identified parameters, a verified
+robust controller, C code and a verdict.
 
-Exit codes: 0 done; 1 done, and the answer is no; 2 wrong command line; 3 an input file is wrong; 4 no solution or not verified;
-130 interrupted (SIGINT, SIGTERM).
+\b
+Exit codes:
+{EXIT_CODES}
 """
 
 

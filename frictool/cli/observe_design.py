@@ -68,7 +68,7 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
 
 
 @click.command("design", help=HELP)
-@click.argument("model", type=existing)
+@click.argument("model", type=existing, help="Model of the axis (model.yaml).")
 @click.option(
     "--kind",
     type=click.Choice(["multiplicative", "additive", "tracking"]),

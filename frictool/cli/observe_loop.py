@@ -38,7 +38,9 @@ margin that was specified; --modulus-margin specifies another. What is written r
 
 
 @click.command("loop", help=HELP)
-@click.argument("controller", type=existing)
+@click.argument(
+    "controller", help="Controller whose speed signal is replaced (controller.yaml).", type=existing
+)
 @click.option(
     "--observer",
     type=existing,

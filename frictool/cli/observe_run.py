@@ -65,8 +65,15 @@ one log alarm (null: undecided) and lost.
 
 
 @click.command("run", help=HELP)
-@click.argument("model", type=existing)
-@click.argument("logs", type=existing, nargs=-1, required=True, metavar="LOG...")
+@click.argument("model", type=existing, help="Model of the axis (model.yaml).")
+@click.argument(
+    "logs",
+    type=existing,
+    nargs=-1,
+    required=True,
+    metavar="LOG...",
+    help="Logs of the running actuator, or folders of logs of a fleet.",
+)
 @click.option(
     "--wear-limit",
     type=FiniteRange(0.0, min_open=True),

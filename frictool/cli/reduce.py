@@ -48,7 +48,7 @@ cannot be made at all --reduced writes the mechanism of the steps before it.
 
 
 @click.command("reduce", help=HELP)
-@click.argument("mechanism", type=existing)
+@click.argument("mechanism", type=existing, help="Mechanism to reduce (mechanism.yaml).")
 @click.option(
     "--bandwidth",
     type=FiniteRange(min=0.0, min_open=True),

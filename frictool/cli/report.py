@@ -54,7 +54,14 @@ Exit codes: 0 pass; 1 fail or undecided. The outputs are written in either case.
 
 
 @click.command("report", help=HELP)
-@click.argument("logs", type=existing, nargs=-1, required=True, metavar="LOG...")
+@click.argument(
+    "logs",
+    type=existing,
+    nargs=-1,
+    required=True,
+    metavar="LOG...",
+    help="Logs to judge, simulated or measured.",
+)
 @click.option(
     "--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml)."
 )

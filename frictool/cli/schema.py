@@ -22,7 +22,12 @@ Print the JSON Schema of a document, for the YAML support of an editor. NAME is 
 
 
 @click.command("schema", help=HELP)
-@click.argument("name", metavar="NAME", type=click.Choice(list(DOCUMENTS)))
+@click.argument(
+    "name",
+    metavar="NAME",
+    type=click.Choice(list(DOCUMENTS)),
+    help="Document whose schema is printed.",
+)
 @output_option(required=False, writes=("JSON",))
 @click.option(
     "--json",

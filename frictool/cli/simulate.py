@@ -101,7 +101,9 @@ the bench's own position loop,  {LAW},  on the encoder's counts. The log holds w
 
 
 @click.command("simulate", help=HELP)
-@click.argument("model", type=existing)
+@click.argument(
+    "model", help="Model of the axis (model.yaml), or mechanism (mechanism.yaml).", type=existing
+)
 @click.option("--controller", type=existing, help="The controller (controller.yaml).")
 @click.option("--scenario", type=existing, help="What is played: keys above (scenario.yaml).")
 @click.option(

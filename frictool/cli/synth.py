@@ -44,7 +44,7 @@ target's number format. Then its worst norm over the whole box is searched for, 
 
 
 @click.command("synth", help=HELP)
-@click.argument("model", type=existing)
+@click.argument("model", type=existing, help="Model of the axis (model.yaml).")
 @click.option(
     "--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml)."
 )

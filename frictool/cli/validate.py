@@ -42,8 +42,8 @@ positive = FiniteRange(0.0, min_open=True)
 
 
 @click.command("validate", help=HELP)
-@click.argument("model", type=existing)
-@click.argument("log", type=existing)
+@click.argument("model", type=existing, help="Model to check (model.yaml).")
+@click.argument("log", type=existing, help="Measured log of the axis.")
 @servo_options
 @click.option(
     "--skip",

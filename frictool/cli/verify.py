@@ -41,7 +41,7 @@ MOST_LINES = 12  # differences that the text lists
 
 
 @click.command("verify", help=HELP)
-@click.argument("controller", type=existing)
+@click.argument("controller", type=existing, help="Controller to verify (controller.yaml).")
 @click.option(
     "--model",
     type=existing,

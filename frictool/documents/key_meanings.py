@@ -48,7 +48,7 @@ ITEM = re.compile(r"^- ((?:`\w+`(?:, )?)+): (.+(?:\n  .+)*)$", re.MULTILINE)
 def summary_of(kind: type[msgspec.Struct]) -> str:
     """Return the docstring without the list of keys, one line a paragraph."""
     text = ITEM.sub("", inspect.cleandoc(kind.__doc__ or "")).strip()
-    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in re.split(r"\n\s*\n", text))
 
 
 def meanings_of(kind: type[msgspec.Struct]) -> dict[str, str]:
